@@ -1,0 +1,247 @@
+use crate::{
+    Error, Hlcp, Norms, Rhs, Rows, Scalar, Step,
+    error::positive,
+    scalar::to_f64,
+    splitting::{pivot, positive_pivot},
+};
+
+/// The accelerated overrelaxation splitting of the pair, with Jacobi, Gauss–Seidel and SOR as its cases.
+///
+/// With `A = D_A − L_A − U_A` and `B = D_B − L_B − U_B` the forward splitting is
+///
+/// ```text
+/// M = (D_A − β_A L_A)/α_A + (D_B − β_B L_B) Ω/α_B ,
+/// ```
+///
+/// and the backward one has `U` in the place of `L`: (4) of the paper with one (α, β), (5) with one each
+/// for A and B. Entry by entry, a forward step is the correction
+///
+/// ```text
+/// mᵢᵢ (yᵢ − xᵢ) = − Fᵢ(x) − Σ_{j<i} mᵢⱼ (yⱼ − xⱼ) .
+/// ```
+///
+/// | constructor | α | β |
+/// |---|---|---|
+/// | [`jacobi`](Self::jacobi) | 1 | 0 |
+/// | [`gauss_seidel`](Self::gauss_seidel) | 1 | 1 |
+/// | [`sor`](Self::sor) | α | α |
+/// | [`new`](Self::new) | α | β |
+///
+/// # Cost
+///
+/// A step is one walk over the rows of `A` and of `B`, and yields the norms of its input for nothing. No
+/// scratch; the value itself is five numbers, and `Copy`.
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Step};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+/// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(3.0))?;
+///
+/// let (q, mut y) = ([-6.0, 3.0], [0.0; 2]);
+/// Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &[0.0, 0.0], &mut y, &mut vec![]);
+/// assert_eq!(y, [1.0, (1.0 - 3.0) / 6.0]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Aor<T> {
+    // Invariant: the α are positive and finite, the β finite.
+    a: Relaxation<T>,
+    b: Relaxation<T>,
+    backward: bool,
+}
+
+/// The two parameters of one matrix, as they enter `M`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Relaxation<T> {
+    /// 1/α.
+    diagonal: T,
+    /// β/α.
+    triangle: T,
+}
+
+impl<T: Scalar> Relaxation<T> {
+    fn new(alpha: T, beta: T) -> Result<Self, Error> {
+        positive("alpha", to_f64(alpha))?;
+        if !beta.is_finite() {
+            return Err(Error::Parameter { name: "beta", value: to_f64(beta), range: "finite" });
+        }
+        Ok(Self { diagonal: alpha.recip(), triangle: beta / alpha })
+    }
+}
+
+impl<T: Scalar> Aor<T> {
+    /// Forward AOR with the same (α, β) for `A` and `B`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] unless α is positive and finite and β is finite.
+    pub fn new(alpha: T, beta: T) -> Result<Self, Error> {
+        Self::of_pair([alpha, beta], [alpha, beta])
+    }
+
+    /// Forward AOR with (α, β) of its own for `A` and for `B`, as in equation (5).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] unless both α are positive and finite and both β are finite.
+    ///
+    /// ```
+    /// let pair = hlcp_core::Aor::of_pair([1.2, 0.9], [1.1, 1.1])?;
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn of_pair(a: [T; 2], b: [T; 2]) -> Result<Self, Error> {
+        Ok(Self {
+            a: Relaxation::new(a[0], a[1])?,
+            b: Relaxation::new(b[0], b[1])?,
+            backward: false,
+        })
+    }
+
+    /// Forward SOR.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] unless α is positive and finite.
+    ///
+    /// ```
+    /// use hlcp_core::Aor;
+    /// assert_eq!(Aor::sor(1.5)?, Aor::new(1.5, 1.5)?);
+    /// assert_eq!(Aor::sor(1.0)?, Aor::gauss_seidel());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn sor(alpha: T) -> Result<Self, Error> {
+        Self::new(alpha, alpha)
+    }
+
+    /// Forward Gauss–Seidel.
+    pub fn gauss_seidel() -> Self {
+        let one = Relaxation { diagonal: T::one(), triangle: T::one() };
+        Self { a: one, b: one, backward: false }
+    }
+
+    /// Jacobi, which knows no direction.
+    pub fn jacobi() -> Self {
+        let one = Relaxation { diagonal: T::one(), triangle: T::zero() };
+        Self { a: one, b: one, backward: false }
+    }
+
+    /// The same parameters in the backward direction: `U` in the place of `L`.
+    ///
+    /// ```
+    /// let second = hlcp_core::Aor::<f64>::gauss_seidel().backward();
+    /// assert_eq!(second.backward(), second);
+    /// ```
+    pub fn backward(self) -> Self {
+        Self { backward: true, ..self }
+    }
+
+    /// The accelerated step of AMMS (section 4 of the paper): as [`step`](Step::step), with |yⱼ| in the
+    /// place of |xⱼ| wherever the sweep has passed already,
+    ///
+    /// ```text
+    /// mᵢᵢ (yᵢ − xᵢ) = − Fᵢ(x) − Σ_{j<i} [ mᵢⱼ (yⱼ − xⱼ) + (aᵢⱼ − bᵢⱼ ωⱼ)(|yⱼ| − |xⱼ|) ] .
+    /// ```
+    ///
+    /// # Panics
+    ///
+    /// Unless `q`, `x` and `y` have the problem's order.
+    pub fn accelerated_step<A: Rows<T>, B: Rows<T>>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        self.sweep::<A, B, true>(problem, q, x, y)
+    }
+
+    fn sweep<A: Rows<T>, B: Rows<T>, const ACCELERATED: bool>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        let (n, q_entries) = (problem.order(), q.entries());
+        problem.assert_orders([q_entries.len(), x.len(), y.len()]);
+        let (a, b, omega, gamma) = (problem.a(), problem.b(), problem.omega(), problem.gamma());
+        let mut meter = q.meter(gamma);
+        let mut relax = |i: usize| {
+            let passed = |j: usize| if self.backward { j > i } else { j < i };
+            let (mut f, mut moved) = (gamma * q_entries[i], T::zero());
+            a.visit_row(i, &mut |j, a| {
+                let x = x[j];
+                f += a * (x.abs() + x);
+                if passed(j) {
+                    moved += self.a.triangle * a * (y[j] - x);
+                    if ACCELERATED {
+                        moved += a * (y[j].abs() - x.abs());
+                    }
+                }
+            });
+            b.visit_row(i, &mut |j, b| {
+                let (x, b_omega) = (x[j], b * omega.at(j));
+                f -= b_omega * (x.abs() - x);
+                if passed(j) {
+                    moved += self.b.triangle * b_omega * (y[j] - x);
+                    if ACCELERATED {
+                        moved -= b_omega * (y[j].abs() - x.abs());
+                    }
+                }
+            });
+            meter.add(f);
+            // The reciprocal depends on no other row, so it stays off the chain from row to row.
+            y[i] = x[i] - (f + moved) * self.pivot(problem, i).recip();
+        };
+        if self.backward {
+            (0..n).rev().for_each(&mut relax)
+        } else {
+            (0..n).for_each(relax)
+        }
+        meter.norms_over(gamma)
+    }
+
+    #[inline]
+    fn pivot<A: Rows<T>, B: Rows<T>>(&self, problem: &Hlcp<T, A, B>, i: usize) -> T {
+        pivot(problem, i, self.a.diagonal, self.b.diagonal)
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
+    fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+        for i in 0..problem.order() {
+            positive_pivot(problem, i, self.a.diagonal, self.b.diagonal)?;
+            finite_row("row of A", problem.a(), i)?;
+            finite_row("row of B", problem.b(), i)?;
+        }
+        Ok(())
+    }
+
+    fn step(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        _: &mut Vec<T>,
+    ) -> Norms {
+        self.sweep::<A, B, false>(problem, q, x, y)
+    }
+}
+
+/// Refuses a row with an entry that is not finite.
+fn finite_row<T: Scalar>(
+    what: &'static str,
+    operator: &impl Rows<T>,
+    index: usize,
+) -> Result<(), Error> {
+    let mut bad = None;
+    operator.visit_row(index, &mut |_, value| {
+        if !value.is_finite() {
+            bad = Some(Error::NotFinite { what, index, value: to_f64(value) });
+        }
+    });
+    bad.map_or(Ok(()), Err)
+}

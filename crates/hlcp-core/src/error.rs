@@ -1,0 +1,72 @@
+use thiserror::Error;
+
+/// Input that cannot be solved as it stands, with the numbers that are wrong.
+///
+/// An iteration that ends without converging is *not* an error; it is an outcome.
+///
+/// ```
+/// use hlcp_core::{Error, Rhs};
+///
+/// let error = Rhs::new(&[1.0, f64::NAN]).unwrap_err();
+/// assert!(matches!(error, Error::NotFinite { what: "q", index: 1, .. }));
+/// assert_eq!(error.to_string(), "q[1] is NaN, which is not a finite number");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The problem has no unknowns, or a grid has no points.
+    #[error("{what} has order 0; a problem needs at least one unknown")]
+    Empty {
+        /// What is empty.
+        what: &'static str,
+    },
+    /// Two things that must share an order do not.
+    #[error("{what} has order {found}, but the problem has order {expected}")]
+    Order {
+        /// What has the wrong order.
+        what: &'static str,
+        /// Its order.
+        found: usize,
+        /// The order of the rest of the problem.
+        expected: usize,
+    },
+    /// An entry is NaN or infinite.
+    #[error("{what}[{index}] is {value}, which is not a finite number")]
+    NotFinite {
+        /// The vector or list of coefficients.
+        what: &'static str,
+        /// The index of the entry.
+        index: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// An entry that must be positive and finite is not: of Ω, or of a diagonal that is divided by.
+    #[error("{what}[{index}] is {value}, but it must be positive and finite")]
+    NotPositive {
+        /// The vector or diagonal.
+        what: &'static str,
+        /// The index of the entry.
+        index: usize,
+        /// The entry.
+        value: f64,
+    },
+    /// A parameter is outside its range.
+    #[error("{name} is {value}, but it must be {range}")]
+    Parameter {
+        /// The parameter.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it must be.
+        range: &'static str,
+    },
+}
+
+/// Refuses a parameter that is not positive and finite.
+pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    if value > 0.0 && value.is_finite() {
+        Ok(())
+    } else {
+        Err(Error::Parameter { name, value, range: "positive and finite" })
+    }
+}

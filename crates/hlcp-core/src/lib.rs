@@ -1,0 +1,35 @@
+//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear
+//! complementarity.
+//!
+//! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing here
+//! forms a matrix: an operator is known by what it does.
+//!
+//! * What an operator can do, one trait a rung: [`LinearOperator`] (products), [`Diagonal`], [`Rows`].
+//!   [`FivePoint`] stands on all three.
+//! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`].
+//! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
+//!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.
+//! * What is wrong with the input: [`Error`].
+//!
+//! The methods themselves are in `hlcp-methods`.
+
+mod aor;
+mod error;
+mod forward;
+mod norms;
+mod omega;
+mod operator;
+mod problem;
+mod scalar;
+mod splitting;
+mod stencil;
+
+pub use aor::Aor;
+pub use error::Error;
+pub use norms::{Norms, Rhs, all_finite};
+pub use omega::Omega;
+pub use operator::{Diagonal, LinearOperator, Rows};
+pub use problem::Hlcp;
+pub use scalar::Scalar;
+pub use splitting::{Correction, FromFn, Jacobi, Splitting, Step};
+pub use stencil::FivePoint;

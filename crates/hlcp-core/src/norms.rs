@@ -1,0 +1,127 @@
+use crate::{Error, Scalar, scalar::to_f64};
+
+/// Two norms of one vector, in double precision whatever the vector's own.
+///
+/// Both are NaN as soon as one entry is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Norms {
+    /// The 2-norm.
+    pub l2: f64,
+    /// The largest absolute value.
+    pub linf: f64,
+}
+
+impl Norms {
+    /// The norms of a vector that is at hand.
+    ///
+    /// ```
+    /// use hlcp_core::Norms;
+    ///
+    /// let norms = Norms::of(&[3e200, -4e200]);
+    /// assert_eq!(norms.linf, 4e200);
+    /// assert!((norms.l2 / 5e200 - 1.0).abs() < 1e-15);
+    /// ```
+    pub fn of<T: Scalar>(v: &[T]) -> Self {
+        let largest = v.iter().fold(T::zero(), |max, &v| max.max(v.abs()));
+        let mut meter = Meter::new(power_of_two_near(to_f64(largest)));
+        v.iter().for_each(|&v| meter.add(v));
+        meter.norms()
+    }
+}
+
+/// Sums squares in units of a power of two, so that neither 1e±150 nor 1e±300 is lost.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Meter {
+    unit: f64,
+    inverse: f64,
+    squares: f64,
+    largest: f64,
+}
+
+impl Meter {
+    pub(crate) fn new(unit: f64) -> Self {
+        Self { unit, inverse: unit.recip(), squares: 0.0, largest: 0.0 }
+    }
+
+    #[inline(always)]
+    pub(crate) fn add<T: Scalar>(&mut self, v: T) {
+        let v = to_f64(v) * self.inverse;
+        self.squares += v * v;
+        // A NaN is dropped here and kept by the sum.
+        self.largest = self.largest.max(v.abs());
+    }
+
+    pub(crate) fn norms(&self) -> Norms {
+        let linf = if self.squares.is_nan() { f64::NAN } else { self.largest * self.unit };
+        Norms { l2: self.squares.sqrt() * self.unit, linf }
+    }
+
+    /// The norms of what was added, divided by γ.
+    pub(crate) fn norms_over<T: Scalar>(&self, gamma: T) -> Norms {
+        let Norms { l2, linf } = self.norms();
+        Norms { l2: l2 / to_f64(gamma), linf: linf / to_f64(gamma) }
+    }
+}
+
+/// A power of two within a factor of two of `v`, kept where it and its reciprocal are normal; 1 for 0.
+fn power_of_two_near(v: f64) -> f64 {
+    if v == 0.0 || !v.is_finite() { 1.0 } else { v.log2().floor().clamp(-1000.0, 1000.0).exp2() }
+}
+
+/// A vector `q` that was checked, with its norms.
+///
+/// The norms give stopping tests their scale and the sums of squares a unit that neither overflows nor
+/// squares to zero.
+#[derive(Debug, Clone, Copy)]
+pub struct Rhs<'q, T> {
+    q: &'q [T],
+    norms: Norms,
+}
+
+impl<'q, T: Scalar> Rhs<'q, T> {
+    /// Checks `q` in one pass.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Empty`] for no entries, [`Error::NotFinite`] for the first entry that is NaN or infinite.
+    ///
+    /// ```
+    /// let q = hlcp_core::Rhs::new(&[3.0_f32, -4.0])?;
+    /// assert_eq!((q.norms().l2, q.norms().linf), (5.0, 4.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn new(q: &'q [T]) -> Result<Self, Error> {
+        if q.is_empty() {
+            return Err(Error::Empty { what: "q" });
+        }
+        all_finite("q", q)?;
+        Ok(Self { q, norms: Norms::of(q) })
+    }
+
+    /// The entries.
+    pub fn entries(&self) -> &'q [T] {
+        self.q
+    }
+
+    /// Their norms.
+    pub fn norms(&self) -> Norms {
+        self.norms
+    }
+
+    /// A meter for vectors of the size of `γ q`.
+    pub(crate) fn meter(&self, gamma: T) -> Meter {
+        Meter::new(power_of_two_near(self.norms.linf * to_f64(gamma)))
+    }
+}
+
+/// Refuses a vector with a NaN or infinite entry, naming the first.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] with `what`, the index and the value.
+pub fn all_finite<T: Scalar>(what: &'static str, v: &[T]) -> Result<(), Error> {
+    match v.iter().position(|v| !v.is_finite()) {
+        Some(index) => Err(Error::NotFinite { what, index, value: to_f64(v[index]) }),
+        None => Ok(()),
+    }
+}

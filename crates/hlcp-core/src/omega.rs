@@ -1,0 +1,104 @@
+use crate::{Diagonal, Error, Scalar, error::positive, scalar::to_f64};
+
+/// The positive diagonal matrix Ω of the modulus equation.
+///
+/// ```
+/// use hlcp_core::Omega;
+///
+/// let omega = Omega::Each(vec![2.0, 0.5]);
+/// assert_eq!((omega.at(1), Omega::Uniform(3.0).at(1)), (0.5, 3.0));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Omega<T> {
+    /// Ω = ω I: one number.
+    Uniform(T),
+    /// Ω = diag(ω₁, …, ωₙ).
+    Each(Vec<T>),
+}
+
+impl<T: Scalar> Omega<T> {
+    /// Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.
+    ///
+    /// One number when the ratio is the same in every row, so a pair of constant stencils stores no vector.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for τ; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
+    /// they have none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first
+    /// ratio, that is zero, negative or not finite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Omega};
+    ///
+    /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 6.0, -1.0, -1.0])?;
+    /// let b = FivePoint::new(4, 4, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// assert_eq!(Omega::diagonal_ratio(0.8, &a, &b)?, Omega::Uniform(0.8 * 1.5));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn diagonal_ratio(
+        tau: T,
+        a: &impl Diagonal<T>,
+        b: &impl Diagonal<T>,
+    ) -> Result<Self, Error> {
+        positive("tau", to_f64(tau))?;
+        let n = a.order();
+        if b.order() != n {
+            return Err(Error::Order { what: "B", found: b.order(), expected: n });
+        }
+        let ratio = |i| -> Result<T, Error> {
+            let a = positive_entry("diagonal of A", i, a.diagonal_entry(i))?;
+            let b = positive_entry("diagonal of B", i, b.diagonal_entry(i))?;
+            positive_entry("omega", i, tau * (a / b))
+        };
+        if n == 0 {
+            return Err(Error::Empty { what: "A" });
+        }
+        let first = ratio(0)?;
+        for i in 1..n {
+            if ratio(i)? != first {
+                return (0..n).map(ratio).collect::<Result<_, _>>().map(Self::Each);
+            }
+        }
+        Ok(Self::Uniform(first))
+    }
+
+    /// The entry ωᵢ.
+    ///
+    /// # Panics
+    ///
+    /// When `i` is not below the length of an [`Each`](Self::Each).
+    #[inline]
+    pub fn at(&self, i: usize) -> T {
+        match self {
+            Self::Uniform(omega) => *omega,
+            Self::Each(omega) => omega[i],
+        }
+    }
+
+    /// Refuses an Ω that does not fit order `n`, or has an entry that is not positive and finite.
+    pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
+        match self {
+            Self::Uniform(omega) => positive("omega", to_f64(*omega)),
+            Self::Each(omega) if omega.len() != n => {
+                Err(Error::Order { what: "omega", found: omega.len(), expected: n })
+            }
+            Self::Each(omega) => omega
+                .iter()
+                .enumerate()
+                .try_for_each(|(i, &omega)| positive_entry("omega", i, omega).map(drop)),
+        }
+    }
+}
+
+/// The entry, unless it is zero, negative or not finite.
+pub(crate) fn positive_entry<T: Scalar>(
+    what: &'static str,
+    index: usize,
+    value: T,
+) -> Result<T, Error> {
+    if value > T::zero() && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::NotPositive { what, index, value: to_f64(value) })
+    }
+}

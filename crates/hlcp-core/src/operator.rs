@@ -1,0 +1,58 @@
+use crate::Scalar;
+
+/// A square linear map on `Tⁿ`, known through its action `x ↦ A x` alone.
+///
+/// A solver asks for no more than this unless its bound says so. `&O`, `Box<O>` and `Arc<O>` are
+/// operators whenever `O` is, also for `O = dyn LinearOperator<T>`.
+///
+/// ```
+/// use hlcp_core::LinearOperator;
+///
+/// /// The second difference with zero boundary values.
+/// struct SecondDifference(usize);
+///
+/// impl LinearOperator<f64> for SecondDifference {
+///     fn order(&self) -> usize {
+///         self.0
+///     }
+///
+///     fn apply(&self, x: &[f64], y: &mut [f64]) {
+///         for i in 0..self.0 {
+///             let west = if i > 0 { x[i - 1] } else { 0.0 };
+///             let east = x.get(i + 1).copied().unwrap_or(0.0);
+///             y[i] = 2.0 * x[i] - west - east;
+///         }
+///     }
+/// }
+///
+/// let mut y = [f64::NAN; 3];
+/// SecondDifference(3).apply(&[1.0, 2.0, 4.0], &mut y);
+/// assert_eq!(y, [0.0, -1.0, 6.0]);
+/// ```
+pub trait LinearOperator<T: Scalar>: Send + Sync {
+    /// The order `n` of the map.
+    fn order(&self) -> usize;
+
+    /// Overwrites `y` with `A x`; what `y` held before is never read.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless both slices have length [`order`](Self::order).
+    fn apply(&self, x: &[T], y: &mut [T]);
+}
+
+/// An operator that knows its diagonal: what [`Jacobi`](crate::Jacobi) and Ω = τ D_A D_B⁻¹ ask for.
+///
+/// Entry by entry, so that an operator with a constant diagonal stores one number.
+pub trait Diagonal<T: Scalar>: LinearOperator<T> {
+    /// The entry `aᵢᵢ`, for `i` below the order.
+    fn diagonal_entry(&self, i: usize) -> T;
+}
+
+/// An operator whose rows can be walked: what [`Aor`](crate::Aor) and the accelerated method ask for.
+pub trait Rows<T: Scalar>: Diagonal<T> {
+    /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
+    ///
+    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero.
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T));
+}

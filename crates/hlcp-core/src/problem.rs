@@ -1,0 +1,177 @@
+use crate::{Error, LinearOperator, Norms, Omega, Rhs, Scalar, error::positive, scalar::to_f64};
+
+/// The problem HLCP(A, B, q) in modulus form.
+///
+/// The problem is to find `z, r ∈ Tⁿ` with
+///
+/// ```text
+/// A z − B r + q = 0,    z ≥ 0,    r ≥ 0,    zᵀ r = 0.
+/// ```
+///
+/// For a positive diagonal Ω and a positive γ, the modulus variable `x` with `z = (|x| + x)/γ` and
+/// `r = Ω(|x| − x)/γ` satisfies the three conditions by construction, and what is left is one equation,
+/// (2) of the paper with everything on one side:
+///
+/// ```text
+/// F(x) = (A + BΩ) x + (A − BΩ)|x| + γ q = γ (A z − B r + q) = 0.
+/// ```
+///
+/// `q` is given to each call, so that one value serves many right-hand sides.
+///
+/// # Scaling
+///
+/// Multiplying `q` by a positive number multiplies `z`, `r` and `x` by it. Multiplying γ multiplies `x`
+/// alone. Multiplying Ω stretches the negative part of `x`; `z` and `r` stay.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+/// let b = FivePoint::new(2, 1, [0.0, 0.0, 2.0, 0.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(1.5))?;
+///
+/// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
+/// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+/// assert_eq!((z, r), ([2.0, 0.0], [0.0, 6.0]));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Hlcp<T, A, B> {
+    // Invariant: `a` and `b` share one order n ≥ 1, which `omega` fits; `omega` and `gamma` are positive and finite.
+    a: A,
+    b: B,
+    omega: Omega<T>,
+    gamma: T,
+}
+
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
+    /// Poses the problem for all `q`, with γ = 1.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`;
+    /// [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
+    pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
+        let n = a.order();
+        if n == 0 {
+            return Err(Error::Empty { what: "A" });
+        }
+        if b.order() != n {
+            return Err(Error::Order { what: "B", found: b.order(), expected: n });
+        }
+        omega.check(n)?;
+        Ok(Self { a, b, omega, gamma: T::one() })
+    }
+
+    /// The same problem with another γ.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] unless γ is positive and finite.
+    pub fn with_gamma(self, gamma: T) -> Result<Self, Error> {
+        positive("gamma", to_f64(gamma))?;
+        Ok(Self { gamma, ..self })
+    }
+
+    /// The order `n`.
+    pub fn order(&self) -> usize {
+        self.a.order()
+    }
+
+    /// The operator `A`.
+    pub fn a(&self) -> &A {
+        &self.a
+    }
+
+    /// The operator `B`.
+    pub fn b(&self) -> &B {
+        &self.b
+    }
+
+    /// The diagonal matrix Ω.
+    pub fn omega(&self) -> &Omega<T> {
+        &self.omega
+    }
+
+    /// The number γ.
+    pub fn gamma(&self) -> T {
+        self.gamma
+    }
+
+    /// Overwrites `z` and `r` with `(|x| + x)/γ` and `Ω(|x| − x)/γ`.
+    ///
+    /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` without NaN.
+    ///
+    /// # Panics
+    ///
+    /// Unless all three slices have length `n`.
+    pub fn recover(&self, x: &[T], z: &mut [T], r: &mut [T]) {
+        self.assert_orders([x.len(), z.len(), r.len()]);
+        for (i, &x) in x.iter().enumerate() {
+            z[i] = (x.abs() + x) / self.gamma;
+            r[i] = self.omega.at(i) * (x.abs() - x) / self.gamma;
+        }
+    }
+
+    /// Overwrites `f` with F(x).
+    ///
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    ///
+    /// # Cost
+    ///
+    /// One product with `A`, one with `B`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q`, `x` and `f` have length `n`.
+    pub fn defect(&self, q: &[T], x: &[T], f: &mut [T], scratch: &mut Vec<T>) {
+        self.assert_orders([q.len(), x.len(), f.len()]);
+        let (part, product) = halves(scratch, x.len());
+        for (u, &x) in part.iter_mut().zip(x) {
+            *u = x.abs() + x;
+        }
+        self.a.apply(part, f);
+        for (i, (v, &x)) in part.iter_mut().zip(x).enumerate() {
+            *v = self.omega.at(i) * (x.abs() - x);
+        }
+        self.b.apply(part, product);
+        for ((f, &bv), &q) in f.iter_mut().zip(&*product).zip(q) {
+            *f = *f - bv + self.gamma * q;
+        }
+    }
+
+    /// The norms of `A z − B r + q`, for any `z` and `r`.
+    ///
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    ///
+    /// # Cost
+    ///
+    /// One product with `A`, one with `B`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q`, `z` and `r` have length `n`.
+    pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
+        self.assert_orders([q.entries().len(), z.len(), r.len()]);
+        let (az, br) = halves(scratch, z.len());
+        self.a.apply(z, az);
+        self.b.apply(r, br);
+        let mut meter = q.meter(T::one());
+        for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
+            meter.add(az - br + q);
+        }
+        meter.norms()
+    }
+
+    pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {
+        assert_eq!(lengths, [self.order(); K], "vectors of the problem's order");
+    }
+}
+
+/// Two slices of length `n` of one vector, which grows once.
+fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
+    if scratch.len() < 2 * n {
+        scratch.resize(2 * n, T::zero());
+    }
+    scratch[..2 * n].split_at_mut(n)
+}

@@ -1,0 +1,247 @@
+use crate::{
+    Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry,
+    scalar::to_f64,
+};
+
+/// A splitting `A + BΩ = M − N`, known by one solve with `M`.
+///
+/// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
+/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap it in
+/// [`Correction`] and every method takes it.
+///
+/// ```
+/// use hlcp_core::Splitting;
+///
+/// /// M = diag(m), the simplest splitting.
+/// struct Scaling(Vec<f64>);
+///
+/// impl Splitting<f64> for Scaling {
+///     fn solve(&self, rhs: &[f64], y: &mut [f64]) {
+///         for ((y, rhs), m) in y.iter_mut().zip(rhs).zip(&self.0) {
+///             *y = rhs / m;
+///         }
+///     }
+/// }
+///
+/// let mut y = [f64::NAN; 2];
+/// Scaling(vec![2.0, 4.0]).solve(&[6.0, 6.0], &mut y);
+/// assert_eq!(y, [3.0, 1.5]);
+/// ```
+pub trait Splitting<T: Scalar>: Send + Sync {
+    /// Overwrites `y` with the solution of `M y = rhs`; what `y` held before is never read.
+    ///
+    /// Both slices have the problem's order.
+    fn solve(&self, rhs: &[T], y: &mut [T]);
+}
+
+/// One step `x ↦ y` of a modulus-based method, together with what the stopping test reads.
+///
+/// A step is MMS's whole iteration and half of one of TMMS. It is told the problem instead of holding
+/// operators of its own, so it cannot solve another one by mistake.
+pub trait Step<T: Scalar, A, B>: Send + Sync {
+    /// Refuses a problem the step cannot divide its way through.
+    ///
+    /// # Errors
+    ///
+    /// The first entry that is not finite, or the first pivot that is not positive, with its index.
+    fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
+
+    /// Overwrites `y` with the next iterate and returns the norms of `F(x)/γ = A z − B r + q` at `x`,
+    /// the step's *input*.
+    ///
+    /// `scratch` may be grown and keeps nothing that matters between calls.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q`, `x` and `y` have the problem's order.
+    fn step(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms;
+}
+
+impl<T: Scalar, A, B, S: Step<T, A, B> + ?Sized> Step<T, A, B> for Box<S> {
+    fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+        (**self).check(problem)
+    }
+
+    fn step(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        (**self).step(problem, q, x, y, scratch)
+    }
+}
+
+/// The step `y = x − M⁻¹ F(x)` of any [`Splitting`]; it needs no more of `A` and `B` than products.
+///
+/// # Cost
+///
+/// One product with `A`, one with `B`, one solve with `M`; `2n` numbers of scratch.
+///
+/// ```
+/// use hlcp_core::{Correction, FivePoint, FromFn, Hlcp, Omega, Rhs, Step};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?;
+/// let eighth = FromFn(|rhs: &[f64], y: &mut [f64]| {
+///     for (y, rhs) in y.iter_mut().zip(rhs) {
+///         *y = rhs / 8.0;
+///     }
+/// });
+///
+/// let (q, mut y) = ([-3.0, -3.0], [0.0; 2]);
+/// let norms = Correction(eighth).step(&problem, &Rhs::new(&q)?, &[0.5, 0.5], &mut y, &mut vec![]);
+/// assert_eq!((y, norms.linf), ([0.5, 0.5], 0.0)); // z = (1, 1), r = 0 is the solution
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Correction<S>(pub S);
+
+impl<T, A, B, S> Step<T, A, B> for Correction<S>
+where
+    T: Scalar,
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S: Splitting<T>,
+{
+    fn check(&self, _: &Hlcp<T, A, B>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn step(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        corrected(problem, q, x, y, scratch, |f, y| self.0.solve(f, y))
+    }
+}
+
+/// `y ← x − solve(F(x))`, and the norms of `F(x)/γ`.
+fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    q: &Rhs<'_, T>,
+    x: &[T],
+    y: &mut [T],
+    scratch: &mut Vec<T>,
+    solve: impl FnOnce(&[T], &mut [T]),
+) -> Norms {
+    problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+    problem.defect(q.entries(), x, y, scratch);
+    let f = &mut scratch[..x.len()];
+    f.copy_from_slice(y);
+    let mut meter = q.meter(problem.gamma());
+    f.iter().for_each(|&f| meter.add(f));
+    solve(f, y);
+    for (y, &x) in y.iter_mut().zip(x) {
+        *y = x - *y;
+    }
+    meter.norms_over(problem.gamma())
+}
+
+/// A closure `(rhs, y)` as a [`Splitting`].
+///
+/// ```
+/// use hlcp_core::{FromFn, Splitting};
+///
+/// let half = FromFn(|rhs: &[f32], y: &mut [f32]| y[0] = rhs[0] / 2.0);
+/// let mut y = [0.0];
+/// half.solve(&[3.0], &mut y);
+/// assert_eq!(y, [1.5]);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct FromFn<F>(pub F);
+
+impl<T: Scalar, F: Fn(&[T], &mut [T]) + Send + Sync> Splitting<T> for FromFn<F> {
+    fn solve(&self, rhs: &[T], y: &mut [T]) {
+        (self.0)(rhs, y);
+    }
+}
+
+/// The Jacobi splitting `M = D_A + D_B Ω` for operators that know only their products and diagonal.
+///
+/// Where rows can be walked, [`Aor::jacobi`](crate::Aor::jacobi) is the same splitting in one pass.
+///
+/// # Cost
+///
+/// One product with `A`, one with `B`; `2n` numbers of scratch, none for the diagonal.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Jacobi, Omega, Rhs, Step};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+/// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(3.0))?;
+///
+/// let (q, mut y) = ([-6.0, 3.0], [0.0; 2]);
+/// Jacobi.step(&problem, &Rhs::new(&q)?, &[0.0, 0.0], &mut y, &mut vec![]);
+/// assert_eq!(y, [1.0, -0.5]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Jacobi;
+
+impl<T: Scalar, A: Diagonal<T>, B: Diagonal<T>> Step<T, A, B> for Jacobi {
+    fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+        (0..problem.order()).try_for_each(|i| positive_pivot(problem, i, T::one(), T::one()))
+    }
+
+    fn step(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        corrected(problem, q, x, y, scratch, |f, y| {
+            for (i, (y, &f)) in y.iter_mut().zip(f).enumerate() {
+                *y = f / pivot(problem, i, T::one(), T::one());
+            }
+        })
+    }
+}
+
+/// The diagonal entry `aᵢᵢ/α_A + bᵢᵢ ωᵢ/α_B` of `M`, from the reciprocals of the two α.
+#[inline]
+pub(crate) fn pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
+    problem: &Hlcp<T, A, B>,
+    i: usize,
+    over_a: T,
+    over_b: T,
+) -> T {
+    problem.a().diagonal_entry(i) * over_a
+        + problem.b().diagonal_entry(i) * problem.omega().at(i) * over_b
+}
+
+/// Refuses diagonal entries that are not finite and pivots that are not positive.
+pub(crate) fn positive_pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
+    problem: &Hlcp<T, A, B>,
+    i: usize,
+    over_a: T,
+    over_b: T,
+) -> Result<(), Error> {
+    let entries = [
+        ("diagonal of A", problem.a().diagonal_entry(i)),
+        ("diagonal of B", problem.b().diagonal_entry(i)),
+    ];
+    for (what, value) in entries {
+        if !value.is_finite() {
+            return Err(Error::NotFinite { what, index: i, value: to_f64(value) });
+        }
+    }
+    positive_entry("diagonal of M", i, pivot(problem, i, over_a, over_b)).map(drop)
+}

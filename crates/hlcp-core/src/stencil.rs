@@ -1,0 +1,113 @@
+use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
+
+/// A five-point stencil with constant coefficients on an `nx × ny` grid, zero outside it.
+///
+/// Point `(i, j)` of column `i < nx` and row `j < ny` has the index `j·nx + i`, so
+///
+/// ```text
+/// (A x)ᵢⱼ = south·xᵢ,ⱼ₋₁ + west·xᵢ₋₁,ⱼ + centre·xᵢⱼ + east·xᵢ₊₁,ⱼ + north·xᵢ,ⱼ₊₁ .
+/// ```
+///
+/// In the paper's notation this is blktridiag(south·I; tridiag(west; centre; east); north·I): no matrix
+/// is formed, seven numbers are stored.
+///
+/// # Cost
+///
+/// One product reads `x` and writes `y` once.
+///
+/// ```
+/// use hlcp_core::{FivePoint, LinearOperator};
+///
+/// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let mut y = [0.0; 6];
+/// laplacian.apply(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
+/// assert_eq!(y, [-2.0, -1.0, 4.0, 10.0, 8.0, 16.0]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FivePoint<T> {
+    // Invariant: nx, ny ≥ 1 and the coefficients are finite.
+    nx: usize,
+    ny: usize,
+    south: T,
+    west: T,
+    centre: T,
+    east: T,
+    north: T,
+}
+
+impl<T: Scalar> FivePoint<T> {
+    /// The stencil `[south, west, centre, east, north]` on an `nx × ny` grid.
+    ///
+    /// The order of the coefficients is that of the row's entries.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Empty`] for a grid without points, or with more than memory can address;
+    /// [`Error::NotFinite`] for the first coefficient that is NaN or infinite.
+    pub fn new(nx: usize, ny: usize, coefficients: [T; 5]) -> Result<Self, Error> {
+        if nx.checked_mul(ny).is_none_or(|n| n == 0) {
+            return Err(Error::Empty { what: "the grid" });
+        }
+        crate::all_finite("coefficients [south, west, centre, east, north]", &coefficients)?;
+        let [south, west, centre, east, north] = coefficients;
+        Ok(Self { nx, ny, south, west, centre, east, north })
+    }
+}
+
+impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
+    fn order(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        let nx = self.nx;
+        assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
+        for (j, y) in y.chunks_exact_mut(nx).enumerate() {
+            let row = |j: usize| &x[j * nx..(j + 1) * nx];
+            for (y, &x) in y.iter_mut().zip(row(j)) {
+                *y = self.centre * x;
+            }
+            add(self.west, &row(j)[..nx - 1], &mut y[1..]);
+            add(self.east, &row(j)[1..], &mut y[..nx - 1]);
+            if j > 0 {
+                add(self.south, row(j - 1), y);
+            }
+            if j + 1 < self.ny {
+                add(self.north, row(j + 1), y);
+            }
+        }
+    }
+}
+
+/// `y += a x`.
+fn add<T: Scalar>(a: T, x: &[T], y: &mut [T]) {
+    if a != T::zero() {
+        for (y, &x) in y.iter_mut().zip(x) {
+            *y += a * x;
+        }
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for FivePoint<T> {
+    fn diagonal_entry(&self, _: usize) -> T {
+        self.centre
+    }
+}
+
+impl<T: Scalar> Rows<T> for FivePoint<T> {
+    #[inline]
+    fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
+        let (i, nx, n) = (k % self.nx, self.nx, self.order());
+        let mut entry = |inside: bool, at: usize, a: T| {
+            if inside && a != T::zero() {
+                visit(at, a);
+            }
+        };
+        entry(k >= nx, k.wrapping_sub(nx), self.south);
+        entry(i > 0, k.wrapping_sub(1), self.west);
+        entry(true, k, self.centre);
+        entry(i + 1 < nx, k + 1, self.east);
+        entry(k + nx < n, k + nx, self.north);
+    }
+}

@@ -1,0 +1,27 @@
+//! Modulus-based matrix splitting methods for horizontal linear complementarity problems: find
+//! `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`.
+//!
+//! * [`Mms`], [`Amms`] and [`Tmms`] are the methods of Zheng and Vong's paper, each on any operators that
+//!   its splittings can work with; [`Named`] finds them by the paper's names.
+//! * A [`Method`] is a few public steps; [`Solver`] iterates one within [`Limits`] and reports an
+//!   [`Outcome`].
+//!
+//! No matrix is formed anywhere.
+
+mod amms;
+mod method;
+mod mms;
+mod named;
+mod outcome;
+mod solver;
+mod tmms;
+mod watch;
+
+pub use amms::Amms;
+pub use method::Method;
+pub use mms::Mms;
+pub use named::{NameError, Named, Parameters};
+pub use outcome::{Outcome, Status};
+pub use solver::{Limits, Norm, Solver};
+pub use tmms::Tmms;
+pub use watch::{GROWTH, PATIENCE};

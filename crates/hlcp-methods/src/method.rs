@@ -1,0 +1,63 @@
+use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
+
+/// A modulus-based method on a fixed problem: what [`Solver`](crate::Solver) iterates.
+///
+/// One iteration is [`steps`](Self::steps) steps, numbered from 0. The steps are public, so a loop can be
+/// driven by hand:
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs};
+/// use hlcp_methods::{Method, Mms};
+///
+/// let a = FivePoint::new(3, 3, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(3, 3, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
+/// let mut mgs = Mms::new(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?;
+///
+/// let q = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0, 9.0];
+/// let q = Rhs::new(&q)?;
+/// let (mut x, mut y) = (vec![1.0; 9], vec![0.0; 9]);
+/// while mgs.step(0, &q, &x, &mut y).l2 > 1e-10 {
+///     std::mem::swap(&mut x, &mut y);
+/// }
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub trait Method<T: Scalar> {
+    /// The type of the operator `A`.
+    type A: LinearOperator<T>;
+    /// The type of the operator `B`.
+    type B: LinearOperator<T>;
+
+    /// The problem.
+    fn problem(&self) -> &Hlcp<T, Self::A, Self::B>;
+
+    /// How many steps make one iteration; each is one sweep over the grid.
+    fn steps(&self) -> usize {
+        1
+    }
+
+    /// Takes step number `k` of an iteration, from `x` to `y`, and returns the norms of `A z − B r + q` at
+    /// `x`, the step's *input*.
+    ///
+    /// # Panics
+    ///
+    /// Unless `k` is below [`steps`](Self::steps) and all slices have the problem's order.
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms;
+}
+
+impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
+    type A = M::A;
+    type B = M::B;
+
+    fn problem(&self) -> &Hlcp<T, Self::A, Self::B> {
+        (**self).problem()
+    }
+
+    fn steps(&self) -> usize {
+        (**self).steps()
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        (**self).step(k, q, x, y)
+    }
+}

@@ -1,0 +1,88 @@
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Step};
+
+use crate::Method;
+
+/// The modulus-based matrix splitting method, MMS.
+///
+/// With `z = (|x| + x)/γ` and `r = Ω(|x| − x)/γ` the problem reads
+/// `(A + BΩ) x = (BΩ − A)|x| − γ q`. For a splitting `A + BΩ = M − N` one iteration is
+///
+/// ```text
+/// M x⁺ = N x + (BΩ − A)|x| − γ q ,    the same as    x⁺ = x − M⁻¹ F(x) ,
+/// ```
+///
+/// and it is the second form that runs: it needs no `N`, and `F(x) = γ(A z − B r + q)` is what the
+/// stopping test looks at anyway.
+///
+/// # Cost
+///
+/// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and no
+/// storage; with a [`Correction`](hlcp_core::Correction) one product with each, one solve with `M` and
+/// `2n` numbers.
+///
+/// # Convergence
+///
+/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ` where
+/// `bᵢⱼ ≠ 0`, for all `i ≠ j`:
+///
+/// * with H-compatible splittings of `A` and `B`, if `Ωe > D_B⁻¹D_A e − D_B⁻¹D⁻¹⟨A⟩De`, where `⟨A⟩D` is
+///   strictly diagonally dominant (Theorem 1 with equal steps);
+/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, where
+///   `A = D_A − C_A` (Corollary 1).
+///
+/// # Source
+///
+/// Method 1 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
+/// horizontal linear complementarity problems*, Numerical Algorithms, who take it from F. Mezzadri and
+/// E. Galligani.
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_methods::{Limits, Mms, Solver};
+///
+/// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
+/// let mut msor = Solver::new(Mms::new(Hlcp::new(a, b, omega)?, Aor::sor(1.2)?)?);
+///
+/// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
+/// assert!(msor.solve(&q, &[1.0; 64], &Limits::default())?.converged());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Mms<T, A, B, S> {
+    problem: Hlcp<T, A, B>,
+    step: S,
+    scratch: Vec<T>,
+}
+
+impl<T: Scalar, A, B, S: Step<T, A, B>> Mms<T, A, B, S> {
+    /// The method on `problem` with the splitting of `step`.
+    ///
+    /// # Errors
+    ///
+    /// What [`Step::check`] refuses.
+    pub fn new(problem: Hlcp<T, A, B>, step: S) -> Result<Self, Error> {
+        step.check(&problem)?;
+        Ok(Self { problem, step, scratch: Vec::new() })
+    }
+}
+
+impl<T: Scalar, A, B, S> Method<T> for Mms<T, A, B, S>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S: Step<T, A, B>,
+{
+    type A = A;
+    type B = B;
+
+    fn problem(&self) -> &Hlcp<T, A, B> {
+        &self.problem
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        assert_eq!(k, 0, "MMS has one step");
+        self.step.step(&self.problem, q, x, y, &mut self.scratch)
+    }
+}

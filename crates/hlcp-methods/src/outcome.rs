@@ -1,0 +1,74 @@
+use std::fmt;
+
+use hlcp_core::Norms;
+
+/// How an iteration ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// The residual of the answer, recomputed from the problem, is within the tolerance.
+    Converged,
+    /// The residual stopped being finite, or grew [`GROWTH`](crate::GROWTH)-fold over the larger of its first value and
+    /// ‖q‖.
+    ///
+    /// Cause: the method does not contract for this pair, Ω and parameters. Remedy: a smaller α, another
+    /// τ, or a method with a theorem for the pair.
+    Diverged,
+    /// The iterates moved by no more than rounding for [`PATIENCE`](crate::PATIENCE) iterations without a smaller
+    /// residual, or came to rest: the tolerance is below what the precision can reach.
+    ///
+    /// Remedy: a looser or relative tolerance, or a wider precision.
+    Stagnated,
+    /// The iterates repeat, bit for bit, with this period and a movement above rounding.
+    ///
+    /// Cause: the method does not contract here, or the problem has no solution. Remedy: another α or τ.
+    Cycling {
+        /// The number of iterations after which an iterate returned.
+        period: usize,
+    },
+    /// The iterations ran out while the residual was still moving.
+    IterationLimit,
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Converged => "converged",
+            Self::Diverged => "diverged",
+            Self::Stagnated => "stagnated",
+            Self::Cycling { .. } => "cycling",
+            Self::IterationLimit => "iteration limit",
+        })
+    }
+}
+
+/// What became of a solve.
+///
+/// The answer itself stays with the [`Solver`](crate::Solver): the last iterate on success, the one with
+/// the smallest residual otherwise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[must_use = "an iteration may end without converging"]
+pub struct Outcome {
+    /// How the iteration ended.
+    pub status: Status,
+    /// The number of iterations that ran.
+    pub iterations: usize,
+    /// The iteration whose iterate is the answer.
+    pub answer: usize,
+    /// The number of steps in those iterations; a two-step iteration is two sweeps.
+    ///
+    /// The stopping test's look at the last iterate is the first step of an iteration that is not
+    /// counted.
+    pub sweeps: usize,
+    /// Wall-clock time of the iteration and of recovering the answer.
+    pub seconds: f64,
+    /// The norms of `A z − B r + q` for the answer, recomputed from the problem.
+    pub residual: Norms,
+}
+
+impl Outcome {
+    /// Whether the answer meets the tolerance.
+    pub fn converged(&self) -> bool {
+        self.status == Status::Converged
+    }
+}

@@ -1,0 +1,106 @@
+use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step};
+
+use crate::Method;
+
+/// The two-step modulus-based matrix splitting method, TMMS.
+///
+/// Two splittings `A + BΩ = M₁ − N₁ = M₂ − N₂` take turns; one iteration is
+///
+/// ```text
+/// M₁ xᵏ⁺½ = N₁ xᵏ   + (BΩ − A)|xᵏ|   − γ q ,    the same as    xᵏ⁺½ = xᵏ   − M₁⁻¹ F(xᵏ) ,
+/// M₂ xᵏ⁺¹ = N₂ xᵏ⁺½ + (BΩ − A)|xᵏ⁺½| − γ q ,                   xᵏ⁺¹ = xᵏ⁺½ − M₂⁻¹ F(xᵏ⁺½) .
+/// ```
+///
+/// With an AOR splitting and its mirror image this is TMAOR (4), with Gauss–Seidel TMGS; two equal
+/// splittings make two iterations of [`Mms`](crate::Mms).
+///
+/// # Cost
+///
+/// Two steps an iteration: with [`Aor`]s two walks over the rows of `A` and `B` and no storage.
+///
+/// # Convergence
+///
+/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ` where
+/// `bᵢⱼ ≠ 0`, for all `i ≠ j`:
+///
+/// * with H-compatible splittings of `A` and `B` in both steps, if
+///   `Ωe > D_B⁻¹D_A e − D_B⁻¹D⁻¹⟨A⟩De`, where `⟨A⟩D` is strictly diagonally dominant (Theorem 1);
+/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, where
+///   `A = D_A − C_A` (Theorem 2).
+///
+/// # Source
+///
+/// Method 2 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
+/// horizontal linear complementarity problems*, Numerical Algorithms.
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_methods::{Limits, Solver, Tmms};
+///
+/// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
+/// let mut tmaor = Solver::new(Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::new(1.1, 0.9)?)?);
+///
+/// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
+/// assert!(tmaor.solve(&q, &[1.0; 64], &Limits::default())?.converged());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Tmms<T, A, B, S1, S2> {
+    problem: Hlcp<T, A, B>,
+    first: S1,
+    second: S2,
+    scratch: Vec<T>,
+}
+
+impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2> {
+    /// The method on `problem` with any two steps.
+    ///
+    /// # Errors
+    ///
+    /// What [`Step::check`] of either refuses.
+    pub fn new(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
+        first.check(&problem)?;
+        second.check(&problem)?;
+        Ok(Self { problem, first, second, scratch: Vec::new() })
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
+    /// The method with `aor` forward and then backward, equation (4).
+    ///
+    /// # Errors
+    ///
+    /// What [`Step::check`] refuses.
+    pub fn mirrored(problem: Hlcp<T, A, B>, aor: Aor<T>) -> Result<Self, Error> {
+        Self::new(problem, aor, aor.backward())
+    }
+}
+
+impl<T: Scalar, A, B, S1, S2> Method<T> for Tmms<T, A, B, S1, S2>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S1: Step<T, A, B>,
+    S2: Step<T, A, B>,
+{
+    type A = A;
+    type B = B;
+
+    fn problem(&self) -> &Hlcp<T, A, B> {
+        &self.problem
+    }
+
+    fn steps(&self) -> usize {
+        2
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        match k {
+            0 => self.first.step(&self.problem, q, x, y, &mut self.scratch),
+            1 => self.second.step(&self.problem, q, x, y, &mut self.scratch),
+            _ => panic!("TMMS has two steps"),
+        }
+    }
+}

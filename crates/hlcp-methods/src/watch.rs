@@ -1,0 +1,132 @@
+//! What tells an iteration that is slow from one that is lost.
+
+use hlcp_core::Scalar;
+
+/// A residual this many times the larger of ‖q‖ and its first value is divergence.
+///
+/// Generous on purpose: an over-relaxed iteration may grow for hundreds of steps before it contracts.
+pub const GROWTH: f64 = 1e16;
+
+/// How many iterations without a smaller residual it takes before the movement of the iterates is looked at.
+pub const PATIENCE: usize = 100;
+
+/// The movement `‖x⁺ − x‖∞`, in units of `ε ‖x‖∞`, that rounding alone explains.
+///
+/// An entry of F is a sum of a dozen terms of the size of ‖x‖, each rounded, over a pivot of that size.
+const ROUNDING: f64 = 64.0;
+
+/// Why an iteration should go no further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Alarm {
+    Diverging,
+    Resting,
+    Repeating { period: usize },
+}
+
+/// The history of one iteration, in a few numbers.
+#[derive(Debug, Clone)]
+pub(crate) struct Watch<T> {
+    scale: f64,
+    best: f64,
+    best_at: usize,
+    mark: Mark,
+    anchor: Vec<T>,
+    anchored_at: Option<usize>,
+}
+
+/// A residual to compare later ones with, as in Brent's cycle finding.
+#[derive(Debug, Clone, Copy)]
+struct Mark {
+    residual: f64,
+    at: usize,
+    span: usize,
+    period: usize,
+    hits: usize,
+}
+
+impl Mark {
+    const NONE: Self = Self { residual: f64::NAN, at: 0, span: 1, period: 0, hits: 0 };
+
+    /// Whether the residual came back for the third time in a row with one period.
+    fn third_return(&mut self, k: usize, residual: f64) -> bool {
+        if residual == self.residual {
+            let period = k - self.at;
+            self.hits = if period == self.period { self.hits + 1 } else { 1 };
+            (self.at, self.period) = (k, period);
+        } else if k - self.at >= self.span {
+            *self = Self { residual, at: k, span: 2 * self.span, ..Self::NONE };
+        }
+        self.hits >= 3
+    }
+}
+
+impl<T: Scalar> Watch<T> {
+    pub(crate) fn new() -> Self {
+        Self {
+            scale: 0.0,
+            best: f64::INFINITY,
+            best_at: 0,
+            mark: Mark::NONE,
+            anchor: Vec::new(),
+            anchored_at: None,
+        }
+    }
+
+    /// Forgets the last iteration, but not its storage.
+    pub(crate) fn begin(&mut self, scale: f64) {
+        let anchor = std::mem::take(&mut self.anchor);
+        *self = Self { scale, anchor, ..Self::new() };
+    }
+
+    /// Notes the residual of iterate `k`; whether it is the smallest so far.
+    pub(crate) fn is_best(&mut self, k: usize, residual: f64) -> bool {
+        let best = k == 0 || residual < self.best;
+        if k == 0 {
+            self.scale = self.scale.max(residual);
+        }
+        if best {
+            (self.best, self.best_at) = (residual, k);
+        }
+        best
+    }
+
+    pub(crate) fn best_at(&self) -> usize {
+        self.best_at
+    }
+
+    /// Looks at iterate `k`, its residual and the step that leads on from it.
+    pub(crate) fn alarm(&mut self, k: usize, residual: f64, x: &[T], next: &[T]) -> Option<Alarm> {
+        if !residual.is_finite() || residual > GROWTH * self.scale {
+            return Some(Alarm::Diverging);
+        }
+        let quiet = k - self.best_at;
+        if quiet > 0 && quiet.is_multiple_of(PATIENCE) && moves_by_rounding(x, next) {
+            return Some(Alarm::Resting);
+        }
+        if let Some(at) = self.anchored_at {
+            if k - at < self.mark.period {
+                return None;
+            }
+            self.anchored_at = None;
+            if x == self.anchor {
+                let resting = moves_by_rounding(x, next);
+                let repeating = Alarm::Repeating { period: k - at };
+                return Some(if resting { Alarm::Resting } else { repeating });
+            }
+            self.mark = Mark { span: self.mark.span, at: k, ..Mark::NONE };
+        } else if self.mark.third_return(k, residual) {
+            self.anchor.clear();
+            self.anchor.extend_from_slice(x);
+            self.anchored_at = Some(k);
+        }
+        None
+    }
+}
+
+/// Whether rounding explains all of the step from `x` to `next`.
+fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T]) -> bool {
+    let largest = |max: T, v: T| max.max(v.abs());
+    let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
+    let size = x.iter().copied().fold(T::zero(), largest);
+    T::from(ROUNDING).is_some_and(|rounding| moved <= rounding * T::epsilon() * size)
+}

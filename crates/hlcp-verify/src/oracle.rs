@@ -1,0 +1,243 @@
+//! The paper's methods as dense textbook iterations, and all solutions of a small problem.
+//!
+//! Slow and obvious: every matrix of the formulas is formed and every linear system is factorised.
+//! A splitting `A = M − N` is the pair `(M, N)`.
+
+use nalgebra::{DMatrix, DVector};
+
+/// The AOR splitting `M = (D − β L)/α`, `N = M − A` of equation (4); with `U` for `L` when `backward`.
+///
+/// ```
+/// use hlcp_verify::oracle::aor_splitting;
+/// use nalgebra::dmatrix;
+///
+/// let (m, n) = aor_splitting(&dmatrix![4.0, -1.0; -2.0, 8.0], [2.0, 0.5], false);
+/// assert_eq!(m, dmatrix![2.0, 0.0; -0.5, 4.0]);
+/// assert_eq!(n, dmatrix![-2.0, 1.0; 1.5, -4.0]);
+/// ```
+pub fn aor_splitting(
+    matrix: &DMatrix<f64>,
+    [alpha, beta]: [f64; 2],
+    backward: bool,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (d, l, u) = parts(matrix);
+    let m = (d - if backward { u } else { l } * beta) / alpha;
+    (m.clone(), m - matrix)
+}
+
+/// `(D, L, U)` with `A = D − L − U`.
+fn parts(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
+    let part = |sign: f64, keep: fn(usize, usize) -> bool| {
+        DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |i, j| {
+            if keep(i, j) { sign * matrix[(i, j)] } else { 0.0 }
+        })
+    };
+    (part(1.0, |i, j| i == j), part(-1.0, |i, j| i > j), part(-1.0, |i, j| i < j))
+}
+
+/// A dense HLCP in modulus form.
+#[derive(Debug, Clone)]
+pub struct Dense {
+    /// The matrix `A`.
+    pub a: DMatrix<f64>,
+    /// The matrix `B`.
+    pub b: DMatrix<f64>,
+    /// The vector `q`.
+    pub q: DVector<f64>,
+    /// The diagonal of Ω.
+    pub omega: DVector<f64>,
+    /// The number γ.
+    pub gamma: f64,
+}
+
+/// One iteration with its matrices spelled out,
+///
+/// ```text
+/// linear·x⁺ + modulus·|x⁺| = from_x·x + from_modulus·|x| − constant .
+/// ```
+#[derive(Debug, Clone)]
+pub struct Iteration {
+    /// What multiplies `x⁺`.
+    pub linear: DMatrix<f64>,
+    /// What multiplies `|x⁺|`: zero, or strictly triangular on the side where `linear` is triangular.
+    pub modulus: DMatrix<f64>,
+    /// What multiplies `x`.
+    pub from_x: DMatrix<f64>,
+    /// What multiplies `|x|`.
+    pub from_modulus: DMatrix<f64>,
+    /// The vector `γ q`.
+    pub constant: DVector<f64>,
+}
+
+impl Iteration {
+    /// The next iterate: by factorisation where `modulus` is zero, else by substitution.
+    ///
+    /// # Panics
+    ///
+    /// When `linear` is singular.
+    pub fn step(&self, x: &DVector<f64>) -> DVector<f64> {
+        let rhs = &self.from_x * x + &self.from_modulus * x.abs() - &self.constant;
+        let n = x.len();
+        if self.modulus.amax() == 0.0 {
+            return self.linear.clone().lu().solve(&rhs).expect("M is regular");
+        }
+        let lower = self.modulus.upper_triangle().amax() == 0.0;
+        let mut next = DVector::zeros(n);
+        for k in 0..n {
+            let i = if lower { k } else { n - 1 - k };
+            // What is not known yet is still zero.
+            let known = self.linear.row(i) * &next + self.modulus.row(i) * next.abs();
+            next[i] = (rhs[i] - known[0]) / self.linear[(i, i)];
+        }
+        next
+    }
+
+    /// The matrix `P = (⟨linear⟩ − |modulus|)⁻¹ (|from_x| + |from_modulus|)`.
+    ///
+    /// Where that inverse is non-negative, as it is for triangular matrices,
+    /// `|x⁺ − y⁺| ≤ P |x − y|` for any two iterates; it is the paper's 𝒫 of (14).
+    ///
+    /// # Panics
+    ///
+    /// When the comparison matrix is singular.
+    pub fn contraction(&self) -> DMatrix<f64> {
+        let comparison = self.comparison() - self.modulus.abs();
+        let right = self.from_x.abs() + self.from_modulus.abs();
+        comparison.lu().solve(&right).expect("the comparison matrix is regular")
+    }
+
+    /// ⟨linear⟩.
+    fn comparison(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.linear.nrows(), self.linear.ncols(), |i, j| {
+            if i == j { self.linear[(i, j)].abs() } else { -self.linear[(i, j)].abs() }
+        })
+    }
+}
+
+impl Dense {
+    /// Method 1 with the splittings `of_a` and `of_b`,
+    ///
+    /// ```text
+    /// (M_BΩ + M_A) x⁺ = (N_BΩ + N_A) x + (BΩ − A)|x| − γ q .
+    /// ```
+    ///
+    /// Method 2 is two of these that take turns.
+    ///
+    /// ```
+    /// use hlcp_verify::oracle::{Dense, aor_splitting};
+    /// use nalgebra::{dmatrix, dvector};
+    ///
+    /// let (a, b) = (dmatrix![4.0], dmatrix![1.0]);
+    /// let problem =
+    ///     Dense { a: a.clone(), b: b.clone(), q: dvector![-8.0], omega: dvector![4.0], gamma: 1.0 };
+    /// let [of_a, of_b] = [a, b].map(|matrix| aor_splitting(&matrix, [1.0, 1.0], false));
+    /// assert_eq!(problem.mms(of_a, of_b).step(&dvector![0.5]), dvector![1.0]);
+    /// ```
+    pub fn mms(
+        &self,
+        (m_a, n_a): (DMatrix<f64>, DMatrix<f64>),
+        (m_b, n_b): (DMatrix<f64>, DMatrix<f64>),
+    ) -> Iteration {
+        let omega = DMatrix::from_diagonal(&self.omega);
+        Iteration {
+            linear: m_b * &omega + m_a,
+            modulus: DMatrix::zeros(self.q.len(), self.q.len()),
+            from_x: n_b * &omega + n_a,
+            from_modulus: &self.b * &omega - &self.a,
+            constant: self.gamma * &self.q,
+        }
+    }
+
+    /// AMMS,
+    ///
+    /// ```text
+    /// (M_B₁Ω + M_A₁) x⁺ + (N_B₂Ω − N_A₂)|x⁺| = (N_B₁Ω + N_A₁) x + (M_B₂Ω − M_A₂)|x| − γ q ,
+    /// ```
+    ///
+    /// with AOR splittings of parameters `of_a` and `of_b` first, and `M_A₂ = D_A − U_A`,
+    /// `M_B₂ = D_B − U_B` second (`L` for `U` when `backward`).
+    ///
+    /// ```
+    /// use hlcp_verify::oracle::Dense;
+    /// use nalgebra::{dmatrix, dvector};
+    ///
+    /// let problem = Dense {
+    ///     a: dmatrix![4.0, 0.0; -1.0, 4.0],
+    ///     b: dmatrix![1.0, 0.0; 0.0, 1.0],
+    ///     q: dvector![-8.0, 2.0],
+    ///     omega: dvector![4.0, 4.0],
+    ///     gamma: 1.0,
+    /// };
+    /// // The second row meets |x₁⁺| = 1 where Method 1 would still meet |x₁| = 0.
+    /// let amgs = problem.amms([1.0, 1.0], [1.0, 1.0], false);
+    /// assert_eq!(amgs.step(&dvector![0.0, 0.0]), dvector![1.0, 0.0]);
+    /// ```
+    pub fn amms(&self, of_a: [f64; 2], of_b: [f64; 2], backward: bool) -> Iteration {
+        let omega = DMatrix::from_diagonal(&self.omega);
+        let second = |matrix: &DMatrix<f64>| {
+            let (d, l, u) = parts(matrix);
+            let m = d - if backward { l } else { u };
+            (m.clone(), m - matrix)
+        };
+        let ((m_a1, n_a1), (m_a2, n_a2)) =
+            (aor_splitting(&self.a, of_a, backward), second(&self.a));
+        let ((m_b1, n_b1), (m_b2, n_b2)) =
+            (aor_splitting(&self.b, of_b, backward), second(&self.b));
+        Iteration {
+            linear: m_b1 * &omega + m_a1,
+            modulus: n_b2 * &omega - n_a2,
+            from_x: n_b1 * &omega + n_a1,
+            from_modulus: m_b2 * &omega - m_a2,
+            constant: self.gamma * &self.q,
+        }
+    }
+
+    /// All solutions `(z, r)`, found by trying every choice of `zᵢ = 0` or `rᵢ = 0`, in no order.
+    ///
+    /// A choice whose linear system is singular is passed over, so of a continuum of solutions only
+    /// isolated ones are sure to be found; a solution with `zᵢ = rᵢ = 0` comes once for each choice.
+    ///
+    /// # Panics
+    ///
+    /// For orders above 12.
+    ///
+    /// ```
+    /// use hlcp_verify::oracle::Dense;
+    /// use nalgebra::{dmatrix, dvector};
+    ///
+    /// // Both matrices are H₊, and yet there are three solutions.
+    /// let pair = Dense {
+    ///     a: dmatrix![1.0, -2.0; 0.0, 1.0],
+    ///     b: dmatrix![1.0, 0.0; -2.0, 1.0],
+    ///     q: dvector![1.0, -1.0],
+    ///     omega: dvector![1.0, 1.0],
+    ///     gamma: 1.0,
+    /// };
+    /// assert_eq!(pair.solutions().len(), 3);
+    /// ```
+    pub fn solutions(&self) -> Vec<(DVector<f64>, DVector<f64>)> {
+        let n = self.q.len();
+        assert!(n <= 12, "2^{n} supports are too many");
+        let scale = self.q.amax();
+        let mut solutions = Vec::new();
+        for support in 0_u32..1 << n {
+            let in_z = |i: usize| support >> i & 1 == 1;
+            let system =
+                DMatrix::from_fn(
+                    n,
+                    n,
+                    |i, j| {
+                        if in_z(j) { self.a[(i, j)] } else { -self.b[(i, j)] }
+                    },
+                );
+            let Some(y) = system.full_piv_lu().solve(&-&self.q) else { continue };
+            if y.iter().all(|&y| y >= -1e-12 * scale) {
+                let part = |z: bool| {
+                    DVector::from_fn(n, |i, _| if in_z(i) == z { y[i].max(0.0) } else { 0.0 })
+                };
+                solutions.push((part(true), part(false)));
+            }
+        }
+        solutions
+    }
+}

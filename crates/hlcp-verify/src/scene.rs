@@ -1,0 +1,83 @@
+use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
+
+/// The paper's Examples 1 and 2: a pair of stencils on an `m × m` grid.
+///
+/// With `S` tridiagonal, Example 1 (symmetric) has
+///
+/// ```text
+/// A = blktridiag(−I, S, −I) + μI,  B = I ⊗ S + νI,  S = tridiag(−1; 4; −1),
+/// ```
+///
+/// and Example 2
+///
+/// ```text
+/// A = blktridiag(−1.5I, S, −0.5I) + μI,  B = I ⊗ S + νI,  S = tridiag(−1.5; 4; −0.5).
+/// ```
+///
+/// The planted solution is `z* = (0, 1, 0, 1, …)`, `r* = (1, 0, 1, 0, …)`, and `q = B r* − A z*`. (The paper
+/// prints the opposite sign of `q`, for which the planted pair solves nothing, and does not print `z*`.)
+///
+/// ```
+/// use hlcp_core::LinearOperator;
+/// use hlcp_verify::Example;
+///
+/// let scene = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+/// assert_eq!(scene.a.order(), 16);
+/// assert_eq!(scene.q[0], 8.0 + 1.0); // r* = 1 at the corner, z* = 1 at its east neighbour
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Example {
+    /// Example 1 if true, Example 2 if not.
+    pub symmetric: bool,
+    /// Grid points a side; the order is `m²`.
+    pub m: usize,
+    /// The multiple of the identity in `A`.
+    pub mu: f64,
+    /// The multiple of the identity in `B`.
+    pub nu: f64,
+}
+
+/// A scene's operators in one precision, its `q`, and the solution it was built around.
+#[derive(Debug, Clone)]
+pub struct Posed<T, A, B> {
+    /// The operator `A`.
+    pub a: A,
+    /// The operator `B`.
+    pub b: B,
+    /// The vector `q = B r* − A z*`.
+    pub q: Vec<T>,
+    /// The solution's `z*`.
+    pub z: Vec<T>,
+    /// The solution's `r*`.
+    pub r: Vec<T>,
+}
+
+impl Example {
+    /// The example in precision `T`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error`] for a grid without points, and for μ or ν that are not finite.
+    pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        let [lower, upper] = if self.symmetric { [-1.0, -1.0] } else { [-1.5, -0.5] };
+        let stencil = |coefficients: [f64; 5]| {
+            let to = |v| T::from(v).unwrap_or_else(T::nan);
+            FivePoint::new(self.m, self.m, coefficients.map(to))
+        };
+        let a = stencil([lower, lower, 4.0 + self.mu, upper, upper])?;
+        let b = stencil([0.0, lower, 4.0 + self.nu, upper, 0.0])?;
+        let alternating = |odd| {
+            let entry = |i| if (i % 2 == 1) == odd { T::one() } else { T::zero() };
+            (0..a.order()).map(entry).collect::<Vec<T>>()
+        };
+        let (z, r) = (alternating(true), alternating(false));
+        let (mut q, mut az) = (vec![T::zero(); z.len()], vec![T::zero(); z.len()]);
+        b.apply(&r, &mut q);
+        a.apply(&z, &mut az);
+        for (q, az) in q.iter_mut().zip(az) {
+            *q -= az;
+        }
+        Ok(Posed { a, b, q, z, r })
+    }
+}

@@ -1,0 +1,213 @@
+//! The library's iterates are the paper's: in lockstep with the dense textbook iterations, and bit for bit
+//! where two methods are one.
+
+mod common;
+
+use common::{Matrix, planted, posed};
+use hlcp_core::{Aor, Jacobi, Rhs, Step};
+use hlcp_methods::{Amms, Method, Mms, Tmms};
+use hlcp_verify::oracle::{Dense, Iteration, aor_splitting};
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+const ITERATIONS: usize = 12;
+
+/// Parameters of one AOR splitting of a pair.
+#[derive(Debug, Clone, Copy)]
+struct Parameters {
+    a: [f64; 2],
+    b: [f64; 2],
+    backward: bool,
+}
+
+impl Parameters {
+    fn library(self) -> Aor<f64> {
+        let aor = Aor::of_pair(self.a, self.b).expect("generators make valid parameters");
+        if self.backward { aor.backward() } else { aor }
+    }
+
+    fn textbook(self, dense: &Dense) -> Iteration {
+        let split = |matrix, parameters| aor_splitting(matrix, parameters, self.backward);
+        dense.mms(split(&dense.a, self.a), split(&dense.b, self.b))
+    }
+}
+
+/// Jacobi, Gauss–Seidel, SOR, AOR, and AOR with own parameters for A and B, in both directions.
+fn parameters() -> impl Strategy<Value = Parameters> {
+    let alpha = || 0.5..1.6;
+    let beta = || -0.3..1.8;
+    let pair = prop_oneof![
+        Just([[1.0, 0.0]; 2]),
+        Just([[1.0, 1.0]; 2]),
+        alpha().prop_map(|alpha| [[alpha, alpha]; 2]),
+        (alpha(), beta()).prop_map(|(alpha, beta)| [[alpha, beta]; 2]),
+        (alpha(), beta(), alpha(), beta()).prop_map(|(a, b, c, d)| [[a, b], [c, d]]),
+    ];
+    (pair, any::<bool>()).prop_map(|([a, b], backward)| Parameters { a, b, backward })
+}
+
+/// A bound on the distance of two computations of one iterate, carried from step to step.
+///
+/// The exact map moves an old distance by at most `contraction()`; rounding adds at most
+/// `⟨M⟩⁻¹` times `(2n + 16)` roundings of terms that together are no larger than `size`.
+struct Drift(f64);
+
+impl Drift {
+    fn step(&mut self, textbook: &Iteration, x: &DVector<f64>, next: &DVector<f64>) {
+        let n = x.len();
+        let ones = DVector::from_element(n, 1.0);
+        let unit = Iteration { from_x: DMatrix::identity(n, n), ..textbook.clone() };
+        let unit = Iteration { from_modulus: DMatrix::zeros(n, n), ..unit };
+        let inverse = (unit.contraction() * &ones).amax();
+        let size = ((textbook.from_x.abs() + textbook.from_modulus.abs() + textbook.linear.abs())
+            * x.abs()
+            * 2.0
+            + (textbook.linear.abs() + textbook.modulus.abs()) * (next.abs() + x.abs())
+            + textbook.constant.abs())
+        .amax();
+        let rounding = (2 * n + 16) as f64 * f64::EPSILON * inverse * size;
+        self.0 = (textbook.contraction() * ones).amax() * self.0 + rounding;
+    }
+}
+
+/// Runs a method beside its textbook steps, each from its own iterates.
+fn lockstep(
+    method: &mut impl Method<f64>,
+    textbook: &[Iteration],
+    q: &DVector<f64>,
+    start: &DVector<f64>,
+) -> Result<(), TestCaseError> {
+    let q = Rhs::new(q.as_slice()).expect("q is finite");
+    let (mut x, mut y) = (start.clone(), start * f64::NAN);
+    let (mut exact, mut drift) = (start.clone(), Drift(0.0));
+    prop_assert_eq!(method.steps(), textbook.len());
+    for _ in 0..ITERATIONS {
+        for (k, textbook) in textbook.iter().enumerate() {
+            let _ = method.step(k, &q, x.as_slice(), y.as_mut_slice());
+            let next = textbook.step(&exact);
+            drift.step(textbook, &exact, &next);
+            let distance = (&y - &next).amax();
+            prop_assert!(distance <= drift.0, "{distance:e} > {:e}", drift.0);
+            (exact, x, y) = (next, y, x);
+        }
+    }
+    Ok(())
+}
+
+proptest! {
+    #[test]
+    fn mms_is_method_1(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
+        let start = p.x().map(|x| x.sin() + start);
+        let textbook = [aor.textbook(&p.dense)];
+        let mut mms = Mms::new(posed(&p.dense), aor.library()).unwrap();
+        lockstep(&mut mms, &textbook, &p.dense.q, &start)?;
+    }
+
+    #[test]
+    fn jacobi_by_the_diagonal_is_method_1(p in planted(1..41, 1.5), start in -3.0..3.0) {
+        let start = p.x().map(|x| x.sin() + start);
+        let jacobi = Parameters { a: [1.0, 0.0], b: [1.0, 0.0], backward: false };
+        let mut mms = Mms::new(posed(&p.dense), Jacobi).unwrap();
+        lockstep(&mut mms, &[jacobi.textbook(&p.dense)], &p.dense.q, &start)?;
+    }
+
+    #[test]
+    fn tmms_is_method_2(
+        p in planted(1..41, 1.5),
+        first in parameters(),
+        second in parameters(),
+        start in -3.0..3.0,
+    ) {
+        let start = p.x().map(|x| x.sin() + start);
+        let textbook = [first.textbook(&p.dense), second.textbook(&p.dense)];
+        let mut tmms = Tmms::new(posed(&p.dense), first.library(), second.library()).unwrap();
+        lockstep(&mut tmms, &textbook, &p.dense.q, &start)?;
+    }
+
+    #[test]
+    fn amms_is_section_4(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
+        let start = p.x().map(|x| x.sin() + start);
+        let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
+        let mut amms = Amms::new(posed(&p.dense), aor.library()).unwrap();
+        lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
+    }
+
+    /// The norms a step returns are those of A z − B r + q at its input, by the paper's definitions.
+    #[test]
+    fn a_step_measures_its_input(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
+        let x = p.x().map(|x| x.sin() + start);
+        let z = (x.abs() + &x) / p.dense.gamma;
+        let r = (x.abs() - &x).component_mul(&p.dense.omega) / p.dense.gamma;
+        let residual = &p.dense.a * &z - &p.dense.b * &r + &p.dense.q;
+        let size = &p.dense.a.abs() * &z + &p.dense.b.abs() * &r + p.dense.q.abs();
+        let rounding = (2 * x.len() + 16) as f64 * f64::EPSILON * size.norm();
+
+        let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
+        let (mut y, mut scratch) = (vec![f64::NAN; x.len()], vec![]);
+        let steps: [&dyn Step<f64, Matrix, Matrix>; 2] = [&aor.library(), &Jacobi];
+        let mut all = steps.map(|s| s.step(&problem, &q, x.as_slice(), &mut y, &mut scratch)).to_vec();
+        all.push(aor.library().accelerated_step(&problem, &q, x.as_slice(), &mut y));
+        all.push(problem.residual(&q, z.as_slice(), r.as_slice(), &mut scratch));
+        for norms in all {
+            prop_assert!((norms.l2 - residual.norm()).abs() <= rounding);
+            prop_assert!((norms.linf - residual.amax()).abs() <= rounding);
+        }
+    }
+
+    /// Two equal steps are two iterations of MMS, with the same operations in the same order.
+    #[test]
+    fn two_equal_steps_are_mms_twice(p in planted(1..41, 1.5), aor in parameters()) {
+        let q = Rhs::new(p.dense.q.as_slice()).unwrap();
+        let mut one = Mms::new(posed(&p.dense), aor.library()).unwrap();
+        let mut two = Tmms::new(posed(&p.dense), aor.library(), aor.library()).unwrap();
+        let mut x = p.x().map(|x| x.cos());
+        let (mut half, mut by_one, mut by_two) = (x.clone(), x.clone(), x.clone());
+        for _ in 0..ITERATIONS {
+            let _ = one.step(0, &q, x.as_slice(), half.as_mut_slice());
+            let _ = one.step(0, &q, half.as_slice(), by_one.as_mut_slice());
+            let _ = two.step(0, &q, x.as_slice(), half.as_mut_slice());
+            let _ = two.step(1, &q, half.as_slice(), by_two.as_mut_slice());
+            prop_assert_eq!(&by_one, &by_two);
+            x.copy_from(&by_one);
+        }
+    }
+
+    /// The cases of AOR are AOR: SOR at α = β, Gauss–Seidel at 1, Jacobi at β = 0 in either direction.
+    #[test]
+    fn cases_of_aor_coincide(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
+        let same = |left: Aor<f64>, right: Aor<f64>| -> Result<(), TestCaseError> {
+            let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
+            let x = p.x().map(|x| x.cos());
+            let [mut one, mut other] = [vec![0.0; x.len()], vec![1.0; x.len()]];
+            let _ = left.step(&problem, &q, x.as_slice(), &mut one, &mut vec![]);
+            let _ = right.step(&problem, &q, x.as_slice(), &mut other, &mut vec![]);
+            prop_assert_eq!(one, other);
+            Ok(())
+        };
+        let aor = |alpha, beta| Aor::new(alpha, beta).unwrap();
+        same(Aor::sor(alpha).unwrap(), aor(alpha, alpha))?;
+        same(Aor::sor(1.0).unwrap(), Aor::gauss_seidel())?;
+        same(Aor::jacobi(), aor(1.0, 0.0))?;
+        same(Aor::jacobi(), Aor::jacobi().backward())?;
+        same(Aor::of_pair([alpha, 0.7], [alpha, 0.7]).unwrap(), aor(alpha, 0.7))?;
+    }
+
+    /// A planted solution is a fixed point of every step, to rounding.
+    #[test]
+    fn solutions_are_fixed_points(p in planted(1..41, 1.5), aor in parameters()) {
+        let x = p.x();
+        let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
+        for textbook in [aor.textbook(&p.dense), p.dense.amms(aor.a, aor.b, aor.backward)] {
+            let mut drift = Drift(0.0);
+            drift.step(&textbook, &x, &x);
+            let mut y = vec![f64::NAN; x.len()];
+            let norms = if textbook.modulus.amax() == 0.0 {
+                aor.library().step(&problem, &q, x.as_slice(), &mut y, &mut vec![])
+            } else {
+                aor.library().accelerated_step(&problem, &q, x.as_slice(), &mut y)
+            };
+            prop_assert!(norms.linf <= 1e-12 * q.norms().linf.max(1.0));
+            prop_assert!((DVector::from_vec(y) - &x).amax() <= drift.0);
+        }
+    }
+}
