@@ -18,7 +18,7 @@ use serde_json::json;
 
 /// Solve a horizontal linear complementarity problem, A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0.
 #[derive(Debug, Parser)]
-#[command(name = "solve", allow_negative_numbers = true)]
+#[command(name = "solve")]
 struct Arguments {
     /// The problem
     #[arg(long, value_enum, default_value_t = Scene::Example1)]
@@ -27,34 +27,34 @@ struct Arguments {
     #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u16).range(1..=32768))]
     m: u16,
     /// The multiple of the identity in A
-    #[arg(long, default_value_t = 4.0)]
+    #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
     mu: f64,
     /// The multiple of the identity in B
-    #[arg(long, default_value_t = 4.0)]
+    #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
     nu: f64,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or an indexed name of the paper's Table 1
     #[arg(long)]
     method: Option<String>,
     /// Relaxation α, of the first step where there are two
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     alpha: Option<f64>,
     /// Acceleration β, of the first step where there are two
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     beta: Option<f64>,
     /// α of the second step
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     alpha2: Option<f64>,
     /// β of the second step
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     beta2: Option<f64>,
     /// Ω = τ D_A D_B⁻¹
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     tau: f64,
     /// The scale γ of the modulus variable
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10 in f64, 16 ε ‖q‖ in f32]
-    #[arg(long)]
+    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10 in f64, 4 ε ‖q‖ in f32]
+    #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// The largest number of iterations
     #[arg(long, default_value_t = 30_000)]

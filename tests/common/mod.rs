@@ -8,7 +8,7 @@ use proptest::{collection::vec, prelude::*};
 
 /// A dense matrix as a user's operator.
 #[derive(Debug, Clone)]
-pub struct Matrix(pub DMatrix<f64>);
+pub(crate) struct Matrix(pub(crate) DMatrix<f64>);
 
 impl LinearOperator<f64> for Matrix {
     fn order(&self) -> usize {
@@ -33,7 +33,7 @@ impl Rows<f64> for Matrix {
 }
 
 /// The dense problem as the library sees it.
-pub fn posed(dense: &Dense) -> Hlcp<f64, Matrix, Matrix> {
+pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, Matrix, Matrix> {
     let omega = Omega::Each(dense.omega.iter().copied().collect());
     Hlcp::new(Matrix(dense.a.clone()), Matrix(dense.b.clone()), omega)
         .and_then(|problem| problem.with_gamma(dense.gamma))
@@ -49,7 +49,10 @@ fn matrix(n: usize, weight: f64) -> impl Strategy<Value = DMatrix<f64>> {
 }
 
 /// A problem of the given orders with a planted solution, everything varying, nothing symmetric.
-pub fn planted(orders: std::ops::Range<usize>, weight: f64) -> impl Strategy<Value = Planted> {
+pub(crate) fn planted(
+    orders: std::ops::Range<usize>,
+    weight: f64,
+) -> impl Strategy<Value = Planted> {
     (orders, 0.5..4.0).prop_flat_map(move |(n, gamma)| {
         (matrix(n, weight), matrix(n, weight), vec(-8.0..8.0, n), vec(0.4..2.5, n)).prop_map(
             move |(a, b, signed, omega)| {

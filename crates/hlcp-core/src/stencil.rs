@@ -43,11 +43,19 @@ impl<T: Scalar> FivePoint<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for a grid without points, or with more than memory can address;
+    /// [`Error::Empty`] for a grid without points, [`Error::Parameter`] for more than an index can count;
     /// [`Error::NotFinite`] for the first coefficient that is NaN or infinite.
     pub fn new(nx: usize, ny: usize, coefficients: [T; 5]) -> Result<Self, Error> {
-        if nx.checked_mul(ny).is_none_or(|n| n == 0) {
-            return Err(Error::Empty { what: "the grid" });
+        match nx.checked_mul(ny) {
+            None => {
+                return Err(Error::Parameter {
+                    name: "the number of grid points",
+                    value: nx as f64 * ny as f64,
+                    range: "one that an index can count",
+                });
+            }
+            Some(0) => return Err(Error::Empty { what: "the grid" }),
+            Some(_) => {}
         }
         crate::all_finite("coefficients [south, west, centre, east, north]", &coefficients)?;
         let [south, west, centre, east, north] = coefficients;

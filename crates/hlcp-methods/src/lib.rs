@@ -25,3 +25,8 @@ pub use outcome::{Outcome, Status};
 pub use solver::{Limits, Norm, Solver};
 pub use tmms::Tmms;
 pub use watch::{GROWTH, PATIENCE};
+
+/// The README's program, compiled and run with the documentation's other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -31,8 +31,8 @@ impl Norm {
 /// It has converged when `‖A z − B r + q‖ ≤ max(absolute, relative·‖q‖)`.
 ///
 /// The default is the paper's: 2-norm, absolute 10⁻¹⁰, 30,000 iterations. A precision too coarse for an
-/// absolute 10⁻¹⁰ (`f32`) also accepts `16 ε ‖q‖`: an entry of the residual is a sum of some dozen terms
-/// of the size of `q`, each rounded to half an ε.
+/// absolute 10⁻¹⁰ (`f32`) also accepts `4 ε ‖q‖`: an entry of the residual is a sum of some ten terms
+/// of the size of `q`, each rounded to half an ε, so its floor is near `√10 ε/2`.
 ///
 /// ```
 /// use hlcp_methods::{Limits, Norm};
@@ -58,7 +58,7 @@ impl<T: Scalar> Default for Limits<T> {
         let coarse = T::epsilon() > from(1e-12);
         Self {
             absolute: from(1e-10),
-            relative: if coarse { from(16.0) * T::epsilon() } else { T::zero() },
+            relative: if coarse { from(4.0) * T::epsilon() } else { T::zero() },
             norm: Norm::L2,
             iterations: 30_000,
         }
@@ -101,8 +101,8 @@ impl<T: Scalar> Limits<T> {
 ///
 /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], &[1.0; 3], &Limits::default())?;
 /// assert!(outcome.converged());
-/// assert!((solver.z()[2] - 1.5).abs() < 1e-10);
-/// assert!((solver.r()[1] - 3.0).abs() < 1e-10);
+/// assert!(f64::abs(solver.z()[2] - 1.5) < 1e-10);
+/// assert!(f64::abs(solver.r()[1] - 3.0) < 1e-10);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]

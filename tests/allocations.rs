@@ -1,0 +1,115 @@
+//! Steps and solves after the first allocate nothing, and a solve takes no more vectors than documented.
+
+use std::{
+    alloc::{GlobalAlloc, Layout, System},
+    cell::Cell,
+};
+
+use hlcp_core::{Correction, FromFn, Hlcp, Jacobi, Omega, Rhs};
+use hlcp_methods::{Limits, Method, Mms, Named, Parameters, Solver};
+use hlcp_verify::Example;
+
+/// The system's allocator, counting this thread's calls and bytes.
+struct Counting;
+
+thread_local! {
+    static CALLS: Cell<usize> = const { Cell::new(0) };
+    static LIVE: Cell<isize> = const { Cell::new(0) };
+    static PEAK: Cell<isize> = const { Cell::new(0) };
+}
+
+#[allow(unsafe_code, reason = "a global allocator cannot be written without")]
+// SAFETY: every call is passed on to the system's allocator as it came.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.set(CALLS.get() + 1);
+        LIVE.set(LIVE.get() + layout.size() as isize);
+        PEAK.set(PEAK.get().max(LIVE.get()));
+        // SAFETY: the caller's obligations are the system allocator's.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // Below zero where a thread frees what another one took.
+        LIVE.set(LIVE.get() - layout.size() as isize);
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// How many allocations `work` makes.
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = CALLS.get();
+    work();
+    CALLS.get() - before
+}
+
+/// The names of every family and of both readings of two steps.
+const NAMES: [&str; 6] = ["MJ", "MGS", "AMGS", "TMGS", "TMAOR3", "TMGSSOR2"];
+
+#[test]
+fn a_second_solve_allocates_nothing() {
+    let scene = Example { symmetric: false, m: 24, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(0.9, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let (start, limits) = (vec![1.0; scene.q.len()], Limits::default());
+    let check = |mut solver: Solver<f64, Box<dyn Method<f64, A = _, B = _>>>| {
+        let first = solver.solve(&scene.q, &start, &limits).unwrap();
+        let answer = solver.x().to_vec();
+        let count = allocations(|| {
+            let second = solver.solve(&scene.q, &start, &limits).unwrap();
+            assert_eq!((first.iterations, first.residual), (second.iterations, second.residual));
+            assert!(second.converged());
+        });
+        assert_eq!(count, 0);
+        assert_eq!(solver.x(), answer);
+    };
+    for name in NAMES {
+        let named = Named::parse(name, Parameters::default()).unwrap();
+        check(Solver::new(named.on(problem.clone()).unwrap()));
+    }
+    check(Solver::new(Box::new(Mms::new(problem.clone(), Jacobi).unwrap())));
+    let scaled = FromFn(|rhs: &[f64], y: &mut [f64]| {
+        for (y, rhs) in y.iter_mut().zip(rhs) {
+            *y = rhs / 16.0;
+        }
+    });
+    check(Solver::new(Box::new(Mms::new(problem, Correction(scaled)).unwrap())));
+}
+
+#[test]
+fn a_step_by_hand_allocates_nothing_after_the_first() {
+    let scene = Example { symmetric: true, m: 24, mu: 4.0, nu: 3.0 }.pose::<f32>().unwrap();
+    let omega = Omega::diagonal_ratio(0.9, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let q = Rhs::new(&scene.q).unwrap();
+    let (x, mut y) = (vec![1.0; scene.q.len()], vec![0.0; scene.q.len()]);
+    for name in NAMES {
+        let mut method =
+            Named::parse(name, Parameters::default()).unwrap().on(problem.clone()).unwrap();
+        let _ = method.step(0, &q, &x, &mut y);
+        let last = method.steps() - 1;
+        assert_eq!(allocations(|| _ = method.step(last, &q, &x, &mut y)), 0);
+    }
+}
+
+/// With `q` and the start, which are the caller's, a solve of a stencil pair takes at most eight vectors.
+#[test]
+fn a_solve_takes_at_most_eight_vectors() {
+    let scene = Example { symmetric: true, m: 96, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(0.9, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let start = vec![1.0; scene.q.len()];
+    for name in NAMES {
+        let named = Named::parse(name, Parameters::default()).unwrap();
+        let before = LIVE.get();
+        PEAK.set(before);
+        let mut solver = Solver::new(named.on(problem.clone()).unwrap());
+        assert!(solver.solve(&scene.q, &start, &Limits::default()).unwrap().converged());
+        let vectors = (PEAK.get() - before) as f64 / (8 * scene.q.len()) as f64;
+        assert!(vectors + 2.0 <= 8.0, "{name}: {vectors}");
+    }
+}

@@ -1,0 +1,195 @@
+//! Bad input is refused with the offending value and its index.
+
+use hlcp_core::{Aor, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs};
+use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Parameters, Solver, Tmms};
+
+mod common;
+use common::Matrix;
+use nalgebra::{DMatrix, dmatrix};
+
+fn stencil(centre: f64) -> FivePoint<f64> {
+    FivePoint::new(3, 2, [-0.5, -1.0, centre, -1.5, -0.25]).unwrap()
+}
+
+fn problem() -> Hlcp<f64, FivePoint<f64>, FivePoint<f64>> {
+    Hlcp::new(stencil(8.0), stencil(6.0), Omega::Uniform(1.2)).unwrap()
+}
+
+#[test]
+fn orders_that_differ() {
+    let other = FivePoint::new(3, 3, [0.0, -1.0, 4.0, -1.0, 0.0]).unwrap();
+    let refused = Error::Order { what: "B", found: 9, expected: 6 };
+    assert_eq!(Hlcp::new(stencil(4.0), other, Omega::Uniform(2.0)).unwrap_err(), refused);
+    assert_eq!(Omega::diagonal_ratio(1.5, &stencil(4.0), &other).unwrap_err(), refused);
+    let short = Omega::Each(vec![2.0; 5]);
+    assert_eq!(
+        Hlcp::new(stencil(4.0), stencil(4.0), short).unwrap_err(),
+        Error::Order { what: "omega", found: 5, expected: 6 }
+    );
+    let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
+    for (q, x0, refused) in [
+        (5, 6, Error::Order { what: "q", found: 5, expected: 6 }),
+        (6, 7, Error::Order { what: "x0", found: 7, expected: 6 }),
+    ] {
+        let outcome = solver.solve(&vec![1.0; q], &vec![1.0; x0], &Limits::default());
+        assert_eq!(outcome.unwrap_err(), refused);
+    }
+}
+
+#[test]
+fn nothing_to_solve() {
+    for (nx, ny) in [(0, 3), (3, 0), (0, 0)] {
+        assert!(matches!(FivePoint::new(nx, ny, [1.0; 5]), Err(Error::Empty { .. })));
+    }
+    assert!(matches!(FivePoint::new(usize::MAX, 2, [1.0; 5]), Err(Error::Parameter { .. })));
+    assert!(matches!(Rhs::<f64>::new(&[]), Err(Error::Empty { .. })));
+    let none = || Matrix(DMatrix::zeros(0, 0));
+    assert!(matches!(Hlcp::new(none(), none(), Omega::Uniform(1.5)), Err(Error::Empty { .. })));
+    assert!(matches!(Omega::diagonal_ratio(1.5, &none(), &none()), Err(Error::Empty { .. })));
+}
+
+#[test]
+fn numbers_that_are_not_finite() {
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let refused_at = |error: Error, at: usize, name: &str| match error {
+            Error::NotFinite { what, index, value } => {
+                assert_eq!((index, value.to_bits()), (at, bad.to_bits()));
+                assert!(what.contains(name), "{what}");
+            }
+            other => panic!("{other:?}"),
+        };
+        let mut coefficients = [-0.5, -1.0, 4.0, -1.5, -0.25];
+        coefficients[3] = bad;
+        refused_at(FivePoint::new(3, 2, coefficients).unwrap_err(), 3, "coefficients");
+
+        let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
+        let mut spoilt = [1.5; 6];
+        spoilt[4] = bad;
+        let limits = Limits::default();
+        refused_at(solver.solve(&spoilt, &[1.5; 6], &limits).unwrap_err(), 4, "q");
+        refused_at(solver.solve(&[1.5; 6], &spoilt, &limits).unwrap_err(), 4, "x0");
+
+        let mut omega = vec![2.0; 6];
+        omega[2] = bad;
+        match Hlcp::new(stencil(4.0), stencil(4.0), Omega::Each(omega)).unwrap_err() {
+            Error::NotPositive { what: "omega", index: 2, value } => {
+                assert_eq!(value.to_bits(), bad.to_bits());
+            }
+            other => panic!("{other:?}"),
+        }
+
+        let spoilt = Matrix(dmatrix![4.0, 0.5, 0.2; 0.3, 5.0, 0.1; 0.7, bad, 6.0]);
+        let sound = Matrix(dmatrix![3.0, 0.5, 0.2; 0.3, 2.0, 0.1; 0.7, 0.4, 2.5]);
+        let pair =
+            |a: &Matrix, b: &Matrix| Hlcp::new(a.clone(), b.clone(), Omega::Uniform(1.2)).unwrap();
+        let gs = Aor::gauss_seidel();
+        refused_at(Mms::new(pair(&spoilt, &sound), gs).unwrap_err(), 2, "A");
+        refused_at(Amms::new(pair(&sound, &spoilt), gs).unwrap_err(), 2, "B");
+        refused_at(Tmms::new(pair(&sound, &spoilt), Jacobi, gs).unwrap_err(), 2, "B");
+    }
+}
+
+#[test]
+fn diagonals_that_are_divided_by() {
+    for bad in [0.0, -2.0, f64::NAN, f64::INFINITY] {
+        let sound = Matrix(dmatrix![3.0, 0.5; 0.3, 2.0]);
+        let spoilt = Matrix(dmatrix![3.0, 0.5; 0.3, bad]);
+        for (a, b, name) in [(&spoilt, &sound, "diagonal of A"), (&sound, &spoilt, "diagonal of B")]
+        {
+            match Omega::diagonal_ratio(0.7, a, b).unwrap_err() {
+                Error::NotPositive { what, index: 1, value } => {
+                    assert_eq!((what, value.to_bits()), (name, bad.to_bits()));
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        // M's own diagonal: a₂₂ + 0.5·b₂₂, from two bad ones.
+        let pair = || Hlcp::new(spoilt.clone(), spoilt.clone(), Omega::Uniform(0.5)).unwrap();
+        let refusals = [
+            Mms::new(pair(), Jacobi).unwrap_err(),
+            Mms::new(pair(), Aor::gauss_seidel()).unwrap_err(),
+            Amms::new(pair(), Aor::gauss_seidel()).unwrap_err(),
+            Tmms::mirrored(pair(), Aor::gauss_seidel()).unwrap_err(),
+        ];
+        for refused in refusals {
+            assert!(
+                matches!(
+                    refused,
+                    Error::NotPositive { index: 1, .. } | Error::NotFinite { index: 1, .. }
+                ),
+                "{refused:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range() {
+    for bad in [0.0, -1.5, f64::NAN, f64::INFINITY] {
+        let named = |error: Error, expected: &str| match error {
+            Error::Parameter { name, value, .. } => {
+                assert_eq!((name, value.to_bits()), (expected, bad.to_bits()));
+            }
+            other => panic!("{other:?}"),
+        };
+        named(Aor::new(bad, 1.1).unwrap_err(), "alpha");
+        named(Aor::sor(bad).unwrap_err(), "alpha");
+        named(Aor::of_pair([1.1, 0.9], [bad, 0.9]).unwrap_err(), "alpha");
+        named(Omega::diagonal_ratio(bad, &stencil(4.0), &stencil(4.0)).unwrap_err(), "tau");
+        named(problem().with_gamma(bad).unwrap_err(), "gamma");
+        named(Hlcp::new(stencil(4.0), stencil(4.0), Omega::Uniform(bad)).unwrap_err(), "omega");
+        let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
+        if bad != 0.0 {
+            for (limits, name) in [
+                (Limits { absolute: bad, ..Limits::default() }, "absolute tolerance"),
+                (Limits { relative: bad, ..Limits::default() }, "relative tolerance"),
+            ] {
+                named(solver.solve(&[1.5; 6], &[0.5; 6], &limits).unwrap_err(), name);
+            }
+        }
+    }
+    assert!(matches!(Aor::new(1.1, f64::NAN), Err(Error::Parameter { name: "beta", .. })));
+}
+
+#[test]
+fn method_names() {
+    let none = Parameters::default();
+    let alpha = Parameters { alpha: Some(1.3), ..none };
+    let both = Parameters { beta: Some(0.7), ..alpha };
+    for (typo, suggestion) in [("TMGS5", "TMGS"), ("MSOT", "MSOR"), ("tmgssro2", "TMGSSOR2")] {
+        match Named::parse(typo, none).unwrap_err() {
+            NameError::Unknown { closest, .. } => assert_eq!(closest, suggestion),
+            other => panic!("{other:?}"),
+        }
+    }
+    for (name, given, parameter) in [
+        ("MSOR", none, "alpha"),
+        ("TMAOR", alpha, "beta"),
+        ("AMAOR", Parameters { beta: Some(0.7), ..none }, "alpha"),
+    ] {
+        match Named::parse(name, given).unwrap_err() {
+            NameError::Missing { parameter: missing, .. } => assert_eq!(missing, parameter),
+            other => panic!("{other:?}"),
+        }
+    }
+    for (name, given, parameter) in [
+        ("MGS", alpha, "alpha"),
+        ("TMSOR", both, "beta"),
+        ("MSOR1", alpha, "alpha"),
+        ("TMGSSOR2", Parameters { alpha2: Some(1.4), ..none }, "alpha2"),
+        ("MAOR", Parameters { alpha2: Some(1.4), ..both }, "alpha2"),
+        ("AMAOR", Parameters { beta2: Some(1.4), ..both }, "beta2"),
+        ("TMSOR", Parameters { beta2: Some(1.4), ..alpha }, "beta2"),
+    ] {
+        match Named::parse(name, given).unwrap_err() {
+            NameError::Fixed { parameter: fixed, .. } => assert_eq!(fixed, parameter, "{name}"),
+            other => panic!("{other:?}"),
+        }
+    }
+    let second = |name, given| Named::parse(name, given).unwrap().second();
+    assert_eq!(second("TMSOR", Parameters { alpha2: Some(1.4), ..alpha }), Some([1.4, 1.4]));
+    assert_eq!(second("TMSOR", alpha), Some([1.3, 1.3]));
+    assert_eq!(second("TMAOR", both), Some([1.3, 0.7]));
+    assert_eq!(second("TMAOR", Parameters { beta2: Some(0.6), ..both }), Some([1.3, 0.6]));
+    assert_eq!(second("MAOR", both), None);
+}

@@ -1,0 +1,171 @@
+//! The command `solve`, run as a user runs it.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// The example `solve`, which a bare `cargo test` builds next to the tests.
+fn solve(arguments: &str) -> Output {
+    let mut path = std::env::current_exe().expect("a test is a file");
+    path.pop();
+    path.pop();
+    path.push(format!("examples/solve{}", std::env::consts::EXE_SUFFIX));
+    assert!(path.exists(), "{} is missing: run `cargo test` or build the examples", path.display());
+    Command::new(path).args(arguments.split_whitespace()).output().expect("solve starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("the output is UTF-8")
+}
+
+/// The one JSON object on stdout, and the exit status.
+fn json(arguments: &str) -> (Value, i32) {
+    let output = solve(arguments);
+    let value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|e| panic!("{arguments}: {e}: {}", text(&output.stderr)));
+    (value, output.status.code().expect("not killed"))
+}
+
+#[test]
+fn every_method_of_the_paper_by_name() {
+    let fixed = "MJ MGS AMJ AMGS TMJ TMGS MSOR1 MSOR2 MSOR3 MAOR1 MAOR2 MAOR3 AMSOR1 AMSOR2 AMSOR3 AMAOR1 AMAOR2 \
+                 AMAOR3 TMSOR1 TMSOR2 TMSOR3 TMAOR1 TMAOR2 TMAOR3 TMJSOR1 TMJSOR2 TMJSOR3 TMJSOR4 TMGSJ TMGSSOR1 \
+                 TMGSSOR2 TMGSSOR3"
+        .split_whitespace()
+        .map(String::from);
+    let open = ["M", "AM", "TM"].into_iter().flat_map(|family| {
+        [format!("{family}SOR --alpha 1.1"), format!("{family}AOR --alpha 1.1 --beta 0.9")]
+    });
+    for method in fixed.chain(open) {
+        for scene in ["example1", "example2"] {
+            let (report, status) =
+                json(&format!("--scene {scene} --m 12 --json --method {method}"));
+            assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0), "{method}");
+            assert!(report["error_linf"].as_f64().unwrap() <= 1e-10);
+            let two = i64::from(method.starts_with("TM")) + 1;
+            let count = |key: &str| report[key].as_i64().unwrap();
+            assert_eq!(count("sweeps"), two * count("iterations"));
+        }
+    }
+}
+
+#[test]
+fn the_report_has_its_keys_and_numbers() {
+    let arguments = "--scene example2 --m 9 --mu 3 --nu 2.5 --method tmaor --alpha 1.1 --beta 0.8 --tau 0.9 \
+                     --gamma 2.5 --json";
+    let (report, status) = json(arguments);
+    let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
+    let expected = "scene n method alpha beta tau gamma precision threads outcome iterations sweeps residual_l2 \
+                    residual_linf error_linf seconds";
+    assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(status, 0);
+    for (key, value) in [
+        ("scene", Value::from("example2")),
+        ("n", 81.into()),
+        ("method", "TMAOR".into()),
+        ("alpha", 1.1.into()),
+        ("beta", 0.8.into()),
+        ("tau", 0.9.into()),
+        ("gamma", 2.5.into()),
+        ("precision", "f64".into()),
+    ] {
+        assert_eq!(report[key], value, "{key}");
+    }
+    assert!(report["residual_l2"].as_f64().unwrap() <= 1e-10);
+    assert!(report["residual_linf"].as_f64().unwrap() <= report["residual_l2"].as_f64().unwrap());
+}
+
+#[test]
+fn single_precision_reaches_its_default_tolerance() {
+    for scene in ["--scene example1", "--scene example2", "--scene example1 --mu 0 --nu 0"] {
+        for method in ["MGS", "AMGS", "TMGS", "TMAOR3"] {
+            let (report, status) =
+                json(&format!("{scene} --m 64 --precision f32 --json --method {method}"));
+            assert_eq!(
+                (&report["outcome"], status),
+                (&Value::from("converged"), 0),
+                "{scene} {method}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_norm_and_the_tolerance_of_the_test() {
+    let at = |norm: &str| json(&format!("--m 40 --method MGS --norm {norm} --tol 1e-6 --json")).0;
+    let (l2, linf) = (at("l2"), at("linf"));
+    assert!(l2["residual_l2"].as_f64().unwrap() <= 1e-6);
+    assert!(linf["residual_linf"].as_f64().unwrap() <= 1e-6);
+    assert!(linf["iterations"].as_i64() < l2["iterations"].as_i64());
+}
+
+#[test]
+fn not_converging_is_status_2_with_the_outcome_printed() {
+    let (report, status) = json("--m 20 --method MGS --max-iterations 3 --json");
+    assert_eq!(
+        (&report["outcome"], &report["iterations"], status),
+        (&"iteration_limit".into(), &3.into(), 2)
+    );
+    let (report, status) = json("--m 20 --mu 0 --nu 0 --method MSOR --alpha 3.5 --json");
+    assert_eq!((&report["outcome"], status), (&"diverged".into(), 2));
+    assert!(report["residual_l2"].as_f64().is_some_and(f64::is_finite));
+    // Below the rounding floor, which a γ that is no power of two keeps off zero.
+    let (report, status) =
+        json("--m 20 --method TMGS --precision f32 --gamma 0.7 --tau 1.1 --tol 1e-12 --json");
+    assert_eq!((&report["outcome"], status), (&"stagnated".into(), 2));
+    let output = solve("--m 20 --method MGS --max-iterations 3");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stdout).contains("iteration limit"));
+}
+
+#[test]
+fn without_a_method_three_of_them_in_both_precisions() {
+    let output = solve("--m 16");
+    assert_eq!(output.status.code(), Some(0));
+    let out = text(&output.stdout);
+    for method in ["MGS", "AMGS", "TMGS"] {
+        for precision in ["f64", "f32"] {
+            let row = |line: &&str| {
+                let mut words = line.split_whitespace();
+                words.next() == Some(method) && words.next() == Some(precision)
+            };
+            assert_eq!(out.lines().filter(row).count(), 1, "{method} {precision}:\n{out}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
+    for (arguments, named) in [
+        ("--method TMAR", "'TMAOR'"),
+        ("--method MSOR", "alpha"),
+        ("--method MGS --alpha 1.2", "alpha"),
+        ("--method MGS --alpha2 1.2", "alpha2"),
+        ("--alpha 1.2", "--method"),
+        ("--json", "--method"),
+        ("--m 0", "0"),
+        ("--m 99999", "99999"),
+        ("--m x", "'x'"),
+        ("--m 8 --tau 0", "tau is 0"),
+        ("--m 8 --tau -1.5", "tau is -1.5"),
+        ("--m 8 --gamma 0", "gamma is 0"),
+        ("--m 8 --gamma nan", "gamma is NaN"),
+        ("--m 8 --method MSOR --alpha -1", "alpha is -1"),
+        ("--m 8 --tol -1e-9", "absolute tolerance is -0.000000001"),
+        ("--m 8 --mu -4", "diagonal of A[0] is 0"),
+        ("--m 8 --nu -4.5", "diagonal of B[0] is -0.5"),
+        ("--m 8 --mu nan", "NaN"),
+        ("--m 8 --precision f32 --mu 1e300", "inf"),
+        ("--scene example9", "example9"),
+        ("--norm l3", "l3"),
+        ("--bogus", "--bogus"),
+        ("extra", "extra"),
+    ] {
+        let output = solve(arguments);
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
+        assert!(output.stdout.is_empty(), "{arguments}: {}", text(&output.stdout));
+        assert_eq!(err.lines().count(), 1, "{arguments}: {err}");
+        assert!(err.contains(named), "{arguments}: {err}");
+    }
+}
