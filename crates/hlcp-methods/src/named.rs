@@ -1,5 +1,4 @@
 use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
-use thiserror::Error;
 
 use crate::{Amms, Method, Mms, Tmms};
 
@@ -49,7 +48,7 @@ pub struct Parameters {
 }
 
 /// A name, or parameters for it, that make no method.
-#[derive(Debug, Clone, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NameError {
     /// There is no such name.
