@@ -168,9 +168,10 @@ impl<T: Scalar> Aor<T> {
         problem.assert_orders([q_entries.len(), x.len(), y.len()]);
         let (a, b, omega, gamma) = (problem.a(), problem.b(), problem.omega(), problem.gamma());
         let mut meter = q.meter(gamma);
+        let q_factor = problem.q_factor();
         let mut relax = |i: usize| {
             let passed = |j: usize| if self.backward { j > i } else { j < i };
-            let (mut f, mut moved) = (gamma * q_entries[i], T::zero());
+            let (mut f, mut moved) = (q_factor * q_entries[i], T::zero());
             a.visit_row(i, &mut |j, a| {
                 let x = x[j];
                 f += a * (x.abs() + x);

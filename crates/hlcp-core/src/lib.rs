@@ -14,6 +14,9 @@
 //! The methods themselves are in `hlcp-methods`.
 
 mod aor;
+mod combine;
+#[cfg(feature = "nalgebra-sparse")]
+mod csr;
 mod error;
 mod forward;
 mod norms;
@@ -25,6 +28,7 @@ mod splitting;
 mod stencil;
 
 pub use aor::Aor;
+pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;

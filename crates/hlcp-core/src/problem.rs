@@ -42,6 +42,8 @@ pub struct Hlcp<T, A, B> {
     b: B,
     omega: Omega<T>,
     gamma: T,
+    // Whether this is HLCP(B, A, −q) for the problem HLCP(A, B, q) that was posed.
+    exchanged: bool,
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
@@ -60,7 +62,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });
         }
         omega.check(n)?;
-        Ok(Self { a, b, omega, gamma: T::one() })
+        Ok(Self { a, b, omega, gamma: T::one(), exchanged: false })
     }
 
     /// The same problem with another γ.
@@ -73,17 +75,49 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Self { gamma, ..self })
     }
 
+    /// The same problem with the roles of `z` and `r` exchanged, Remark 3 of the paper.
+    ///
+    /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). The methods then work on
+    /// the second, with Ω⁻¹ for Ω; `q` is still given, and `z` and `r` come back, as those of the first. What
+    /// a theorem asks of (A, B) it now asks of (B, A).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] or [`Error::NotPositive`] when the reciprocal of an ω overflows or vanishes.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    ///
+    /// let b = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(Identity { order: 2 }, b, Omega::Uniform(0.25))?.exchanged()?;
+    /// assert_eq!(problem.omega(), &Omega::Uniform(4.0));
+    ///
+    /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
+    /// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+    /// assert_eq!((z, r), ([0.0, 16.0], [2.0, 0.0])); // a positive x is an r of the problem as posed
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn exchanged(self) -> Result<Hlcp<T, B, A>, Error> {
+        let omega = match self.omega {
+            Omega::Uniform(omega) => Omega::Uniform(omega.recip()),
+            Omega::Each(omega) => Omega::Each(omega.into_iter().map(T::recip).collect()),
+        };
+        omega.check(self.a.order())?;
+        let Self { a, b, gamma, exchanged, .. } = self;
+        Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged })
+    }
+
     /// The order `n`.
     pub fn order(&self) -> usize {
         self.a.order()
     }
 
-    /// The operator `A`.
+    /// The operator `A`, after an exchange the posed problem's `B`.
     pub fn a(&self) -> &A {
         &self.a
     }
 
-    /// The operator `B`.
+    /// The operator `B`, after an exchange the posed problem's `A`.
     pub fn b(&self) -> &B {
         &self.b
     }
@@ -98,6 +132,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.gamma
     }
 
+    /// What multiplies `q` in F: γ, and −γ after an exchange.
+    pub fn q_factor(&self) -> T {
+        if self.exchanged { -self.gamma } else { self.gamma }
+    }
+
     /// Overwrites `z` and `r` with `(|x| + x)/γ` and `Ω(|x| − x)/γ`.
     ///
     /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` without NaN.
@@ -107,9 +146,37 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Unless all three slices have length `n`.
     pub fn recover(&self, x: &[T], z: &mut [T], r: &mut [T]) {
         self.assert_orders([x.len(), z.len(), r.len()]);
+        let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         for (i, &x) in x.iter().enumerate() {
             z[i] = (x.abs() + x) / self.gamma;
             r[i] = self.omega.at(i) * (x.abs() - x) / self.gamma;
+        }
+    }
+
+    /// Overwrites `x` with `(γ/2)(z − Ω⁻¹r)`, the modulus variable that `z` and `r` are recovered from.
+    ///
+    /// With it a known or an older solution becomes a start.
+    ///
+    /// # Panics
+    ///
+    /// Unless all three slices have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Omega};
+    ///
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, a, Omega::Uniform(1.5))?;
+    /// let mut x = [0.0; 2];
+    /// problem.modulus(&[2.0, 0.0], &[0.0, 6.0], &mut x);
+    /// assert_eq!(x, [1.0, -2.0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn modulus(&self, z: &[T], r: &[T], x: &mut [T]) {
+        self.assert_orders([z.len(), r.len(), x.len()]);
+        let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
+        let half = self.gamma / (T::one() + T::one());
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = half * (z[i] - r[i] / self.omega.at(i));
         }
     }
 
@@ -136,11 +203,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         self.b.apply(part, product);
         for ((f, &bv), &q) in f.iter_mut().zip(&*product).zip(q) {
-            *f = *f - bv + self.gamma * q;
+            *f = *f - bv + self.q_factor() * q;
         }
     }
 
-    /// The norms of `A z − B r + q`, for any `z` and `r`.
+    /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
     /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
     ///
@@ -154,8 +221,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
         let (az, br) = halves(scratch, z.len());
-        self.a.apply(z, az);
-        self.b.apply(r, br);
+        if self.exchanged {
+            self.b.apply(z, az);
+            self.a.apply(r, br);
+        } else {
+            self.a.apply(z, az);
+            self.b.apply(r, br);
+        }
         let mut meter = q.meter(T::one());
         for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
             meter.add(az - br + q);

@@ -1,0 +1,47 @@
+use nalgebra_sparse::CsrMatrix;
+
+use crate::{Diagonal, LinearOperator, Rows, Scalar};
+
+/// An assembled matrix is one more operator, on every rung.
+///
+/// A matrix that is not square counts as one of order 0, which [`Hlcp::new`](crate::Hlcp::new) refuses.
+///
+/// ```
+/// use hlcp_core::{Diagonal, LinearOperator};
+/// use nalgebra_sparse::{CooMatrix, CsrMatrix};
+///
+/// let coo = CooMatrix::try_from_triplets(2, 2, vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0])?;
+/// let matrix = CsrMatrix::from(&coo);
+/// let mut y = [f64::NAN; 2];
+/// matrix.apply(&[1.0, 2.0], &mut y);
+/// assert_eq!((y, matrix.diagonal_entry(1)), ([4.0, 5.0], 3.0));
+/// # Ok::<(), nalgebra_sparse::SparseFormatError>(())
+/// ```
+impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
+    fn order(&self) -> usize {
+        if self.nrows() == self.ncols() { self.nrows() } else { 0 }
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        for (y, row) in y.iter_mut().zip(self.row_iter()) {
+            let entries = row.col_indices().iter().zip(row.values());
+            *y = entries.fold(T::zero(), |sum, (&j, &a)| sum + a * x[j]);
+        }
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        let row = self.row(i);
+        row.col_indices().binary_search(&i).map_or(T::zero(), |at| row.values()[at])
+    }
+}
+
+impl<T: Scalar> Rows<T> for CsrMatrix<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        let row = self.row(i);
+        for (&j, &a) in row.col_indices().iter().zip(row.values()) {
+            visit(j, a);
+        }
+    }
+}
