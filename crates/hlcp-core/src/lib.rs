@@ -19,6 +19,8 @@ mod combine;
 mod csr;
 mod error;
 mod forward;
+#[cfg(feature = "nalgebra-sparse")]
+pub mod market;
 mod norms;
 mod omega;
 mod operator;

@@ -9,6 +9,7 @@
 //! No matrix is formed anywhere.
 
 mod amms;
+mod limits;
 mod method;
 mod mms;
 mod named;
@@ -18,11 +19,12 @@ mod tmms;
 mod watch;
 
 pub use amms::Amms;
+pub use limits::{Limits, Norm};
 pub use method::Method;
 pub use mms::Mms;
 pub use named::{NameError, Named, Parameters};
-pub use outcome::{Outcome, Status};
-pub use solver::{Limits, Norm, Solver};
+pub use outcome::{Divergence, Outcome, Status};
+pub use solver::{Progress, Solver};
 pub use tmms::Tmms;
 pub use watch::{GROWTH, PATIENCE};
 

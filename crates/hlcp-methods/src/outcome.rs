@@ -8,16 +8,16 @@ use hlcp_core::Norms;
 pub enum Status {
     /// The residual of the answer, recomputed from the problem, is within the tolerance.
     Converged,
-    /// The residual stopped being finite, or grew [`GROWTH`](crate::GROWTH)-fold over the larger of its first value and
-    /// ‖q‖.
+    /// The iterates ran away; [`Outcome::iterations`] says when it was seen.
     ///
-    /// Cause: the method does not contract for this pair, Ω and parameters. Remedy: a smaller α, another
-    /// τ, or a method with a theorem for the pair.
-    Diverged,
-    /// The iterates moved by no more than rounding for [`PATIENCE`](crate::PATIENCE) iterations without a smaller
-    /// residual, or came to rest: the tolerance is below what the precision can reach.
+    /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces NaN.
+    /// Remedy: a smaller α, another τ, or a method with a theorem for the pair.
+    Diverged(Divergence),
+    /// The iterates moved by no more than rounding for [`PATIENCE`](crate::PATIENCE) iterations without a
+    /// smaller residual, or came to rest.
     ///
-    /// Remedy: a looser or relative tolerance, or a wider precision.
+    /// Cause: the tolerance is below what the precision can reach. Remedy: a looser or a relative
+    /// tolerance, or a wider precision.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///
@@ -26,18 +26,43 @@ pub enum Status {
         /// The number of iterations after which an iterate returned.
         period: usize,
     },
-    /// The iterations ran out while the residual was still moving.
+    /// The iterations ran out.
+    ///
+    /// Cause: slow convergence, or none. Remedy: a history shows which; more iterations, or a faster method.
     IterationLimit,
+    /// The time ran out.
+    ///
+    /// Cause and remedy as for the iteration limit.
+    TimeLimit,
+    /// The observer stopped the solve.
+    Stopped,
+}
+
+/// How the iterates of a diverging iteration ran away.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Divergence {
+    /// The residual grew [`GROWTH`](crate::GROWTH)-fold over the larger of its first value and ‖q‖.
+    Growth,
+    /// An entry of the iterate is NaN or infinite.
+    Entry {
+        /// The index of the first such entry.
+        index: usize,
+    },
+    /// The residual of an iterate with finite entries is NaN or infinite.
+    Residual,
 }
 
 impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Converged => "converged",
-            Self::Diverged => "diverged",
+            Self::Diverged(_) => "diverged",
             Self::Stagnated => "stagnated",
             Self::Cycling { .. } => "cycling",
             Self::IterationLimit => "iteration limit",
+            Self::TimeLimit => "time limit",
+            Self::Stopped => "stopped",
         })
     }
 }
@@ -70,5 +95,16 @@ impl Outcome {
     /// Whether the answer meets the tolerance.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { status, iterations, sweeps, seconds, residual, .. } = self;
+        write!(
+            f,
+            "{status} after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), residual {:.2e}",
+            residual.l2
+        )
     }
 }

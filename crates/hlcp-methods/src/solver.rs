@@ -1,86 +1,14 @@
-use std::time::Instant;
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
 
 use hlcp_core::{Error, Norms, Rhs, Scalar, all_finite};
 
 use crate::{
-    Method, Outcome, Status,
+    Limits, Method, Outcome, Status,
     watch::{Alarm, Watch},
 };
-
-/// The norm a stopping test reads.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Norm {
-    /// The 2-norm.
-    L2,
-    /// The largest absolute value.
-    LInf,
-}
-
-impl Norm {
-    /// This one of two norms.
-    pub fn of(self, norms: Norms) -> f64 {
-        match self {
-            Self::L2 => norms.l2,
-            Self::LInf => norms.linf,
-        }
-    }
-}
-
-/// When an iteration may stop.
-///
-/// It has converged when `‖A z − B r + q‖ ≤ max(absolute, relative·‖q‖)`.
-///
-/// The default is the paper's: 2-norm, absolute 10⁻¹⁰, 30,000 iterations. A precision too coarse for an
-/// absolute 10⁻¹⁰ (`f32`) also accepts `4 ε ‖q‖`: an entry of the residual is a sum of some ten terms
-/// of the size of `q`, each rounded to half an ε, so its floor is near `√10 ε/2`.
-///
-/// ```
-/// use hlcp_methods::{Limits, Norm};
-///
-/// let limits = Limits { relative: 1e-8, norm: Norm::LInf, ..Limits::<f64>::default() };
-/// assert_eq!((limits.absolute, limits.iterations), (1e-10, 30_000));
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits<T> {
-    /// The residual that is good enough.
-    pub absolute: T,
-    /// The residual over ‖q‖ that is good enough.
-    pub relative: T,
-    /// The norm of both.
-    pub norm: Norm,
-    /// The largest number of iterations.
-    pub iterations: usize,
-}
-
-impl<T: Scalar> Default for Limits<T> {
-    fn default() -> Self {
-        let from = |v| T::from(v).unwrap_or_else(T::epsilon);
-        let coarse = T::epsilon() > from(1e-12);
-        Self {
-            absolute: from(1e-10),
-            relative: if coarse { from(4.0) * T::epsilon() } else { T::zero() },
-            norm: Norm::L2,
-            iterations: 30_000,
-        }
-    }
-}
-
-impl<T: Scalar> Limits<T> {
-    fn tolerance(&self, q: &Rhs<'_, T>) -> Result<f64, Error> {
-        let [absolute, relative] =
-            [("absolute tolerance", self.absolute), ("relative tolerance", self.relative)].map(
-                |(name, value)| match value.to_f64() {
-                    Some(value) if value >= 0.0 && value.is_finite() => Ok(value),
-                    value => Err(Error::Parameter {
-                        name,
-                        value: value.unwrap_or(f64::NAN),
-                        range: "finite and not negative",
-                    }),
-                },
-            );
-        Ok(absolute?.max(relative? * self.norm.of(q.norms())))
-    }
-}
 
 /// Iterates a [`Method`] and owns the vectors it takes.
 ///
@@ -91,12 +19,11 @@ impl<T: Scalar> Limits<T> {
 /// suspected to repeat.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
 /// use hlcp_methods::{Limits, Mms, Solver};
 ///
 /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let b = FivePoint::new(3, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
-/// let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
 ///
 /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], &[1.0; 3], &Limits::default())?;
@@ -114,6 +41,20 @@ pub struct Solver<T, M> {
     r: Vec<T>,
     scratch: Vec<T>,
     watch: Watch<T>,
+    history: Vec<Norms>,
+}
+
+/// What an observer sees of a running solve.
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'s, T> {
+    /// How many iterations led to the iterate; 0 for the start.
+    pub iteration: usize,
+    /// The norms of `A z − B r + q` at the iterate, as the next step saw them.
+    pub residual: Norms,
+    /// The time since the solve began.
+    pub elapsed: Duration,
+    /// The iterate.
+    pub x: &'s [T],
 }
 
 impl<T: Scalar, M: Method<T>> Solver<T, M> {
@@ -127,7 +68,30 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             r: zeros,
             scratch: Vec::new(),
             watch: Watch::new(),
+            history: Vec::new(),
         }
+    }
+
+    /// Keeps the residuals of the first `iterates` iterates of each solve, in storage allocated here.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::{Limits, Mms, Solver};
+    ///
+    /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+    /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?).with_history(100);
+    /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], &[1.0; 3], &Limits::default())?;
+    /// assert_eq!(solver.history().len(), outcome.iterations + 1);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn with_history(self, iterates: usize) -> Self {
+        Self { history: Vec::with_capacity(iterates), ..self }
+    }
+
+    /// The residuals of the last solve's iterates, from the start on, as far as there was storage for them.
+    pub fn history(&self) -> &[Norms] {
+        &self.history
     }
 
     /// The method.
@@ -160,6 +124,36 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// that is NaN or infinite, [`Error::Parameter`] for a tolerance that is negative or not finite. An
     /// iteration that does not converge is no error: read the [`Outcome`].
     pub fn solve(&mut self, q: &[T], x0: &[T], limits: &Limits<T>) -> Result<Outcome, Error> {
+        self.solve_observed(q, x0, limits, |_| ControlFlow::Continue(()))
+    }
+
+    /// As [`solve`](Self::solve), showing every iterate to `observer`, which may stop the solve.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve).
+    ///
+    /// ```
+    /// use std::ops::ControlFlow;
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::{Limits, Mms, Solver, Status};
+    ///
+    /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+    /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+    /// let outcome = solver.solve_observed(&[-2.0, 5.0, -6.0], &[1.0; 3], &Limits::default(), |progress| {
+    ///     if progress.x[1] < 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    /// })?;
+    /// assert_eq!(outcome.status, Status::Stopped);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn solve_observed(
+        &mut self,
+        q: &[T],
+        x0: &[T],
+        limits: &Limits<T>,
+        observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
+    ) -> Result<Outcome, Error> {
         let n = self.method.problem().order();
         for (what, found) in [("q", q.len()), ("x0", x0.len())] {
             if found != n {
@@ -175,7 +169,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         } else {
             self.x.copy_from_slice(x0);
         }
-        let (status, iterations, answer) = self.iterate(&q, tolerance, limits);
+        let (status, iterations, answer) = self.iterate(&q, tolerance, limits, start, observer);
         Ok(Outcome {
             status,
             iterations,
@@ -186,22 +180,32 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         })
     }
 
-    /// Iterates until `limits` or the iterates say stop, and leaves the answer in `x`.
+    /// Iterates until `limits`, the observer or the iterates say stop, and leaves the answer in `x`.
     fn iterate(
         &mut self,
         q: &Rhs<'_, T>,
         tolerance: f64,
         limits: &Limits<T>,
+        start: Instant,
+        mut observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
     ) -> (Status, usize, usize) {
         let within = |norms| {
             let residual = limits.norm.of(norms);
             residual.is_finite() && residual <= tolerance
         };
         self.watch.begin(limits.norm.of(q.norms()));
+        self.history.clear();
+        let mut answer = 0;
         for k in 0.. {
             let norms = self.method.step(0, q, &self.x, &mut self.z);
             let residual = limits.norm.of(norms);
             let mut best = self.watch.is_best(k, residual);
+            if self.history.len() < self.history.capacity() {
+                self.history.push(norms);
+            }
+            let elapsed = start.elapsed();
+            let stopped =
+                observer(&Progress { iteration: k, residual: norms, elapsed, x: &self.x });
             if within(norms) {
                 // The answer's own residual decides; the step's was its forerunner.
                 if within(self.recover(q)) {
@@ -212,11 +216,16 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 let _ = self.method.step(0, q, &self.x, &mut self.z);
                 best = true;
             }
+            if best {
+                answer = k;
+            }
             let status = match self.watch.alarm(k, residual, &self.x, &self.z) {
-                Some(Alarm::Diverging) => Status::Diverged,
+                Some(Alarm::Diverging(divergence)) => Status::Diverged(divergence),
                 Some(Alarm::Resting) => Status::Stagnated,
                 Some(Alarm::Repeating { period }) => Status::Cycling { period },
-                None if k == limits.iterations => Status::IterationLimit,
+                None if stopped.is_break() => Status::Stopped,
+                None if k >= limits.iterations => Status::IterationLimit,
+                None if limits.time.is_some_and(|time| elapsed >= time) => Status::TimeLimit,
                 None => {
                     self.advance(q, best);
                     continue;
@@ -225,7 +234,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             if !best {
                 std::mem::swap(&mut self.x, &mut self.r);
             }
-            return (status, k, self.watch.best_at());
+            return (status, k, answer);
         }
         unreachable!("the iteration limit ends the loop")
     }

@@ -2,6 +2,8 @@
 
 use hlcp_core::Scalar;
 
+use crate::Divergence;
+
 /// A residual this many times the larger of ‖q‖ and its first value is divergence.
 ///
 /// Generous on purpose: an over-relaxed iteration may grow for hundreds of steps before it contracts.
@@ -18,7 +20,7 @@ const ROUNDING: f64 = 64.0;
 /// Why an iteration should go no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Alarm {
-    Diverging,
+    Diverging(Divergence),
     Resting,
     Repeating { period: usize },
 }
@@ -90,14 +92,16 @@ impl<T: Scalar> Watch<T> {
         best
     }
 
-    pub(crate) fn best_at(&self) -> usize {
-        self.best_at
-    }
-
     /// Looks at iterate `k`, its residual and the step that leads on from it.
     pub(crate) fn alarm(&mut self, k: usize, residual: f64, x: &[T], next: &[T]) -> Option<Alarm> {
-        if !residual.is_finite() || residual > GROWTH * self.scale {
-            return Some(Alarm::Diverging);
+        if !residual.is_finite() {
+            let entry = x.iter().position(|x| !x.is_finite());
+            let divergence =
+                entry.map_or(Divergence::Residual, |index| Divergence::Entry { index });
+            return Some(Alarm::Diverging(divergence));
+        }
+        if residual > GROWTH * self.scale {
+            return Some(Alarm::Diverging(Divergence::Growth));
         }
         let quiet = k - self.best_at;
         if quiet > 0 && quiet.is_multiple_of(PATIENCE) && moves_by_rounding(x, next) {

@@ -1,0 +1,373 @@
+//! Matrices and vectors in Matrix Market files, read by a reader that believes nothing.
+//!
+//! What a header declares is checked against the file's length before anything is allocated, and every
+//! entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general` or `symmetric`;
+//! vectors in the `array` or `coordinate` format or as plain numbers, one a line.
+
+use std::{
+    fs::{self, File},
+    io::{BufRead, BufReader, BufWriter, Read, Write},
+    path::{Path, PathBuf},
+    str::{FromStr, SplitWhitespace},
+};
+
+use nalgebra_sparse::CsrMatrix;
+use thiserror::Error;
+
+use crate::Scalar;
+
+/// A file that cannot be read or written, and why.
+#[derive(Debug, Error)]
+#[error("{}{}: {reason}", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
+pub struct FileError {
+    /// The file.
+    pub path: PathBuf,
+    /// The line, counted from 1, where one is at fault.
+    pub line: Option<usize>,
+    /// What is wrong, with the numbers.
+    pub reason: String,
+}
+
+/// Reads a square matrix.
+///
+/// # Errors
+///
+/// [`FileError`] for a file that cannot be opened; a banner other than the ones above; lines that are not
+/// UTF-8, too long or end in CRLF; sizes that are not numbers, not square, more entries than the file can
+/// hold or fewer than rows; entries that are out of range, above the diagonal of a symmetric matrix, given
+/// twice or not finite; and for fewer or more entries than declared.
+///
+/// # Cost
+///
+/// Time linear in the file but for sorting within rows; some 50 bytes an entry.
+///
+/// ```
+/// use hlcp_core::{Diagonal, market};
+///
+/// let path = std::env::temp_dir().join(format!("hlcp-{}.mtx", std::process::id()));
+/// let text = "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\n1 1 4\n2 2 3\n2 1 -1\n";
+/// std::fs::write(&path, text)?;
+/// let matrix = market::read_matrix::<f64>(&path)?;
+/// assert_eq!((matrix.nnz(), matrix.diagonal_entry(1)), (4, 3.0));
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
+    let mut lines = Lines::open(path)?;
+    let banner = lines.expect("the banner %%MatrixMarket")?;
+    let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
+        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
+        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
+        _ => {
+            return Err(lines.fault(format!(
+                "'{banner}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'"
+            )));
+        }
+    };
+    let sizes = lines.expect_data("the sizes")?;
+    let mut sizes = sizes.split_whitespace();
+    let [rows, columns, entries] = lines.numbers(&mut sizes, "rows columns entries")?;
+    lines.no_more(&mut sizes)?;
+    if rows != columns || rows == 0 {
+        return Err(lines.fault(format!("{rows} × {columns} is not a square matrix")));
+    }
+    lines.holds(entries, 6)?;
+    if entries < rows {
+        return Err(
+            lines.fault(format!("{rows} rows have {entries} entries, so one has no diagonal"))
+        );
+    }
+    let mut triplets: Vec<(usize, usize, T)> =
+        Vec::with_capacity(if symmetric { 2 * entries } else { entries });
+    for k in 0..entries {
+        let line = lines.expect_data(format!("entry {} of {entries}", k + 1))?;
+        let mut words = line.split_whitespace();
+        let [i, j] = lines.numbers(&mut words, "row column value")?;
+        let value = lines.value(&mut words)?;
+        for index in [i, j] {
+            if !(1..=rows).contains(&index) {
+                return Err(lines.fault(format!("entry ({i}, {j}) is outside 1..={rows}")));
+            }
+        }
+        if symmetric && j > i {
+            let above = format!("entry ({i}, {j}) of a symmetric matrix is above the diagonal");
+            return Err(lines.fault(above));
+        }
+        triplets.push((i - 1, j - 1, value));
+        if symmetric && i != j {
+            triplets.push((j - 1, i - 1, value));
+        }
+    }
+    lines.expect_end()?;
+    assemble(rows, &triplets).map_err(|(i, j)| {
+        let reason = format!("entry ({}, {}) is given twice", i + 1, j + 1);
+        FileError { path: path.to_owned(), line: None, reason }
+    })
+}
+
+/// The matrix of the triplets, or the place of the first one that comes twice.
+fn assemble<T: Scalar>(
+    order: usize,
+    triplets: &[(usize, usize, T)],
+) -> Result<CsrMatrix<T>, (usize, usize)> {
+    let mut ends = vec![0; order + 1];
+    for &(i, ..) in triplets {
+        ends[i + 1] += 1;
+    }
+    for i in 0..order {
+        ends[i + 1] += ends[i];
+    }
+    let mut next = ends.clone();
+    let mut entries = vec![(0, T::zero()); triplets.len()];
+    for &(i, j, value) in triplets {
+        entries[next[i]] = (j, value);
+        next[i] += 1;
+    }
+    for (i, row) in ends.windows(2).enumerate() {
+        let row = &mut entries[row[0]..row[1]];
+        row.sort_unstable_by_key(|&(j, _)| j);
+        if let Some(twice) = row.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+            return Err((i, twice[0].0));
+        }
+    }
+    let (columns, values) = entries.into_iter().unzip();
+    Ok(CsrMatrix::try_from_csr_data(order, order, ends, columns, values)
+        .expect("rows are sorted and entries unique and in range"))
+}
+
+/// Reads a vector of length `order`.
+///
+/// # Errors
+///
+/// [`FileError`], as for [`read_matrix`], and for a length other than `order`.
+///
+/// ```
+/// use hlcp_core::market;
+///
+/// let path = std::env::temp_dir().join(format!("hlcp-{}.txt", std::process::id()));
+/// std::fs::write(&path, "1.5\n-2\n")?;
+/// assert_eq!(market::read_vector::<f32>(&path, 2)?, [1.5, -2.0]);
+/// assert!(market::read_vector::<f32>(&path, 3).is_err());
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileError> {
+    let mut lines = Lines::open(path)?;
+    let first = lines.expect("a banner or a number")?;
+    let banner = first.to_ascii_lowercase();
+    let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
+        ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
+        ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => (true, false),
+        [number] if !number.starts_with('%') => (false, true),
+        _ => {
+            return Err(lines.fault(format!(
+                "'{first}' is neither '%%MatrixMarket matrix array|coordinate real|integer general' nor a number"
+            )));
+        }
+    };
+    let mut entries = order;
+    if !plain {
+        let sizes = lines.expect_data("the sizes")?;
+        let mut words = sizes.split_whitespace();
+        let [rows, columns] = lines.numbers(&mut words, "rows columns")?;
+        if coordinate {
+            [entries] = lines.numbers(&mut words, "rows columns entries")?;
+        }
+        lines.no_more(&mut words)?;
+        if (rows, columns) != (order, 1) {
+            return Err(lines.fault(format!("{rows} × {columns} where {order} × 1 is wanted")));
+        }
+    }
+    lines.holds(entries, 2)?;
+    let mut vector = vec![if coordinate { T::zero() } else { T::nan() }; order];
+    let mut given = vec![false; if coordinate { order } else { 0 }];
+    for k in 0..entries {
+        let line = if plain && k == 0 {
+            first.clone()
+        } else {
+            lines.expect_data(format!("entry {} of {entries}", k + 1))?
+        };
+        let mut words = line.split_whitespace();
+        let mut at = k;
+        if coordinate {
+            let [i, j] = lines.numbers(&mut words, "row 1 value")?;
+            if !(1..=order).contains(&i) || j != 1 {
+                return Err(lines.fault(format!("entry ({i}, {j}) is outside {order} × 1")));
+            }
+            at = i - 1;
+            if std::mem::replace(&mut given[at], true) {
+                return Err(lines.fault(format!("entry ({i}, 1) is given twice")));
+            }
+        }
+        vector[at] = lines.value(&mut words)?;
+    }
+    lines.expect_end()?;
+    Ok(vector)
+}
+
+/// Writes each vector to its file, in the `array` format with every digit.
+///
+/// All are written to temporary names first and then renamed, so that a failure leaves existing files as
+/// they were.
+///
+/// # Errors
+///
+/// [`FileError`] for the file that could not be written.
+///
+/// ```
+/// use hlcp_core::market;
+///
+/// let path = std::env::temp_dir().join(format!("hlcp-{}-z.mtx", std::process::id()));
+/// market::write_vectors(&[(&path, &[0.1, 0.0])])?;
+/// assert_eq!(market::read_vector::<f64>(&path, 2)?, [0.1, 0.0]);
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn write_vectors<T: Scalar>(vectors: &[(&Path, &[T])]) -> Result<(), FileError> {
+    let temporary = |path: &Path| {
+        let mut name = path.as_os_str().to_owned();
+        name.push(format!(".{}.partial", std::process::id()));
+        PathBuf::from(name)
+    };
+    let write = |path: &Path, vector: &[T]| -> std::io::Result<()> {
+        let mut file = BufWriter::new(File::create(temporary(path))?);
+        writeln!(file, "%%MatrixMarket matrix array real general\n{} 1", vector.len())?;
+        for value in vector {
+            writeln!(file, "{value:e}")?;
+        }
+        file.into_inner()?.sync_all()
+    };
+    let mut done = Ok(());
+    for (path, vector) in vectors {
+        done = done.and_then(|()| write(path, vector).map_err(|e| unusable(path, e)));
+    }
+    for (path, _) in vectors {
+        let rename = || fs::rename(temporary(path), path).map_err(|e| unusable(path, e));
+        done = done.and_then(|()| rename());
+        // What could not be renamed is of no use; after a success there is nothing left to remove.
+        let _ = fs::remove_file(temporary(path));
+    }
+    done
+}
+
+fn unusable(path: &Path, error: impl ToString) -> FileError {
+    FileError { path: path.to_owned(), line: None, reason: error.to_string() }
+}
+
+/// The longest line a file may have, in bytes.
+const LONGEST: u64 = 1 << 16;
+
+/// The lines of a file, counted.
+struct Lines<'p> {
+    path: &'p Path,
+    length: u64,
+    reader: BufReader<File>,
+    number: usize,
+}
+
+impl<'p> Lines<'p> {
+    fn open(path: &'p Path) -> Result<Self, FileError> {
+        let file = File::open(path).map_err(|e| unusable(path, e))?;
+        let length = file.metadata().map_err(|e| unusable(path, e))?.len();
+        Ok(Self { path, length, reader: BufReader::new(file), number: 0 })
+    }
+
+    fn fault(&self, reason: impl ToString) -> FileError {
+        let line = Some(self.number);
+        FileError { path: self.path.to_owned(), line, reason: reason.to_string() }
+    }
+
+    /// Refuses a count of entries, of at least `bytes` each, that the file is too short for.
+    fn holds(&self, entries: usize, bytes: u64) -> Result<(), FileError> {
+        // The last entry may lack its line's end.
+        if entries as u64 > (self.length + 1) / bytes {
+            let length = self.length;
+            return Err(self.fault(format!("{entries} entries do not fit into {length} bytes")));
+        }
+        Ok(())
+    }
+
+    /// The next line, without its end; none at the end of the file.
+    fn next(&mut self) -> Result<Option<String>, FileError> {
+        self.number += 1;
+        let mut bytes = Vec::new();
+        let mut limited = self.reader.by_ref().take(LONGEST);
+        limited.read_until(b'\n', &mut bytes).map_err(|e| unusable(self.path, e))?;
+        if bytes.is_empty() {
+            return Ok(None);
+        }
+        if bytes.len() as u64 == LONGEST {
+            return Err(self.fault(format!("the line is longer than {LONGEST} bytes")));
+        }
+        if bytes.last() == Some(&b'\n') {
+            bytes.pop();
+        }
+        if bytes.last() == Some(&b'\r') {
+            return Err(self.fault("the line ends in CRLF; a file needs plain line ends"));
+        }
+        String::from_utf8(bytes).map(Some).map_err(|_| self.fault("the line is not UTF-8"))
+    }
+
+    fn expect(&mut self, what: impl ToString) -> Result<String, FileError> {
+        self.next()?.ok_or_else(|| {
+            self.fault(format!("the file ends where {} should be", what.to_string()))
+        })
+    }
+
+    /// The next line that is neither blank nor a comment.
+    fn expect_data(&mut self, what: impl ToString + Clone) -> Result<String, FileError> {
+        loop {
+            let line = self.expect(what.clone())?;
+            if !is_filler(&line) {
+                return Ok(line);
+            }
+        }
+    }
+
+    fn expect_end(&mut self) -> Result<(), FileError> {
+        while let Some(line) = self.next()? {
+            if !is_filler(&line) {
+                return Err(self.fault(format!("'{line}' comes after the last entry declared")));
+            }
+        }
+        Ok(())
+    }
+
+    fn numbers<const K: usize>(
+        &self,
+        words: &mut SplitWhitespace<'_>,
+        wanted: &str,
+    ) -> Result<[usize; K], FileError> {
+        let mut numbers = [0; K];
+        for number in &mut numbers {
+            *number = self.number(words.next(), wanted)?;
+        }
+        Ok(numbers)
+    }
+
+    fn number<N: FromStr>(&self, word: Option<&str>, wanted: &str) -> Result<N, FileError> {
+        let word = word.ok_or_else(|| self.fault(format!("'{wanted}' is wanted")))?;
+        word.parse().map_err(|_| self.fault(format!("'{word}' is no number for '{wanted}'")))
+    }
+
+    /// The value that ends a line.
+    fn value<T: Scalar>(&self, words: &mut SplitWhitespace<'_>) -> Result<T, FileError> {
+        let value: f64 = self.number(words.next(), "value")?;
+        self.no_more(words)?;
+        match T::from(value) {
+            Some(value) if value.is_finite() => Ok(value),
+            _ => Err(self.fault(format!("{value} is not a finite number in this precision"))),
+        }
+    }
+
+    fn no_more(&self, words: &mut SplitWhitespace<'_>) -> Result<(), FileError> {
+        match words.next() {
+            Some(word) => Err(self.fault(format!("'{word}' is one word too many"))),
+            None => Ok(()),
+        }
+    }
+}
+
+fn is_filler(line: &str) -> bool {
+    line.trim_start().starts_with('%') || line.trim().is_empty()
+}
