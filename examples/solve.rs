@@ -1,19 +1,22 @@
-//! Solves a scene by methods of the paper, matrix-free.
+//! Solves a scene, or a problem given as files, by methods of the paper.
 //!
 //! ```text
 //! cargo run --release --example solve
 //! cargo run --release --example solve -- --scene example2 --m 128 --method TMAOR --alpha 1.1 --beta 0.9
+//! cargo run --release --example solve -- --a A.mtx --b B.mtx --q q.mtx --method TMGS --out-z z.mtx --out-r r.mtx
 //! ```
 //!
 //! Without arguments: Example 1 (μ = ν = 4) on a 512 × 512 grid by MGS, AMGS and TMGS in both precisions.
+//! Scenes are matrix-free; files are Matrix Market files, and without `--b` the problem is the LCP.
 //! The exit status is 0 when every solve converged, 2 when one did not, 1 for bad input.
 
-use std::{error::Error, process::ExitCode};
+use std::{error::Error, ops::ControlFlow, path::PathBuf, process::ExitCode};
 
 use clap::{Parser, ValueEnum, error::ErrorKind};
-use hlcp_core::{Hlcp, Omega, Scalar};
+use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows, Scalar, market};
 use hlcp_methods::{Limits, Named, Norm, Outcome, Parameters, Solver};
 use hlcp_verify::Example;
+use indicatif::ProgressBar;
 use serde_json::json;
 
 /// Solve a horizontal linear complementarity problem, A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0.
@@ -32,6 +35,24 @@ struct Arguments {
     /// The multiple of the identity in B
     #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
     nu: f64,
+    /// A matrix A from a Matrix Market file, instead of a scene
+    #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu"])]
+    a: Option<PathBuf>,
+    /// The matrix B [default: the identity, which makes the problem an LCP]
+    #[arg(long, requires = "a")]
+    b: Option<PathBuf>,
+    /// The vector q: a Matrix Market file, or one number a line
+    #[arg(long, requires = "a")]
+    q: Option<PathBuf>,
+    /// The start x⁰ [default: all ones]
+    #[arg(long)]
+    x0: Option<PathBuf>,
+    /// Write z to this file; needs --method
+    #[arg(long, requires = "method")]
+    out_z: Option<PathBuf>,
+    /// Write r to this file; needs --method
+    #[arg(long, requires = "method")]
+    out_r: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or an indexed name of the paper's Table 1
     #[arg(long)]
     method: Option<String>,
@@ -129,6 +150,25 @@ fn one_line(error: &clap::Error) -> String {
     reason.map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
+/// What is to be solved how often, and what became of it so far.
+struct Run<'r> {
+    arguments: &'r Arguments,
+    methods: Vec<(String, Named)>,
+    rows: usize,
+    all_converged: bool,
+}
+
+/// A problem in one precision.
+struct Given<'g, T, A, B> {
+    name: &'static str,
+    a: &'g A,
+    b: &'g B,
+    q: &'g [T],
+    x0: &'g [T],
+    /// z* and r*.
+    known: Option<[&'g [T]; 2]>,
+}
+
 /// Solves what was asked for and prints it; whether all of it converged.
 fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let parameters = Parameters {
@@ -144,83 +184,165 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         Some(name) => vec![name.to_ascii_uppercase()],
         None => ["MGS", "AMGS", "TMGS"].map(String::from).to_vec(),
     };
-    let methods =
-        names.iter().map(|name| Named::parse(name, parameters)).collect::<Result<Vec<_>, _>>()?;
+    let methods = names
+        .into_iter()
+        .map(|name| Named::parse(&name, parameters).map(|method| (name, method)))
+        .collect::<Result<_, _>>()?;
     let precisions = match (arguments.precision, &arguments.method) {
         (Some(precision), _) => vec![precision],
         (None, Some(_)) => vec![Precision::F64],
         (None, None) => vec![Precision::F64, Precision::F32],
     };
-    let mut rows = 0;
-    let mut all_converged = true;
+    let mut run = Run { arguments, methods, rows: 0, all_converged: true };
     for precision in precisions {
-        for (name, &method) in names.iter().zip(&methods) {
-            let solved = match precision {
-                Precision::F64 => solve::<f64>(arguments, method)?,
-                Precision::F32 => solve::<f32>(arguments, method)?,
-            };
-            if arguments.json {
-                println!("{}", report(arguments, name, method, precision, &solved));
-            } else {
-                if rows == 0 {
-                    print_head(arguments, solved.order);
-                }
-                print_row(name, precision, &solved);
-            }
-            rows += 1;
-            all_converged &= solved.outcome.converged();
+        match precision {
+            Precision::F64 => run.load::<f64>(precision)?,
+            Precision::F32 => run.load::<f32>(precision)?,
         }
     }
-    Ok(all_converged)
+    Ok(run.all_converged)
 }
 
-/// What one solve came to.
-struct Solved {
-    order: usize,
-    outcome: Outcome,
-    /// ‖(z, r) − (z*, r*)‖∞
-    error: f64,
-}
-
-fn solve<T: Scalar>(arguments: &Arguments, method: Named) -> Result<Solved, Box<dyn Error>> {
-    let scene = Example {
-        symmetric: matches!(arguments.scene, Scene::Example1),
-        m: arguments.m.into(),
-        mu: arguments.mu,
-        nu: arguments.nu,
+impl Run<'_> {
+    /// Poses the scene, or reads the files, and solves by every method.
+    fn load<T: Scalar>(&mut self, precision: Precision) -> Result<(), Box<dyn Error>> {
+        let arguments = self.arguments;
+        let start = |order| match &arguments.x0 {
+            Some(path) => market::read_vector(path, order),
+            None => Ok(vec![T::one(); order]),
+        };
+        if let (Some(a), Some(q)) = (&arguments.a, &arguments.q) {
+            let a = &market::read_matrix::<T>(a)?;
+            let q = &market::read_vector(q, a.order())?;
+            let x0 = &start(a.order())?;
+            return match &arguments.b {
+                Some(b) => {
+                    let b = &market::read_matrix::<T>(b)?;
+                    self.solve(precision, &Given { name: "file", a, b, q, x0, known: None })
+                }
+                None => {
+                    let b = &Identity { order: a.order() };
+                    self.solve(precision, &Given { name: "file", a, b, q, x0, known: None })
+                }
+            };
+        }
+        let scene = Example {
+            symmetric: matches!(arguments.scene, Scene::Example1),
+            m: arguments.m.into(),
+            mu: arguments.mu,
+            nu: arguments.nu,
+        }
+        .pose::<T>()?;
+        let given = Given {
+            name: match arguments.scene {
+                Scene::Example1 => "example1",
+                Scene::Example2 => "example2",
+            },
+            a: &scene.a,
+            b: &scene.b,
+            q: &scene.q,
+            x0: &start(scene.q.len())?,
+            known: Some([&scene.z, &scene.r]),
+        };
+        self.solve(precision, &given)
     }
-    .pose::<T>()?;
-    let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-    let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::default() };
-    limits.norm = match arguments.norm {
-        NormName::L2 => Norm::L2,
-        NormName::Linf => Norm::LInf,
-    };
-    if let Some(tolerance) = arguments.tol {
-        (limits.absolute, limits.relative) = (to(tolerance)?, T::zero());
-    }
-    let omega = Omega::diagonal_ratio(to(arguments.tau)?, &scene.a, &scene.b)?;
-    let problem = Hlcp::new(scene.a, scene.b, omega)?.with_gamma(to(arguments.gamma)?)?;
-    let mut solver = Solver::new(method.on(problem)?);
-    let outcome = solver.solve(&scene.q, &vec![T::one(); scene.q.len()], &limits)?;
 
-    let pairs = [(solver.z(), &scene.z), (solver.r(), &scene.r)];
-    let differences = pairs.iter().flat_map(|(found, known)| {
-        found.iter().zip(*known).map(|(&found, &known)| (found - known).abs())
-    });
-    let error = differences.fold(T::zero(), T::max).to_f64().unwrap_or(f64::NAN);
-    Ok(Solved { order: scene.q.len(), outcome, error })
+    fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        precision: Precision,
+        given: &Given<'_, T, A, B>,
+    ) -> Result<(), Box<dyn Error>> {
+        let arguments = self.arguments;
+        let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
+        let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::default() };
+        limits.norm = match arguments.norm {
+            NormName::L2 => Norm::L2,
+            NormName::Linf => Norm::LInf,
+        };
+        if let Some(tolerance) = arguments.tol {
+            (limits.absolute, limits.relative) = (to(tolerance)?, T::zero());
+        }
+        let omega = Omega::diagonal_ratio(to(arguments.tau)?, given.a, given.b)?;
+        let problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;
+        for (name, method) in &self.methods {
+            let mut solver = Solver::new(method.on(problem.clone())?);
+            let bar = ProgressBar::new_spinner();
+            let outcome = solver.solve_observed(given.q, given.x0, &limits, |progress| {
+                if progress.iteration % 64 == 0 {
+                    bar.set_message(format!(
+                        "{name}: iteration {}, residual {:.1e}",
+                        progress.iteration, progress.residual.l2
+                    ));
+                    bar.tick();
+                }
+                ControlFlow::Continue(())
+            })?;
+            bar.finish_and_clear();
+            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
+            let outputs: Vec<_> = outputs
+                .iter()
+                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
+                .collect();
+            market::write_vectors(&outputs)?;
+            let error =
+                given.known.map(|[z, r]| distance(solver.z(), z).max(distance(solver.r(), r)));
+            if arguments.json {
+                println!("{}", self.report(given, name, method, precision, &outcome, error));
+            } else {
+                if self.rows == 0 {
+                    print_head(arguments, given.name, given.q.len());
+                }
+                print_row(name, precision, &outcome, error);
+            }
+            self.rows += 1;
+            self.all_converged &= outcome.converged();
+        }
+        Ok(())
+    }
+
+    fn report<T, A, B>(
+        &self,
+        given: &Given<'_, T, A, B>,
+        name: &str,
+        method: &Named,
+        precision: Precision,
+        outcome: &Outcome,
+        error: Option<f64>,
+    ) -> serde_json::Value {
+        let Outcome { status, iterations, sweeps, seconds, residual, .. } = outcome;
+        let [alpha, beta] = method.first();
+        json!({
+            "scene": given.name,
+            "n": given.q.len(),
+            "method": name,
+            "alpha": alpha,
+            "beta": beta,
+            "tau": self.arguments.tau,
+            "gamma": self.arguments.gamma,
+            "precision": precision.name(),
+            "threads": 1,
+            "outcome": status.to_string().replace(' ', "_"),
+            "iterations": iterations,
+            "sweeps": sweeps,
+            "residual_l2": residual.l2,
+            "residual_linf": residual.linf,
+            "error_linf": error,
+            "seconds": seconds,
+        })
+    }
 }
 
-fn print_head(arguments: &Arguments, order: usize) {
-    println!(
-        "{}: n = {order}, mu = {}, nu = {}, tau = {}, gamma = {}",
-        scene_name(arguments.scene),
-        arguments.mu,
-        arguments.nu,
-        arguments.tau,
-        arguments.gamma
-    );
+/// ‖u − v‖∞.
+fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
+    let differences: Vec<T> = u.iter().zip(v).map(|(&u, &v)| u - v).collect();
+    Norms::of(&differences).linf
+}
+
+fn print_head(arguments: &Arguments, name: &str, order: usize) {
+    let Arguments { mu, nu, tau, gamma, .. } = arguments;
+    let shifts =
+        if arguments.a.is_some() { String::new() } else { format!(" mu = {mu}, nu = {nu},") };
+    println!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}");
     println!(
         "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>11} {:>8}",
         "method",
@@ -229,55 +351,19 @@ fn print_head(arguments: &Arguments, order: usize) {
         "iterations",
         "sweeps",
         "residual l2",
-        "  l-inf",
+        "l-inf",
         "true error",
         "seconds"
     );
 }
 
-fn print_row(name: &str, precision: Precision, solved: &Solved) {
-    let Outcome { status, iterations, sweeps, seconds, residual, .. } = solved.outcome;
+fn print_row(name: &str, precision: Precision, outcome: &Outcome, error: Option<f64>) {
+    let Outcome { status, iterations, sweeps, seconds, residual, .. } = outcome;
     println!(
-        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11.2e} {seconds:>8.3}",
+        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,
         residual.linf,
-        solved.error
+        error.map_or("unknown".into(), |error| format!("{error:.2e}"))
     );
-}
-
-fn report(
-    arguments: &Arguments,
-    name: &str,
-    method: Named,
-    precision: Precision,
-    solved: &Solved,
-) -> serde_json::Value {
-    let Outcome { status, iterations, sweeps, seconds, residual, .. } = solved.outcome;
-    let [alpha, beta] = method.first();
-    json!({
-        "scene": scene_name(arguments.scene),
-        "n": solved.order,
-        "method": name,
-        "alpha": alpha,
-        "beta": beta,
-        "tau": arguments.tau,
-        "gamma": arguments.gamma,
-        "precision": precision.name(),
-        "threads": 1,
-        "outcome": status.to_string().replace(' ', "_"),
-        "iterations": iterations,
-        "sweeps": sweeps,
-        "residual_l2": residual.l2,
-        "residual_linf": residual.linf,
-        "error_linf": solved.error,
-        "seconds": seconds,
-    })
-}
-
-fn scene_name(scene: Scene) -> &'static str {
-    match scene {
-        Scene::Example1 => "example1",
-        Scene::Example2 => "example2",
-    }
 }
