@@ -36,29 +36,30 @@ pub(crate) struct Watch<T> {
     anchored_at: Option<usize>,
 }
 
-/// A residual to compare later ones with, as in Brent's cycle finding.
+/// A residual to compare later ones with, renewed at growing distances as in Brent's cycle finding.
 #[derive(Debug, Clone, Copy)]
 struct Mark {
     residual: f64,
     at: usize,
     span: usize,
-    period: usize,
-    hits: usize,
+    returns: usize,
 }
 
 impl Mark {
-    const NONE: Self = Self { residual: f64::NAN, at: 0, span: 1, period: 0, hits: 0 };
+    const NONE: Self = Self { residual: f64::NAN, at: 0, span: 1, returns: 0 };
 
-    /// Whether the residual came back for the third time in a row with one period.
+    /// Whether the residual came back for the third time.
     fn third_return(&mut self, k: usize, residual: f64) -> bool {
         if residual == self.residual {
-            let period = k - self.at;
-            self.hits = if period == self.period { self.hits + 1 } else { 1 };
-            (self.at, self.period) = (k, period);
+            self.returns += 1;
         } else if k - self.at >= self.span {
-            *self = Self { residual, at: k, span: 2 * self.span, ..Self::NONE };
+            self.renew(k, residual);
         }
-        self.hits >= 3
+        self.returns >= 3
+    }
+
+    fn renew(&mut self, k: usize, residual: f64) {
+        *self = Self { residual, at: k, span: 2 * self.span, returns: 0 };
     }
 }
 
@@ -108,16 +109,15 @@ impl<T: Scalar> Watch<T> {
             return Some(Alarm::Resting);
         }
         if let Some(at) = self.anchored_at {
-            if k - at < self.mark.period {
-                return None;
-            }
-            self.anchored_at = None;
             if x == self.anchor {
                 let resting = moves_by_rounding(x, next);
                 let repeating = Alarm::Repeating { period: k - at };
                 return Some(if resting { Alarm::Resting } else { repeating });
             }
-            self.mark = Mark { span: self.mark.span, at: k, ..Mark::NONE };
+            if k - at > self.mark.span {
+                self.anchored_at = None;
+                self.mark.renew(k, residual);
+            }
         } else if self.mark.third_return(k, residual) {
             self.anchor.clear();
             self.anchor.extend_from_slice(x);

@@ -1,0 +1,330 @@
+//! Every way a solve can end, each on a problem that must end that way.
+
+mod common;
+
+use std::{ops::ControlFlow, time::Duration};
+
+use common::Matrix;
+use hlcp_core::{
+    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega,
+    Scalar,
+};
+use hlcp_methods::{
+    Divergence, GROWTH, Limits, Method, Mms, Norm, Outcome, PATIENCE, Solver, Status, Tmms,
+};
+use nalgebra::DMatrix;
+use proptest::{array::uniform5, collection::vec, prelude::*};
+
+/// A generic non-symmetric pair of stencils with a varying Ω.
+fn pair<T: Scalar>() -> Hlcp<T, FivePoint<T>, FivePoint<T>> {
+    let to = |v: f64| T::from(v).unwrap();
+    let a = FivePoint::new(7, 5, [-1.1, -0.9, 6.3, -1.3, -0.7].map(to)).unwrap();
+    let b = FivePoint::new(7, 5, [-0.2, -0.8, 4.1, -0.6, -0.3].map(to)).unwrap();
+    let omega = (0..35).map(|i| to(1.2 + 0.3 * f64::sin(i as f64))).collect();
+    Hlcp::new(a, b, Omega::Each(omega)).unwrap().with_gamma(to(1.7)).unwrap()
+}
+
+fn wave<T: Scalar>(scale: f64) -> Vec<T> {
+    (0..35).map(|i| T::from(scale * (f64::sin(1.3 * i as f64) + 0.2)).unwrap()).collect()
+}
+
+/// On a failure the iterate with the smallest residual comes back, and its own residual with it.
+fn best_comes_back<M: Method<f64>>(solver: &Solver<f64, M>, outcome: Outcome) {
+    let residuals: Vec<f64> = solver.history().iter().map(|norms| norms.l2).collect();
+    assert_eq!(residuals.len(), outcome.iterations + 1);
+    let smallest = residuals.iter().copied().fold(f64::INFINITY, f64::min);
+    assert_eq!(residuals[outcome.answer], smallest);
+    assert!((outcome.residual.l2 / smallest - 1.0).abs() <= 1e-9);
+    assert!(solver.x().iter().chain(solver.z()).chain(solver.r()).all(|v| v.is_finite()));
+}
+
+#[test]
+fn divergence_by_growth_hands_back_the_best_iterate() {
+    let q = wave(1.0);
+    for alpha in [2.9, 6.1] {
+        let method = Tmms::mirrored(pair(), Aor::sor(alpha).unwrap()).unwrap();
+        let mut solver = Solver::new(method).with_history(2000);
+        let outcome = solver.solve(&q, &wave(0.3), &Limits::default()).unwrap();
+        assert_eq!(outcome.status, Status::Diverged(Divergence::Growth));
+        assert!(solver.history().last().unwrap().l2 > GROWTH);
+        best_comes_back(&solver, outcome);
+    }
+}
+
+/// Where the best iterate lies neither at the start nor at the end.
+#[test]
+fn the_best_iterate_of_the_middle_comes_back() {
+    // Row 0 contracts fast, row 1 grows slowly from almost nothing.
+    let scale = FromFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8));
+    let a = DiagonalMatrix::new(vec![1.1, 0.9]).unwrap();
+    let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Each(vec![1.1, 0.9])).unwrap();
+    for steps in [1, 2] {
+        let check = |method: Box<dyn Method<f64, A = _, B = _>>| {
+            let mut solver = Solver::new(method).with_history(500);
+            let outcome =
+                solver.solve(&[-1.0, -1.0], &[9.0, 0.5 / 0.9 + 1e-9], &Limits::default()).unwrap();
+            assert!(matches!(outcome.status, Status::Diverged(_)));
+            assert!(0 < outcome.answer && outcome.answer < outcome.iterations);
+            best_comes_back(&solver, outcome);
+        };
+        if steps == 1 {
+            check(Box::new(Mms::new(problem.clone(), Correction(scale)).unwrap()));
+        } else {
+            check(Box::new(
+                Tmms::new(problem.clone(), Correction(scale), Correction(scale)).unwrap(),
+            ));
+        }
+    }
+}
+
+/// An operator that gives NaN from its third product on.
+struct Tired(std::sync::atomic::AtomicUsize);
+
+impl LinearOperator<f64> for Tired {
+    fn order(&self) -> usize {
+        3
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.5 * x);
+        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2 {
+            y[1] = f64::NAN;
+        }
+    }
+}
+
+#[test]
+fn divergence_by_nan_says_where_and_when() {
+    let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
+    });
+    let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Correction(slow)).unwrap());
+    let outcome = solver.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    // Products 0 and 1 are sound, so iterates 0, 1 and 2 are; the residual of the last is not.
+    assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
+    assert_eq!((outcome.iterations, outcome.answer), (2, 1));
+    assert!(!outcome.converged() && outcome.residual.l2.is_nan()); // measured, by an operator gone bad
+
+    let breaks = FromFn(|_: &[f64], y: &mut [f64]| y.copy_from_slice(&[0.0, 0.0, f64::INFINITY]));
+    let a = DiagonalMatrix::new(vec![2.5; 3]).unwrap();
+    let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Correction(breaks)).unwrap());
+    let outcome = solver.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 2 }));
+    assert_eq!((outcome.iterations, outcome.answer), (1, 0));
+    assert!(outcome.residual.l2.is_finite());
+}
+
+/// With a = bω and α = 2 the scalar iteration is x⁺ = −x − q/a: every start but the solution alternates.
+#[test]
+fn a_cycle_of_period_two() {
+    let one = |a: f64| DiagonalMatrix::new(vec![a]).unwrap();
+    let problem = Hlcp::new(one(2.0), one(4.0), Omega::Uniform(0.5)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Aor::sor(2.0).unwrap()).unwrap());
+    let outcome = solver.solve(&[-3.0], &[0.25], &Limits::default()).unwrap();
+    assert_eq!(outcome.status, Status::Cycling { period: 2 });
+    assert!(outcome.iterations < 10);
+    assert!(outcome.residual.l2 > 0.1);
+}
+
+#[test]
+fn the_rounding_floor_is_stagnation() {
+    let limits = Limits { absolute: 0.0, relative: 0.0, ..Limits::default() };
+    let mut solver = Solver::new(Tmms::mirrored(pair(), Aor::gauss_seidel()).unwrap());
+    let outcome = solver.solve(&wave(1.0), &wave(0.3), &limits).unwrap();
+    assert!(outcome.status == Status::Stagnated || outcome.residual.l2 == 0.0, "{outcome}");
+    assert!(outcome.iterations < 200 + 2 * PATIENCE);
+    assert!(outcome.residual.l2 <= 1e-13);
+    let limits = Limits { absolute: 0.0, relative: 0.0, ..Limits::default() };
+    let mut solver = Solver::new(Mms::new(pair::<f32>(), Aor::gauss_seidel()).unwrap());
+    let outcome = solver.solve(&wave(1.0), &wave(0.3), &limits).unwrap();
+    assert!(outcome.status == Status::Stagnated || outcome.residual.l2 == 0.0, "{outcome}");
+    assert!(outcome.residual.l2 <= 1e-5);
+}
+
+/// Jacobi on a bidiagonal A: errors move from row to row, 40 times as large in each, and then out.
+#[test]
+fn a_residual_that_first_grows_is_no_divergence() {
+    let n = 9;
+    let a = DMatrix::from_fn(n, n, |i, j| match i as isize - j as isize {
+        0 => 1.5,
+        1 => -60.0,
+        _ => 0.0,
+    });
+    let problem = Hlcp::new(Matrix(a), Identity { order: n }, Omega::Uniform(1.5)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap()).with_history(100);
+    let mut q = vec![0.0; n];
+    q[0] = -3.0;
+    let limits = Limits { absolute: 0.0, relative: 1e-2, ..Limits::default() };
+    let outcome = solver.solve(&q, &vec![0.25; n], &limits).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    let largest = solver.history().iter().fold(0.0, |max: f64, norms| max.max(norms.l2));
+    assert!(largest > 1e10 * solver.history()[0].l2);
+}
+
+/// Jacobi along the flow moves an error one row a sweep and leaves its size alone: the residual repeats
+/// exactly, the iterates do not, and that is no cycle.
+#[test]
+fn a_residual_that_repeats_is_not_yet_a_cycle() {
+    let n = 40;
+    let a = DMatrix::from_fn(n, n, |i, j| match i as isize - j as isize {
+        0 => 2.0,
+        1 => -2.0,
+        _ => 0.0,
+    });
+    let problem = Hlcp::new(Matrix(a), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap()).with_history(100);
+    let mut q = vec![0.0; n];
+    q[0] = -4.0;
+    let mut x0 = vec![1.0; n];
+    x0[0] = 3.0;
+    let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    let residuals = solver.history();
+    assert!(residuals[2..12].iter().all(|norms| norms.l2 == residuals[1].l2));
+}
+
+#[test]
+fn limits_and_the_observer_stop_a_solve() {
+    let mut solver = Solver::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()).with_history(500);
+    let (q, x0) = (wave(1.0), wave(0.3));
+    let full = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    assert!(full.converged());
+
+    let limits = Limits { iterations: 3, ..Limits::default() };
+    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
+    best_comes_back(&solver, outcome);
+
+    let limits = Limits { time: Some(Duration::ZERO), ..Limits::default() };
+    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
+
+    let mut seen = vec![];
+    let outcome = solver
+        .solve_observed(&q, &x0, &Limits::default(), |progress| {
+            seen.push((progress.iteration, progress.residual, progress.x[3]));
+            if progress.iteration == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+        .unwrap();
+    assert_eq!((outcome.status, outcome.iterations), (Status::Stopped, 5));
+    assert_eq!(seen.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
+    assert_eq!(seen.iter().map(|s| s.1).collect::<Vec<_>>(), solver.history());
+    assert_eq!((seen[0].2, seen[outcome.answer].2), (x0[3], solver.x()[3]));
+}
+
+/// Scaling the data and the start by a power of two scales the iterates and nothing else; by a power of ten,
+/// up to rounding.
+fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
+    let relative = T::epsilon() * T::from(64.0).unwrap();
+    let limits = Limits { absolute: T::zero(), relative, ..Limits::default() };
+    for norm in [Norm::L2, Norm::LInf] {
+        let limits = Limits { norm, ..limits };
+        let solve = |scale: f64| {
+            let mut solver =
+                Solver::new(Tmms::mirrored(pair(), Aor::sor(T::one()).unwrap()).unwrap());
+            let outcome =
+                solver.solve(&wave::<T>(scale), &wave::<T>(0.3 * scale), &limits).unwrap();
+            (outcome, solver.z().to_vec())
+        };
+        let (unit, z) = solve(1.0);
+        assert!(unit.converged());
+        for power in binary {
+            let factor = 2_f64.powi(power);
+            let (outcome, scaled) = solve(factor);
+            assert!(outcome.converged());
+            assert_eq!(outcome.iterations, unit.iterations);
+            assert_eq!(outcome.residual.l2, unit.residual.l2 * factor);
+            let factor = T::from(factor).unwrap();
+            assert!(z.iter().zip(scaled).all(|(&z, scaled)| z * factor == scaled));
+        }
+        for power in decimal {
+            let (outcome, _) = solve(10_f64.powi(power));
+            assert!(outcome.converged());
+            assert!(outcome.iterations.abs_diff(unit.iterations) <= 1);
+            assert!(outcome.residual.l2 > 0.0);
+        }
+    }
+}
+
+#[test]
+fn scale_does_not_matter() {
+    scales::<f64>([498, -498], [150, -150]);
+    scales::<f32>([60, -60], [18, -18]);
+}
+
+/// Whatever the bits, a solve answers: with an error, or with an outcome that holds.
+fn answers<T: Scalar>(
+    nx: usize,
+    ny: usize,
+    [a, b]: [[T; 5]; 2],
+    numbers: [T; 5],
+    [q, x0, omega]: [&[T]; 3],
+) {
+    let [alpha, beta, gamma, absolute, relative] = numbers;
+    let limits = Limits { absolute, relative, iterations: 40, ..Limits::default() };
+    let run = || -> Result<(), hlcp_core::Error> {
+        let (a, b) = (FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?);
+        let omega = match omega.first() {
+            Some(&omega) if nx == 1 => Omega::Uniform(omega),
+            _ => Omega::Each(omega.to_vec()),
+        };
+        let problem = Hlcp::new(a, b, omega)?.with_gamma(gamma)?;
+        let mut solver = Solver::new(Tmms::mirrored(problem, Aor::new(alpha, beta)?)?);
+        let outcome = solver.solve(q, x0, &limits)?;
+        if outcome.converged() {
+            let bound = absolute.to_f64().unwrap().max(
+                relative.to_f64().unwrap()
+                    * q.iter().map(|q| q.to_f64().unwrap().powi(2)).sum::<f64>().sqrt(),
+            );
+            assert!(outcome.residual.l2 <= bound * (1.0 + 1e-12) || bound.is_nan() || bound == 0.0);
+            assert!(outcome.residual.l2.is_finite());
+        }
+        Ok(())
+    };
+    let _ = run();
+}
+
+/// Numbers of every kind: special ones, ordinary ones, and any bits at all.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        2 => -4.0..4.0,
+        4 => 0.1..4.0,
+        1 => any::<u64>().prop_map(f64::from_bits),
+        1 => prop::sample::select(vec![
+            0.0, -0.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 5e-324, 1e-160, 1e160,
+        ]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn no_data_panics(
+        nx in 0_usize..5,
+        ny in 0_usize..5,
+        a in uniform5(number()),
+        b in uniform5(number()),
+        numbers in uniform5(number()),
+        q in vec(number(), 0..26),
+        x0 in vec(number(), 0..26),
+        omega in vec(number(), 0..26),
+        fit in any::<bool>(),
+    ) {
+        let fitted = |v: &[f64]| -> Vec<f64> {
+            if fit { (0..nx * ny).map(|i| v.get(i).copied().unwrap_or(1.5)).collect() } else { v.to_vec() }
+        };
+        let [q, x0, omega] = [&q, &x0, &omega].map(|v| fitted(v));
+        answers(nx, ny, [a, b], numbers, [&q, &x0, &omega]);
+        let narrow = |v: &[f64]| v.iter().map(|&v| v as f32).collect::<Vec<_>>();
+        answers(
+            nx,
+            ny,
+            [a, b].map(|c| c.map(|v| v as f32)),
+            numbers.map(|v| v as f32),
+            [&narrow(&q), &narrow(&x0), &narrow(&omega)],
+        );
+    }
+}
