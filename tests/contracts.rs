@@ -1,0 +1,279 @@
+//! One table of contracts that every method keeps: on stencils, assembled matrices, a user's operator and the
+//! same behind `dyn`, in both precisions. A new method is one row.
+
+use hlcp_core::{
+    Aor, Correction, Diagonal, Error, FivePoint, FromFn, Hlcp, Jacobi, LinearOperator, Omega, Rows,
+    Scalar, Scaled,
+};
+use hlcp_methods::{Limits, Method, Mms, Named, Norm, Parameters, Solver, Tmms};
+use nalgebra_sparse::{CooMatrix, CsrMatrix};
+
+/// The rows: names of the paper, and splittings that have none.
+const METHODS: [&str; 20] = [
+    "MJ",
+    "MGS",
+    "MSOR",
+    "MAOR",
+    "AMJ",
+    "AMGS",
+    "AMSOR",
+    "AMAOR",
+    "TMJ",
+    "TMGS",
+    "TMSOR",
+    "TMAOR",
+    "TMJSOR1",
+    "TMGSJ",
+    "TMGSSOR2",
+    "MJ by the diagonal",
+    "TMJ by the diagonal",
+    "M by a closure",
+    "TM by a closure and GS",
+    "M backward with own parameters",
+];
+
+type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
+
+fn method<T: Scalar, A: Rows<T> + 'static, B: Rows<T> + 'static>(
+    row: &str,
+    problem: Hlcp<T, A, B>,
+) -> Result<Boxed<T, A, B>, Error> {
+    let to = |v: f64| T::from(v).unwrap();
+    // Twice the largest pivot of the table's problem.
+    let closure = || {
+        Correction(FromFn(move |rhs: &[T], y: &mut [T]| {
+            y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / to(26.0));
+        }))
+    };
+    Ok(match row {
+        "MJ by the diagonal" => Box::new(Mms::new(problem, Jacobi)?),
+        "TMJ by the diagonal" => Box::new(Tmms::new(problem, Jacobi, Jacobi)?),
+        "M by a closure" => Box::new(Mms::new(problem, closure())?),
+        "TM by a closure and GS" => {
+            Box::new(Tmms::new(problem, closure(), Aor::gauss_seidel().backward())?)
+        }
+        "M backward with own parameters" => {
+            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
+            Box::new(Mms::new(problem, aor.backward())?)
+        }
+        name => {
+            let open = name.ends_with("SOR") || name.ends_with("AOR");
+            let alpha = open.then_some(1.1);
+            let beta = name.ends_with("AOR").then_some(0.8);
+            let parameters = Parameters { alpha, beta, ..Parameters::default() };
+            Named::parse(name, parameters).expect("a row is a name").on(problem)?
+        }
+    })
+}
+
+const NX: usize = 6;
+const N: usize = NX * 4;
+const A: [f64; 5] = [-1.1, -0.9, 6.3, -1.3, -0.7];
+const B: [f64; 5] = [-0.3, -0.8, 4.1, -0.6, -0.2];
+
+fn stencil<T: Scalar>(coefficients: [f64; 5]) -> FivePoint<T> {
+    FivePoint::new(NX, N / NX, coefficients.map(|c| T::from(c).unwrap())).unwrap()
+}
+
+fn assembled<T: Scalar + nalgebra::Scalar>(operator: &impl Rows<T>) -> CsrMatrix<T> {
+    let n = operator.order();
+    let mut coo = CooMatrix::new(n, n);
+    for i in 0..n {
+        operator.visit_row(i, &mut |j, a| coo.push(i, j, a));
+    }
+    CsrMatrix::from(&coo)
+}
+
+/// What a user might bring: the rows as lists.
+#[derive(Clone)]
+struct Lists<T>(Vec<Vec<(usize, T)>>);
+
+impl<T: Scalar> Lists<T> {
+    fn of(operator: &impl Rows<T>) -> Self {
+        let row = |i| {
+            let mut row = vec![];
+            operator.visit_row(i, &mut |j, a| row.push((j, a)));
+            row
+        };
+        Self((0..operator.order()).map(row).collect())
+    }
+}
+
+impl<T: Scalar> LinearOperator<T> for Lists<T> {
+    fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        for (y, row) in y.iter_mut().zip(&self.0) {
+            *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
+        }
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Lists<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.0[i].iter().find(|(j, _)| *j == i).map_or(T::zero(), |(_, a)| *a)
+    }
+}
+
+impl<T: Scalar> Rows<T> for Lists<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
+    }
+}
+
+fn omega<T: Scalar>() -> Omega<T> {
+    Omega::Each((0..N).map(|i| T::from(1.3 + 0.2 * f64::cos(i as f64)).unwrap()).collect())
+}
+
+/// A planted solution of mixed signs, neither 0 nor 1 nor equal.
+fn signed<T: Scalar>() -> Vec<T> {
+    (0..N).map(|i| T::from(1.5 * f64::sin(2.1 * i as f64 + 0.4)).unwrap()).collect()
+}
+
+/// B r* − A z*, walked row by row in double precision.
+fn planted_q<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Vec<T> {
+    let (signed, mut q) = (signed::<T>(), vec![0.0; N]);
+    for (i, q) in q.iter_mut().enumerate() {
+        let (z, r) = (|j: usize| signed[j].max(T::zero()), |j: usize| (-signed[j]).max(T::zero()));
+        a.visit_row(i, &mut |j, a| *q -= a.to_f64().unwrap() * z(j).to_f64().unwrap());
+        b.visit_row(i, &mut |j, b| *q += b.to_f64().unwrap() * r(j).to_f64().unwrap());
+    }
+    q.into_iter().map(|q| T::from(q).unwrap()).collect()
+}
+
+/// The contracts, on one kind of operators; returns z and r of the planted problem.
+fn keeps<T, A, B>(row: &str, a: A, b: B) -> Vec<T>
+where
+    T: Scalar,
+    A: Rows<T> + Clone + 'static,
+    B: Rows<T> + Clone + 'static,
+{
+    let gamma = T::from(1.7).unwrap();
+    let problem = || {
+        Hlcp::new(a.clone(), b.clone(), omega())
+            .and_then(|p| p.with_gamma(gamma))
+            .expect("a sound pair")
+    };
+    let solver = || Solver::new(method(row, problem()).expect("a sound problem"));
+    let q = planted_q(&a, &b);
+    let start = vec![T::from(0.6).unwrap(); N];
+    let limits = Limits { norm: Norm::LInf, ..Limits::default() };
+
+    // It reaches the planted solution. min(aᵢᵢ, ωᵢbᵢᵢ) ≥ 1.1·4.1 exceeds the row sums of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|),
+    // at most 1.1 + 1.5·0.8 + 1.3 + 0.7, by 0.2 or more: so z is off by at most the residual over 0.2, and r by
+    // 1.5 times that. Rounding q, of size 12, and measuring the residual add some ten roundings of that size.
+    let mut one = solver();
+    let first = one.solve(&q, &start, &limits).unwrap();
+    assert!(first.converged(), "{row}: {first}");
+    let answer: Vec<T> = one.z().iter().chain(one.r()).copied().collect();
+    let off = 1.5 / 0.2 * (first.residual.linf + 60.0 * T::epsilon().to_f64().unwrap());
+    for (i, signed) in signed::<T>().into_iter().enumerate() {
+        let (z, r) = (signed.max(T::zero()), (-signed).max(T::zero()));
+        assert!((one.z()[i] - z).abs().to_f64().unwrap() <= off, "{row}: z[{i}]");
+        assert!((one.r()[i] - r).abs().to_f64().unwrap() <= off, "{row}: r[{i}]");
+        assert!(one.z()[i] >= T::zero() && one.r()[i] >= T::zero());
+        assert_eq!(one.z()[i] * one.r()[i], T::zero());
+    }
+
+    // A second solve equals the first, and a fresh solver's, to the bit; a solve between leaves no trace.
+    let x = one.x().to_vec();
+    let other: Vec<T> = q.iter().map(|&q| -q).collect();
+    let _ = one.solve(&other, &x, &limits).unwrap();
+    let again = one.solve(&q, &start, &limits).unwrap();
+    assert_eq!((again.iterations, again.residual), (first.iterations, first.residual));
+    assert_eq!(one.x(), x);
+
+    // A solved start takes no iterations.
+    let restart = one.solve(&q, &x, &limits).unwrap();
+    assert!(restart.converged() && restart.iterations == 0 && restart.sweeps == 0);
+    assert_eq!(one.x(), x);
+
+    // q = 0 is solved by 0, whatever the start.
+    let zero = one.solve(&[T::zero(); N], &start, &limits).unwrap();
+    assert!(zero.converged() && zero.iterations == 0 && zero.residual.l2 == 0.0);
+    assert!(one.z().iter().chain(one.r()).all(|v| *v == T::zero()));
+
+    // Bad input is refused, and nothing is lost by it.
+    let mut spoilt = q.clone();
+    spoilt[5] = T::nan();
+    let refusal = one.solve(&spoilt, &start, &limits).unwrap_err();
+    assert!(matches!(refusal, Error::NotFinite { what: "q", index: 5, .. }));
+    let refusal = one.solve(&q, &spoilt, &limits).unwrap_err();
+    assert!(matches!(refusal, Error::NotFinite { what: "x0", index: 5, .. }));
+    assert!(matches!(one.solve(&q[1..], &start, &limits), Err(Error::Order { what: "q", .. })));
+    let negative = Limits { absolute: -T::one(), ..limits };
+    assert!(matches!(one.solve(&q, &start, &negative), Err(Error::Parameter { .. })));
+    assert_eq!(one.solve(&q, &start, &limits).unwrap().residual, first.residual);
+
+    // A pair without a positive pivot, or with NaN in it, is refused or never converges.
+    for factor in [T::zero(), -T::one(), T::nan()] {
+        let bad = |of| Scaled { factor, of };
+        let problem = Hlcp::new(bad(a.clone()), Scaled { factor, of: b.clone() }, omega()).unwrap();
+        match method(row, problem) {
+            Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
+            Err(other) => panic!("{row}: {other}"),
+            Ok(method) => {
+                assert!(row.contains("closure"), "{row} takes a bad pivot");
+                let outcome = Solver::new(method).solve(&q, &start, &limits).unwrap();
+                assert!(!outcome.converged(), "{row}: {outcome}");
+            }
+        }
+    }
+    answer
+}
+
+fn table<T: Scalar + nalgebra::Scalar>() {
+    for row in METHODS {
+        let (a, b) = (stencil::<T>(A), stencil::<T>(B));
+        let answers = [
+            keeps(row, a, b),
+            keeps(row, assembled(&a), assembled(&b)),
+            keeps(row, Lists::of(&a), Lists::of(&b)),
+            keeps::<T, std::sync::Arc<dyn Rows<T>>, std::sync::Arc<dyn Rows<T>>>(
+                row,
+                std::sync::Arc::new(Lists::of(&a)),
+                std::sync::Arc::new(b),
+            ),
+        ];
+        // All kinds of operators lead to one answer: each is off by no more than its tolerance over 0.2.
+        let limits = Limits::<T>::default();
+        let size = T::from(12.0).unwrap();
+        let rounding = T::from(60.0).unwrap() * T::epsilon();
+        let tolerance = T::from(2.0 * 1.5 / 0.2).unwrap()
+            * (limits.absolute.max(limits.relative * size) + rounding);
+        for other in &answers[1..] {
+            let close = |(&u, &v): (&T, &T)| (u - v).abs() <= tolerance;
+            assert!(answers[0].iter().zip(other).all(close), "{row}");
+        }
+    }
+}
+
+#[test]
+fn in_double_precision() {
+    table::<f64>();
+}
+
+#[test]
+fn in_single_precision() {
+    table::<f32>();
+}
+
+/// Order 1, where every splitting is the whole matrix or a multiple of it.
+#[test]
+fn of_order_one() {
+    for row in METHODS {
+        for (q, z, r) in [(-6.3, 1.5, 0.0), (4.1, 0.0, 2.0)] {
+            let a = FivePoint::new(1, 1, [-1.1, -0.9, 4.2, -1.3, -0.7]).unwrap();
+            let b = FivePoint::new(1, 1, [-0.3, -0.8, 2.05, -0.6, -0.2]).unwrap();
+            let problem = Hlcp::new(a, b, Omega::Uniform(1.9)).unwrap().with_gamma(0.6).unwrap();
+            let mut solver = Solver::new(method(row, problem).unwrap());
+            assert!(solver.solve(&[q], &[0.3], &Limits::default()).unwrap().converged(), "{row}");
+            assert!(
+                f64::abs(solver.z()[0] - z) <= 1e-10 && f64::abs(solver.r()[0] - r) <= 1e-10,
+                "{row}"
+            );
+        }
+    }
+}
