@@ -1,30 +1,10 @@
 //! The command `solve`, run as a user runs it.
 
-use std::process::{Command, Output};
+#[path = "common/command.rs"]
+mod command;
 
+use command::{json, refused, solve, text};
 use serde_json::Value;
-
-/// The example `solve`, which a bare `cargo test` builds next to the tests.
-fn solve(arguments: &str) -> Output {
-    let mut path = std::env::current_exe().expect("a test is a file");
-    path.pop();
-    path.pop();
-    path.push(format!("examples/solve{}", std::env::consts::EXE_SUFFIX));
-    assert!(path.exists(), "{} is missing: run `cargo test` or build the examples", path.display());
-    Command::new(path).args(arguments.split_whitespace()).output().expect("solve starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("the output is UTF-8")
-}
-
-/// The one JSON object on stdout, and the exit status.
-fn json(arguments: &str) -> (Value, i32) {
-    let output = solve(arguments);
-    let value = serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|e| panic!("{arguments}: {e}: {}", text(&output.stderr)));
-    (value, output.status.code().expect("not killed"))
-}
 
 #[test]
 fn every_method_of_the_paper_by_name() {
@@ -161,11 +141,6 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--bogus", "--bogus"),
         ("extra", "extra"),
     ] {
-        let output = solve(arguments);
-        let err = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
-        assert!(output.stdout.is_empty(), "{arguments}: {}", text(&output.stdout));
-        assert_eq!(err.lines().count(), 1, "{arguments}: {err}");
-        assert!(err.contains(named), "{arguments}: {err}");
+        refused(arguments, named);
     }
 }
