@@ -5,7 +5,7 @@
 //! forms a matrix: an operator is known by what it does.
 //!
 //! * What an operator can do, one trait a rung: [`LinearOperator`] (products), [`Diagonal`], [`Rows`].
-//!   [`FivePoint`] stands on all three.
+//!   [`FivePoint`] and [`Tridiagonal`] stand on all three.
 //! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`].
 //! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
 //!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.
@@ -28,6 +28,7 @@ mod problem;
 mod scalar;
 mod splitting;
 mod stencil;
+mod tridiagonal;
 
 pub use aor::Aor;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
@@ -39,3 +40,4 @@ pub use problem::Hlcp;
 pub use scalar::Scalar;
 pub use splitting::{Correction, FromFn, Jacobi, Splitting, Step};
 pub use stencil::FivePoint;
+pub use tridiagonal::Tridiagonal;

@@ -3,13 +3,15 @@
 //!
 //! * [`oracle`]: the paper's methods, dense and from its formulas, and all solutions of a small problem.
 //! * [`Planted`]: a problem built around a solution.
-//! * [`Example`]: the paper's Examples 1 and 2, matrix-free.
+//! * [`Example`]: the paper's Examples 1 and 2, and [`Slider`]: its Example 3, matrix-free.
 //!
 //! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
 
 pub mod oracle;
 mod planted;
 mod scene;
+mod slider;
 
 pub use planted::Planted;
 pub use scene::{Example, Posed};
+pub use slider::Slider;
