@@ -1,8 +1,8 @@
-//! Iteration counts on Examples 1 and 2 at m = 128, as two independent implementations found them.
+//! Iteration counts on Examples 1 and 2 at m = 128 and on the disc, as independent implementations found them.
 
-use hlcp_core::{Hlcp, Omega};
-use hlcp_methods::{Limits, Named, Parameters, Solver};
-use hlcp_verify::Example;
+use hlcp_core::{Aor, Hlcp, Omega};
+use hlcp_methods::{Divergence, Limits, Named, Outcome, Parameters, Solver, Status, Tmms};
+use hlcp_verify::{Disc, Example};
 
 /// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν = 0, and
 /// on Example 2 with μ = ν = 4.
@@ -42,5 +42,40 @@ fn counts_are_the_anchors_within_one() {
                 );
             }
         }
+    }
+}
+
+fn tmsor_on_disc(lcp: bool, m: usize, alpha: f64) -> Outcome {
+    let scene = Disc { lcp, m }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let mut solver = Solver::new(Tmms::mirrored(problem, Aor::sor(alpha).unwrap()).unwrap());
+    let outcome = solver.solve(&scene.q, &vec![1.0; scene.q.len()], &Limits::default()).unwrap();
+    if outcome.converged() {
+        // The error is the residual times the inverse of a matrix of columns of A and B, of norm O(m²/8).
+        let off = outcome.residual.linf * (m * m) as f64 + 1e-12;
+        assert!(solver.z().iter().zip(&scene.z).all(|(z, known)| (z - known).abs() <= off));
+        assert!(solver.r().iter().zip(&scene.r).all(|(r, known)| (r - known).abs() <= 8.0 * off));
+    }
+    outcome
+}
+
+#[test]
+fn the_disc_is_crawled_over() {
+    for (lcp, m, alpha, count) in
+        [(true, 63, 1.0, 4709), (false, 63, 1.0, 3394), (false, 64, 1.5, 1637)]
+    {
+        let outcome = tmsor_on_disc(lcp, m, alpha);
+        assert!(outcome.converged());
+        assert!(outcome.iterations.abs_diff(count) <= 1, "{}", outcome.iterations);
+    }
+}
+
+#[test]
+fn over_relaxation_diverges_on_the_disc() {
+    for (lcp, alpha) in [(true, 1.5), (true, 1.8), (false, 1.8)] {
+        let outcome = tmsor_on_disc(lcp, 64, alpha);
+        assert_eq!(outcome.status, Status::Diverged(Divergence::Growth), "{outcome}");
+        assert!(outcome.iterations <= 1000 && outcome.residual.l2.is_finite());
     }
 }

@@ -7,11 +7,13 @@
 //!
 //! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
 
+mod disc;
 pub mod oracle;
 mod planted;
 mod scene;
 mod slider;
 
+pub use disc::Disc;
 pub use planted::Planted;
 pub use scene::{Example, Posed};
 pub use slider::Slider;

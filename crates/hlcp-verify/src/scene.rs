@@ -53,6 +53,19 @@ pub struct Posed<T, A, B> {
     pub r: Vec<T>,
 }
 
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Posed<T, A, B> {
+    /// The problem whose solution is `(z, r)`.
+    pub(crate) fn new(a: A, b: B, z: Vec<T>, r: Vec<T>) -> Self {
+        let (mut q, mut az) = (vec![T::zero(); z.len()], vec![T::zero(); z.len()]);
+        b.apply(&r, &mut q);
+        a.apply(&z, &mut az);
+        for (q, az) in q.iter_mut().zip(az) {
+            *q -= az;
+        }
+        Self { a, b, q, z, r }
+    }
+}
+
 impl Example {
     /// The example in precision `T`.
     ///
@@ -72,12 +85,6 @@ impl Example {
             (0..a.order()).map(entry).collect::<Vec<T>>()
         };
         let (z, r) = (alternating(true), alternating(false));
-        let (mut q, mut az) = (vec![T::zero(); z.len()], vec![T::zero(); z.len()]);
-        b.apply(&r, &mut q);
-        a.apply(&z, &mut az);
-        for (q, az) in q.iter_mut().zip(az) {
-            *q -= az;
-        }
-        Ok(Posed { a, b, q, z, r })
+        Ok(Posed::new(a, b, z, r))
     }
 }
