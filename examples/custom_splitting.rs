@@ -73,7 +73,7 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(usize, Vec<f64>), Box<
     if outcome.converged() {
         Ok((outcome.iterations, solver.z().to_vec()))
     } else {
-        Err(name.into())
+        Err(format!("{name} did not converge").into())
     }
 }
 

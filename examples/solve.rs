@@ -10,7 +10,13 @@
 //! Scenes are matrix-free; files are Matrix Market files, and without `--b` the problem is the LCP.
 //! The exit status is 0 when every solve converged, 2 when one did not, 1 for bad input.
 
-use std::{error::Error, ops::ControlFlow, path::PathBuf, process::ExitCode};
+use std::{
+    error::Error,
+    io::{self, Write},
+    ops::ControlFlow,
+    path::PathBuf,
+    process::ExitCode,
+};
 
 use clap::{Parser, ValueEnum, error::ErrorKind};
 use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows, Scalar, market};
@@ -26,8 +32,8 @@ struct Arguments {
     /// The problem
     #[arg(long, value_enum, default_value_t = Scene::Example1)]
     scene: Scene,
-    /// Grid points a side; the order is m²
-    #[arg(long, default_value_t = 512, value_parser = clap::value_parser!(u16).range(1..=32768))]
+    /// Grid points per side; the order is m²
+    #[arg(long, default_value_t = 512, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=32768))]
     m: u16,
     /// The multiple of the identity in A
     #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
@@ -47,13 +53,14 @@ struct Arguments {
     /// The start x⁰ [default: all ones]
     #[arg(long)]
     x0: Option<PathBuf>,
-    /// Write z to this file; needs --method
+    /// Write z to this file, also of a solve that did not converge; needs --method
     #[arg(long, requires = "method")]
     out_z: Option<PathBuf>,
-    /// Write r to this file; needs --method
+    /// Write r to this file, also of a solve that did not converge; needs --method
     #[arg(long, requires = "method")]
     out_r: Option<PathBuf>,
-    /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or an indexed name of the paper's Table 1
+    /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM… and TM… alike,
+    /// TMJSOR1–4 TMGSJ TMGSSOR1–3
     #[arg(long)]
     method: Option<String>,
     /// Relaxation α, of the first step where there are two
@@ -68,17 +75,17 @@ struct Arguments {
     /// β of the second step
     #[arg(long, allow_hyphen_values = true)]
     beta2: Option<f64>,
-    /// Ω = τ D_A D_B⁻¹
+    /// The factor τ of Ω = τ D_A D_B⁻¹, which scales r in the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     tau: f64,
     /// The scale γ of the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10 in f64, 4 ε ‖q‖ in f32]
+    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 at least 4 ε ‖q‖]
     #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// The largest number of iterations
-    #[arg(long, default_value_t = 30_000)]
+    #[arg(long, default_value_t = 30_000, allow_hyphen_values = true)]
     max_iterations: usize,
     /// The norm of the stopping test
     #[arg(long, value_enum, default_value_t = NormName::L2)]
@@ -109,6 +116,22 @@ enum Precision {
     F32,
 }
 
+impl Arguments {
+    /// Refuses outputs that cannot be written before anything is solved.
+    fn check_outputs(&self) -> Result<(), Box<dyn Error>> {
+        if self.out_z.is_some() && self.out_z == self.out_r {
+            return Err("--out-z and --out-r name the same file".into());
+        }
+        for path in self.out_z.iter().chain(&self.out_r) {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
+                return Err(format!("{} cannot be written", path.display()).into());
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Precision {
     fn name(self) -> &'static str {
         match self {
@@ -121,9 +144,7 @@ impl Precision {
 fn main() -> ExitCode {
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
-        Err(error)
-            if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) =>
-        {
+        Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp) => {
             print!("{error}");
             return ExitCode::SUCCESS;
         }
@@ -180,6 +201,7 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.method.is_none() && parameters != Parameters::default() {
         return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
     }
+    arguments.check_outputs()?;
     let names = match &arguments.method {
         Some(name) => vec![name.to_ascii_uppercase()],
         None => ["MGS", "AMGS", "TMGS"].map(String::from).to_vec(),
@@ -193,6 +215,20 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         (None, Some(_)) => vec![Precision::F64],
         (None, None) => vec![Precision::F64, Precision::F32],
     };
+    if precisions.iter().any(|precision| matches!(precision, Precision::F32)) {
+        let given = [
+            ("tau", Some(arguments.tau)),
+            ("gamma", Some(arguments.gamma)),
+            ("tol", arguments.tol),
+        ];
+        for (name, value) in given {
+            if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
+                return Err(
+                    format!("--{name} {value:e} does not fit f32; use --precision f64").into()
+                );
+            }
+        }
+    }
     let mut run = Run { arguments, methods, rows: 0, all_converged: true };
     for precision in precisions {
         match precision {
@@ -278,24 +314,24 @@ impl Run<'_> {
                 ControlFlow::Continue(())
             })?;
             bar.finish_and_clear();
+            let error =
+                given.known.map(|[z, r]| distance(solver.z(), z).max(distance(solver.r(), r)));
+            if arguments.json {
+                print_line(&self.report(given, name, method, precision, &outcome, error))?;
+            } else {
+                if self.rows == 0 {
+                    print_head(arguments, given.name, given.q.len())?;
+                }
+                print_row(name, precision, &outcome, error)?;
+            }
+            self.rows += 1;
+            self.all_converged &= outcome.converged();
             let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
             let outputs: Vec<_> = outputs
                 .iter()
                 .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
                 .collect();
             market::write_vectors(&outputs)?;
-            let error =
-                given.known.map(|[z, r]| distance(solver.z(), z).max(distance(solver.r(), r)));
-            if arguments.json {
-                println!("{}", self.report(given, name, method, precision, &outcome, error));
-            } else {
-                if self.rows == 0 {
-                    print_head(arguments, given.name, given.q.len());
-                }
-                print_row(name, precision, &outcome, error);
-            }
-            self.rows += 1;
-            self.all_converged &= outcome.converged();
         }
         Ok(())
     }
@@ -338,12 +374,20 @@ fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
     Norms::of(&differences).linf
 }
 
-fn print_head(arguments: &Arguments, name: &str, order: usize) {
+/// Prints a line; a reader that has gone away ends the program quietly.
+fn print_line(line: &impl std::fmt::Display) -> io::Result<()> {
+    match writeln!(io::stdout(), "{line}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
+        done => done,
+    }
+}
+
+fn print_head(arguments: &Arguments, name: &str, order: usize) -> io::Result<()> {
     let Arguments { mu, nu, tau, gamma, .. } = arguments;
     let shifts =
         if arguments.a.is_some() { String::new() } else { format!(" mu = {mu}, nu = {nu},") };
-    println!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}");
-    println!(
+    print_line(&format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
+    print_line(&format_args!(
         "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>11} {:>8}",
         "method",
         "precision",
@@ -354,16 +398,21 @@ fn print_head(arguments: &Arguments, name: &str, order: usize) {
         "l-inf",
         "true error",
         "seconds"
-    );
+    ))
 }
 
-fn print_row(name: &str, precision: Precision, outcome: &Outcome, error: Option<f64>) {
+fn print_row(
+    name: &str,
+    precision: Precision,
+    outcome: &Outcome,
+    error: Option<f64>,
+) -> io::Result<()> {
     let Outcome { status, iterations, sweeps, seconds, residual, .. } = outcome;
-    println!(
+    print_line(&format_args!(
         "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,
         residual.linf,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
-    );
+    ))
 }

@@ -134,7 +134,7 @@ const BAD: [(&str, &str); 22] = [
         "%%MatrixMarket matrix coordinate real general\n1000000000000 1000000000000 3\n1 1 1\n",
         "has no diagonal",
     ),
-    ("%%MatrixMarket matrix coordinate real general\n2 2 1000000000000\n1 1 1\n", "do not fit"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 1000000000000\n1 1 1\n", "can hold"),
     (
         "%%MatrixMarket matrix coordinate real general\n99999999999999999999 1 3\n1 1 1\n",
         "99999999999999999999",
@@ -147,7 +147,7 @@ const BAD: [(&str, &str); 22] = [
     ("%%MatrixMarket matrix coordinate real general\n2 2 3\n1 1 1\n2 2 1\n", "entry 3 of 3"),
     (
         "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n2 2 1\n1 2 1\n",
-        "after the last",
+        "after the last entry",
     ),
     ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n3 2 1\n", "(3, 2)"),
     ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n2 0 1\n", "(2, 0)"),
@@ -190,7 +190,7 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
     for (text, named) in [
         ("", "banner"),
         ("1.25\n", "entry 2 of 2"),
-        ("1\n2\n3\n", "after the last"),
+        ("1\n2\n3\n", "after the last entry"),
         ("1\nx\n", "'x'"),
         ("1\nnan\n", "NaN"),
         ("1\r\n2\r\n", "CRLF"),
@@ -198,12 +198,16 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
         ("%%MatrixMarket matrix array real general\n1000000000000 1\n1\n", "1000000000000 × 1"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 2\n1 1 1\n1 1 2\n", "given twice"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 1\n3 1 1\n", "(3, 1)"),
-        ("%%MatrixMarket matrix coordinate real general\n2 1 4000000000\n2 1 1\n", "do not fit"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 4000000000\n2 1 1\n", "can hold"),
     ] {
         refused(&command(&sound, &sound, &folder.write("bad.txt", text)), named);
     }
     let wide = folder.write("wide.mtx", format!("{HEAD}3 3 3\n1 1 4\n2 2 3\n3 3 1\n"));
     refused(&command(&sound, &wide, &q), "order 3");
+    assert_eq!(fs::read_to_string(&z).unwrap(), "precious");
+
+    let same = format!("--a {} --q {} --method MGS", sound.display(), q.display());
+    refused(&format!("{same} --out-z {0} --out-r {0}", z.display()), "the same file");
     assert_eq!(fs::read_to_string(&z).unwrap(), "precious");
 
     // An output that cannot be written is bad input too, and neither output is touched.

@@ -172,6 +172,26 @@ proptest! {
         }
     }
 
+    /// Mirrored means forward first, whatever direction it was given.
+    #[test]
+    fn mirrored_is_forward_and_then_backward(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
+        let aor = Aor::new(alpha, 0.7).unwrap();
+        let (x, q) = (p.x().map(f64::cos), Rhs::new(p.dense.q.as_slice()).unwrap());
+        let mut steps = vec![];
+        for method in [
+            Tmms::new(posed(&p.dense), aor, aor.backward()).unwrap(),
+            Tmms::mirrored(posed(&p.dense), aor).unwrap(),
+            Tmms::mirrored(posed(&p.dense), aor.backward()).unwrap(),
+        ] {
+            let (mut method, mut y) = (method, vec![0.0; x.len()]);
+            let _ = method.step(0, &q, x.as_slice(), &mut y);
+            let first = y.clone();
+            let _ = method.step(1, &q, x.as_slice(), &mut y);
+            steps.push((first, y));
+        }
+        prop_assert!(steps[0] == steps[1] && steps[0] == steps[2]);
+    }
+
     /// The cases of AOR are AOR: SOR at α = β, Gauss–Seidel at 1, Jacobi at β = 0 in either direction.
     #[test]
     fn cases_of_aor_coincide(p in planted(1..41, 1.5), alpha in 0.5..1.6) {

@@ -192,6 +192,11 @@ fn limits_and_the_observer_stop_a_solve() {
     let full = solver.solve(&q, &x0, &Limits::default()).unwrap();
     assert!(full.converged());
 
+    assert_eq!(solver.history().len(), full.iterations + 1);
+    let mut copy = solver.clone(); // with its history's limit
+    let _ = copy.solve(&q, &x0, &Limits::default()).unwrap();
+    assert_eq!(copy.history(), solver.history());
+
     let limits = Limits { iterations: 3, ..Limits::default() };
     let outcome = solver.solve(&q, &x0, &limits).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));

@@ -137,6 +137,11 @@ impl<T: Scalar> Aor<T> {
         Self { backward: true, ..self }
     }
 
+    /// The same parameters in the forward direction.
+    pub fn forward(self) -> Self {
+        Self { backward: false, ..self }
+    }
+
     /// The accelerated step of AMMS (section 4 of the paper): as [`step`](Step::step), with |yⱼ| in the
     /// place of |xⱼ| wherever the sweep has passed already,
     ///
@@ -232,7 +237,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
     }
 }
 
-/// Refuses a row with an entry that is not finite.
+/// Refuses a row with an entry that is not finite, naming the row.
 fn finite_row<T: Scalar>(
     what: &'static str,
     operator: &impl Rows<T>,
@@ -240,7 +245,7 @@ fn finite_row<T: Scalar>(
 ) -> Result<(), Error> {
     let mut bad = None;
     operator.visit_row(index, &mut |_, value| {
-        if !value.is_finite() {
+        if !value.is_finite() && bad.is_none() {
             bad = Some(Error::NotFinite { what, index, value: to_f64(value) });
         }
     });

@@ -73,6 +73,8 @@ impl<T: Scalar> LinearOperator<T> for DiagonalMatrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
+        let n = self.entries.len();
+        assert_eq!((x.len(), y.len()), (n, n), "vectors of the operator's order");
         for ((y, &x), &d) in y.iter_mut().zip(x).zip(&self.entries) {
             *y = d * x;
         }

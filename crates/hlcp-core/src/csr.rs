@@ -23,6 +23,8 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
+        let n = LinearOperator::<T>::order(self);
+        assert_eq!((x.len(), y.len()), (n, n), "vectors of the operator's order");
         for (y, row) in y.iter_mut().zip(self.row_iter()) {
             let entries = row.col_indices().iter().zip(row.values());
             *y = entries.fold(T::zero(), |sum, (&j, &a)| sum + a * x[j]);

@@ -5,7 +5,9 @@
 //! forms a matrix: an operator is known by what it does.
 //!
 //! * What an operator can do, one trait a rung: [`LinearOperator`] (products), [`Diagonal`], [`Rows`].
-//!   [`FivePoint`] and [`Tridiagonal`] stand on all three.
+//!   On all three stand [`FivePoint`] and [`Tridiagonal`], [`Identity`] and [`DiagonalMatrix`], and [`Scaled`],
+//!   [`Shifted`] and [`Sum`] of what stands there; with the feature `nalgebra-sparse`, on by default, also
+//!   `nalgebra_sparse::CsrMatrix`, and `market` reads and writes Matrix Market files.
 //! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`].
 //! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
 //!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.

@@ -268,7 +268,11 @@ struct Lines<'p> {
 impl<'p> Lines<'p> {
     fn open(path: &'p Path) -> Result<Self, FileError> {
         let file = File::open(path).map_err(|e| unusable(path, e))?;
-        let length = file.metadata().map_err(|e| unusable(path, e))?.len();
+        let metadata = file.metadata().map_err(|e| unusable(path, e))?;
+        if !metadata.is_file() {
+            return Err(unusable(path, "not a regular file"));
+        }
+        let length = metadata.len();
         Ok(Self { path, length, reader: BufReader::new(file), number: 0 })
     }
 
@@ -282,7 +286,9 @@ impl<'p> Lines<'p> {
         // The last entry may lack its line's end.
         if entries as u64 > (self.length + 1) / bytes {
             let length = self.length;
-            return Err(self.fault(format!("{entries} entries do not fit into {length} bytes")));
+            return Err(self.fault(format!(
+                "{entries} entries are wanted, more than {length} bytes can hold"
+            )));
         }
         Ok(())
     }
@@ -303,7 +309,7 @@ impl<'p> Lines<'p> {
             bytes.pop();
         }
         if bytes.last() == Some(&b'\r') {
-            return Err(self.fault("the line ends in CRLF; a file needs plain line ends"));
+            return Err(self.fault("the line ends in CRLF; convert the file to plain line ends, for example with dos2unix"));
         }
         String::from_utf8(bytes).map(Some).map_err(|_| self.fault("the line is not UTF-8"))
     }
@@ -327,7 +333,7 @@ impl<'p> Lines<'p> {
     fn expect_end(&mut self) -> Result<(), FileError> {
         while let Some(line) = self.next()? {
             if !is_filler(&line) {
-                return Err(self.fault(format!("'{line}' comes after the last entry declared")));
+                return Err(self.fault(format!("'{line}' comes after the last entry wanted")));
             }
         }
         Ok(())

@@ -53,6 +53,11 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
 pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
     ///
-    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero.
+    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero, and every `j` is
+    /// below the order.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless `i` is below the order.
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T));
 }

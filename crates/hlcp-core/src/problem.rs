@@ -69,9 +69,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless γ is positive and finite.
+    /// [`Error::Parameter`] unless γ is positive, finite and not subnormal.
     pub fn with_gamma(self, gamma: T) -> Result<Self, Error> {
         positive("gamma", to_f64(gamma))?;
+        if !gamma.is_normal() {
+            let range = "no smaller than the smallest normal number";
+            return Err(Error::Parameter { name: "gamma", value: to_f64(gamma), range });
+        }
         Ok(Self { gamma, ..self })
     }
 

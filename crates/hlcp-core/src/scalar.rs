@@ -2,7 +2,7 @@ use std::fmt::{Debug, Display, LowerExp};
 
 use num_traits::{Float, NumAssign};
 
-/// A real scalar the methods run on: `f32` or `f64`.
+/// A real scalar the methods run on: `f32`, `f64`, or another that meets the bounds.
 ///
 /// A bound with a short name and no methods of its own.
 ///
@@ -18,7 +18,7 @@ pub trait Scalar: Float + NumAssign + Debug + Display + LowerExp + Send + Sync +
 
 impl<T> Scalar for T where T: Float + NumAssign + Debug + Display + LowerExp + Send + Sync + 'static {}
 
-/// The nearest `T`; every number a problem is built from passes through here.
+/// The same number in double precision, for messages and norms.
 pub(crate) fn to_f64<T: Scalar>(value: T) -> f64 {
     value.to_f64().unwrap_or(f64::NAN)
 }

@@ -30,7 +30,9 @@ use crate::{
 pub trait Splitting<T: Scalar>: Send + Sync {
     /// Overwrites `y` with the solution of `M y = rhs`; what `y` held before is never read.
     ///
-    /// Both slices have the problem's order.
+    /// # Panics
+    ///
+    /// May panic unless both slices have the problem's order.
     fn solve(&self, rhs: &[T], y: &mut [T]);
 }
 
@@ -43,7 +45,8 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     ///
     /// # Errors
     ///
-    /// The first entry that is not finite, or the first pivot that is not positive, with its index.
+    /// The first row with an entry that is not finite or a pivot that is not positive, with its index. A
+    /// [`Correction`] knows no rows and refuses nothing.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
 
     /// Overwrites `y` with the next iterate and returns the norms of `F(x)/γ = A z − B r + q` at `x`,

@@ -31,7 +31,7 @@ pub trait Method<T: Scalar> {
     /// The problem.
     fn problem(&self) -> &Hlcp<T, Self::A, Self::B>;
 
-    /// How many steps make one iteration; each is one sweep over the grid.
+    /// How many steps make one iteration; each is one sweep over the unknowns.
     fn steps(&self) -> usize {
         1
     }

@@ -16,8 +16,9 @@ pub enum Status {
     /// The iterates moved by no more than rounding for [`PATIENCE`](crate::PATIENCE) iterations without a
     /// smaller residual, or came to rest.
     ///
-    /// Cause: the tolerance is below what the precision can reach. Remedy: a looser or a relative
-    /// tolerance, or a wider precision.
+    /// Cause: the tolerance is below what the precision can reach; or, with a residual far above it, steps too
+    /// small to move x, as an Ω of the wrong size makes them. Remedy: a looser or a relative tolerance, or a
+    /// wider precision; or another τ.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///

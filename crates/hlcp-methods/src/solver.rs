@@ -15,7 +15,7 @@ use crate::{
 /// # Storage
 ///
 /// Three vectors of length `n` beside the method's own, allocated by [`new`](Self::new), and `2n` numbers
-/// of scratch by the first solve, none by later ones. A fourth vector only where the iterates are
+/// of scratch by the first solve, none by later ones unless an operator's product allocates. A fourth vector only where the iterates are
 /// suspected to repeat.
 ///
 /// ```
@@ -42,6 +42,7 @@ pub struct Solver<T, M> {
     scratch: Vec<T>,
     watch: Watch<T>,
     history: Vec<Norms>,
+    history_limit: usize,
 }
 
 /// What an observer sees of a running solve.
@@ -69,6 +70,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             scratch: Vec::new(),
             watch: Watch::new(),
             history: Vec::new(),
+            history_limit: 0,
         }
     }
 
@@ -86,7 +88,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn with_history(self, iterates: usize) -> Self {
-        Self { history: Vec::with_capacity(iterates), ..self }
+        Self { history: Vec::with_capacity(iterates), history_limit: iterates, ..self }
     }
 
     /// The residuals of the last solve's iterates, from the start on, as far as there was storage for them.
@@ -128,6 +130,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     }
 
     /// As [`solve`](Self::solve), showing every iterate to `observer`, which may stop the solve.
+    ///
+    /// An iterate that meets the tolerance has converged even where the observer says stop.
     ///
     /// # Errors
     ///
@@ -200,7 +204,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let norms = self.method.step(0, q, &self.x, &mut self.z);
             let residual = limits.norm.of(norms);
             let mut best = self.watch.is_best(k, residual);
-            if self.history.len() < self.history.capacity() {
+            if self.history.len() < self.history_limit {
                 self.history.push(norms);
             }
             let elapsed = start.elapsed();

@@ -68,13 +68,13 @@ impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
-    /// The method with `aor` forward and then backward, equation (4).
+    /// The method with `aor` forward and then backward, equation (4), whatever `aor`'s own direction.
     ///
     /// # Errors
     ///
     /// What [`Step::check`] refuses.
     pub fn mirrored(problem: Hlcp<T, A, B>, aor: Aor<T>) -> Result<Self, Error> {
-        Self::new(problem, aor, aor.backward())
+        Self::new(problem, aor.forward(), aor.backward())
     }
 }
 
