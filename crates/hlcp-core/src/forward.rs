@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::{Diagonal, LinearOperator, Rows, Scalar};
+use crate::{Diagonal, FivePointView, LinearOperator, Rows, Scalar};
 
 impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
     fn order(&self) -> usize {
@@ -13,6 +13,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         (**self).apply(x, y);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        (**self).as_five_point()
     }
 }
 
@@ -36,6 +40,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Box<O> {
     fn apply(&self, x: &[T], y: &mut [T]) {
         (**self).apply(x, y);
     }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        (**self).as_five_point()
+    }
 }
 
 impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for Box<O> {
@@ -57,6 +65,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Arc<O> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         (**self).apply(x, y);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        (**self).as_five_point()
     }
 }
 

@@ -5,9 +5,10 @@
 //! forms a matrix: an operator is known by what it does.
 //!
 //! * What an operator can do, one trait a rung: [`LinearOperator`] (products), [`Diagonal`], [`Rows`].
-//!   On all three stand [`FivePoint`] and [`Tridiagonal`], [`Identity`] and [`DiagonalMatrix`], and [`Scaled`],
-//!   [`Shifted`] and [`Sum`] of what stands there; with the feature `nalgebra-sparse`, on by default, also
-//!   `nalgebra_sparse::CsrMatrix`, and `market` reads and writes Matrix Market files.
+//!   On all three stand [`FivePoint`], [`VaryingFivePoint`] and [`Tridiagonal`], [`Identity`] and
+//!   [`DiagonalMatrix`], and [`Scaled`], [`Shifted`] and [`Sum`] of what stands there; with the feature
+//!   `nalgebra-sparse`, on by default, also `nalgebra_sparse::CsrMatrix`, and `market` reads and writes Matrix
+//!   Market files. A [`FivePointView`] is how an operator tells fast sweeps what it is.
 //! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`].
 //! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
 //!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.
@@ -21,6 +22,7 @@ mod combine;
 mod csr;
 mod error;
 mod forward;
+mod kernel;
 #[cfg(feature = "nalgebra-sparse")]
 pub mod market;
 mod norms;
@@ -31,6 +33,8 @@ mod scalar;
 mod splitting;
 mod stencil;
 mod tridiagonal;
+mod varying;
+mod view;
 
 pub use aor::Aor;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
@@ -43,3 +47,5 @@ pub use scalar::Scalar;
 pub use splitting::{Correction, FromFn, Jacobi, Splitting, Step};
 pub use stencil::FivePoint;
 pub use tridiagonal::Tridiagonal;
+pub use varying::VaryingFivePoint;
+pub use view::{Coefficients, FivePointView};

@@ -51,6 +51,38 @@ impl Meter {
         self.largest = self.largest.max(v.abs());
     }
 
+    /// Adds the squares of a stretch, and compares its entries with the largest.
+    #[inline(always)]
+    pub(crate) fn add_to<T: Scalar>(&self, sum: &mut Tally<T>, v: &[T]) {
+        let (chunks, rest) = v.as_chunks::<LANES>();
+        for chunk in chunks {
+            for (l, &v) in chunk.iter().enumerate() {
+                sum.squares[l] += self.square(v);
+                sum.largest[l] = larger(sum.largest[l], v.abs());
+            }
+        }
+        for (l, &v) in rest.iter().enumerate() {
+            sum.squares[l] += self.square(v);
+            sum.largest[l] = larger(sum.largest[l], v.abs());
+        }
+    }
+
+    /// The square in units of the meter.
+    #[inline(always)]
+    fn square<T: Scalar>(&self, v: T) -> f64 {
+        let v = to_f64(v) * self.inverse;
+        v * v
+    }
+
+    /// The norms of what was summed, divided by γ.
+    pub(crate) fn norms_of<T: Scalar>(&self, sum: &Tally<T>, gamma: T) -> Norms {
+        let gamma = to_f64(gamma);
+        let squares: f64 = sum.squares.iter().sum();
+        let largest = sum.largest.iter().copied().fold(T::zero(), larger);
+        let linf = if squares.is_nan() { f64::NAN } else { to_f64(largest) };
+        Norms { l2: squares.sqrt() * self.unit / gamma, linf: linf / gamma }
+    }
+
     pub(crate) fn norms(&self) -> Norms {
         let linf = if self.squares.is_nan() { f64::NAN } else { self.largest * self.unit };
         Norms { l2: self.squares.sqrt() * self.unit, linf }
@@ -60,6 +92,37 @@ impl Meter {
     pub(crate) fn norms_over<T: Scalar>(&self, gamma: T) -> Norms {
         let Norms { l2, linf } = self.norms();
         Norms { l2: l2 / to_f64(gamma), linf: linf / to_f64(gamma) }
+    }
+}
+
+/// The larger one; `max` unless `v` is NaN.
+///
+/// A NaN is dropped here and kept by the sum of squares.
+#[inline(always)]
+fn larger<T: Scalar>(max: T, v: T) -> T {
+    if v > max { v } else { max }
+}
+
+/// Sums side by side; a fixed number, so that every processor adds in the same order.
+const LANES: usize = 64;
+
+/// Sums of squares in units of a [`Meter`], and the largest absolute values.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tally<T> {
+    squares: [f64; LANES],
+    largest: [T; LANES],
+}
+
+impl<T: Scalar> Tally<T> {
+    pub(crate) fn zero() -> Self {
+        Self { squares: [0.0; LANES], largest: [T::zero(); LANES] }
+    }
+
+    pub(crate) fn add(&mut self, other: &Self) {
+        for l in 0..LANES {
+            self.squares[l] += other.squares[l];
+            self.largest[l] = larger(self.largest[l], other.largest[l]);
+        }
     }
 }
 

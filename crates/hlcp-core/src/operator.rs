@@ -1,4 +1,4 @@
-use crate::Scalar;
+use crate::{FivePointView, Scalar};
 
 /// A square linear map on `Tⁿ`, known through its action `x ↦ A x` alone.
 ///
@@ -39,6 +39,14 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     ///
     /// May panic unless both slices have length [`order`](Self::order).
     fn apply(&self, x: &[T], y: &mut [T]);
+
+    /// The five-point operator that this one is, if it is one.
+    ///
+    /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does, costs speed
+    /// alone. What a view promises is said at [`FivePointView`].
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        None
+    }
 }
 
 /// An operator that knows its diagonal: what [`Jacobi`](crate::Jacobi) and Ω = τ D_A D_B⁻¹ ask for.

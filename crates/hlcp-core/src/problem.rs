@@ -1,4 +1,7 @@
-use crate::{Error, LinearOperator, Norms, Omega, Rhs, Scalar, error::positive, scalar::to_f64};
+use crate::{
+    Error, LinearOperator, Norms, Omega, Rhs, Scalar, error::positive, kernel::Sweep,
+    scalar::to_f64,
+};
 
 /// The problem HLCP(A, B, q) in modulus form.
 ///
@@ -217,13 +220,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Cost
     ///
-    /// One product with `A`, one with `B`.
+    /// One product with `A`, one with `B`; for five-point operators on one grid a single pass without scratch.
     ///
     /// # Panics
     ///
     /// Unless `q`, `z` and `r` have length `n`.
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
+        if let Some(sweep) = Sweep::new(self) {
+            return sweep.residual(q, z, r);
+        }
         let (az, br) = halves(scratch, z.len());
         if self.exchanged {
             self.b.apply(z, az);

@@ -1,4 +1,4 @@
-use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
+use crate::{Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar};
 
 /// A five-point stencil with constant coefficients on an `nx × ny` grid, zero outside it.
 ///
@@ -61,6 +61,11 @@ impl<T: Scalar> FivePoint<T> {
         let [south, west, centre, east, north] = coefficients;
         Ok(Self { nx, ny, south, west, centre, east, north })
     }
+
+    fn view(&self) -> FivePointView<'static, T> {
+        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
+        FivePointView::new(self.nx, self.ny, coefficients.map(Coefficients::Constant))
+    }
 }
 
 impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
@@ -69,31 +74,15 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        let nx = self.nx;
         assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        for (j, y) in y.chunks_exact_mut(nx).enumerate() {
-            let row = |j: usize| &x[j * nx..(j + 1) * nx];
-            for (y, &x) in y.iter_mut().zip(row(j)) {
-                *y = self.centre * x;
-            }
-            add(self.west, &row(j)[..nx - 1], &mut y[1..]);
-            add(self.east, &row(j)[1..], &mut y[..nx - 1]);
-            if j > 0 {
-                add(self.south, row(j - 1), y);
-            }
-            if j + 1 < self.ny {
-                add(self.north, row(j + 1), y);
-            }
+        let view = self.view();
+        for (j, y) in y.chunks_exact_mut(self.nx).enumerate() {
+            view.product(self.nx, j, 0, x, y);
         }
     }
-}
 
-/// `y += a x`.
-fn add<T: Scalar>(a: T, x: &[T], y: &mut [T]) {
-    if a != T::zero() {
-        for (y, &x) in y.iter_mut().zip(x) {
-            *y += a * x;
-        }
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        Some(self.view())
     }
 }
 

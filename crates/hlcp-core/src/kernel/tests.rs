@@ -1,0 +1,143 @@
+//! The sweep against an obvious loop over the points, bit for bit, whatever the processor offers.
+
+use pulp::Arch;
+
+use super::{Grid, Relaxation, Sweep, coefficients::Row, coefficients::part};
+use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoint};
+
+/// A number in −1..1 without pattern.
+fn noise<T: Scalar>(seed: usize) -> T {
+    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    T::from((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0).expect("a small number")
+}
+
+fn list<T: Scalar>(n: usize, seed: usize) -> Vec<T> {
+    (0..n).map(|i| noise(seed + 7 * i)).collect()
+}
+
+/// Every instruction set a dispatch can choose here.
+fn architectures() -> Vec<Arch> {
+    let mut all = vec![Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    {
+        all.extend(pulp::x86::V3::try_new().map(Arch::V3));
+        all.extend(pulp::x86::V4::try_new().map(Arch::V4));
+    }
+    all
+}
+
+/// The sweep's operations in the order of the points.
+fn point_by_point<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
+    sweep: &Sweep<'_, T>,
+    relaxation: [Relaxation<T>; 2],
+    q: &[T],
+    x: &[T],
+) -> Vec<T> {
+    let Grid { nx, ny, .. } = sweep.grid;
+    let n = nx * ny;
+    let neighbours = |k: usize| {
+        let (i, j) = (k % nx, k / nx);
+        [
+            (j > 0).then(|| k - nx),
+            (i > 0).then(|| k - 1),
+            Some(k),
+            (i + 1 < nx).then_some(k + 1),
+            (j + 1 < ny).then_some(k + nx),
+        ]
+    };
+    let value = |v: &[T], k: Option<usize>| k.map_or(T::zero(), |k| v[k]);
+    let mut y = vec![T::zero(); n];
+    for step in 0..n {
+        let k = if BACKWARD { n - 1 - step } else { step };
+        let around = neighbours(k);
+        let a = sweep.a.coefficients().map(|a| a.at(k));
+        let mut b = sweep.b.coefficients().map(|b| b.at(k));
+        for (b, at) in b.iter_mut().zip(around) {
+            *b *= sweep.omega.at(at.unwrap_or(k));
+        }
+        let row = Row::new::<BACKWARD, ACCELERATED>(relaxation, a, b);
+        let old = around.map(|at| value(x, at));
+        let (_, t) = row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.gamma * q[k]);
+        let [across, along] =
+            if BACKWARD { [around[4], around[3]] } else { [around[0], around[1]] };
+        y[k] = (t - part::<T, ACCELERATED>(row.passed[0], value(&y, across)))
+            - part::<T, ACCELERATED>(row.passed[1], value(&y, along));
+    }
+    y
+}
+
+fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
+    sweep: Sweep<'_, T>,
+    q: &[T],
+    x: &[T],
+) {
+    let to = |v: f64| T::from(v).expect("a small number");
+    let relaxation = [[0.9, 1.1], [0.8, 0.7]]
+        .map(|[diagonal, triangle]| Relaxation { diagonal: to(diagonal), triangle: to(triangle) });
+    let sweep = sweep.backward(BACKWARD);
+    let expected = point_by_point::<T, BACKWARD, ACCELERATED>(&sweep, relaxation, q, x);
+    let rhs = Rhs::new(q).expect("finite");
+    let mut first = None;
+    for arch in architectures() {
+        let mut y = vec![T::nan(); x.len()];
+        let norms = sweep.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, &mut y);
+        let Grid { nx, ny, .. } = sweep.grid;
+        assert!(y == expected, "{nx} x {ny} on {arch:?}, backward {BACKWARD}");
+        assert_eq!(*first.get_or_insert(norms), norms, "{nx} x {ny} on {arch:?}");
+    }
+}
+
+fn agrees_in_all_ways<T: Scalar>(nx: usize, ny: usize) {
+    let n = nx * ny;
+    let to = |v: f64| T::from(v).expect("a small number");
+    let (q, x) = (list::<T>(n, 1), list::<T>(n, 2));
+    let stencil = |c: [f64; 5]| FivePoint::new(nx, ny, c.map(to)).expect("a grid");
+    let varying = |centre: f64, seed| {
+        let row = |i, j| {
+            let around = noise::<T>(seed + 3 * i + 11 * j);
+            [around, to(0.3), to(centre) + around, to(-0.7) * around, to(-0.2)]
+        };
+        VaryingFivePoint::from_fn(nx, ny, row).expect("a grid")
+    };
+    let (a, b) = (stencil([-1.1, -0.9, 5.0, -0.7, 1.3]), stencil([0.2, -1.2, 4.0, 0.6, -0.4]));
+    let (va, vb) = (varying(5.0, 3), varying(4.0, 4));
+    let uniform = || Omega::Uniform(to(1.3));
+    let each = || Omega::Each(list::<T>(n, 5).iter().map(|&w| to(1.5) + w).collect());
+    let gamma = to(1.7);
+    four(&a, &b, uniform(), gamma, &q, &x);
+    four(&a, &b, each(), gamma, &q, &x);
+    four(&va, &b, uniform(), gamma, &q, &x);
+    four(&va, &vb, each(), gamma, &q, &x);
+}
+
+/// Both methods in both directions.
+fn four<T: Scalar>(
+    a: &impl LinearOperator<T>,
+    b: &impl LinearOperator<T>,
+    omega: Omega<T>,
+    gamma: T,
+    q: &[T],
+    x: &[T],
+) {
+    let problem = Hlcp::new(a, b, omega).and_then(|p| p.with_gamma(gamma)).expect("a problem");
+    let sweep = Sweep::new(&problem).expect("five-point operators");
+    agrees::<T, false, false>(sweep, q, x);
+    agrees::<T, false, true>(sweep, q, x);
+    agrees::<T, true, false>(sweep, q, x);
+    agrees::<T, true, true>(sweep, q, x);
+}
+
+#[test]
+fn sweeps_are_the_loop_over_the_points() {
+    let sizes = [1, 2, 7, 8, 9, 15, 71, 129];
+    for nx in sizes {
+        for ny in [1, 2, 7, 8, 9, 17] {
+            agrees_in_all_ways::<f64>(nx, ny);
+            agrees_in_all_ways::<f32>(nx, ny);
+        }
+    }
+    for (nx, ny) in [(511, 9), (513, 9), (1025, 17), (1, 600), (600, 1)] {
+        agrees_in_all_ways::<f64>(nx, ny);
+        agrees_in_all_ways::<f32>(nx, ny);
+    }
+}

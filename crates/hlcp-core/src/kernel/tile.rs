@@ -1,0 +1,318 @@
+use std::ops::Range;
+
+use super::{
+    COLUMNS, Old, PAD, ROWS,
+    coefficients::{Source, part},
+};
+use crate::{Scalar, norms::Tally};
+
+/// What one worker needs of the grid while it relaxes a band of rows.
+pub(super) struct Worker<'a, T, S: Source<T>> {
+    old: &'a Old<'a, T>,
+    source: &'a S,
+    loaded: S::Loaded,
+    kept: [S::Kept; ROWS],
+    defect: [T; COLUMNS + PAD],
+    west: [T; COLUMNS + PAD],
+    east: [T; COLUMNS + PAD],
+    zeros: [T; COLUMNS + PAD],
+}
+
+impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
+    #[inline(always)]
+    pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+        let zeros = [T::zero(); COLUMNS + PAD];
+        let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
+        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros }
+    }
+
+    /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
+    ///
+    /// `passed` is the neighbouring row that the sweep has done last, empty at the grid's edge.
+    #[inline(always)]
+    pub(super) fn relax<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        first: usize,
+        band: &mut [T],
+        passed: &[T],
+    ) -> Tally<T> {
+        let nx = self.old.grid.nx;
+        let height = band.len() / nx;
+        let mut sum = Tally::zero();
+        let mut done = 0;
+        while done < nx {
+            let tile = done..nx.min(done.saturating_add(S::WIDTH));
+            for k in 0..height {
+                let row = if BACKWARD { height - 1 - k } else { k };
+                let y = &mut band[row * nx..(row + 1) * nx];
+                for start in tile.clone().step_by(S::CHUNK) {
+                    let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
+                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y, &mut sum);
+                }
+            }
+            for start in tile.clone().step_by(S::CHUNK) {
+                let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
+                self.recur::<BACKWARD, ACCELERATED>(band, passed, columns);
+            }
+            done = tile.end;
+        }
+        sum
+    }
+
+    /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
+    #[inline(always)]
+    fn prepare<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        j: usize,
+        k: usize,
+        columns: Range<usize>,
+        y: &mut [T],
+        sum: &mut Tally<T>,
+    ) {
+        let Old { grid, x, q, gamma, meter } = *self.old;
+        let Range { start, end } = columns.clone();
+        let nx = grid.nx;
+        let row = |j: usize| &x[j * nx..(j + 1) * nx];
+        let zeros = &self.zeros[..];
+        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..end - start] };
+        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..end - start] };
+        // West of a row's first point the vector holds the last one of the row before: the edges are put right
+        // afterwards. Only at the vector's own ends there is nothing to read.
+        let (from, until) = (j * nx + start, j * nx + end);
+        let west = if from > 0 {
+            &x[from - 1..until - 1]
+        } else {
+            self.west[1..until].copy_from_slice(&x[..until - 1]);
+            &self.west[..until]
+        };
+        let east = if until < x.len() {
+            &x[from + 1..until + 1]
+        } else {
+            self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
+            &self.east[..end - start]
+        };
+        self.source.load(j, columns, &mut self.loaded);
+        let defect = &mut self.defect[..end - start];
+        first_phase::<_, _, BACKWARD, ACCELERATED>(
+            self.source,
+            &self.loaded,
+            &mut self.kept[k],
+            [south, west, &x[from..until], east, north],
+            [start == 0, end == nx],
+            &q[from..until],
+            gamma,
+            defect,
+            &mut y[start..end],
+        );
+        meter.add_to(sum, defect);
+    }
+
+    /// The recurrence over a stretch of the band.
+    #[inline(always)]
+    fn recur<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        band: &mut [T],
+        passed: &[T],
+        columns: Range<usize>,
+    ) {
+        let nx = self.old.grid.nx;
+        let length = columns.len();
+        let passed =
+            if passed.is_empty() { &self.zeros[..length] } else { &passed[columns.clone()] };
+        let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
+        let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
+        let height = band.len() / nx;
+        let link = Link { source: *self.source, kept: &self.kept };
+        if height == ROWS && length >= ROWS {
+            let mut rows = band.chunks_exact_mut(nx);
+            let mut rows: [&mut [T]; ROWS] =
+                std::array::from_fn(|_| rows.next().expect("a full band"));
+            if BACKWARD {
+                rows.reverse();
+            }
+            let start = std::array::from_fn(|k| before(rows[k]));
+            let rows = rows.map(|row| &mut row[columns.clone()]);
+            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows);
+        } else {
+            let mut across = self.zeros;
+            across[..length].copy_from_slice(passed);
+            for k in 0..height {
+                let row = if BACKWARD { height - 1 - k } else { k };
+                let row = &mut band[row * nx..(row + 1) * nx];
+                let start = before(row);
+                let row = &mut row[columns.clone()];
+                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, row);
+                across[..length].copy_from_slice(row);
+            }
+        }
+    }
+}
+
+/// The columns `columns` in sweep order, by their place in the grid.
+#[inline(always)]
+fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usize> {
+    if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
+}
+
+/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's western
+/// and eastern edge.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
+fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
+    source: &S,
+    loaded: &S::Loaded,
+    kept: &mut S::Kept,
+    [south, west, here, east, north]: [&[T]; 5],
+    [western, eastern]: [bool; 2],
+    q: &[T],
+    gamma: T,
+    defect: &mut [T],
+    t: &mut [T],
+) {
+    let n = t.len().min(S::CHUNK);
+    let (south, west, here, east, north) =
+        (&south[..n], &west[..n], &here[..n], &east[..n], &north[..n]);
+    let (q, defect) = (&q[..n], &mut defect[..n]);
+    for i in 0..n {
+        let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
+        let x = [south[i], west[i], here[i], east[i], north[i]];
+        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, gamma * q[i]);
+        source.keep::<ACCELERATED>(kept, i, row.passed);
+    }
+    let mut edge = |i: usize| {
+        let west = if western && i == 0 { T::zero() } else { west[i] };
+        let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
+        let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
+        let x = [south[i], west, here[i], east, north[i]];
+        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, gamma * q[i]);
+    };
+    if western {
+        edge(0);
+    }
+    if eastern {
+        edge(n - 1);
+    }
+}
+
+/// The recurrence, with what it takes of the passed neighbours.
+struct Link<'a, S, K> {
+    source: S,
+    kept: &'a [K; ROWS],
+}
+
+impl<S, K> Link<'_, S, K> {
+    /// The value at point `i` of row `k`.
+    #[inline(always)]
+    fn value<T: Scalar, const ACCELERATED: bool>(
+        &self,
+        k: usize,
+        i: usize,
+        t: T,
+        across: T,
+        along: T,
+    ) -> T
+    where
+        S: Source<T, Kept = K>,
+    {
+        let passed = self.source.passed(&self.kept[k], i);
+        (t - part::<_, ACCELERATED>(passed[0], across)) - part::<_, ACCELERATED>(passed[1], along)
+    }
+
+    /// Points of row `k` in sweep order, beginning behind the value `y`; the last value.
+    #[inline(always)]
+    fn chain<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
+        &self,
+        k: usize,
+        points: Range<usize>,
+        across: &[T],
+        mut y: T,
+        row: &mut [T],
+    ) -> T
+    where
+        S: Source<T, Kept = K>,
+    {
+        let n = row.len();
+        for i in points {
+            let i = if BACKWARD { n - 1 - i } else { i };
+            y = self.value::<T, ACCELERATED>(k, i, row[i], across[i], y);
+            row[i] = y;
+        }
+        y
+    }
+
+    /// `R` rows side by side, row `k` one column behind row `k − 1`.
+    #[inline(always)]
+    fn skewed<T: Scalar, const R: usize, const BACKWARD: bool, const ACCELERATED: bool>(
+        &self,
+        passed: &[T],
+        start: [T; R],
+        mut rows: [&mut [T]; R],
+    ) where
+        S: Source<T, Kept = K>,
+    {
+        let n = passed.len();
+        let mut y = start;
+        for (k, y) in y.iter_mut().enumerate() {
+            let (done, row) = rows.split_at_mut(k);
+            let across = done.last().map_or(passed, |row| row);
+            *y = self.chain::<T, BACKWARD, ACCELERATED>(k, 0..R - 1 - k, across, *y, row[0]);
+        }
+        let m = n + 1 - R;
+        let wide = m - m % 64;
+        let done = m - m % 8;
+        self.blocks::<T, R, 64, BACKWARD, ACCELERATED>(0..wide, passed, &mut y, &mut rows);
+        self.blocks::<T, R, 8, BACKWARD, ACCELERATED>(wide..done, passed, &mut y, &mut rows);
+        for (k, &y) in y.iter().enumerate() {
+            let (before, row) = rows.split_at_mut(k);
+            let across = before.last().map_or(passed, |row| row);
+            let points = R - 1 - k + done..n;
+            self.chain::<T, BACKWARD, ACCELERATED>(k, points, across, y, row[0]);
+        }
+    }
+
+    /// `R` rows side by side: the `steps` that relax point `s + R − 1 − k` of row `k`.
+    ///
+    /// By blocks of `W` steps, which need no check of an index.
+    #[inline(always)]
+    fn blocks<
+        T: Scalar,
+        const R: usize,
+        const W: usize,
+        const BACKWARD: bool,
+        const ACCELERATED: bool,
+    >(
+        &self,
+        steps: Range<usize>,
+        passed: &[T],
+        y: &mut [T; R],
+        rows: &mut [&mut [T]; R],
+    ) where
+        S: Source<T, Kept = K>,
+    {
+        let n = passed.len();
+        let mut last = *y;
+        for s in steps.step_by(W) {
+            let at = |k: usize| {
+                let point = s + R - 1 - k;
+                if BACKWARD { n - point - W } else { point }
+            };
+            let mut k = 0;
+            let rows = rows.each_mut().map(|row| {
+                k += 1;
+                row[at(k - 1)..].first_chunk_mut::<W>().expect("a block within the row")
+            });
+            let first = passed[at(0)..].first_chunk::<W>().expect("a block within the row");
+            for i in 0..W {
+                let i = if BACKWARD { W - 1 - i } else { i };
+                // From the last row up, so that `last[k − 1]` still is the value across from row k's point.
+                for k in (0..R).rev() {
+                    let across = if k == 0 { first[i] } else { last[k - 1] };
+                    let t = rows[k][i];
+                    last[k] = self.value::<T, ACCELERATED>(k, at(k) + i, t, across, last[k]);
+                    rows[k][i] = last[k];
+                }
+            }
+        }
+        *y = last;
+    }
+}

@@ -1,0 +1,119 @@
+use crate::Scalar;
+
+/// The coefficients of one direction of a five-point operator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Coefficients<'a, T> {
+    /// The same at every point.
+    Constant(T),
+    /// One for each point, by the point's index.
+    Each(&'a [T]),
+}
+
+impl<T: Scalar> Coefficients<'_, T> {
+    /// The coefficient at point `k`.
+    ///
+    /// # Panics
+    ///
+    /// When `k` is not below the length of an [`Each`](Self::Each).
+    #[inline]
+    pub fn at(&self, k: usize) -> T {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Each(values) => values[k],
+        }
+    }
+
+    /// `y += a x` for a stretch of points that begins at point `from`.
+    fn add_product(&self, from: usize, x: &[T], y: &mut [T]) {
+        match *self {
+            Self::Constant(a) if a == T::zero() => {}
+            Self::Constant(a) => {
+                for (y, &x) in y.iter_mut().zip(x) {
+                    *y += a * x;
+                }
+            }
+            Self::Each(a) => {
+                for ((y, &x), &a) in y.iter_mut().zip(x).zip(&a[from..from + x.len()]) {
+                    *y += a * x;
+                }
+            }
+        }
+    }
+}
+
+/// What an operator shows of itself when it is a five-point one: the grid and its five directions.
+///
+/// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one promises that
+/// its rows are those of a five-point operator on this grid, with finite coefficients, numbered as
+/// [`FivePoint`](crate::FivePoint) numbers them. Coefficients that lead outside the grid have no meaning.
+///
+/// ```
+/// use hlcp_core::{Coefficients, FivePointView};
+///
+/// let diagonal = [2.0, 3.0, 4.0, 5.0];
+/// let view = FivePointView::diagonal(Coefficients::Each(&diagonal));
+/// assert_eq!((view.grid(), view.coefficients()[2].at(3)), (None, 5.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FivePointView<'a, T> {
+    grid: Option<[usize; 2]>,
+    coefficients: [Coefficients<'a, T>; 5],
+}
+
+impl<'a, T: Scalar> FivePointView<'a, T> {
+    /// The view `[south, west, centre, east, north]` on an `nx × ny` grid.
+    ///
+    /// # Panics
+    ///
+    /// Unless each list of coefficients has `nx·ny` entries.
+    pub fn new(nx: usize, ny: usize, coefficients: [Coefficients<'a, T>; 5]) -> Self {
+        for c in &coefficients {
+            if let Coefficients::Each(values) = c {
+                assert_eq!(values.len(), nx * ny, "a coefficient for each point");
+            }
+        }
+        Self { grid: Some([nx, ny]), coefficients }
+    }
+
+    /// The view of a diagonal operator, which fits every grid of its order.
+    pub fn diagonal(centre: Coefficients<'a, T>) -> Self {
+        let zero = Coefficients::Constant(T::zero());
+        Self { grid: None, coefficients: [zero, zero, centre, zero, zero] }
+    }
+
+    /// The grid's `[nx, ny]`; `None` for a diagonal operator, which fits any.
+    pub fn grid(&self) -> Option<[usize; 2]> {
+        self.grid
+    }
+
+    /// The coefficients `[south, west, centre, east, north]`.
+    pub fn coefficients(&self) -> [Coefficients<'a, T>; 5] {
+        self.coefficients
+    }
+
+    /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid
+    /// of `nx` columns.
+    pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        let [south, west, centre, east, north] = self.coefficients;
+        let (from, length) = (j * nx + start, y.len());
+        let until = from + length;
+        y.fill(T::zero());
+        centre.add_product(from, &x[from..until], y);
+        if start > 0 {
+            west.add_product(from, &x[from - 1..until - 1], y);
+        } else {
+            west.add_product(from + 1, &x[from..until - 1], &mut y[1..]);
+        }
+        if start + length < nx {
+            east.add_product(from, &x[from + 1..until + 1], y);
+        } else {
+            east.add_product(from, &x[from + 1..until], &mut y[..length - 1]);
+        }
+        if j > 0 {
+            south.add_product(from, &x[from - nx..until - nx], y);
+        }
+        if until + nx <= x.len() {
+            north.add_product(from, &x[from + nx..until + nx], y);
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Five-point operators take a path of their own; it must lead where the walk over the rows leads.
+
+use hlcp_core::{
+    Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs,
+    Rows, Step, VaryingFivePoint,
+};
+use proptest::{collection::vec, prelude::*};
+
+/// An operator that keeps to itself what it is.
+struct Walked<O>(O);
+
+impl<O: LinearOperator<f64>> LinearOperator<f64> for Walked<O> {
+    fn order(&self) -> usize {
+        self.0.order()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.0.apply(x, y);
+    }
+}
+
+impl<O: Diagonal<f64>> Diagonal<f64> for Walked<O> {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.0.diagonal_entry(i)
+    }
+}
+
+impl<O: Rows<f64>> Rows<f64> for Walked<O> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        self.0.visit_row(i, visit);
+    }
+}
+
+/// A diagonal operator, which fits any grid.
+struct Scaling(Vec<f64>);
+
+impl LinearOperator<f64> for Scaling {
+    fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        for ((y, x), d) in y.iter_mut().zip(x).zip(&self.0) {
+            *y = d * x;
+        }
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        Some(FivePointView::diagonal(Coefficients::Each(&self.0)))
+    }
+}
+
+impl Diagonal<f64> for Scaling {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.0[i]
+    }
+}
+
+impl Rows<f64> for Scaling {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        visit(i, self.0[i]);
+    }
+}
+
+/// Everything a step depends on, except the operators' types.
+#[derive(Debug, Clone)]
+struct Case {
+    nx: usize,
+    ny: usize,
+    a: Vec<[f64; 5]>,
+    b: Vec<[f64; 5]>,
+    omega: Omega<f64>,
+    gamma: f64,
+    q: Vec<f64>,
+    x: Vec<f64>,
+    of_a: [f64; 2],
+    of_b: [f64; 2],
+    backward: bool,
+    accelerated: bool,
+}
+
+/// A row whose neighbours weigh less than its centre; zeros are frequent.
+fn row() -> impl Strategy<Value = [f64; 5]> {
+    let off = || prop_oneof![3 => -1.0..1.0, 1 => Just(0.0)];
+    (off(), off(), 3.0..6.0, off(), off()).prop_map(|(s, w, c, e, n)| [s, w, c, e, n])
+}
+
+/// Grids around the sizes of the sweep's blocks.
+fn sides() -> impl Strategy<Value = (usize, usize)> {
+    let side = || prop_oneof![Just(1_usize), 2..20_usize, 60..75_usize];
+    prop_oneof![8 => (side(), side()), 1 => (505..530_usize, 8..12_usize)]
+}
+
+fn cases() -> impl Strategy<Value = Case> {
+    sides().prop_flat_map(|(nx, ny)| {
+        let n = nx * ny;
+        let rows = move || prop_oneof![row().prop_map(move |row| std::vec![row; n]), vec(row(), n)];
+        let omega = prop_oneof![
+            (0.4..2.5).prop_map(Omega::Uniform),
+            vec(0.4..2.5, n).prop_map(Omega::Each)
+        ];
+        let parameters = || (0.5..1.6, -0.3..1.8).prop_map(|(alpha, beta)| [alpha, beta]);
+        let numbers = move || vec(-3.0..3.0, n);
+        (
+            (rows(), rows(), omega, 0.5..4.0, numbers(), numbers()),
+            (parameters(), parameters(), any::<bool>(), any::<bool>()),
+        )
+            .prop_map(
+                move |((a, b, omega, gamma, q, x), (of_a, of_b, backward, accelerated))| Case {
+                    nx,
+                    ny,
+                    a,
+                    b,
+                    omega,
+                    gamma,
+                    q,
+                    x,
+                    of_a,
+                    of_b,
+                    backward,
+                    accelerated,
+                },
+            )
+    })
+}
+
+impl Case {
+    fn operator(&self, rows: &[[f64; 5]]) -> VaryingFivePoint<'static, f64> {
+        VaryingFivePoint::from_fn(self.nx, self.ny, |i, j| rows[j * self.nx + i]).unwrap()
+    }
+
+    fn step<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> (Vec<f64>, Norms) {
+        let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(self.gamma).unwrap();
+        let aor = Aor::of_pair(self.of_a, self.of_b).unwrap();
+        let aor = if self.backward { aor.backward() } else { aor };
+        let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
+        let norms = if self.accelerated {
+            aor.accelerated_step(&problem, &q, &self.x, &mut y)
+        } else {
+            aor.step(&problem, &q, &self.x, &mut y, &mut vec![])
+        };
+        (y, norms)
+    }
+
+    /// How far two computations of the step may be apart in each entry, and in the 2-norm of `F/γ`.
+    ///
+    /// Each of the at most 64 operations behind an entry rounds by half an ε of at most `size`, the sum of the
+    /// moduli of all terms, carried through 1/m; both computations do. An error of a passed value enters with
+    /// its factor in the recurrence.
+    fn rounding(&self, y: &[f64]) -> (Vec<f64>, f64) {
+        let (n, nx) = (self.x.len(), self.nx);
+        let mut bound = vec![0.0; n];
+        let mut squares = 0.0;
+        for step in 0..n {
+            let k = if self.backward { n - 1 - step } else { step };
+            let (i, j) = (k % nx, k / nx);
+            let around = [
+                (j > 0).then(|| k - nx),
+                (i > 0).then(|| k - 1),
+                Some(k),
+                (i + 1 < nx).then_some(k + 1),
+                (j + 1 < self.ny).then_some(k + nx),
+            ];
+            let pivot =
+                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.at(k) / self.of_b[0];
+            let (mut of_defect, mut size, mut inherited) = (self.gamma * self.q[k].abs(), 0.0, 0.0);
+            for (direction, at) in around.into_iter().enumerate() {
+                let Some(at) = at else { continue };
+                let a = self.a[k][direction].abs();
+                let b = self.b[k][direction].abs() * self.omega.at(at);
+                of_defect += 2.0 * (a + b) * self.x[at].abs();
+                if (at < k) != self.backward && at != k {
+                    let triangle = (self.of_a[1] / self.of_a[0]).abs() * a
+                        + (self.of_b[1] / self.of_b[0]).abs() * b;
+                    let factor = triangle + if self.accelerated { a + b } else { 0.0 };
+                    size += factor * (self.x[at].abs() + y[at].abs());
+                    inherited += factor * bound[at];
+                }
+            }
+            size += of_defect + pivot * (self.x[k].abs() + y[k].abs());
+            bound[k] = (64.0 * f64::EPSILON * size + inherited) / pivot;
+            squares += of_defect * of_defect;
+        }
+        (bound, (64 + n) as f64 * f64::EPSILON * squares.sqrt() / self.gamma)
+    }
+}
+
+fn agree(
+    case: &Case,
+    fused: (Vec<f64>, Norms),
+    walked: (Vec<f64>, Norms),
+) -> Result<(), TestCaseError> {
+    let (bound, norm_bound) = case.rounding(&walked.0);
+    for (k, (fused, walked)) in fused.0.iter().zip(&walked.0).enumerate() {
+        let distance = (fused - walked).abs();
+        prop_assert!(distance <= bound[k], "entry {k}: {distance:e} > {:e}", bound[k]);
+    }
+    prop_assert!((fused.1.l2 - walked.1.l2).abs() <= norm_bound);
+    prop_assert!((fused.1.linf - walked.1.linf).abs() <= norm_bound);
+    Ok(())
+}
+
+proptest! {
+    /// MMS and AMMS, both directions, all parameters, any grid, constant and varying coefficients.
+    #[test]
+    fn the_fused_sweep_is_the_walk(case in cases()) {
+        let (a, b) = (case.operator(&case.a), case.operator(&case.b));
+        let walked = case.step(Walked(&a), Walked(&b));
+        agree(&case, case.step(a, b), walked)?;
+    }
+
+    /// A constant stencil takes the same path as the same numbers in arrays, and a pair may mix both.
+    #[test]
+    fn constant_and_varying_mix(case in cases(), row in row()) {
+        let constant = FivePoint::new(case.nx, case.ny, row).unwrap();
+        let varying = case.operator(&case.b);
+        let case = Case { a: vec![row; case.x.len()], ..case };
+        let walked = case.step(Walked(&constant), Walked(&varying));
+        agree(&case, case.step(constant, varying), walked)?;
+    }
+
+    /// The linear complementarity problem, B diagonal, keeps the fast path.
+    #[test]
+    fn diagonal_operators_fit_any_grid(case in cases()) {
+        let a = case.operator(&case.a);
+        let b = || Scaling(case.b.iter().map(|row| row[2]).collect());
+        let walked = case.step(Walked(&a), Walked(b()));
+        let diagonal = case.b.iter().map(|row| [0.0, 0.0, row[2], 0.0, 0.0]).collect();
+        agree(&Case { b: diagonal, ..case.clone() }, case.step(&a, b()), walked)?;
+    }
+
+    /// The residual in one pass is the one by products.
+    #[test]
+    fn residuals_agree(case in cases()) {
+        let (a, b) = (case.operator(&case.a), case.operator(&case.b));
+        let (z, r): (Vec<f64>, Vec<f64>) = case.x.iter().map(|x| (x.abs() + x, x.abs() - x)).unzip();
+        let q = Rhs::new(&case.q).unwrap();
+        let mut scratch = vec![];
+        let fused = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+        let fused = fused.residual(&q, &z, &r, &mut scratch);
+        prop_assert!(scratch.is_empty(), "no scratch");
+        let walked = Hlcp::new(Walked(&a), Walked(&b), Omega::Uniform(1.0)).unwrap();
+        let walked = walked.residual(&q, &z, &r, &mut scratch);
+        // Entry by entry the same operations: only the squares are summed in another order.
+        prop_assert_eq!(fused.linf, walked.linf);
+        prop_assert!((fused.l2 - walked.l2).abs() <= q.entries().len() as f64 * f64::EPSILON * walked.l2);
+    }
+
+    /// A varying operator is the operator of its rows.
+    #[test]
+    fn varying_products_are_sums_over_rows(case in cases()) {
+        let a = case.operator(&case.a);
+        let mut y = vec![f64::NAN; case.x.len()];
+        a.apply(&case.x, &mut y);
+        for (k, &y) in y.iter().enumerate() {
+            let (mut sum, mut size) = (0.0, 0.0);
+            a.visit_row(k, &mut |j, a| {
+                sum += a * case.x[j];
+                size += (a * case.x[j]).abs();
+            });
+            prop_assert!((y - sum).abs() <= 10.0 * f64::EPSILON * size);
+        }
+    }
+}
+
+/// Two grids of one order are two numberings: the pair must not be swept as if on one.
+#[test]
+fn operators_on_different_grids_are_walked() {
+    let rows = |nx, ny| FivePoint::new(nx, ny, [-1.0, -0.5, 5.0, 0.25, 0.75]).unwrap();
+    let (a, b) = (rows(6, 4), rows(4, 6));
+    let q: Vec<f64> = (0..24).map(|i| f64::sin(i as f64)).collect();
+    let x: Vec<f64> = (0..24).map(|i| f64::cos(i as f64)).collect();
+    let (mut fused, mut walked) = (vec![0.0; 24], vec![1.0; 24]);
+    let rhs = Rhs::new(&q).unwrap();
+    let aor = Aor::new(1.2, 0.9).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.5)).unwrap();
+    let _ = aor.step(&problem, &rhs, &x, &mut fused, &mut vec![]);
+    let problem = Hlcp::new(Walked(a), Walked(b), Omega::Uniform(1.5)).unwrap();
+    let _ = aor.step(&problem, &rhs, &x, &mut walked, &mut vec![]);
+    assert_eq!(fused, walked);
+}
+
+/// What is not finite shows in both norms.
+#[test]
+fn nan_and_overflow_show_in_the_norms() {
+    let a = FivePoint::new(9, 9, [-1.0, -1.0, 5.0, -1.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap();
+    let (q, mut y) = (vec![1.0; 81], vec![0.0; 81]);
+    let q = Rhs::new(&q).unwrap();
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        for at in [0, 40, 80] {
+            let mut x = vec![0.5; 81];
+            x[at] = bad;
+            let norms = Aor::gauss_seidel().step(&problem, &q, &x, &mut y, &mut vec![]);
+            assert!(!norms.l2.is_finite() && !norms.linf.is_finite(), "{bad} at {at}: {norms:?}");
+        }
+    }
+}
