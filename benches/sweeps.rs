@@ -1,0 +1,364 @@
+//! The sweeps against the machine's limit: prints the tables of `docs/performance.md`.
+//!
+//! ```text
+//! cargo bench --bench sweeps
+//! ```
+//!
+//! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread.
+
+use std::{error::Error, hint::black_box, time::Instant};
+
+use hlcp_core::{
+    Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step,
+    VaryingFivePoint,
+};
+use hlcp_methods::{Limits, Method, Solver, Tmms};
+use hlcp_verify::Example;
+
+const TURNS: usize = 11;
+
+/// An operator that does not tell that it is a five-point one, as a user's own would not.
+struct Walked<T>(FivePoint<T>);
+
+impl<T: Scalar> LinearOperator<T> for Walked<T> {
+    fn order(&self) -> usize {
+        self.0.order()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.0.apply(x, y);
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Walked<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.0.diagonal_entry(i)
+    }
+}
+
+impl<T: Scalar> Rows<T> for Walked<T> {
+    #[inline]
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.0.visit_row(i, visit);
+    }
+}
+
+/// Example 1 with μ = ν = 4 and Ω = 1.1 I, and vectors to sweep over.
+struct Scene<T> {
+    m: usize,
+    a: FivePoint<T>,
+    b: FivePoint<T>,
+    q: Vec<T>,
+    x: Vec<T>,
+    y: Vec<T>,
+}
+
+fn to<T: Scalar>(v: f64) -> T {
+    T::from(v).expect("a small number")
+}
+
+impl<T: Scalar> Scene<T> {
+    fn new(m: usize) -> Result<Self, Box<dyn Error>> {
+        let stencil = |c: [f64; 5]| FivePoint::new(m, m, c.map(to));
+        let wave = |rate: f64| (0..m * m).map(|i| to((i as f64 * rate).sin())).collect::<Vec<T>>();
+        Ok(Self {
+            m,
+            a: stencil([-1.0, -1.0, 8.0, -1.0, -1.0])?,
+            b: stencil([0.0, -1.0, 8.0, -1.0, 0.0])?,
+            q: wave(1.0),
+            x: wave(1.7),
+            y: vec![T::zero(); m * m],
+        })
+    }
+
+    fn sweep(&mut self, what: Sweep) -> f64 {
+        let Self { m, a, b, q, x, y } = self;
+        let omega = Omega::Uniform(to(1.1));
+        let aor = Aor::new(to(1.1), to(0.9)).expect("parameters");
+        let rhs = Rhs::new(q).expect("finite");
+        let problem = Hlcp::new(*a, *b, omega.clone()).expect("a problem");
+        let walked = Hlcp::new(Walked(*a), Walked(*b), omega.clone()).expect("a problem");
+        let boxed = |o| Box::new(Walked(o)) as Box<dyn Rows<T>>;
+        let dynamic = Hlcp::new(boxed(*a), boxed(*b), omega).expect("a problem");
+        let scratch = &mut Vec::new();
+        seconds(*m, || match what {
+            Sweep::Triad => triad(x, q, y),
+            Sweep::Mms => done(aor.step(&problem, &rhs, x, y, scratch)),
+            Sweep::Backward => {
+                done(aor.backward().step(&problem, &rhs, x, y, scratch));
+            }
+            Sweep::Amms => done(aor.accelerated_step(&problem, &rhs, x, y)),
+            Sweep::Obvious => done(obvious(*m, q, x, y)),
+            Sweep::Walked => done(aor.step(&walked, &rhs, x, y, scratch)),
+            Sweep::Dynamic => done(aor.step(&dynamic, &rhs, x, y, scratch)),
+        })
+    }
+}
+
+#[derive(Clone, Copy)]
+enum Sweep {
+    Triad,
+    Mms,
+    Backward,
+    Amms,
+    Obvious,
+    Walked,
+    Dynamic,
+}
+
+/// What a sweep returns is used.
+fn done<R>(result: R) {
+    black_box(result);
+}
+
+/// Seconds of one run over an m × m grid, from as many as take some milliseconds.
+fn seconds(m: usize, mut run: impl FnMut()) -> f64 {
+    let repeats = (2_000_000 / (m * m)).max(1);
+    let start = Instant::now();
+    (0..repeats).for_each(|_| run());
+    start.elapsed().as_secs_f64() / repeats as f64
+}
+
+fn triad<T: Scalar>(x: &[T], q: &[T], y: &mut [T]) {
+    let factor = to::<T>(0.3);
+    for ((y, &x), &q) in y.iter_mut().zip(x).zip(q) {
+        *y = factor * x + q;
+    }
+    black_box(y);
+}
+
+/// The half-step as one would write it first: everything fused, point by point, with the sum of squares.
+fn obvious<T: Scalar>(m: usize, q: &[T], x: &[T], y: &mut [T]) -> T {
+    let (one, omega) = (T::one(), to::<T>(1.1));
+    let (over_alpha, triangle) = (to::<T>(1.1).recip(), to::<T>(0.9) / to::<T>(1.1));
+    let (a, b) = (-one, -one * omega);
+    let (a_centre, b_centre) = (to::<T>(8.0), to::<T>(8.0) * omega);
+    let over_pivot = ((a_centre + b_centre) * over_alpha).recip();
+    let mut squares = T::zero();
+    for j in 0..m {
+        for i in 0..m {
+            let k = j * m + i;
+            let at = |inside: bool, k: usize| if inside { x[k] } else { T::zero() };
+            let [s, w] = [at(j > 0, k.wrapping_sub(m)), at(i > 0, k.wrapping_sub(1))];
+            let [e, n] = [at(i + 1 < m, k + 1), at(j + 1 < m, k + m)];
+            let (c, z) = (x[k], |v: T| v.abs() + v);
+            let r = |v: T| v.abs() - v;
+            let f = q[k] + a_centre * z(c) + a * (z(s) + z(w) + z(e) + z(n))
+                - b_centre * r(c)
+                - b * (r(w) + r(e));
+            let new = |inside: bool, k: usize| if inside { y[k] } else { T::zero() };
+            let moved = triangle * (a + b) * (new(i > 0, k.wrapping_sub(1)) - w)
+                + triangle * a * (new(j > 0, k.wrapping_sub(m)) - s);
+            y[k] = c - (f + moved) * over_pivot;
+            squares += f * f;
+        }
+    }
+    squares
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+/// The median over turns of the first time over the second, and the median of the first.
+fn against(mut ours: impl FnMut() -> f64, mut theirs: impl FnMut() -> f64) -> (f64, f64) {
+    let turns: Vec<[f64; 2]> = (0..TURNS).map(|_| [ours(), theirs()]).collect();
+    let ratio = median(turns.iter().map(|[ours, theirs]| ours / theirs).collect());
+    (ratio, median(turns.iter().map(|[ours, _]| *ours).collect()))
+}
+
+fn compare<T: Scalar>(m: usize, ours: Sweep, theirs: Sweep) -> Result<(f64, f64), Box<dyn Error>> {
+    let scene = std::cell::RefCell::new(Scene::<T>::new(m)?);
+    Ok(against(|| scene.borrow_mut().sweep(ours), || scene.borrow_mut().sweep(theirs)))
+}
+
+/// A half-step with every coefficient and Ω in arrays, against a pass that reads as many arrays.
+fn varying(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
+    let n = m * m;
+    let wave = |seed: f64, size: f64| move |k: usize| size * (seed + k as f64).sin();
+    let operator = |seed: f64| {
+        VaryingFivePoint::from_fn(m, m, |i, j| {
+            let v = wave(seed, 0.1)(j * m + i);
+            [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
+        })
+    };
+    let (a, b) = (operator(1.0)?, operator(2.0)?);
+    let omega: Vec<f64> = (0..n).map(wave(3.0, 0.2)).map(|w| w + 1.0).collect();
+    let problem = Hlcp::new(a, b, Omega::Each(omega))?;
+    let (q, x): (Vec<f64>, Vec<f64>) =
+        (0..n).map(|k| (wave(4.0, 1.0)(k), wave(5.0, 1.0)(k))).unzip();
+    let (rhs, aor) = (Rhs::new(&q)?, Aor::new(1.1, 0.9)?);
+    let read: Vec<Vec<f64>> = (0..13).map(|_| q.clone()).collect();
+    let y = std::cell::RefCell::new(vec![0.0; n]);
+    Ok(against(
+        || seconds(m, || done(aor.step(&problem, &rhs, &x, &mut y.borrow_mut(), &mut vec![]))),
+        || {
+            seconds(m, || {
+                let y = &mut *y.borrow_mut();
+                let lists: [&[f64]; 13] = std::array::from_fn(|i| &read[i][..n]);
+                for k in 0..n {
+                    let mut sum = 0.0;
+                    for list in &lists {
+                        sum += list[k];
+                    }
+                    y[k] = 0.3 * sum;
+                }
+                black_box(y);
+            })
+        },
+    ))
+}
+
+/// `A + B` and `A − B` assembled on one pattern, by rows: what F reads for Ω = I.
+struct Assembled {
+    starts: Vec<usize>,
+    columns: Vec<u32>,
+    sums: Vec<f64>,
+    differences: Vec<f64>,
+}
+
+impl Assembled {
+    fn new(a: &FivePoint<f64>, b: &FivePoint<f64>) -> Self {
+        let mut all = Self { starts: vec![0], columns: vec![], sums: vec![], differences: vec![] };
+        for i in 0..a.order() {
+            let start = all.columns.len();
+            a.visit_row(i, &mut |j, a| {
+                all.columns.push(j as u32);
+                all.sums.push(a);
+                all.differences.push(a);
+            });
+            b.visit_row(i, &mut |j, b| {
+                let at = all.columns[start..].iter().position(|&c| c as usize == j);
+                let at = start + at.expect("the pattern of A holds that of B");
+                all.sums[at] += b;
+                all.differences[at] -= b;
+            });
+            all.starts.push(all.columns.len());
+        }
+        all
+    }
+
+    /// A Gauss–Seidel half-step from `x` to `y` in one pass, and ‖F(x)‖².
+    fn sweep(&self, q: &[f64], x: &[f64], y: &mut [f64], backward: bool) -> f64 {
+        let n = x.len();
+        let mut squares = 0.0;
+        for step in 0..n {
+            let i = if backward { n - 1 - step } else { step };
+            let entries = self.starts[i]..self.starts[i + 1];
+            let (mut f, mut moved, mut pivot) = (q[i], 0.0, 1.0);
+            let values = self.sums[entries.clone()].iter().zip(&self.differences[entries.clone()]);
+            for (&j, (&sum, &difference)) in self.columns[entries].iter().zip(values) {
+                let j = j as usize;
+                f += sum * x[j] + difference * x[j].abs();
+                if j == i {
+                    pivot = sum;
+                } else if (j < i) != backward {
+                    moved += sum * (y[j] - x[j]);
+                }
+            }
+            y[i] = x[i] - (f + moved) / pivot;
+            squares += f * f;
+        }
+        squares
+    }
+}
+
+/// TMGS on Example 1: our solve against the same iteration on assembled matrices; the ratio theirs / ours.
+fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
+    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let start = vec![1.0; m * m];
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
+    let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
+    let limits = Limits::default();
+    let matrices = Assembled::new(solver.method().problem().a(), solver.method().problem().b());
+    let (mut x, mut y) = (start.clone(), start.clone());
+    let (ratio, theirs) = against(
+        || {
+            let clock = Instant::now();
+            x.copy_from_slice(&start);
+            while matrices.sweep(&scene.q, &x, &mut y, false).sqrt() > 1e-10 {
+                matrices.sweep(&scene.q, &y, &mut x, true);
+            }
+            clock.elapsed().as_secs_f64()
+        },
+        || {
+            let outcome = solver.solve(&scene.q, &start, &limits).expect("valid input");
+            assert!(outcome.converged());
+            outcome.seconds
+        },
+    );
+    Ok((ratio, theirs / ratio))
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let shell = |program: &str, arguments: &[&str]| {
+        let output = std::process::Command::new(program).args(arguments).output().ok()?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    println!(
+        "{} ({cores} cores), {}, {}\n",
+        model.trim_start_matches([' ', '\t', ':']),
+        shell("rustc", &["--version"]).unwrap_or_default(),
+        shell("date", &["-u", "+%Y-%m-%d"]).unwrap_or_default()
+    );
+    println!("| what | against | ratio | target | ns per point |\n|---|---|---|---|---|");
+    let row = |what: &str, rival: &str, m: usize, target: &str, (ratio, time): (f64, f64)| {
+        println!(
+            "| {what} | {rival} | {ratio:.2} | {target} | {:.3} |",
+            time / (m * m) as f64 * 1e9
+        );
+    };
+    use Sweep::{Amms, Backward, Dynamic, Mms, Obvious, Triad, Walked};
+    row("half-step with norm, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Mms, Triad)?);
+    row("half-step with norm, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Mms, Triad)?);
+    row("backward, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Backward, Triad)?);
+    row("backward, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Backward, Triad)?);
+    row("obvious loop, m = 512", "half-step", 512, "≥ 3.5", compare::<f64>(512, Obvious, Mms)?);
+    row("AMMS half-step, m = 512", "MMS half-step", 512, "≤ 1.3", compare::<f64>(512, Amms, Mms)?);
+    row(
+        "AMMS half-step, m = 4096",
+        "MMS half-step",
+        4096,
+        "≤ 1.3",
+        compare::<f64>(4096, Amms, Mms)?,
+    );
+    row(
+        "varying coefficients and Ω, m = 4096",
+        "pass over 13 arrays",
+        4096,
+        "≤ 2.5",
+        varying(4096)?,
+    );
+    for m in [512, 4096] {
+        let mut narrow = Scene::<f32>::new(m)?;
+        let mut wide = Scene::<f64>::new(m)?;
+        let figures = against(|| narrow.sweep(Mms), || wide.sweep(Mms));
+        row(&format!("f32 half-step, m = {m}"), "f64 half-step", m, "≤ 0.6", figures);
+    }
+    row("assembled TMGS, whole solve, m = 512", "ours", 512, "≥ 6", solve(512)?);
+    row(
+        "walk over a user's rows, m = 512",
+        "obvious loop",
+        512,
+        "≤ 2.5",
+        compare::<f64>(512, Walked, Obvious)?,
+    );
+    row(
+        "the same behind dyn, m = 512",
+        "obvious loop",
+        512,
+        "",
+        compare::<f64>(512, Dynamic, Obvious)?,
+    );
+    println!("\n| m | triad, ns per point | half-step, ns per point | ratio |\n|---|---|---|---|");
+    for m in [64, 128, 256, 512, 1024, 2048, 4096, 8192] {
+        let (ratio, time) = compare::<f64>(m, Mms, Triad)?;
+        let time = time / (m * m) as f64 * 1e9;
+        println!("| {m} | {:.3} | {time:.3} | {ratio:.2} |", time / ratio);
+    }
+    Ok(())
+}
