@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{planted, posed};
-use hlcp_core::{Aor, Rhs};
-use hlcp_methods::{Limits, Method, Mms, Norm, Solver, Tmms};
+use common::{Matrix, planted, posed};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
+use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Solver, Tmms};
 use hlcp_verify::oracle::{Dense, aor_splitting};
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 proptest! {
@@ -56,6 +56,47 @@ proptest! {
             prop_assert!((&z - &p.z).amax() <= 1e-10 / 0.025);
             prop_assert!((&r - &p.r).amax() <= 2.5 * 1e-10 / 0.025);
         }
+    }
+
+    /// What the fused sweeps make of an exchanged pair of stencils, the walk over the same rows makes too.
+    #[test]
+    fn stencils_are_exchanged_as_matrices_are(
+        a in prop::array::uniform5(-1.0..-0.1),
+        b in prop::array::uniform5(-1.0..-0.1),
+        omega in 0.9..1.1,
+        alpha in 0.5..1.3,
+    ) {
+        let stencil = |mut c: [f64; 5]| {
+            c[2] = 5.0 - c[2];
+            FivePoint::new(5, 4, c).unwrap()
+        };
+        let (a, b) = (stencil(a), stencil(b));
+        let dense = |operator: &FivePoint<f64>| {
+            let mut matrix = DMatrix::zeros(20, 20);
+            (0..20).for_each(|i| operator.visit_row(i, &mut |j, a| matrix[(i, j)] = a));
+            Matrix(matrix)
+        };
+        let aor = Aor::new(alpha, 0.7).unwrap();
+        let omega = Omega::Uniform(omega);
+        let stencils = Hlcp::new(a, b, omega.clone()).unwrap().with_gamma(1.4).unwrap();
+        let matrices = Hlcp::new(dense(&a), dense(&b), omega).unwrap().with_gamma(1.4).unwrap();
+        let q: Vec<f64> = (0..20).map(|i| f64::sin(1.7 * i as f64) + 0.1).collect();
+        let mut one = Solver::new(Amms::new(stencils.exchanged().unwrap(), aor).unwrap());
+        let mut two = Solver::new(Amms::new(matrices.exchanged().unwrap(), aor).unwrap());
+        let outcomes = [
+            one.solve(&q, &[0.3; 20], &Limits::default()).unwrap(),
+            two.solve(&q, &[0.3; 20], &Limits::default()).unwrap(),
+        ];
+        prop_assert!(outcomes[0].converged() && outcomes[1].converged());
+        prop_assert!(outcomes[0].iterations.abs_diff(outcomes[1].iterations) <= 1);
+        let (z, r) = (DVector::from_column_slice(one.z()), DVector::from_column_slice(one.r()));
+        let residual = dense(&a).0 * &z - dense(&b).0 * &r + DVector::from_vec(q);
+        prop_assert!(residual.norm() <= 1e-10 + 1e-14);
+        // min(aᵢᵢ, ωbᵢᵢ) ≥ 0.9·5.1 exceeds the four couplings, at most 1.1 each, by 0.19: each z is off by its
+        // residual over that, and each r by ω times as much.
+        let apart = 2.0 * 1e-10 / 0.19;
+        prop_assert!((z - DVector::from_column_slice(two.z())).amax() <= apart);
+        prop_assert!((r - DVector::from_column_slice(two.r())).amax() <= 1.1 * apart);
     }
 
     /// x from (z, r) and (z, r) from x undo each other, exchanged or not.

@@ -6,8 +6,8 @@ use std::{ops::ControlFlow, time::Duration};
 
 use common::Matrix;
 use hlcp_core::{
-    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega,
-    Scalar,
+    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, Jacobi, LinearOperator,
+    Omega, Scalar,
 };
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Mms, Norm, Outcome, PATIENCE, Solver, Status, Tmms,
@@ -249,6 +249,25 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
             assert!(outcome.converged());
             assert!(outcome.iterations.abs_diff(unit.iterations) <= 1);
             assert!(outcome.residual.l2 > 0.0);
+        }
+    }
+}
+
+/// However small q is beside the start, or large, the start is no divergence and the answer no false success.
+#[test]
+fn the_start_has_no_say_in_the_scale() {
+    let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
+    for scale in [1e-200, 1e-100, 1.0, 1e100, 1e200] {
+        let problems: [Box<dyn Method<f64, A = _, B = _>>; 2] = [
+            Box::new(Tmms::mirrored(pair(), Aor::sor(1.0).unwrap()).unwrap()),
+            Box::new(Mms::new(pair(), Jacobi).unwrap()),
+        ];
+        for method in problems {
+            let mut solver = Solver::new(method);
+            let outcome = solver.solve(&wave(scale), &wave(1.0), &limits).unwrap();
+            assert!(outcome.converged(), "{scale:e}: {outcome}");
+            let size = solver.z().iter().chain(solver.r()).fold(0.0, |max: f64, &v| max.max(v));
+            assert!((0.01..10.0).contains(&(size / scale)), "{scale:e}: {size:e}");
         }
     }
 }

@@ -23,7 +23,7 @@ impl Norms {
     /// ```
     pub fn of<T: Scalar>(v: &[T]) -> Self {
         let largest = v.iter().fold(T::zero(), |max, &v| max.max(v.abs()));
-        let mut meter = Meter::new(power_of_two_near(to_f64(largest)));
+        let mut meter = Meter::new(power_of_two_near(to_f64(largest)), v.len());
         v.iter().for_each(|&v| meter.add(v));
         meter.norms()
     }
@@ -34,13 +34,14 @@ impl Norms {
 pub(crate) struct Meter {
     unit: f64,
     inverse: f64,
+    order: usize,
     squares: f64,
     largest: f64,
 }
 
 impl Meter {
-    pub(crate) fn new(unit: f64) -> Self {
-        Self { unit, inverse: unit.recip(), squares: 0.0, largest: 0.0 }
+    pub(crate) fn new(unit: f64, order: usize) -> Self {
+        Self { unit, inverse: unit.recip(), order, squares: 0.0, largest: 0.0 }
     }
 
     #[inline(always)]
@@ -79,13 +80,25 @@ impl Meter {
         let gamma = to_f64(gamma);
         let squares: f64 = sum.squares.iter().sum();
         let largest = sum.largest.iter().copied().fold(T::zero(), larger);
-        let linf = if squares.is_nan() { f64::NAN } else { to_f64(largest) };
-        Norms { l2: squares.sqrt() * self.unit / gamma, linf: linf / gamma }
+        let Norms { l2, linf } = self.finish(squares, to_f64(largest));
+        Norms { l2: l2 / gamma, linf: linf / gamma }
     }
 
     pub(crate) fn norms(&self) -> Norms {
-        let linf = if self.squares.is_nan() { f64::NAN } else { self.largest * self.unit };
-        Norms { l2: self.squares.sqrt() * self.unit, linf }
+        self.finish(self.squares, self.largest * self.unit)
+    }
+
+    /// The norms, from the sum of squares in units and the largest value.
+    ///
+    /// Where squares overflow, because a vector is 10¹⁵⁰ times as large as the unit promised, the 2-norm is
+    /// an upper bound.
+    fn finish(&self, squares: f64, largest: f64) -> Norms {
+        let l2 = if squares == f64::INFINITY {
+            largest * (self.order as f64).sqrt()
+        } else {
+            squares.sqrt() * self.unit
+        };
+        Norms { l2, linf: if squares.is_nan() { f64::NAN } else { largest } }
     }
 
     /// The norms of what was added, divided by γ.
@@ -173,7 +186,7 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 
     /// A meter for vectors of the size of `γ q`.
     pub(crate) fn meter(&self, gamma: T) -> Meter {
-        Meter::new(power_of_two_near(self.norms.linf * to_f64(gamma)))
+        Meter::new(power_of_two_near(self.norms.linf * to_f64(gamma)), self.q.len())
     }
 }
 

@@ -56,6 +56,7 @@ pub(crate) struct Sweep<'a, T> {
     b: FivePointView<'a, T>,
     omega: Coefficients<'a, T>,
     gamma: T,
+    q_factor: T,
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
@@ -75,7 +76,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
             Omega::Each(omega) => Coefficients::Each(omega),
         };
         let grid = Grid { nx, ny, backward: false };
-        Some(Self { grid, a, b, omega, gamma: problem.gamma() })
+        Some(Self { grid, a, b, omega, gamma: problem.gamma(), q_factor: problem.q_factor() })
     }
 
     /// The same sweep in the given direction.
@@ -83,8 +84,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         Self { grid: Grid { backward, ..self.grid }, ..self }
     }
 
-    /// The norms of `A z − B r + q`.
+    /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of `A r − B z − q`.
     pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T]) -> Norms {
+        let sign = self.q_factor / self.gamma;
+        let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
         let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
         let (meter, mut sum) = (q.meter(T::one()), Tally::zero());
@@ -96,7 +99,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                 self.b.product(nx, j, start, r, br);
                 let q = &q.entries()[j * nx + start..][..length];
                 for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
-                    *az = *az - br + q;
+                    *az = *az - br + sign * q;
                 }
                 meter.add_to(&mut sum, az);
             }
@@ -123,9 +126,9 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let Self { grid, omega, gamma, .. } = *self;
+        let Self { grid, omega, gamma, q_factor, .. } = *self;
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
-        let old = Old { grid, q: q.entries(), x, gamma, meter: q.meter(gamma) };
+        let old = Old { grid, q: q.entries(), x, gamma, q_factor, meter: q.meter(gamma) };
         if let (Some(a), Some(b), Coefficients::Constant(omega)) = (constant(a), constant(b), omega)
         {
             let b_omega = b.map(|b| b * omega);
@@ -155,6 +158,7 @@ struct Old<'a, T> {
     q: &'a [T],
     x: &'a [T],
     gamma: T,
+    q_factor: T,
     meter: Meter,
 }
 

@@ -57,7 +57,7 @@ fn point_by_point<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         }
         let row = Row::new::<BACKWARD, ACCELERATED>(relaxation, a, b);
         let old = around.map(|at| value(x, at));
-        let (_, t) = row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.gamma * q[k]);
+        let (_, t) = row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.q_factor * q[k]);
         let [across, along] =
             if BACKWARD { [around[4], around[3]] } else { [around[0], around[1]] };
         y[k] = (t - part::<T, ACCELERATED>(row.passed[0], value(&y, across)))

@@ -69,7 +69,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         y: &mut [T],
         sum: &mut Tally<T>,
     ) {
-        let Old { grid, x, q, gamma, meter } = *self.old;
+        let Old { grid, x, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
         let nx = grid.nx;
         let row = |j: usize| &x[j * nx..(j + 1) * nx];
@@ -100,7 +100,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             [south, west, &x[from..until], east, north],
             [start == 0, end == nx],
             &q[from..until],
-            gamma,
+            q_factor,
             defect,
             &mut y[start..end],
         );
@@ -165,7 +165,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     [south, west, here, east, north]: [&[T]; 5],
     [western, eastern]: [bool; 2],
     q: &[T],
-    gamma: T,
+    q_factor: T,
     defect: &mut [T],
     t: &mut [T],
 ) {
@@ -176,7 +176,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     for i in 0..n {
         let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
         let x = [south[i], west[i], here[i], east[i], north[i]];
-        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, gamma * q[i]);
+        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
         source.keep::<ACCELERATED>(kept, i, row.passed);
     }
     let mut edge = |i: usize| {
@@ -184,7 +184,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
         let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
-        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, gamma * q[i]);
+        (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
     if western {
         edge(0);
