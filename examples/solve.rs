@@ -3,6 +3,7 @@
 //! ```text
 //! cargo run --release --example solve
 //! cargo run --release --example solve -- --scene example2 --m 128 --method TMAOR --alpha 1.1 --beta 0.9
+//! cargo run --release --example solve -- --scene slider --m 128 --method TMGSSOR3
 //! cargo run --release --example solve -- --a A.mtx --b B.mtx --q q.mtx --method TMGS --out-z z.mtx --out-r r.mtx
 //! ```
 //!
@@ -21,7 +22,7 @@ use std::{
 use clap::{Parser, ValueEnum, error::ErrorKind};
 use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows, Scalar, market};
 use hlcp_methods::{Limits, Named, Norm, Outcome, Parameters, Solver};
-use hlcp_verify::Example;
+use hlcp_verify::{Example, Slider};
 use indicatif::ProgressBar;
 use serde_json::json;
 
@@ -32,15 +33,15 @@ struct Arguments {
     /// The problem
     #[arg(long, value_enum, default_value_t = Scene::Example1)]
     scene: Scene,
-    /// Grid points per side; the order is m²
+    /// Grid points per side, the order being m²; for the slider its cells, the order being m − 1
     #[arg(long, default_value_t = 512, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=32768))]
     m: u16,
-    /// The multiple of the identity in A
-    #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
-    mu: f64,
-    /// The multiple of the identity in B
-    #[arg(long, default_value_t = 4.0, allow_hyphen_values = true)]
-    nu: f64,
+    /// The multiple of the identity in A of Examples 1 and 2 [default: 4]
+    #[arg(long, allow_hyphen_values = true)]
+    mu: Option<f64>,
+    /// The multiple of the identity in B of Examples 1 and 2 [default: 4]
+    #[arg(long, allow_hyphen_values = true)]
+    nu: Option<f64>,
     /// A matrix A from a Matrix Market file, instead of a scene
     #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu"])]
     a: Option<PathBuf>,
@@ -81,7 +82,8 @@ struct Arguments {
     /// The scale γ of the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 at least 4 ε ‖q‖]
+    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 at least 4 ε ‖q‖; for the slider at
+    /// least 1e-10 ‖q‖]
     #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
     /// The largest number of iterations
@@ -98,10 +100,17 @@ struct Arguments {
     json: bool,
 }
 
+/// μ and ν where none are given.
+const SHIFT: f64 = 4.0;
+
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Scene {
+    /// The paper's Example 1
     Example1,
+    /// The paper's Example 2
     Example2,
+    /// A slider with cavitation in the place of the paper's Example 3
+    Slider,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -188,6 +197,7 @@ struct Given<'g, T, A, B> {
     x0: &'g [T],
     /// z* and r*.
     known: Option<[&'g [T]; 2]>,
+    slider: Option<Slider>,
 }
 
 /// Solves what was asked for and prints it; whether all of it converged.
@@ -251,34 +261,44 @@ impl Run<'_> {
             let a = &market::read_matrix::<T>(a)?;
             let q = &market::read_vector(q, a.order())?;
             let x0 = &start(a.order())?;
+            let (known, slider) = (None, None);
             return match &arguments.b {
                 Some(b) => {
                     let b = &market::read_matrix::<T>(b)?;
-                    self.solve(precision, &Given { name: "file", a, b, q, x0, known: None })
+                    self.solve(precision, &Given { name: "file", a, b, q, x0, known, slider })
                 }
                 None => {
                     let b = &Identity { order: a.order() };
-                    self.solve(precision, &Given { name: "file", a, b, q, x0, known: None })
+                    self.solve(precision, &Given { name: "file", a, b, q, x0, known, slider })
                 }
             };
         }
+        if let Scene::Slider = arguments.scene {
+            if arguments.mu.or(arguments.nu).is_some() {
+                return Err("--mu and --nu are those of Examples 1 and 2".into());
+            }
+            let slider = Slider { cells: arguments.m.into() };
+            let (a, b, q) = &slider.pose::<T>()?;
+            let (x0, slider) = (&start(q.len())?, Some(slider));
+            return self
+                .solve(precision, &Given { name: "slider", a, b, q, x0, known: None, slider });
+        }
+        let symmetric = matches!(arguments.scene, Scene::Example1);
         let scene = Example {
-            symmetric: matches!(arguments.scene, Scene::Example1),
+            symmetric,
             m: arguments.m.into(),
-            mu: arguments.mu,
-            nu: arguments.nu,
+            mu: arguments.mu.unwrap_or(SHIFT),
+            nu: arguments.nu.unwrap_or(SHIFT),
         }
         .pose::<T>()?;
         let given = Given {
-            name: match arguments.scene {
-                Scene::Example1 => "example1",
-                Scene::Example2 => "example2",
-            },
+            name: if symmetric { "example1" } else { "example2" },
             a: &scene.a,
             b: &scene.b,
             q: &scene.q,
             x0: &start(scene.q.len())?,
             known: Some([&scene.z, &scene.r]),
+            slider: None,
         };
         self.solve(precision, &given)
     }
@@ -290,11 +310,14 @@ impl Run<'_> {
     ) -> Result<(), Box<dyn Error>> {
         let arguments = self.arguments;
         let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::default() };
+        let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::<T>::default() };
         limits.norm = match arguments.norm {
             NormName::L2 => Norm::L2,
             NormName::Linf => Norm::LInf,
         };
+        if given.slider.is_some() {
+            limits.relative = limits.relative.max(to(1e-10)?);
+        }
         if let Some(tolerance) = arguments.tol {
             (limits.absolute, limits.relative) = (to(tolerance)?, T::zero());
         }
@@ -317,12 +340,19 @@ impl Run<'_> {
             let error =
                 given.known.map(|[z, r]| distance(solver.z(), z).max(distance(solver.r(), r)));
             if arguments.json {
-                print_line(&self.report(given, name, method, precision, &outcome, error))?;
+                let mut report = self.report(given, name, method, precision, &outcome, error);
+                for (key, value) in given.slider.iter().flat_map(|s| film(s, solver.z())) {
+                    report[key] = value.into();
+                }
+                print_line(&report)?;
             } else {
                 if self.rows == 0 {
                     print_head(arguments, given.name, given.q.len())?;
                 }
                 print_row(name, precision, &outcome, error)?;
+                for (key, value) in given.slider.iter().flat_map(|s| film(s, solver.z())) {
+                    print_line(&format_args!("          {key} {value:.6e}"))?;
+                }
             }
             self.rows += 1;
             self.all_converged &= outcome.converged();
@@ -368,6 +398,17 @@ impl Run<'_> {
     }
 }
 
+/// What is read off the slider's film, in SI units, and its errors against the continuous problem.
+fn film<T: Scalar>(slider: &Slider, z: &[T]) -> [(&'static str, f64); 4] {
+    let (peak, rupture) = (slider.peak(z), slider.rupture(z));
+    [
+        ("peak_pa", peak),
+        ("peak_error_pa", peak - Slider::PEAK),
+        ("rupture_m", rupture),
+        ("rupture_error_m", rupture - Slider::RUPTURE),
+    ]
+}
+
 /// ‖u − v‖∞.
 fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
     let differences: Vec<T> = u.iter().zip(v).map(|(&u, &v)| u - v).collect();
@@ -384,8 +425,10 @@ fn print_line(line: &impl std::fmt::Display) -> io::Result<()> {
 
 fn print_head(arguments: &Arguments, name: &str, order: usize) -> io::Result<()> {
     let Arguments { mu, nu, tau, gamma, .. } = arguments;
-    let shifts =
-        if arguments.a.is_some() { String::new() } else { format!(" mu = {mu}, nu = {nu},") };
+    let shifts = match name {
+        "file" | "slider" => String::new(),
+        _ => format!(" mu = {}, nu = {},", mu.unwrap_or(SHIFT), nu.unwrap_or(SHIFT)),
+    };
     print_line(&format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
     print_line(&format_args!(
         "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>11} {:>8}",
