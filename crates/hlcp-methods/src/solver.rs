@@ -15,7 +15,8 @@ use crate::{
 /// # Storage
 ///
 /// Three vectors of length `n` beside the method's own, allocated by [`new`](Self::new), and `2n` numbers
-/// of scratch by the first solve, none by later ones unless an operator's product allocates. A fourth vector only where the iterates are
+/// of scratch by the first solve, none by later ones unless an operator's product allocates; no scratch
+/// where both operators are five-point ones on one grid. A fourth vector only where the iterates are
 /// suspected to repeat.
 ///
 /// ```
