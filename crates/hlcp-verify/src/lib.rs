@@ -4,16 +4,35 @@
 //! * [`oracle`]: the paper's methods, dense and from its formulas, and all solutions of a small problem.
 //! * [`Planted`]: a problem built around a solution.
 //! * [`Example`]: the paper's Examples 1 and 2, and [`Slider`]: its Example 3, matrix-free.
+//! * Does the theory cover a problem and its parameters? [`convergence`] tries every theorem;
+//!   [`theorem_1`], [`theorem_2`], [`relaxed_theorem`], [`alpha_bound`] and [`classes`] say which
+//!   hypothesis holds and where one fails.
+//! * How far is an answer from the solution, and is there only one? [`certify`].
 //!
 //! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
 
+mod certificate;
+pub mod classes;
+mod comparison;
 mod disc;
+mod multigrid;
 pub mod oracle;
+mod perron;
 mod planted;
+mod rounding;
 mod scene;
 mod slider;
+mod steps;
+mod theory;
 
+pub use certificate::{Certificate, Witness, certify};
 pub use disc::Disc;
+pub use perron::Bracket;
 pub use planted::Planted;
 pub use scene::{Example, Posed};
 pub use slider::Slider;
+pub use steps::{AorStep, Contraction};
+pub use theory::{
+    Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,
+    relaxed_theorem, theorem_1, theorem_2,
+};

@@ -1,0 +1,218 @@
+//! The matrix classes of the paper's section 1, each answer with its witness.
+//!
+//! One walk over the rows decides Z and strict dominance. H and what follows from it is decided by Noda's
+//! iteration for the spectral radius of `|D_A|⁻¹|C_A|`: below 1, its vector `d` is the diagonal of a `D` for which
+//! ⟨A⟩D is strictly diagonally dominant (Remark 1 of the paper).
+//!
+//! # Cost
+//!
+//! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix; the check
+//! of what it finds is one walk again.
+
+use std::fmt;
+
+use hlcp_core::{Rows, Scalar};
+
+use crate::{
+    comparison::{Modulus, visit},
+    perron::{Bracket, Comparison, noda},
+    rounding::Sum,
+};
+
+/// The answer to a question about a problem.
+///
+/// `Yes` and `No` hold for the real numbers that the operators' entries stand for, rounding included.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer<W = ()> {
+    /// It is so, and this proves it.
+    Yes(W),
+    /// It is not, and this is where it fails.
+    No(Failure),
+    /// Neither was proved within the budget.
+    Undecided,
+}
+
+impl<W> Answer<W> {
+    /// Whether it was proved.
+    pub fn is_yes(&self) -> bool {
+        matches!(self, Self::Yes(_))
+    }
+}
+
+/// Why an answer is no.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Failure {
+    /// The first entry, row by row, that violates the condition; row and column agree where a row does.
+    Entry {
+        /// Its row.
+        row: usize,
+        /// Its column.
+        column: usize,
+    },
+    /// A spectral radius that would have to be below 1 is at least this.
+    Radius(f64),
+    /// A parameter lies outside the range.
+    Parameter(&'static str),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Entry { row, column } => write!(f, "entry ({row}, {column}) fails"),
+            Self::Radius(lower) => {
+                write!(f, "a spectral radius that must stay below its bound is at least {lower:.6}")
+            }
+            Self::Parameter(range) => write!(f, "the parameters are not {range}"),
+        }
+    }
+}
+
+/// Whether all off-diagonal entries are at most 0.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, Failure, is_z};
+///
+/// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, 0.5, 0.0])?;
+/// assert_eq!(is_z::<f64>(&a), Answer::No(Failure::Entry { row: 0, column: 1 }));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
+    // A NaN is no entry of a Z-matrix.
+    all_entries(a, |row, column, a| row == column || a <= 0.0)
+}
+
+/// Whether `|aᵢᵢ| > Σ_{j≠i} |aᵢⱼ|` in every row.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, Failure, is_strictly_dominant};
+///
+/// let a = FivePoint::new(3, 1, [0.0, -1.0, 2.0, 1.0, 0.0])?;
+/// assert_eq!(is_strictly_dominant::<f64>(&a), Answer::No(Failure::Entry { row: 1, column: 1 }));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
+    let (comparison, mut g) = (Modulus::of(a), vec![]);
+    for row in 0..a.order() {
+        let d = comparison.row(0, row, &mut g);
+        let mut sum = Sum::default();
+        sum.add(d, 1.0);
+        g.iter().for_each(|&(_, g)| sum.add(-g, 1.0));
+        let rest = sum.interval();
+        // Few entries of modest size are summed exactly, which settles the edge.
+        let plain = g.iter().fold(d, |rest, &(_, g)| rest - g);
+        let exact = std::iter::once(d)
+            .chain(g.iter().map(|g| g.1))
+            .all(|v| v == (v * 1048576.0).trunc() / 1048576.0 && v < 1e6 && g.len() < 1000);
+        if rest.lower > 0.0 || exact && plain > 0.0 {
+            continue;
+        }
+        let fails = rest.upper <= 0.0 || exact;
+        return if fails {
+            Answer::No(Failure::Entry { row, column: row })
+        } else {
+            Answer::Undecided
+        };
+    }
+    Answer::Yes(())
+}
+
+/// Whether ⟨A⟩ is a nonsingular M-matrix; yes with a `d > 0` such that `⟨A⟩d > 0`.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, Failure, is_h};
+///
+/// let a = FivePoint::new(3, 1, [0.0, -1.0, 2.0, 1.0, 0.0])?;
+/// let Answer::Yes(d) = is_h::<f64>(&a) else { panic!("an H-matrix that is not strictly dominant") };
+/// assert!(2.0 * d[1] > d[0] + d[2]);
+///
+/// let b = FivePoint::new(3, 1, [0.0, -1.0, 1.0, 1.0, 0.0])?;
+/// assert!(matches!(is_h::<f64>(&b), Answer::No(Failure::Radius(lower)) if lower >= 1.0));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
+    match all_entries(a, |_, _, a| a.is_finite()) {
+        Answer::No(failure) => return Answer::No(failure),
+        Answer::Undecided => return Answer::Undecided,
+        Answer::Yes(()) => {}
+    }
+    let zero = |row: &usize| wide_diagonal(a, *row) == 0.0;
+    if let Some(row) = (0..a.order()).find(zero) {
+        return Answer::No(Failure::Entry { row, column: row });
+    }
+    radius_below_one(&Modulus::of(a))
+}
+
+/// Whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, Failure, is_h_plus};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, -4.0, 1.0, 0.0])?;
+/// assert_eq!(is_h_plus::<f64>(&a), Answer::No(Failure::Entry { row: 0, column: 0 }));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
+    let bad = |row: &usize| wide_diagonal(a, *row) <= 0.0 || wide_diagonal(a, *row).is_nan();
+    match (0..a.order()).find(bad) {
+        Some(row) => Answer::No(Failure::Entry { row, column: row }),
+        None => is_h(a),
+    }
+}
+
+/// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of [`is_h`].
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::is_m;
+///
+/// let laplacian = FivePoint::new(9, 9, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// assert!(is_m::<f64>(&laplacian).is_yes());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
+    match is_z(a) {
+        Answer::Yes(()) => is_h_plus(a),
+        Answer::No(failure) => Answer::No(failure),
+        Answer::Undecided => Answer::Undecided,
+    }
+}
+
+fn wide_diagonal<T: Scalar>(a: &impl Rows<T>, i: usize) -> f64 {
+    crate::comparison::wide(a.diagonal_entry(i))
+}
+
+/// The first stored entry for which `holds(i, j, aᵢⱼ)` is false.
+pub(crate) fn all_entries<T: Scalar>(
+    a: &impl Rows<T>,
+    holds: impl Fn(usize, usize, f64) -> bool,
+) -> Answer {
+    for row in 0..a.order() {
+        let mut first = None;
+        visit(a, row, |column, a| {
+            if first.is_none() && !holds(row, column, a) {
+                first = Some(Failure::Entry { row, column });
+            }
+        });
+        if let Some(failure) = first {
+            return Answer::No(failure);
+        }
+    }
+    Answer::Yes(())
+}
+
+/// Whether `ρ(D⁻¹G) < 1`, with the `x > 0` for which `Gx < Dx`.
+pub(crate) fn radius_below_one(z: &impl Comparison) -> Answer<Vec<f64>> {
+    let Bracket { lower, upper, vector } =
+        noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0);
+    if upper < 1.0 {
+        Answer::Yes(vector)
+    } else if lower >= 1.0 && z.matrices() == 1 {
+        Answer::No(Failure::Radius(lower))
+    } else {
+        Answer::Undecided
+    }
+}

@@ -1,0 +1,175 @@
+//! The comparison matrices of the theorems, row by row from the operators.
+
+use hlcp_core::{Hlcp, Omega, Rows, Scalar};
+
+use crate::{
+    perron::Comparison,
+    rounding::{mul_down, mul_up},
+};
+
+/// A scalar as `f64`; exact for `f32` and `f64`.
+pub(crate) fn wide<T: Scalar>(value: T) -> f64 {
+    value.to_f64().unwrap_or(f64::NAN)
+}
+
+/// Walks row `i` in double precision.
+pub(crate) fn visit<T: Scalar>(a: &impl Rows<T>, i: usize, mut each: impl FnMut(usize, f64)) {
+    a.visit_row(i, &mut |j, v| each(j, wide(v)));
+}
+
+/// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.
+pub(crate) struct Modulus<'a, A, T>(pub(crate) &'a A, pub(crate) std::marker::PhantomData<T>);
+
+impl<'a, T: Scalar, A: Rows<T>> Modulus<'a, A, T> {
+    pub(crate) fn of(a: &'a A) -> Self {
+        Self(a, std::marker::PhantomData)
+    }
+}
+
+impl<T: Scalar, A: Rows<T>> Comparison for Modulus<'_, A, T> {
+    fn order(&self) -> usize {
+        self.0.order()
+    }
+
+    fn row(&self, _: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
+        g.clear();
+        let mut d = 0.0;
+        visit(self.0, i, |j, a| if i == j { d = a.abs() } else { g.push((j, a.abs())) });
+        d
+    }
+}
+
+/// What `D = D_A + D_BΩ` is compared with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Against {
+    /// `G = D_BΩ + |C_A|`, as in (16).
+    Paper,
+    /// `G = max(D_A, D_BΩ) + |C_A|`: with `D − G = min(D_A, D_BΩ) − |C_A|`, condition (8).
+    Condition8,
+    /// `G = max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω)`: with `D − G = C`, the relaxed theorem and the certificate.
+    Pair,
+}
+
+/// `D_A + D_BΩ − G` for a pair with positive diagonals.
+///
+/// A diagonal entry that is not positive makes the row's `D` zero, which no vector can make positive.
+pub(crate) struct Coupled<'a, T, A, B> {
+    pub(crate) a: &'a A,
+    pub(crate) b: &'a B,
+    pub(crate) omega: Weights<'a, T>,
+    pub(crate) against: Against,
+}
+
+/// The diagonal of Ω: the problem's, or one chosen for a proof.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Weights<'a, T> {
+    Given(&'a Omega<T>),
+    Chosen(&'a [f64]),
+}
+
+impl<T: Scalar> Weights<'_, T> {
+    pub(crate) fn at(&self, i: usize) -> f64 {
+        match self {
+            Self::Given(omega) => wide(omega.at(i)),
+            Self::Chosen(omega) => omega[i],
+        }
+    }
+}
+
+impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
+    pub(crate) fn of(problem: &'a Hlcp<T, A, B>, against: Against) -> Self {
+        let omega = Weights::Given(problem.omega());
+        Self { a: problem.a(), b: problem.b(), omega, against }
+    }
+
+    /// Row `i` of `C` alone: its diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)`, with the off-diagonal moduli in `g`.
+    pub(crate) fn coupled_row(&self, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
+        let [a, b_omega] = self.walk(i, g);
+        a.min(b_omega)
+    }
+
+    /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
+    fn walk(&self, i: usize, g: &mut Vec<(usize, f64)>) -> [f64; 2] {
+        g.clear();
+        let (mut a_diagonal, mut b_diagonal) = (0.0, 0.0);
+        visit(self.a, i, |j, a| if i == j { a_diagonal = a } else { g.push((j, a.abs())) });
+        let mut next = 0;
+        let both = self.against == Against::Pair;
+        visit(self.b, i, |j, b| {
+            if i == j {
+                b_diagonal = mul_down(b, self.omega.at(i));
+            } else if both {
+                // Both rows come by increasing column, so what was appended is never met again.
+                while next < g.len() && g[next].0 < j {
+                    next += 1;
+                }
+                let b = mul_up(b.abs(), self.omega.at(j));
+                match g.get_mut(next) {
+                    Some(entry) if entry.0 == j => entry.1 = entry.1.max(b),
+                    _ => g.insert(next, (j, b)),
+                }
+            }
+        });
+        [a_diagonal, b_diagonal]
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Coupled<'_, T, A, B> {
+    fn order(&self) -> usize {
+        self.a.order()
+    }
+
+    fn row(&self, _: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
+        let [a, b_omega] = self.walk(i, g);
+        if !(a > 0.0 && b_omega > 0.0) {
+            return 0.0;
+        }
+        // One rounding of each: `d − g` in place of the exact minimum may be off, so `d` and `g` give way.
+        let part = match self.against {
+            Against::Paper => b_omega.next_up().next_up(),
+            Against::Condition8 | Against::Pair => a.max(b_omega.next_up().next_up()),
+        };
+        g.push((i, part));
+        (a + b_omega).next_down()
+    }
+}
+
+/// ⟨A⟩ᵀ and ⟨B⟩ᵀ, stored by columns because operators are walked by rows.
+pub(crate) struct Transposed {
+    columns: [Vec<Column>; 2],
+}
+
+/// The diagonal entry and the off-diagonal moduli with their rows.
+type Column = (f64, Vec<(usize, f64)>);
+
+impl Transposed {
+    /// `None` unless both diagonals are positive.
+    pub(crate) fn of<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Self> {
+        Some(Self { columns: [columns(a)?, columns(b)?] })
+    }
+}
+
+fn columns<T: Scalar>(a: &impl Rows<T>) -> Option<Vec<Column>> {
+    let mut columns = vec![(0.0, vec![]); a.order()];
+    for i in 0..a.order() {
+        visit(a, i, |j, a| if i == j { columns[j].0 = a } else { columns[j].1.push((i, a.abs())) });
+    }
+    columns.iter().all(|column| column.0 > 0.0).then_some(columns)
+}
+
+impl Comparison for Transposed {
+    fn order(&self) -> usize {
+        self.columns[0].len()
+    }
+
+    fn matrices(&self) -> usize {
+        2
+    }
+
+    fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
+        let (diagonal, off) = &self.columns[k][i];
+        g.clear();
+        g.extend_from_slice(off);
+        *diagonal
+    }
+}

@@ -1,0 +1,186 @@
+//! The spectral radius of a non-negative matrix between two checked numbers, and the vector that proves it.
+
+use crate::{
+    multigrid::{Multigrid, Sparse},
+    rounding::{Sum, div_down, div_up},
+};
+
+/// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
+///
+/// `D` is not more and `G` not less than the exact entry, so `Z_k` is a bound from below and what holds for
+/// it holds for the exact one: `Z_k d > 0` does. `G` may have diagonal entries.
+pub(crate) trait Comparison {
+    fn order(&self) -> usize;
+
+    fn matrices(&self) -> usize {
+        1
+    }
+
+    /// Replaces `g` by row `i` of `G_k`, and returns the entry of `D_k`.
+    fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64;
+}
+
+/// A relative error that no entry of the comparison matrices with lower brackets exceeds.
+const ENTRIES: f64 = 16.0 * f64::EPSILON;
+
+/// A Collatz–Wielandt bracket: `lower ≤ ρ(D⁻¹G) ≤ upper`.
+///
+/// For any `x > 0`, `minᵢ (Gx)ᵢ/(Dx)ᵢ ≤ ρ(D⁻¹G) ≤ maxᵢ (Gx)ᵢ/(Dx)ᵢ`. Both ends are rounded outward, so they
+/// hold for real numbers, however `x` was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bracket {
+    /// Not more than the spectral radius.
+    pub lower: f64,
+    /// Not less than the spectral radius.
+    pub upper: f64,
+    /// The trial vector of the upper end, positive; below 1, `upper` makes it a witness: `(D − G)x > 0`.
+    pub vector: Vec<f64>,
+}
+
+impl Bracket {
+    /// The two ends of 1/ρ.
+    pub fn reciprocal(&self) -> [f64; 2] {
+        [div_down(1.0, self.upper).max(0.0), div_up(1.0, self.lower)]
+    }
+}
+
+/// Row-wise quotients `(Gx)ᵢ/(Dx)ᵢ` from below and from above, and the `k` where the latter is largest.
+struct Quotient {
+    lower: f64,
+    upper: f64,
+    k: usize,
+}
+
+fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>) -> Quotient {
+    let mut worst = Quotient { lower: 0.0, upper: f64::NEG_INFINITY, k: 0 };
+    for k in 0..z.matrices() {
+        let d = z.row(k, i, g);
+        let mut sum = Sum::default();
+        g.iter().for_each(|&(j, g)| sum.add(g, x[j]));
+        let (gx, dx) = (sum.interval(), d * x[i]);
+        let upper = if dx > 0.0 { div_up(gx.upper, dx.next_down()) } else { f64::INFINITY };
+        let upper = if upper.is_nan() { f64::INFINITY } else { upper };
+        if upper > worst.upper {
+            let lower = div_down(gx.lower, dx.next_up()) * (1.0 - 4.0 * ENTRIES);
+            worst = Quotient { lower: if lower > 0.0 { lower } else { 0.0 }, upper, k };
+        }
+    }
+    worst
+}
+
+/// The bracket of a trial vector, from one product.
+pub(crate) fn bracket(z: &impl Comparison, vector: Vec<f64>) -> Bracket {
+    let mut g = vec![];
+    let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
+    let positive = vector.iter().all(|&x| x > 0.0 && x.is_finite());
+    for i in 0..vector.len() {
+        let q = quotient(z, i, &vector, &mut g);
+        (lower, upper) = (lower.min(q.lower), upper.max(q.upper));
+    }
+    if !(positive && lower > 0.0) {
+        lower = 0.0;
+    }
+    Bracket { lower, upper: if positive { upper } else { f64::INFINITY }, vector }
+}
+
+/// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from `x = e`.
+///
+/// The matrix is a nonsingular M-matrix as long as `ρ̄` is too large, so `x` stays positive; `ρ̄` falls
+/// quadratically. The start is the balanced vector where that is better. With several matrices each row is that of the one with the largest quotient, and only
+/// the upper end has a meaning. Ends when the bracket is `enough` or no longer falls.
+pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Bracket {
+    let mut best = bracket(z, vec![1.0; z.order()]);
+    if !enough(&best)
+        && let Some(vector) = balanced(z)
+    {
+        let other = bracket(z, vector);
+        if other.upper < best.upper {
+            best = other;
+        }
+    }
+    let mut idle = 0;
+    for _ in 0..40 {
+        if enough(&best) || !best.upper.is_finite() || idle == 3 {
+            break;
+        }
+        let Some(vector) = improved(z, &best) else { break };
+        let next = bracket(z, vector);
+        if next.upper.is_infinite() {
+            break;
+        }
+        idle += usize::from(next.upper >= best.upper);
+        let lower = best.lower.max(next.lower);
+        best = if next.upper <= best.upper { next } else { best };
+        best.lower = lower;
+    }
+    best
+}
+
+/// The `x` for which `gᵢⱼxⱼ/xᵢ = gⱼᵢxᵢ/xⱼ` along a spanning forest: the symmetrising scaling where there is one.
+///
+/// A convection spreads the Perron vector over hundreds of orders of magnitude, which the iteration would be
+/// long to find. `None` where doubles do not reach that far.
+fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
+    let (mut row, mut other) = (vec![], vec![]);
+    let mut logarithm = vec![f64::NAN; z.order()];
+    let mut stack = vec![];
+    for root in 0..z.order() {
+        if logarithm[root].is_nan() {
+            logarithm[root] = 0.0;
+            stack.push(root);
+        }
+        while let Some(i) = stack.pop() {
+            z.row(0, i, &mut row);
+            for &(j, forth) in &row {
+                if logarithm[j].is_nan() {
+                    z.row(0, j, &mut other);
+                    let back = other.iter().find(|entry| entry.0 == i).map_or(0.0, |entry| entry.1);
+                    if forth > 0.0 && back > 0.0 {
+                        logarithm[j] = logarithm[i] + 0.5 * (back / forth).log2();
+                        stack.push(j);
+                    }
+                }
+            }
+        }
+    }
+    let largest = logarithm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let smallest = logarithm.iter().copied().fold(f64::INFINITY, f64::min);
+    let middle = 0.5 * (largest + smallest);
+    (largest - smallest < 1900.0)
+        .then(|| logarithm.into_iter().map(|l| (l - middle).exp2()).collect())
+}
+
+fn improved(z: &impl Comparison, best: &Bracket) -> Option<Vec<f64>> {
+    let (matrix, d) = scaled(z, &best.vector, best.upper * (1.0 + 8.0 * f64::EPSILON));
+    let factor = Multigrid::new(matrix).solve(&d, 1e-5);
+    let largest = factor.iter().copied().fold(0.0, f64::max);
+    let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
+    vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
+}
+
+/// `X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
+///
+/// In these variables a good `x` is the vector of ones, which is what the aggregates of the multigrid
+/// represent, and a row sum is non-negative as soon as `s` is an upper end for `x`.
+fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
+    let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
+    for i in 0..z.order() {
+        let k = if z.matrices() == 1 { 0 } else { quotient(z, i, x, &mut g).k };
+        let d = z.row(k, i, &mut g);
+        let loops: f64 = g.iter().filter(|g| g.0 == i).map(|g| g.1).sum();
+        let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, g * (x[j] / x[i])));
+        // A pivot that vanishes by rounding would divide.
+        let pivot = (shift * d - loops).max(f64::EPSILON * d);
+        matrix.push(pivot, off);
+        diagonal.push(d);
+    }
+    (matrix, diagonal)
+}
+
+/// An approximate solution of `(D − G) w = rhs` for a witness `d > 0` with `(D − G)d > 0`.
+pub(crate) fn solve(z: &impl Comparison, d: &[f64], rhs: &[f64]) -> Vec<f64> {
+    let (matrix, _) = scaled(z, d, 1.0);
+    let rhs: Vec<f64> = rhs.iter().zip(d).map(|(rhs, d)| rhs / d).collect();
+    let factor = Multigrid::new(matrix).solve(&rhs, 1e-3);
+    d.iter().zip(factor).map(|(d, c)| d * c).collect()
+}

@@ -1,0 +1,156 @@
+//! Arithmetic whose error is known: what turns a check in floating point into a statement about reals.
+//!
+//! Every basic operation of IEEE 754 returns a neighbour of the exact result that is nearest to it, also
+//! where it underflows, so the exact result lies between the two floating-point numbers beside the
+//! computed one. Where it overflows, the infinities and NaN that follow fail every comparison they meet.
+
+use std::cmp::Ordering;
+
+/// Not less than `a b`.
+pub(crate) fn mul_up(a: f64, b: f64) -> f64 {
+    (a * b).next_up()
+}
+
+/// Not more than `a b`.
+pub(crate) fn mul_down(a: f64, b: f64) -> f64 {
+    (a * b).next_down()
+}
+
+/// Not less than `a / b`.
+pub(crate) fn div_up(a: f64, b: f64) -> f64 {
+    (a / b).next_up()
+}
+
+/// Not more than `a / b`.
+pub(crate) fn div_down(a: f64, b: f64) -> f64 {
+    (a / b).next_down()
+}
+
+/// Compares `a b` with `c` exactly; `None` where underflow, overflow or NaN forbids it.
+///
+/// Where the product neither underflows nor overflows, its rounding error is itself a floating-point
+/// number, and a fused multiply–add finds it.
+pub(crate) fn compare_product(a: f64, b: f64, c: f64) -> Option<Ordering> {
+    let product = a * b;
+    if product == 0.0 && (a == 0.0 || b == 0.0) {
+        return 0.0.partial_cmp(&c);
+    }
+    if product.abs() < 1e-250 || !product.is_finite() {
+        return None;
+    }
+    let order = product.partial_cmp(&c)?;
+    if order == Ordering::Equal { a.mul_add(b, -product).partial_cmp(&0.0) } else { Some(order) }
+}
+
+/// A closed interval that holds a real number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Interval {
+    pub(crate) lower: f64,
+    pub(crate) upper: f64,
+}
+
+impl Interval {
+    pub(crate) fn exactly(value: f64) -> Self {
+        Self { lower: value, upper: value }
+    }
+
+    pub(crate) fn plus(self, other: Self) -> Self {
+        Self {
+            lower: (self.lower + other.lower).next_down(),
+            upper: (self.upper + other.upper).next_up(),
+        }
+    }
+
+    pub(crate) fn minus(self, other: Self) -> Self {
+        self.plus(Self { lower: -other.upper, upper: -other.lower })
+    }
+
+    pub(crate) fn times(self, factor: f64) -> Self {
+        let ends = [self.lower * factor, self.upper * factor];
+        Self { lower: ends[0].min(ends[1]).next_down(), upper: ends[0].max(ends[1]).next_up() }
+    }
+
+    pub(crate) fn product(self, other: Self) -> Self {
+        let [low, high] = [self.times(other.lower), self.times(other.upper)];
+        Self { lower: low.lower.min(high.lower), upper: low.upper.max(high.upper) }
+    }
+
+    /// The quotient of two numbers.
+    pub(crate) fn ratio(a: f64, b: f64) -> Self {
+        Self { lower: div_down(a, b), upper: div_up(a, b) }
+    }
+
+    /// Not less than the modulus.
+    pub(crate) fn magnitude(self) -> f64 {
+        if self.lower.is_nan() || self.upper.is_nan() {
+            return f64::INFINITY; // max would drop the NaN
+        }
+        self.lower.abs().max(self.upper.abs())
+    }
+
+    /// Not more than the modulus.
+    pub(crate) fn mignitude(self) -> f64 {
+        if self.lower > 0.0 {
+            self.lower
+        } else if self.upper < 0.0 {
+            -self.upper
+        } else {
+            0.0
+        }
+    }
+}
+
+/// A sum of products with a bound on its rounding error.
+///
+/// With `u = 2⁻⁵³`, η = 2⁻¹⁰⁷⁴ and k products, the computed sum `s` and the computed sum `t` of their moduli satisfy
+/// `|s − Σ aᵢxᵢ| ≤ γ_k Σ|aᵢxᵢ| + kη` and `Σ|aᵢxᵢ| ≤ (t + kη)/(1 − γ_k)`, where `γ_k = ku/(1 − ku)`. Since
+/// `γ_k/(1 − γ_k) ≤ 2ku` for `ku ≤ 1/8`, `(k + 2)·2u·t + 2kη` covers it with room for its own rounding.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Sum {
+    value: f64,
+    moduli: f64,
+    terms: f64,
+}
+
+impl Sum {
+    #[inline(always)]
+    pub(crate) fn add(&mut self, a: f64, x: f64) {
+        let product = a * x;
+        self.value += product;
+        self.moduli += product.abs();
+        self.terms += 1.0;
+    }
+
+    #[inline(always)]
+    pub(crate) fn interval(&self) -> Interval {
+        let tiny = 4.0 * self.terms * f64::from_bits(1);
+        let error = ((self.terms + 3.0) * f64::EPSILON * self.moduli).next_up() + tiny;
+        Interval { lower: (self.value - error).next_down(), upper: (self.value + error).next_up() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_are_compared_exactly() {
+        let third = 1.0 / 3.0;
+        // 3·fl(1/3) is below 1 and rounds to 1.
+        assert_eq!(3.0 * third, 1.0);
+        assert_eq!(compare_product(3.0, third, 1.0), Some(Ordering::Less));
+        assert_eq!(compare_product(0.5, 3.0, 1.5), Some(Ordering::Equal));
+        assert_eq!(compare_product(1e-200, 1e-200, 0.0), None);
+        assert_eq!(compare_product(0.0, 2.0, 0.0), Some(Ordering::Equal));
+    }
+
+    #[test]
+    fn a_cancelled_sum_keeps_its_error() {
+        let mut sum = Sum::default();
+        for (a, x) in [(1e16, 1.0), (1.0, 1.0), (-1e16, 1.0)] {
+            sum.add(a, x);
+        }
+        let Interval { lower, upper } = sum.interval();
+        assert!(lower <= 1.0 && 1.0 <= upper && upper - lower < 100.0);
+    }
+}

@@ -1,0 +1,193 @@
+//! The inequality that every proof of convergence comes down to, for one or several AOR steps.
+
+use hlcp_core::{Hlcp, Rows, Scalar};
+
+use crate::{
+    comparison::{visit, wide},
+    perron::Comparison,
+    rounding::{Interval, Sum, div_up, mul_up},
+};
+
+/// One step of a method: the parameters of its AOR splittings and what it does with them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AorStep {
+    /// (α, β) for `A`.
+    pub a: [f64; 2],
+    /// (α, β) for `B`.
+    pub b: [f64; 2],
+    /// `U` in the place of `L`.
+    pub backward: bool,
+    /// A step of AMMS.
+    pub accelerated: bool,
+}
+
+impl AorStep {
+    /// A forward step of MMS or TMMS with the same (α, β) for `A` and `B`.
+    pub fn new(alpha: f64, beta: f64) -> Self {
+        Self { a: [alpha, beta], b: [alpha, beta], backward: false, accelerated: false }
+    }
+
+    /// The same step in the backward direction.
+    pub fn backward(self) -> Self {
+        Self { backward: true, ..self }
+    }
+
+    /// The same step with |x⁺| in the swept triangle, as in AMMS.
+    pub fn accelerated(self) -> Self {
+        Self { accelerated: true, ..self }
+    }
+}
+
+/// How fast a method approaches the solution: with `‖x‖_d = maxᵢ |xᵢ|/dᵢ`, one iteration multiplies
+/// `‖x − x*‖_d` by at most the factor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contraction {
+    /// Not less than the factor of one iteration, and below 1.
+    pub factor: f64,
+    /// The weights `d > 0`.
+    pub d: Vec<f64>,
+}
+
+impl Contraction {
+    /// A number of exact iterations after which `‖x − x*‖_d` is at most `reduction` times what it was.
+    ///
+    /// Rounding of the count is accounted for. `None` for more than 2⁵² iterations, and unless `reduction` is
+    /// positive.
+    pub fn iterations(&self, reduction: f64) -> Option<u64> {
+        let enough = |k: u64| power_up(self.factor, k) <= reduction;
+        if reduction <= 0.0 || reduction.is_nan() {
+            return None;
+        }
+        let (mut low, mut high) = (0, 1_u64 << 52);
+        if !enough(high) {
+            return None;
+        }
+        while low < high {
+            let middle = (low + high) / 2;
+            if enough(middle) { high = middle } else { low = middle + 1 }
+        }
+        Some(high)
+    }
+}
+
+/// Not less than `base^k`.
+fn power_up(base: f64, k: u64) -> f64 {
+    let (mut power, mut square, mut k) = (1.0, base, k);
+    while k > 0 {
+        if k & 1 == 1 {
+            power = mul_up(power, square);
+        }
+        square = mul_up(square, square);
+        k >>= 1;
+    }
+    power
+}
+
+/// `D − G = ⟨M⟩ − |N| − |BΩ − A|` of each step.
+pub(crate) struct Steps<'a, T, A, B> {
+    problem: &'a Hlcp<T, A, B>,
+    steps: &'a [AorStep],
+}
+
+/// Where an entry of one step's matrices stands.
+struct Entry {
+    column: usize,
+    /// Not less than the moduli of the entries that multiply `x⁺` or `|x⁺|`.
+    new: f64,
+    /// Not less than the moduli of the entries that multiply `x` or `|x|`.
+    old: f64,
+}
+
+impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
+    pub(crate) fn new(problem: &'a Hlcp<T, A, B>, steps: &'a [AorStep]) -> Self {
+        Self { problem, steps }
+    }
+
+    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
+    fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
+        let step = &self.steps[k];
+        let mut row: Vec<(usize, f64, Interval)> = vec![];
+        visit(self.problem.a(), i, |j, a| row.push((j, a, Interval::exactly(0.0))));
+        let mut next = 0;
+        visit(self.problem.b(), i, |j, b| {
+            while next < row.len() && row[next].0 < j {
+                next += 1;
+            }
+            let b_omega = Interval::exactly(b).times(wide(self.problem.omega().at(j)));
+            match row.get_mut(next) {
+                Some(entry) if entry.0 == j => entry.2 = b_omega,
+                _ => row.insert(next, (j, 0.0, b_omega)),
+            }
+        });
+        let one = Interval::exactly(1.0);
+        let over = |[alpha, _]: [f64; 2]| Interval::ratio(1.0, alpha);
+        let slope = |[alpha, beta]: [f64; 2]| Interval::ratio(beta, alpha);
+        let mixed = |of_a: Interval, of_b: Interval, a: f64, b: Interval| {
+            of_a.times(a).plus(of_b.product(b))
+        };
+        let mut pivot = 0.0;
+        for (column, a, b_omega) in row {
+            let modulus = b_omega.minus(Interval::exactly(a)).magnitude();
+            let passed = if step.backward { column > i } else { column < i };
+            if column == i {
+                let (of_a, of_b) = (over(step.a), over(step.b));
+                pivot = mixed(of_a, of_b, a, b_omega).mignitude();
+                let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
+                each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
+            } else if passed {
+                let (of_a, of_b) = (slope(step.a), slope(step.b));
+                let m = mixed(of_a, of_b, a, b_omega).magnitude();
+                let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
+                let [new, old] = if step.accelerated {
+                    [(m + modulus).next_up(), n]
+                } else {
+                    [m, (n + modulus).next_up()]
+                };
+                each(Entry { column, new, old });
+            } else {
+                let n = b_omega.plus(Interval::exactly(a)).magnitude();
+                each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
+            }
+        }
+        pivot
+    }
+
+    /// The factor of one iteration for the weights `d`; `None` unless it is proved to be below 1.
+    pub(crate) fn contraction(&self, d: Vec<f64>) -> Option<Contraction> {
+        let mut factor = 1.0;
+        for k in 0..self.steps.len() {
+            let mut largest = 0.0_f64;
+            for (i, &weight) in d.iter().enumerate() {
+                let (mut new, mut old) = (Sum::default(), Sum::default());
+                let pivot = self.entries(k, i, |entry| {
+                    new.add(-entry.new, d[entry.column]);
+                    old.add(entry.old, d[entry.column]);
+                });
+                new.add(pivot, weight);
+                let ratio = div_up(old.interval().upper, new.interval().lower);
+                let proved = new.interval().lower > 0.0 && (0.0..1.0).contains(&ratio);
+                if !proved {
+                    return None;
+                }
+                largest = largest.max(ratio);
+            }
+            factor = mul_up(factor, largest);
+        }
+        (factor < 1.0).then_some(Contraction { factor, d })
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Steps<'_, T, A, B> {
+    fn order(&self) -> usize {
+        self.problem.order()
+    }
+
+    fn matrices(&self) -> usize {
+        self.steps.len()
+    }
+
+    fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
+        g.clear();
+        self.entries(k, i, |entry| g.push((entry.column, (entry.new + entry.old).next_up())))
+    }
+}

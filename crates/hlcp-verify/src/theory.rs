@@ -1,0 +1,372 @@
+//! The convergence theorems as code: `docs/theory.md` states and proves what the paper does not.
+
+use std::fmt;
+
+use hlcp_core::{Hlcp, Rows, Scalar};
+
+use crate::{
+    classes::{Answer, Failure, all_entries, is_h_plus, radius_below_one},
+    comparison::{Against, Coupled, Weights, visit, wide},
+    perron::{Bracket, Comparison, noda},
+    rounding::compare_product,
+    steps::{AorStep, Contraction, Steps},
+};
+
+/// The hypotheses of Theorem 1 of the paper, each with its own answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Theorem1 {
+    /// `A` is an H₊-matrix.
+    pub a_is_h_plus: Answer<Vec<f64>>,
+    /// `B` is an H₊-matrix.
+    pub b_is_h_plus: Answer<Vec<f64>>,
+    /// (I): the splittings of `A` and `B` are H-compatible, in every step.
+    pub compatible: Answer,
+    /// (II): `|bᵢⱼ|ωⱼ ≤ |aᵢⱼ|` off the diagonal, and `bᵢⱼ` is zero or has the sign of `aᵢⱼ`.
+    pub signs_and_sizes: Answer,
+    /// (8), for some `D` with ⟨A⟩D strictly dominant: `D_BΩd > |C_A|d`. The witness is `d`.
+    pub omega: Answer<Vec<f64>>,
+}
+
+impl Theorem1 {
+    /// Whether all of them were proved.
+    pub fn applies(&self) -> bool {
+        self.a_is_h_plus.is_yes()
+            && self.b_is_h_plus.is_yes()
+            && self.compatible.is_yes()
+            && self.signs_and_sizes.is_yes()
+            && self.omega.is_yes()
+    }
+}
+
+/// Checks Theorem 1 for the steps of a method (one for MMS, two for TMMS).
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+/// use hlcp_verify::{AorStep, theorem_1};
+///
+/// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(0.8))?;
+/// assert!(theorem_1(&problem, &[AorStep::new(1.0, 1.0)]).applies());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn theorem_1<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[AorStep],
+) -> Theorem1 {
+    Theorem1 {
+        a_is_h_plus: is_h_plus(problem.a()),
+        b_is_h_plus: is_h_plus(problem.b()),
+        compatible: compatible(problem, steps),
+        signs_and_sizes: signs_and_sizes(problem),
+        omega: radius_below_one(&Coupled::of(problem, Against::Condition8)),
+    }
+}
+
+/// The hypotheses of Theorem 2 and Corollary 1 of the paper, each with its own answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Theorem2 {
+    /// `A` is an H₊-matrix.
+    pub a_is_h_plus: Answer<Vec<f64>>,
+    /// `B` is an H₊-matrix.
+    pub b_is_h_plus: Answer<Vec<f64>>,
+    /// `|bᵢⱼ|ωⱼ ≤ |aᵢⱼ|` off the diagonal, and `bᵢⱼ` is zero or has the sign of `aᵢⱼ`.
+    pub signs_and_sizes: Answer,
+    /// `Ω ≥ D_A D_B⁻¹`.
+    pub omega: Answer,
+    /// One α for `A`, `B` and all steps, one β too, `0 < β ≤ α`, and no accelerated step.
+    pub parameters: Answer,
+    /// α below the bound of (16); yes with a `d` that proves it.
+    pub alpha: Answer<Vec<f64>>,
+}
+
+impl Theorem2 {
+    /// Whether all of them were proved.
+    pub fn applies(&self) -> bool {
+        self.a_is_h_plus.is_yes()
+            && self.b_is_h_plus.is_yes()
+            && self.signs_and_sizes.is_yes()
+            && self.omega.is_yes()
+            && self.parameters.is_yes()
+            && self.alpha.is_yes()
+    }
+}
+
+/// Checks Theorem 2 (two steps) and Corollary 1 (one step).
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+/// use hlcp_verify::{AorStep, theorem_2};
+///
+/// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let tmaor = [AorStep::new(1.2, 1.1), AorStep::new(1.2, 1.1).backward()];
+/// let at = |tau| Ok::<_, hlcp_core::Error>(Hlcp::new(a, b, Omega::diagonal_ratio(tau, &a, &b)?)?);
+/// assert!(theorem_2(&at(1.0)?, &tmaor).applies());
+/// // Above 1 the sizes fail, below 1 the diagonals do: the theorem covers τ = 1 alone.
+/// assert!(!theorem_2(&at(1.2)?, &tmaor).signs_and_sizes.is_yes());
+/// assert!(!theorem_2(&at(0.8)?, &tmaor).omega.is_yes());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[AorStep],
+) -> Theorem2 {
+    let first = steps.first().copied().unwrap_or(AorStep::new(f64::NAN, f64::NAN));
+    let [alpha, beta] = first.a;
+    let same = |step: &AorStep| step.a == first.a && step.b == first.a && !step.accelerated;
+    let parameters = if !steps.iter().all(same) {
+        Answer::No(Failure::Parameter("one (alpha, beta) for A, B and all steps of MMS or TMMS"))
+    } else if !(0.0 < beta && beta <= alpha) {
+        Answer::No(Failure::Parameter("0 < beta <= alpha"))
+    } else {
+        Answer::Yes(())
+    };
+    Theorem2 {
+        a_is_h_plus: is_h_plus(problem.a()),
+        b_is_h_plus: is_h_plus(problem.b()),
+        signs_and_sizes: signs_and_sizes(problem),
+        omega: omega_large(problem),
+        parameters,
+        alpha: below_bound(&Coupled::of(problem, Against::Paper), alpha),
+    }
+}
+
+/// `ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, whose reciprocal is the bound on α of (16), to about six digits of the
+/// distance of the bound from 1.
+///
+/// The diagonals must be positive; the upper end is infinite otherwise.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+///
+/// let a = FivePoint::new(128, 128, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(128, 128, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let [lower, upper] = hlcp_verify::alpha_bound(&Hlcp::new(a, b, Omega::Uniform(1.0))?).reciprocal();
+/// assert!(1.33346 < lower && lower <= upper && upper < 1.33347); // Table 2 prints 1.33
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Bracket {
+    narrow(&Coupled::of(problem, Against::Paper))
+}
+
+/// `ρ[(D_A + D_BΩ)⁻¹(max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω))]`, whose reciprocal bounds α in the relaxed theorem.
+///
+/// Below 1, it proves convergence for no α > 1, and not for α ≤ 1 either. As precise as [`alpha_bound`], with
+/// which it agrees under the hypotheses of Theorem 2.
+pub fn relaxed_alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Bracket {
+    narrow(&Coupled::of(problem, Against::Pair))
+}
+
+fn narrow(z: &impl Comparison) -> Bracket {
+    noda(z, |bracket| bracket.upper - bracket.lower <= 1e-6 * (1.0 - bracket.upper).abs())
+}
+
+/// The relaxed theorem: `C − max(0, 1 − 1/α)(D_A + D_BΩ)` is a nonsingular M-matrix for the largest α of the steps.
+///
+/// Each step must have one `0 ≤ β ≤ α` for `A` and `B`; steps may differ, and be accelerated. The witness is a
+/// `d` for which all of them contract.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+/// use hlcp_verify::{AorStep, relaxed_theorem};
+///
+/// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(4, 4, [0.0, 1.0, 8.0, 1.0, 0.0])?; // no sign condition
+/// let problem = Hlcp::new(a, b, Omega::Uniform(1.2))?; //       nor Ω = D_A D_B⁻¹
+/// assert!(relaxed_theorem(&problem, &[AorStep::new(1.2, 0.0)]).is_yes());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn relaxed_theorem<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[AorStep],
+) -> Answer<Vec<f64>> {
+    let fits = |step: &AorStep| {
+        step.a == step.b && 0.0 <= step.a[1] && step.a[1] <= step.a[0] && step.a[0].is_finite()
+    };
+    if steps.is_empty() || !steps.iter().all(|step| fits(step) && step.a[0] > 0.0) {
+        return Answer::No(Failure::Parameter("one 0 <= beta <= alpha for A and B in each step"));
+    }
+    let alpha = steps.iter().map(|step| step.a[0]).fold(1.0, f64::max);
+    below_bound(&Coupled::of(problem, Against::Pair), alpha)
+}
+
+/// Whether `α ρ < 1`, from one product with the vector that comes with yes.
+fn below_bound(z: &impl Comparison, alpha: f64) -> Answer<Vec<f64>> {
+    if alpha <= 0.0 || alpha.is_nan() {
+        return Answer::No(Failure::Parameter("alpha > 0"));
+    }
+    let below = |upper: f64| (alpha * upper).next_up() < 1.0;
+    let above = |lower: f64| (alpha * lower).next_down() >= 1.0;
+    let Bracket { lower, upper, vector } =
+        noda(z, |bracket| below(bracket.upper) || above(bracket.lower));
+    if below(upper) {
+        Answer::Yes(vector)
+    } else if above(lower) {
+        Answer::No(Failure::Radius(lower))
+    } else {
+        Answer::Undecided
+    }
+}
+
+/// By what convergence to the only solution was proved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Proof {
+    /// Theorem 1 of the paper.
+    Theorem1,
+    /// Theorem 2 or Corollary 1 of the paper.
+    Theorem2,
+    /// The relaxed theorem.
+    Relaxed,
+    /// A vector `d > 0` with `(⟨M⟩ − |N| − |BΩ − A|)d > 0` for every step.
+    Witness,
+}
+
+/// What is proved of a method on a problem, for every `q` and every start.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Convergence {
+    /// It converges, and the contraction says how fast.
+    Proved(Proof, Contraction),
+    /// Nothing is proved: no witness was found, and this is where the relaxed theorem fails.
+    NotProved(Answer),
+}
+
+impl fmt::Display for Convergence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Proved(proof, contraction) => {
+                let by = match proof {
+                    Proof::Theorem1 => "Theorem 1",
+                    Proof::Theorem2 => "Theorem 2",
+                    Proof::Relaxed => "the relaxed theorem",
+                    Proof::Witness => "witness",
+                };
+                write!(f, "convergence: proved by {by} (factor {:.6})", contraction.factor)
+            }
+            Self::NotProved(Answer::No(failure)) => {
+                write!(f, "convergence: not proved, because {failure}")
+            }
+            Self::NotProved(_) => {
+                write!(f, "convergence: not proved, because no witness was found")
+            }
+        }
+    }
+}
+
+/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1 or a witness, whichever applies first.
+///
+/// `steps` are the steps of one iteration.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Omega};
+/// use hlcp_verify::{AorStep, Convergence, Proof, convergence};
+///
+/// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+/// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, b, Omega::Uniform(1.2))?;
+/// let Convergence::Proved(by, contraction) = convergence(&problem, &[AorStep::new(1.0, 1.0)]) else {
+///     panic!("gamma and the start do not matter")
+/// };
+/// assert_eq!(by, Proof::Relaxed);
+/// assert!(contraction.factor < 0.7 && contraction.iterations(1e-10).unwrap() < 60);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[AorStep],
+) -> Convergence {
+    let all = Steps::new(problem, steps);
+    // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched for once.
+    let relaxed = relaxed_theorem(problem, steps);
+    if let Answer::Yes(d) = &relaxed
+        && let Some(contraction) = all.contraction(d.clone())
+    {
+        // An H₊-matrix A follows from C, which is ⟨A⟩ where these two hold.
+        let hypotheses = [signs_and_sizes(problem), omega_large(problem)];
+        let plain = |s: &AorStep| s.a == steps[0].a && s.a[1] > 0.0 && !s.accelerated;
+        let paper = steps.iter().all(plain)
+            && hypotheses.iter().all(Answer::is_yes)
+            && is_h_plus(problem.b()).is_yes();
+        let proof = if paper { Proof::Theorem2 } else { Proof::Relaxed };
+        return Convergence::Proved(proof, contraction);
+    }
+    if !steps.is_empty()
+        && let Answer::Yes(d) = radius_below_one(&all)
+        && let Some(contraction) = all.contraction(d)
+    {
+        let proof =
+            if theorem_1(problem, steps).applies() { Proof::Theorem1 } else { Proof::Witness };
+        return Convergence::Proved(proof, contraction);
+    }
+    Convergence::NotProved(match relaxed {
+        Answer::No(failure) => Answer::No(failure),
+        Answer::Yes(_) | Answer::Undecided => Answer::Undecided,
+    })
+}
+
+/// (I) for AOR splittings, entry by entry: `⟨A⟩ = ⟨M⟩ − |N|` holds on the diagonal for α ≤ 1, in the swept triangle
+/// for 0 ≤ β ≤ α, and always in the other one.
+fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[AorStep],
+) -> Answer {
+    let fits = |step: &AorStep, [alpha, beta]: [f64; 2], i: usize, j: usize, entry: f64| {
+        let passed = if step.backward { j > i } else { j < i };
+        let holds = if i == j { alpha <= 1.0 } else { !passed || 0.0 <= beta && beta <= alpha };
+        entry == 0.0 || alpha > 0.0 && holds
+    };
+    for step in steps {
+        if step.accelerated {
+            return Answer::No(Failure::Parameter("a step of MMS or TMMS"));
+        }
+        let of_a = all_entries(problem.a(), |i, j, entry| fits(step, step.a, i, j, entry));
+        let of_b = all_entries(problem.b(), |i, j, entry| fits(step, step.b, i, j, entry));
+        for answer in [of_a, of_b] {
+            if !answer.is_yes() {
+                return answer;
+            }
+        }
+    }
+    Answer::Yes(())
+}
+
+/// (II), compared exactly.
+fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Answer {
+    let mut of_a: Vec<(usize, f64)> = vec![];
+    for row in 0..problem.order() {
+        of_a.clear();
+        visit(problem.a(), row, |j, a| of_a.push((j, a)));
+        let mut first = Answer::Yes(());
+        visit(problem.b(), row, |column, b| {
+            if column == row || b == 0.0 || !first.is_yes() {
+                return;
+            }
+            let a = of_a.binary_search_by_key(&column, |a| a.0).map_or(0.0, |at| of_a[at].1);
+            let size = compare_product(b.abs(), wide(problem.omega().at(column)), a.abs());
+            if a * b < 0.0 || size.is_some_and(|order| order.is_gt()) {
+                first = Answer::No(Failure::Entry { row, column });
+            } else if size.is_none() {
+                first = Answer::Undecided;
+            }
+        });
+        if !first.is_yes() {
+            return first;
+        }
+    }
+    Answer::Yes(())
+}
+
+/// `Ω ≥ D_A D_B⁻¹`, compared exactly.
+fn omega_large<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Answer {
+    let omega = Weights::Given(problem.omega());
+    for row in 0..problem.order() {
+        let [a, b] = [wide(problem.a().diagonal_entry(row)), wide(problem.b().diagonal_entry(row))];
+        match compare_product(omega.at(row), b, a) {
+            Some(order) if order.is_ge() && b > 0.0 => {}
+            Some(_) => return Answer::No(Failure::Entry { row, column: row }),
+            None => return Answer::Undecided,
+        }
+    }
+    Answer::Yes(())
+}
