@@ -275,3 +275,42 @@ fn from_the_left<T: Scalar>(
     let bounds = [bounds(0)?, bounds(1)?];
     Some((v, bounds))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Example;
+
+    /// At μ = ν = 0 the componentwise bound is well ahead of the max-norm one, whatever the error looks like.
+    #[test]
+    fn the_componentwise_bound_is_ahead() {
+        let scene = Example { symmetric: true, m: 40, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
+        let omega = vec![1.0; 1600];
+        let c = Coupled::<f64, _, _> {
+            a: &scene.a,
+            b: &scene.b,
+            omega: Weights::Chosen(&omega),
+            against: Against::Pair,
+        };
+        let Answer::Yes(d) = radius_below_one(&c) else { panic!("an M-matrix") };
+        let gaps = gaps(&c, &d).unwrap();
+        let largest = |w: &[f64]| w.iter().copied().fold(0.0, larger);
+        let shapes: [fn(usize) -> f64; 3] = [
+            |k| if k == 815 { 1.0 } else { 0.0 },
+            |k| (k as f64 * 12.9898).sin() * (k as f64 * 78.233).cos(),
+            |k| (k as f64 / 1600.0 * 3.1).sin(),
+        ];
+        for (shape, least) in shapes.into_iter().zip([20.0, 2.0, 1.0]) {
+            // An error of z where z* > 0 alone, so that the pair stays complementary.
+            let error = |k: usize| if scene.z[k] > 0.0 { 0.5 * shape(k) } else { 0.0 };
+            let z: Vec<f64> = (0..1600).map(|k| scene.z[k] + error(k)).collect();
+            let f = defect(&scene.a, &scene.b, &scene.q, &[z, scene.r.clone()]);
+            let t = f.iter().zip(&gaps).map(|(&f, &gap)| div_up(f, gap)).fold(0.0, f64::max);
+            let by_norm = largest(&d) * t;
+            let by_components = largest(&componentwise(&c, &d, &gaps, &f));
+            let true_error = (0..1600).map(|k| error(k).abs()).fold(0.0, f64::max);
+            println!("{:.1} {:.1}", by_components / true_error, by_norm / true_error);
+            assert!(true_error <= by_components && by_components * least < by_norm);
+        }
+    }
+}

@@ -52,7 +52,7 @@ struct Quotient {
 }
 
 fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>) -> Quotient {
-    let mut worst = Quotient { lower: 0.0, upper: f64::NEG_INFINITY, k: 0 };
+    let mut worst = Quotient { lower: 0.0, upper: -1.0, k: 0 };
     for k in 0..z.matrices() {
         let d = z.row(k, i, g);
         let mut sum = Sum::default();
@@ -62,6 +62,8 @@ fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>)
         let upper = if upper.is_nan() { f64::INFINITY } else { upper };
         if upper > worst.upper {
             let lower = div_down(gx.lower, dx.next_up()) * (1.0 - 4.0 * ENTRIES);
+            // A tie goes to the first matrix, so that rounding does not mix the rows.
+            let k = if upper > worst.upper * (1.0 + 1e-9) || k == 0 { k } else { worst.k };
             worst = Quotient { lower: if lower > 0.0 { lower } else { 0.0 }, upper, k };
         }
     }
@@ -86,8 +88,7 @@ pub(crate) fn bracket(z: &impl Comparison, vector: Vec<f64>) -> Bracket {
 /// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from `x = e`.
 ///
 /// The matrix is a nonsingular M-matrix as long as `ρ̄` is too large, so `x` stays positive; `ρ̄` falls
-/// quadratically. The start is the balanced vector where that is better. With several matrices each row is that of the one with the largest quotient, and only
-/// the upper end has a meaning. Ends when the bracket is `enough` or no longer falls.
+/// quadratically. The start is the balanced vector where that is better. Ends when the bracket is `enough` or no longer falls.
 pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Bracket {
     let mut best = bracket(z, vec![1.0; z.order()]);
     if !enough(&best)
@@ -98,12 +99,15 @@ pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Br
             best = other;
         }
     }
+    if z.matrices() > 1 {
+        return policies(z, best, enough);
+    }
     let mut idle = 0;
     for _ in 0..40 {
         if enough(&best) || !best.upper.is_finite() || idle == 3 {
             break;
         }
-        let Some(vector) = improved(z, &best) else { break };
+        let Some(vector) = improved(z, &best, best.upper) else { break };
         let next = bracket(z, vector);
         if next.upper.is_infinite() {
             break;
@@ -114,6 +118,23 @@ pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Br
         best.lower = lower;
     }
     best
+}
+
+/// Howard's policy iteration for several matrices: `(D_k − G_k)x⁺ = D_k x`, row by row with the `k` whose quotient
+/// is largest at `x`.
+///
+/// The upper end may rise while the rows change hands. It falls below 1 if all mixtures of rows are
+/// nonsingular M-matrices, which is what a common witness comes to.
+fn policies(z: &impl Comparison, start: Bracket, enough: impl Fn(&Bracket) -> bool) -> Bracket {
+    let mut now = start;
+    for _ in 0..40 {
+        if enough(&now) || !now.upper.is_finite() {
+            break;
+        }
+        let Some(vector) = improved(z, &now, now.upper.min(1.0)) else { break };
+        now = bracket(z, vector);
+    }
+    now
 }
 
 /// The `x` for which `gᵢⱼxⱼ/xᵢ = gⱼᵢxᵢ/xⱼ` along a spanning forest: the symmetrising scaling where there is one.
@@ -150,37 +171,36 @@ fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
         .then(|| logarithm.into_iter().map(|l| (l - middle).exp2()).collect())
 }
 
-fn improved(z: &impl Comparison, best: &Bracket) -> Option<Vec<f64>> {
-    let (matrix, d) = scaled(z, &best.vector, best.upper * (1.0 + 8.0 * f64::EPSILON));
-    let factor = Multigrid::new(matrix).solve(&d, 1e-5);
+fn improved(z: &impl Comparison, best: &Bracket, shift: f64) -> Option<Vec<f64>> {
+    let (matrix, _) = scaled(z, &best.vector, shift * (1.0 + 8.0 * f64::EPSILON));
+    let factor = Multigrid::new(matrix).solve(&vec![1.0; z.order()], 1e-5);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
 }
 
-/// `X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
+/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
 ///
 /// In these variables a good `x` is the vector of ones, which is what the aggregates of the multigrid
-/// represent, and a row sum is non-negative as soon as `s` is an upper end for `x`.
+/// represent, rows have one size, and a row sum is non-negative as soon as `s` is an upper end for `x`.
 fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
     let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
     for i in 0..z.order() {
         let k = if z.matrices() == 1 { 0 } else { quotient(z, i, x, &mut g).k };
         let d = z.row(k, i, &mut g);
         let loops: f64 = g.iter().filter(|g| g.0 == i).map(|g| g.1).sum();
-        let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, g * (x[j] / x[i])));
+        let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, g / d * (x[j] / x[i])));
         // A pivot that vanishes by rounding would divide.
-        let pivot = (shift * d - loops).max(f64::EPSILON * d);
-        matrix.push(pivot, off);
+        matrix.push((shift - loops / d).max(f64::EPSILON), off);
         diagonal.push(d);
     }
     (matrix, diagonal)
 }
 
-/// An approximate solution of `(D − G) w = rhs` for a witness `d > 0` with `(D − G)d > 0`.
-pub(crate) fn solve(z: &impl Comparison, d: &[f64], rhs: &[f64]) -> Vec<f64> {
-    let (matrix, _) = scaled(z, d, 1.0);
-    let rhs: Vec<f64> = rhs.iter().zip(d).map(|(rhs, d)| rhs / d).collect();
-    let factor = Multigrid::new(matrix).solve(&rhs, 1e-3);
-    d.iter().zip(factor).map(|(d, c)| d * c).collect()
+/// An approximate solution of `(D − G) w = rhs` for a witness `x > 0` with `(D − G)x > 0`.
+pub(crate) fn solve(z: &impl Comparison, x: &[f64], rhs: &[f64]) -> Vec<f64> {
+    let (matrix, d) = scaled(z, x, 1.0);
+    let scaled: Vec<f64> = rhs.iter().zip(x).zip(d).map(|((rhs, x), d)| rhs / x / d).collect();
+    let factor = Multigrid::new(matrix).solve(&scaled, 1e-3);
+    x.iter().zip(factor).map(|(x, c)| x * c).collect()
 }

@@ -1,0 +1,250 @@
+//! The certificate against exact rational solutions: never below the true error, and not far above it.
+
+mod common;
+
+use std::time::Instant;
+
+use common::Matrix;
+use hlcp_core::{Aor, Hlcp, Omega};
+use hlcp_methods::{Limits, Mms, Solver};
+use hlcp_verify::{Example, Witness, certify};
+use nalgebra::DMatrix;
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use proptest::{collection::vec, prelude::*};
+
+type Q = BigRational;
+
+fn exact(value: f64) -> Q {
+    Q::from_float(value).expect("finite")
+}
+
+/// The nearest `f64` below `value`, or a little less.
+fn at_most(bound: f64, error: &Q) -> bool {
+    bound == f64::INFINITY || &exact(bound) >= error
+}
+
+/// The solution of `K y = rhs` by elimination; `None` for a singular matrix.
+fn solve(mut k: Vec<Vec<Q>>, mut rhs: Vec<Q>) -> Option<Vec<Q>> {
+    let n = rhs.len();
+    for i in 0..n {
+        let p = (i..n).find(|&p| !k[p][i].is_zero())?;
+        k.swap(i, p);
+        rhs.swap(i, p);
+        for row in i + 1..n {
+            let share = &k[row][i] / &k[i][i];
+            for column in i..n {
+                let entry = &share * &k[i][column];
+                k[row][column] -= entry;
+            }
+            let entry = &share * &rhs[i];
+            rhs[row] -= entry;
+        }
+    }
+    for i in (0..n).rev() {
+        for column in i + 1..n {
+            let entry = &k[i][column] * &rhs[column];
+            rhs[i] -= entry;
+        }
+        rhs[i] = &rhs[i] / &k[i][i];
+    }
+    Some(rhs)
+}
+
+/// The exact solution on a support: `y` with `zᵢ = yᵢ` or `rᵢ = yᵢ`, if it is non-negative.
+fn on_support(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64], in_z: &[bool]) -> Option<Vec<Q>> {
+    let n = q.len();
+    let entry = |i: usize, j: usize| exact(if in_z[j] { a[(i, j)] } else { -b[(i, j)] });
+    let k = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+    let y = solve(k, q.iter().map(|&q| -exact(q)).collect())?;
+    y.iter().all(|y| !y.is_negative()).then_some(y)
+}
+
+#[derive(Debug, Clone)]
+struct Case {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    q: Vec<f64>,
+    in_z: Vec<bool>,
+    y: Vec<f64>,
+    z: Vec<f64>,
+    r: Vec<f64>,
+}
+
+/// Pairs from dominant to hopeless with scales over 12 orders of magnitude, and a guess from near (down to
+/// rounding) to far, complementary or not.
+fn cases() -> impl Strategy<Value = Case> {
+    (1..6_usize, 0.1..1.6_f64, -14.0..2.0_f64, any::<bool>(), -6.0..6.0_f64).prop_flat_map(
+        |(n, weight, distance, complementary, scale)| {
+            let numbers = (vec(-1.0..1.0, 2 * n * n), vec(0.1..4.0, 2 * n), vec(0.1..9.0, n));
+            let guess = (vec(-1.0..1.0, 2 * n), vec(any::<bool>(), n));
+            (numbers, guess).prop_map(
+                move |((off, diagonal, y), (noise, in_z)): (
+                    (Vec<f64>, Vec<f64>, Vec<f64>),
+                    (Vec<f64>, Vec<bool>),
+                )| {
+                    let matrix = |s: usize| {
+                        DMatrix::from_fn(n, n, |i, j| {
+                            let d = diagonal[s * n + i];
+                            let off = off[s * n * n + i * n + j];
+                            if i == j { d } else { weight * d * off / (n - 1) as f64 }
+                        }) * 10_f64.powf(if s == 0 { scale } else { -scale })
+                    };
+                    let (a, b) = (matrix(0), matrix(1));
+                    // What q is rounded to has an exact solution near y, on the same support.
+                    let q = (0..n).map(|i| {
+                        (0..n)
+                            .map(|j| if in_z[j] { -a[(i, j)] * y[j] } else { b[(i, j)] * y[j] })
+                            .sum()
+                    });
+                    let size = 10_f64.powf(distance);
+                    let moved = |j: usize, s: usize, on: bool| {
+                        let value = if on { y[j] } else { 0.0 } + size * noise[s * n + j];
+                        if complementary { if on { value.max(0.0) } else { 0.0 } } else { value }
+                    };
+                    let q = q.collect();
+                    let z = (0..n).map(|j| moved(j, 0, in_z[j])).collect();
+                    let r = (0..n).map(|j| moved(j, 1, !in_z[j])).collect();
+                    Case { a, b, q, in_z, y, z, r }
+                },
+            )
+        },
+    )
+}
+
+/// The bounds over the errors; `None` where nothing is certified. Fails if one is below.
+fn check(case: &Case) -> Result<Option<f64>, String> {
+    let Case { a, b, q, in_z, y, z, r } = case;
+    let Some(certificate) =
+        certify(&Matrix(a.clone()), &Matrix(b.clone()), q, z, r).map_err(|e| e.to_string())?
+    else {
+        return Ok(None);
+    };
+    let solution = on_support(a, b, q, in_z).ok_or(format!("a solution near {y:?}"))?;
+    let mut largest = 0.0_f64;
+    for (j, value) in solution.iter().enumerate() {
+        let zero = Q::zero();
+        let (z_star, r_star) = if in_z[j] { (value, &zero) } else { (&zero, value) };
+        for (bound, guess, star) in
+            [(certificate.z[j], z[j], z_star), (certificate.r[j], r[j], r_star)]
+        {
+            let error = (exact(guess) - star).abs();
+            if !at_most(bound, &error) {
+                return Err(format!("component {j}: {bound:e} is below the error"));
+            }
+            largest = largest.max(num_traits::ToPrimitive::to_f64(&error).unwrap_or(0.0));
+        }
+    }
+    Ok(Some(certificate.error() / largest))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Never below the true error, by exact arithmetic.
+    #[test]
+    fn no_bound_is_below_the_error(case in cases()) {
+        check(&case).map_err(TestCaseError::fail)?;
+    }
+}
+
+/// Counts, and the overestimates, of `HLCP_CASES` random cases (5,000 if it is not set).
+#[test]
+fn overestimates_of_many_cases() {
+    use proptest::{strategy::ValueTree, test_runner::TestRunner};
+    let cases_asked =
+        std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(5_000);
+    let (mut runner, strategy) = (TestRunner::default(), cases());
+    let mut ratios = vec![];
+    for _ in 0..cases_asked {
+        let case = strategy.new_tree(&mut runner).unwrap().current();
+        ratios.extend(check(&case).unwrap_or_else(|e| panic!("{e}: {case:?}")));
+    }
+    ratios.sort_by(f64::total_cmp);
+    assert!(ratios.len() * 3 > cases_asked, "only {} certified", ratios.len());
+    println!(
+        "{cases_asked} cases, {} certified, overestimate median {:.2}, worst {:.2e}",
+        ratios.len(),
+        ratios[ratios.len() / 2],
+        ratios[ratios.len() - 1]
+    );
+}
+
+/// On the paper's examples, near the solution and far from it: certified, tight, with the right witness.
+#[test]
+fn examples_are_certified_tightly() {
+    for (symmetric, shift) in [(true, 4.0), (false, 4.0), (true, 0.0)] {
+        for m in [40, 128] {
+            let scene = Example { symmetric, m, mu: shift, nu: shift }.pose::<f64>().unwrap();
+            let omega = Omega::diagonal_ratio(1.2, &scene.a, &scene.b).unwrap();
+            let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+            let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+            let start = Instant::now();
+            let outcome = solver.solve(&scene.q, &vec![1.0; m * m], &Limits::default()).unwrap();
+            let (solve, start) = (start.elapsed(), Instant::now());
+            assert!(outcome.converged());
+            let certificate =
+                certify(&scene.a, &scene.b, &scene.q, solver.z(), solver.r()).unwrap().unwrap();
+            let certify = start.elapsed();
+            let errors = |found: &[f64], known: &[f64]| {
+                found.iter().zip(known).map(|(f, k)| (f - k).abs()).fold(0.0, f64::max)
+            };
+            let error = errors(solver.z(), &scene.z).max(errors(solver.r(), &scene.r));
+            let over = certificate.error() / error;
+            println!(
+                "symmetric {symmetric}, shift {shift}, m {m}: error {error:.2e}, certified {:.2e} ({over:.1}×), solve {solve:.1?}, certify {certify:.1?}",
+                certificate.error()
+            );
+            assert!(error <= certificate.error());
+            assert!(shift == 0.0 || over < 10.0);
+            assert!(matches!(certificate.witness, Witness::Right { .. }));
+        }
+    }
+}
+
+/// A slider in miniature: no right witness can exist, the left one does, and its bound holds.
+#[test]
+fn the_slider_gets_the_sum_bound() {
+    for cells in [16_usize, 100, 512] {
+        let n = cells - 1;
+        let h = |x: f64| 1.0 + (2.0 * x / cells as f64 - 1.0).powi(2);
+        let c = |x: f64| h(x).powi(3) / 6.0;
+        let mut a = DMatrix::<f64>::zeros(n, n);
+        let mut b = DMatrix::<f64>::zeros(n, n);
+        for i in 0..n {
+            let x = (i + 1) as f64;
+            let scale = cells as f64;
+            a[(i, i)] = (c(x - 0.5) + c(x + 0.5)) * scale;
+            b[(i, i)] = h(x);
+            if i > 0 {
+                a[(i, i - 1)] = -c(x - 0.5) * scale;
+                b[(i, i - 1)] = -h(x - 1.0);
+            }
+            if i + 1 < n {
+                a[(i, i + 1)] = -c(x + 0.5) * scale;
+            }
+        }
+        let (z, r): (Vec<f64>, Vec<f64>) = (0..n)
+            .map(|i| if 3 * i < 2 * n { (1.0 + (i % 7) as f64, 0.0) } else { (0.0, 0.25) })
+            .unzip();
+        let q: Vec<f64> =
+            (0..n).map(|i| (0..n).map(|j| b[(i, j)] * r[j] - a[(i, j)] * z[j]).sum()).collect();
+        let guess: Vec<f64> = z.iter().map(|z| if *z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
+        let certificate =
+            certify(&Matrix(a), &Matrix(b), &q, &guess, &r).unwrap().expect("a left witness");
+        println!(
+            "slider, {cells} cells: certified {:.2e} for an error of 1e-6",
+            certificate.error()
+        );
+        assert!(matches!(certificate.witness, Witness::Left { .. }));
+        assert!(certificate.z.iter().zip(&z).all(|(bound, &z)| z == 0.0 || *bound >= 0.99e-6));
+    }
+}
+
+/// Where no witness exists, nothing is claimed: this pair has three solutions for one q.
+#[test]
+fn nothing_is_claimed_without_a_witness() {
+    let a = Matrix(nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0]);
+    let b = Matrix(nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0]);
+    assert_eq!(certify(&a, &b, &[1.0, -1.0], &[0.0, 0.0], &[1.0, 1.0]).unwrap(), None);
+}
