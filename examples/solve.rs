@@ -22,7 +22,7 @@ use std::{
 use clap::{Parser, ValueEnum, error::ErrorKind};
 use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows, Scalar, market};
 use hlcp_methods::{Limits, Named, Norm, Outcome, Parameters, Solver};
-use hlcp_verify::{Example, Slider};
+use hlcp_verify::{AorStep, Certificate, Example, Slider, certify, convergence};
 use indicatif::ProgressBar;
 use serde_json::json;
 
@@ -98,6 +98,9 @@ struct Arguments {
     /// Print one JSON object instead of a table; needs --method
     #[arg(long, requires = "method")]
     json: bool,
+    /// Prove what can be proved: convergence, uniqueness, and a bound on the error
+    #[arg(long)]
+    certify: bool,
 }
 
 /// μ and ν where none are given.
@@ -339,10 +342,19 @@ impl Run<'_> {
             bar.finish_and_clear();
             let error =
                 given.known.map(|[z, r]| distance(solver.z(), z).max(distance(solver.r(), r)));
+            let certificate = if arguments.certify {
+                certify(given.a, given.b, given.q, solver.z(), solver.r())?
+            } else {
+                None
+            };
             if arguments.json {
                 let mut report = self.report(given, name, method, precision, &outcome, error);
                 for (key, value) in given.slider.iter().flat_map(|s| film(s, solver.z())) {
                     report[key] = value.into();
+                }
+                if arguments.certify {
+                    report["certified_error_bound"] =
+                        json!(certificate.as_ref().map(Certificate::error));
                 }
                 print_line(&report)?;
             } else {
@@ -352,6 +364,13 @@ impl Run<'_> {
                 print_row(name, precision, &outcome, error)?;
                 for (key, value) in given.slider.iter().flat_map(|s| film(s, solver.z())) {
                     print_line(&format_args!("          {key} {value:.6e}"))?;
+                }
+                if arguments.certify {
+                    print_line(&format!("  {}", convergence(&problem, &steps(name, method))))?;
+                    print_line(&match certificate {
+                        Some(certificate) => format!("  {certificate}"),
+                        None => "  solution unique: not proved; certified error: none".into(),
+                    })?;
                 }
             }
             self.rows += 1;
@@ -407,6 +426,17 @@ fn film<T: Scalar>(slider: &Slider, z: &[T]) -> [(&'static str, f64); 4] {
         ("rupture_m", rupture),
         ("rupture_error_m", rupture - Slider::RUPTURE),
     ]
+}
+
+/// The steps of one iteration, as the theorems take them.
+fn steps(name: &str, method: &Named) -> Vec<AorStep> {
+    let [alpha, beta] = method.first();
+    let first = AorStep::new(alpha, beta);
+    if name.starts_with("AM") {
+        return vec![first.accelerated()];
+    }
+    let second = method.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());
+    std::iter::once(first).chain(second).collect()
 }
 
 /// ‖u − v‖∞.

@@ -14,6 +14,8 @@ use num_traits::{Signed, Zero};
 use proptest::{collection::vec, prelude::*};
 
 type Q = BigRational;
+type Triple = (Vec<f64>, Vec<f64>, Vec<f64>);
+type Guess = (Vec<f64>, Vec<bool>);
 
 fn exact(value: f64) -> Q {
     Q::from_float(value).expect("finite")
@@ -33,9 +35,9 @@ fn solve(mut k: Vec<Vec<Q>>, mut rhs: Vec<Q>) -> Option<Vec<Q>> {
         rhs.swap(i, p);
         for row in i + 1..n {
             let share = &k[row][i] / &k[i][i];
-            for column in i..n {
-                let entry = &share * &k[i][column];
-                k[row][column] -= entry;
+            let pivot_row = k[i].clone();
+            for (entry, above) in k[row].iter_mut().zip(&pivot_row).skip(i) {
+                *entry -= &share * above;
             }
             let entry = &share * &rhs[i];
             rhs[row] -= entry;
@@ -79,10 +81,7 @@ fn cases() -> impl Strategy<Value = Case> {
             let numbers = (vec(-1.0..1.0, 2 * n * n), vec(0.1..4.0, 2 * n), vec(0.1..9.0, n));
             let guess = (vec(-1.0..1.0, 2 * n), vec(any::<bool>(), n));
             (numbers, guess).prop_map(
-                move |((off, diagonal, y), (noise, in_z)): (
-                    (Vec<f64>, Vec<f64>, Vec<f64>),
-                    (Vec<f64>, Vec<bool>),
-                )| {
+                move |((off, diagonal, y), (noise, in_z)): (Triple, Guess)| {
                     let matrix = |s: usize| {
                         DMatrix::from_fn(n, n, |i, j| {
                             let d = diagonal[s * n + i];

@@ -171,9 +171,18 @@ fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let (d, gaps, searched) = match gaps(c, &ones) {
         Some(gaps) => (ones, gaps, false),
         None => {
-            let Answer::Yes(d) = radius_below_one(c) else { return None };
-            let gaps = gaps(c, &d)?;
-            (d, gaps, true)
+            // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
+            // vector exists wherever a witness does, but it may span many orders of magnitude.
+            let inverse = solve(c, &ones, &ones);
+            let positive = inverse.iter().all(|&d| d > 0.0 && d.is_finite());
+            match gaps(c, &inverse).filter(|_| positive) {
+                Some(gaps) => (inverse, gaps, true),
+                None => {
+                    let Answer::Yes(d) = radius_below_one(c) else { return None };
+                    let gaps = gaps(c, &d)?;
+                    (d, gaps, true)
+                }
+            }
         }
     };
     let ratio = |(&defect, &gap): (&f64, &f64)| div_up(defect, gap);

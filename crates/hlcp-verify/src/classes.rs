@@ -60,7 +60,7 @@ impl fmt::Display for Failure {
         match self {
             Self::Entry { row, column } => write!(f, "entry ({row}, {column}) fails"),
             Self::Radius(lower) => {
-                write!(f, "a spectral radius that must stay below its bound is at least {lower:.6}")
+                write!(f, "a spectral radius is at least {lower:.6}, too large for the parameters")
             }
             Self::Parameter(range) => write!(f, "the parameters are not {range}"),
         }

@@ -127,7 +127,7 @@ pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Br
 /// nonsingular M-matrices, which is what a common witness comes to.
 fn policies(z: &impl Comparison, start: Bracket, enough: impl Fn(&Bracket) -> bool) -> Bracket {
     let mut now = start;
-    for _ in 0..40 {
+    for _ in 0..15 {
         if enough(&now) || !now.upper.is_finite() {
             break;
         }
