@@ -1,4 +1,4 @@
-//! The numerical section of Zheng and Vong's paper, run again: Tables 1 and 3 to 6, and what the text says of them.
+//! The numerical section of Zheng and Vong's paper, run again: Tables 1 to 6 and what the text says of them.
 //!
 //! ```text
 //! cargo run --release --example paper -- --quick                # m = 128 and N = 50 alone
@@ -17,6 +17,8 @@ use hlcp_methods::{Limits, Method, Named, Norm, Parameters, Solver, Status};
 use hlcp_verify::{Example, Slider};
 use indicatif::{ProgressBar, ProgressStyle};
 
+#[path = "paper/bounds.rs"]
+mod bounds;
 #[path = "paper/claims.rs"]
 mod claims;
 #[path = "paper/table.rs"]
@@ -202,7 +204,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     bar.finish_and_clear();
 
-    let mut tables = vec![table_1()?];
+    let mut tables = vec![table_1()?, bounds::table_2(ms)?];
     tables.extend(GRIDS.iter().map(|grid| table_of(grid, &runs)));
     tables.push(table_6(&runs));
     tables.push(mesh_convergence(if arguments.quick { &[50, 100] } else { &[50, 100, 200, 400] })?);

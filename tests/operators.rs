@@ -5,7 +5,10 @@ mod common;
 use std::sync::Arc;
 
 use common::Matrix;
-use hlcp_core::{DiagonalMatrix, Identity, LinearOperator, Rows, Scaled, Shifted, Sum};
+use hlcp_core::{
+    DiagonalMatrix, FivePoint, Identity, LinearOperator, Rows, Scaled, Shifted, Sum,
+    VaryingFivePoint,
+};
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 use proptest::{collection::vec, prelude::*};
@@ -25,6 +28,28 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
             assert!((row[j] - matrix[(i, j)]).abs() <= rounding, "({i}, {j})");
         }
         assert!((operator.diagonal_entry(i) - matrix[(i, i)]).abs() <= rounding);
+    }
+    if let Some(view) = operator.as_five_point() {
+        // What it shows to fast sweeps is what its rows say.
+        let [nx, ny] = view.grid().unwrap_or([n, 1]);
+        let coefficients = view.coefficients();
+        let mut shown = DMatrix::zeros(n, n);
+        for k in 0..n {
+            let (i, j) = (k % nx, k / nx);
+            let neighbours = [j > 0, i > 0, true, i + 1 < nx, j + 1 < ny];
+            for ((inside, c), step) in neighbours.into_iter().zip(coefficients).zip([
+                -(nx as isize),
+                -1,
+                0,
+                1,
+                nx as isize,
+            ]) {
+                if inside {
+                    shown[(k, k.wrapping_add_signed(step))] += c.at(k);
+                }
+            }
+        }
+        assert!((shown - matrix).amax() <= rounding);
     }
     let mut y = vec![f64::NAN; n]; // apply overwrites and never reads
     operator.apply(x.as_slice(), &mut y);
@@ -78,6 +103,23 @@ proptest! {
         is_matrix(&Sum(Identity { order: n }, &b), &(&identity + &other), &x);
         let nested = Sum(Shifted { by, of: &a }, Scaled { factor: -0.5, of: Matrix(other.clone()) });
         is_matrix(&nested, &(by * &identity + &matrix - 0.5 * &other), &x);
+
+        let grid = FivePoint::new(n, 3, [by, -0.3, 2.5, -0.7, 0.4]).unwrap();
+        let mut dense = DMatrix::zeros(3 * n, 3 * n);
+        (0..3 * n).for_each(|i| grid.visit_row(i, &mut |j, a| dense[(i, j)] = a));
+        let wide = DVector::from_fn(3 * n, |i, _| x[i % n] - 0.1 * i as f64);
+        is_matrix(&grid, &dense, &wide);
+        is_matrix(&Scaled { factor: by, of: &grid }, &(by * &dense), &wide);
+        let shifted = Shifted { by, of: Scaled { factor: -1.5, of: grid } };
+        is_matrix(&shifted, &(by * DMatrix::identity(3 * n, 3 * n) - 1.5 * &dense), &wide);
+        is_matrix(&Shifted { by, of: Identity { order: n } }, &((by + 1.0) * &identity), &x);
+        let varying = VaryingFivePoint::from_fn(n, 3, |i, j| {
+            [by, -0.3, 2.5 + i as f64, -0.7 * j as f64, 0.4]
+        }).unwrap();
+        let mut dense = DMatrix::zeros(3 * n, 3 * n);
+        (0..3 * n).for_each(|i| varying.visit_row(i, &mut |j, a| dense[(i, j)] = a));
+        is_matrix(&varying, &dense, &wide);
+        is_matrix(&Shifted { by, of: varying }, &(by * DMatrix::identity(3 * n, 3 * n) + &dense), &wide);
 
         let boxed: Box<dyn Rows<f64>> = Box::new(a.clone());
         is_matrix(&boxed, &matrix, &x);

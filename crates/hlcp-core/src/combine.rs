@@ -1,6 +1,8 @@
 //! Operators made of numbers or of other operators.
 
-use crate::{Diagonal, Error, LinearOperator, Rows, Scalar, all_finite};
+use crate::{
+    Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar, all_finite,
+};
 
 /// The identity: with it for `B`, the problem is the linear complementarity problem.
 ///
@@ -24,6 +26,10 @@ impl<T: Scalar> LinearOperator<T> for Identity {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         y.copy_from_slice(x);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        Some(FivePointView::diagonal(Coefficients::Constant(T::one())))
     }
 }
 
@@ -79,6 +85,10 @@ impl<T: Scalar> LinearOperator<T> for DiagonalMatrix<T> {
             *y = d * x;
         }
     }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        Some(FivePointView::diagonal(Coefficients::Each(&self.entries)))
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for DiagonalMatrix<T> {
@@ -115,6 +125,17 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
     fn apply(&self, x: &[T], y: &mut [T]) {
         self.of.apply(x, y);
         y.iter_mut().for_each(|y| *y *= self.factor);
+    }
+
+    /// Where the operator's coefficients are constant.
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        let view = self.of.as_five_point()?;
+        let mut coefficients = view.coefficients();
+        for coefficient in &mut coefficients {
+            let Coefficients::Constant(value) = coefficient else { return None };
+            *value *= self.factor;
+        }
+        Some(view.with(coefficients))
     }
 }
 
@@ -154,6 +175,15 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Shifted<T, O> {
         for (y, &x) in y.iter_mut().zip(x) {
             *y += self.by * x;
         }
+    }
+
+    /// Where the operator's diagonal is constant.
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        let view = self.of.as_five_point()?;
+        let [south, west, centre, east, north] = view.coefficients();
+        let Coefficients::Constant(centre) = centre else { return None };
+        let centre = Coefficients::Constant(centre + self.by);
+        Some(view.with([south, west, centre, east, north]))
     }
 }
 

@@ -81,6 +81,11 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         Self { grid: None, coefficients: [zero, zero, centre, zero, zero] }
     }
 
+    /// The view of other coefficients on the same grid.
+    pub(crate) fn with(self, coefficients: [Coefficients<'a, T>; 5]) -> Self {
+        Self { coefficients, ..self }
+    }
+
     /// The grid's `[nx, ny]`; `None` for a diagonal operator, which fits any.
     pub fn grid(&self) -> Option<[usize; 2]> {
         self.grid
