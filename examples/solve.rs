@@ -82,7 +82,7 @@ struct Arguments {
     /// The scale γ of the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 at least 4 ε ‖q‖; for the slider at
+    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, and in f32 what rounding allows]
     /// least 1e-10 ‖q‖]
     #[arg(long, allow_hyphen_values = true)]
     tol: Option<f64>,
@@ -322,7 +322,7 @@ impl Run<'_> {
             limits.relative = limits.relative.max(to(1e-10)?);
         }
         if let Some(tolerance) = arguments.tol {
-            (limits.absolute, limits.relative) = (to(tolerance)?, T::zero());
+            (limits.absolute, limits.rounding) = (to(tolerance)?, T::zero());
         }
         let omega = Omega::diagonal_ratio(to(arguments.tau)?, given.a, given.b)?;
         let problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;

@@ -1,6 +1,6 @@
 //! Bad input is refused with the offending value and its index.
 
-use hlcp_core::{Aor, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs};
+use hlcp_core::{Aor, DiagonalMatrix, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs};
 use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Parameters, Solver, Tmms};
 
 mod common;
@@ -149,6 +149,47 @@ fn parameters_out_of_range() {
         }
     }
     assert!(matches!(Aor::new(1.1, f64::NAN), Err(Error::Parameter { name: "beta", .. })));
+}
+
+#[test]
+fn the_last_rows_count_too() {
+    let last = |value: f64| DiagonalMatrix::new(vec![2.0, 2.0, 2.0, 2.0, value]).unwrap();
+    let even = DiagonalMatrix::new(vec![4.0; 5]).unwrap();
+    let omega = Omega::diagonal_ratio(1.5, &last(3.0), &even).unwrap();
+    assert_eq!(omega, Omega::Each(vec![0.75, 0.75, 0.75, 0.75, 1.125]));
+    for (a, b, what) in [(&last(0.0), &even, "diagonal of A"), (&even, &last(0.0), "diagonal of B")]
+    {
+        let refused = Error::NotPositive { what, index: 4, value: 0.0 };
+        assert_eq!(Omega::diagonal_ratio(1.5, a, b).unwrap_err(), refused);
+    }
+}
+
+#[test]
+fn table_1_has_its_parameters() {
+    let sor = [[1.2, 1.2], [1.0, 1.0], [0.8, 0.8]];
+    let aor = [[1.3, 1.1], [1.1, 0.9], [0.9, 0.7]];
+    for (splitting, parameters) in [("SOR", sor), ("AOR", aor)] {
+        for (k, first) in parameters.into_iter().enumerate() {
+            for (family, second) in [("M", None), ("AM", None), ("TM", Some(first))] {
+                let name = format!("{family}{splitting}{}", k + 1);
+                let named = Named::parse(&name, Parameters::default()).unwrap();
+                assert_eq!((named.first(), named.second()), (first, second), "{name}");
+            }
+        }
+    }
+    for (name, first, second) in [
+        ("TMJSOR1", [1.0, 0.0], [0.9, 0.9]),
+        ("TMJSOR2", [1.0, 0.0], [1.0, 1.0]),
+        ("TMJSOR3", [1.0, 0.0], [1.1, 1.1]),
+        ("TMJSOR4", [1.0, 0.0], [1.2, 1.2]),
+        ("TMGSJ", [1.0, 1.0], [1.0, 0.0]),
+        ("TMGSSOR1", [1.0, 1.0], [0.9, 0.9]),
+        ("TMGSSOR2", [1.0, 1.0], [1.1, 1.1]),
+        ("TMGSSOR3", [1.0, 1.0], [1.2, 1.2]),
+    ] {
+        let named = Named::parse(name, Parameters::default()).unwrap();
+        assert_eq!((named.first(), named.second()), (first, Some(second)), "{name}");
+    }
 }
 
 #[test]

@@ -239,10 +239,11 @@ fn table<T: Scalar + nalgebra::Scalar>() {
         ];
         // All kinds of operators lead to one answer: each is off by no more than its tolerance over 0.2.
         let limits = Limits::<T>::default();
-        let size = T::from(12.0).unwrap();
+        // Of q and of the terms of A z and B r.
+        let size = T::from(12.0 + 7.0 * 1.5 + 4.5 * 1.5).unwrap();
         let rounding = T::from(60.0).unwrap() * T::epsilon();
         let tolerance = T::from(2.0 * 1.5 / 0.2).unwrap()
-            * (limits.absolute.max(limits.relative * size) + rounding);
+            * (limits.absolute.max(limits.rounding * T::epsilon() * size) + rounding);
         for other in &answers[1..] {
             let close = |(&u, &v): (&T, &T)| (u - v).abs() <= tolerance;
             assert!(answers[0].iter().zip(other).all(close), "{row}");

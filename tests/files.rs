@@ -119,6 +119,7 @@ fn what_a_matrix_may_look_like() {
         [1.5, 0.0, -2.0]
     );
     assert_eq!(vector("1.5\n\n% note\n0\n-2\n"), [1.5, 0.0, -2.0]);
+    assert_eq!(vector("% note\n\n1.5\n0\n-2\n"), [1.5, 0.0, -2.0]);
 }
 
 const HEAD: &str = "%%MatrixMarket matrix coordinate real general\n";
@@ -198,6 +199,8 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
         ("%%MatrixMarket matrix array real general\n1000000000000 1\n1\n", "1000000000000 × 1"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 2\n1 1 1\n1 1 2\n", "given twice"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 1\n3 1 1\n", "(3, 1)"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 1\n2 2 1\n", "(2, 2)"),
+        ("%%MatrixMarket matrix array real general\n2 2\n1\n2\n", "2 × 2 where 2 × 1"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 4000000000\n2 1 1\n", "can hold"),
     ] {
         refused(&command(&sound, &sound, &folder.write("bad.txt", text)), named);

@@ -153,7 +153,10 @@ fn assemble<T: Scalar>(
 /// ```
 pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileError> {
     let mut lines = Lines::open(path)?;
-    let first = lines.expect("a banner or a number")?;
+    let mut first = lines.expect("a banner or a number")?;
+    if is_filler(&first) && !first.starts_with("%%") {
+        first = lines.expect_data("a number")?;
+    }
     let banner = first.to_ascii_lowercase();
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
@@ -224,6 +227,14 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_vectors<T: Scalar>(vectors: &[(&Path, &[T])]) -> Result<(), FileError> {
+    for (k, (path, _)) in vectors.iter().enumerate() {
+        if path.is_dir() {
+            return Err(unusable(path, "is a directory"));
+        }
+        if vectors[..k].iter().any(|(other, _)| other == path) {
+            return Err(unusable(path, "is named for two vectors"));
+        }
+    }
     let temporary = |path: &Path| {
         let mut name = path.as_os_str().to_owned();
         name.push(format!(".{}.partial", std::process::id()));

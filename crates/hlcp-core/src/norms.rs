@@ -90,10 +90,11 @@ impl Meter {
 
     /// The norms, from the sum of squares in units and the largest value.
     ///
-    /// Where squares overflow, because a vector is 10¹⁵⁰ times as large as the unit promised, the 2-norm is
-    /// an upper bound.
+    /// Where squares overflow or vanish, because a vector is 10¹⁵⁰ times as large or as small as the unit
+    /// promised, the 2-norm is an upper bound.
     fn finish(&self, squares: f64, largest: f64) -> Norms {
-        let l2 = if squares == f64::INFINITY {
+        let vanishing = largest > 0.0 && squares < 1e-280;
+        let l2 = if squares == f64::INFINITY || vanishing {
             largest * (self.order as f64).sqrt()
         } else {
             squares.sqrt() * self.unit

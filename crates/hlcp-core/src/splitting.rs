@@ -246,5 +246,6 @@ pub(crate) fn positive_pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
             return Err(Error::NotFinite { what, index: i, value: to_f64(value) });
         }
     }
-    positive_entry("diagonal of M", i, pivot(problem, i, over_a, over_b)).map(drop)
+    let pivot = positive_entry("diagonal of M", i, pivot(problem, i, over_a, over_b))?;
+    positive_entry("1/diagonal of M", i, pivot.recip()).map(drop)
 }

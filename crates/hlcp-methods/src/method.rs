@@ -36,7 +36,7 @@ pub trait Method<T: Scalar> {
         1
     }
 
-    /// Takes step number `k` of an iteration, from `x` to `y`, and returns the norms of `A z − B r + q` at
+    /// Takes step number `k` of an iteration, from `x` to `y`, which depends on the arguments alone, and returns the norms of `A z − B r + q` at
     /// `x`, the step's *input*.
     ///
     /// # Panics

@@ -3,10 +3,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_core::{Error, Norms, Rhs, Scalar, all_finite};
+use hlcp_core::{Error, LinearOperator, Norms, Rhs, Scalar, all_finite};
 
 use crate::{
-    Limits, Method, Outcome, Status,
+    Limits, Method, Norm, Outcome, Status,
     watch::{Alarm, Watch},
 };
 
@@ -57,6 +57,24 @@ pub struct Progress<'s, T> {
     pub elapsed: Duration,
     /// The iterate.
     pub x: &'s [T],
+}
+
+/// What a residual is held against.
+struct Test<'l, T> {
+    limits: &'l Limits<T>,
+    /// The absolute tolerance and the one relative to ‖q‖.
+    tolerance: f64,
+    /// The lengths of a typical row of A and of B.
+    rows: [f64; 2],
+    /// The size of the terms that the residual sums.
+    size: f64,
+}
+
+impl<T: Scalar> Test<'_, T> {
+    fn within(&self, norms: Norms) -> bool {
+        let residual = self.limits.norm.of(norms);
+        residual.is_finite() && residual <= self.tolerance.max(self.limits.roundings() * self.size)
+    }
 }
 
 impl<T: Scalar, M: Method<T>> Solver<T, M> {
@@ -174,30 +192,46 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         } else {
             self.x.copy_from_slice(x0);
         }
-        let (status, iterations, answer) = self.iterate(&q, tolerance, limits, start, observer);
-        Ok(Outcome {
-            status,
-            iterations,
-            answer,
-            sweeps: iterations * self.method.steps(),
-            residual: self.recover(&q),
-            seconds: start.elapsed().as_secs_f64(),
-        })
+        let mut test = Test { limits, tolerance, rows: [0.0; 2], size: 0.0 };
+        if limits.rounding > T::zero() {
+            test.rows = self.rows();
+        }
+        let (mut status, iterations, answer) = self.iterate(&q, &mut test, start, observer);
+        test.size = self.size(&q, &test);
+        let residual = self.recover(&q);
+        if test.within(residual) {
+            status = Status::Converged;
+        }
+        let (sweeps, seconds) = (iterations * self.method.steps(), start.elapsed().as_secs_f64());
+        Ok(Outcome { status, iterations, answer, sweeps, seconds, residual })
+    }
+
+    /// The lengths of a typical row of `A` and of `B`, from one product each with random signs.
+    fn rows(&mut self) -> [f64; 2] {
+        let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
+        for sign in &mut self.r {
+            // Knuth's linear congruential generator; its top bit.
+            bits = bits
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            *sign = if bits >> 63 == 0 { T::one() } else { -T::one() };
+        }
+        let (problem, n) = (self.method.problem(), self.r.len() as f64);
+        problem.a().apply(&self.r, &mut self.z);
+        let a = Norms::of(&self.z).l2 / n.sqrt();
+        problem.b().apply(&self.r, &mut self.z);
+        [a, Norms::of(&self.z).l2 / n.sqrt()]
     }
 
     /// Iterates until `limits`, the observer or the iterates say stop, and leaves the answer in `x`.
     fn iterate(
         &mut self,
         q: &Rhs<'_, T>,
-        tolerance: f64,
-        limits: &Limits<T>,
+        test: &mut Test<'_, T>,
         start: Instant,
         mut observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
     ) -> (Status, usize, usize) {
-        let within = |norms| {
-            let residual = limits.norm.of(norms);
-            residual.is_finite() && residual <= tolerance
-        };
+        let limits = test.limits;
         self.watch.begin(limits.norm.of(q.norms()));
         self.history.clear();
         let mut answer = 0;
@@ -211,9 +245,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let elapsed = start.elapsed();
             let stopped =
                 observer(&Progress { iteration: k, residual: norms, elapsed, x: &self.x });
-            if within(norms) {
-                // The answer's own residual decides; the step's was its forerunner.
-                if within(self.recover(q)) {
+            // Between powers of two an older size serves, until something passes.
+            if k < 2 || k.is_power_of_two() {
+                test.size = self.size(q, test);
+            }
+            if test.within(norms) {
+                // The answer's own residual and size decide; the step's were their forerunners.
+                test.size = self.size(q, test);
+                if test.within(self.recover(q)) {
                     return (Status::Converged, k, k);
                 }
                 // The check used the vectors of the best iterate and of the next one.
@@ -254,6 +293,29 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             std::mem::swap(&mut self.z, &mut self.x);
         }
         std::mem::swap(&mut self.x, &mut self.z);
+    }
+
+    /// `‖q‖ + a‖z‖ + b‖r‖` at `x`; 0, which accepts nothing, where it is not finite or not asked for.
+    fn size(&self, q: &Rhs<'_, T>, test: &Test<'_, T>) -> f64 {
+        if test.limits.rounding == T::zero() {
+            return 0.0;
+        }
+        let problem = self.method.problem();
+        let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
+        let (mut squares, mut largest) = ([0.0; 2], [0.0; 2]);
+        for (i, &x) in self.x.iter().enumerate() {
+            let (x, omega) = (to_f64(x), to_f64(problem.omega().at(i)));
+            let (k, v) = if x > 0.0 { (0, x) } else { (1, -x * omega) };
+            squares[k] += v * v;
+            largest[k] = f64::max(largest[k], v);
+        }
+        let [z, r] = match test.limits.norm {
+            Norm::L2 => squares.map(f64::sqrt),
+            Norm::LInf => largest,
+        };
+        let terms = 2.0 * (test.rows[0] * z + test.rows[1] * r) / to_f64(problem.gamma());
+        let size = test.limits.norm.of(q.norms()) + terms;
+        if size.is_finite() { size } else { 0.0 }
     }
 
     /// Recovers `z` and `r` from `x`, and measures them.

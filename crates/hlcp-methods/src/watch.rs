@@ -10,7 +10,7 @@ use crate::Divergence;
 pub const GROWTH: f64 = 1e16;
 
 /// How many iterations without a smaller residual it takes before the movement of the iterates is looked at.
-pub const PATIENCE: usize = 100;
+pub const PATIENCE: usize = 1000;
 
 /// The movement `‖x⁺ − x‖∞`, in units of `ε ‖x‖∞`, that rounding alone explains.
 ///
@@ -34,6 +34,7 @@ pub(crate) struct Watch<T> {
     mark: Mark,
     anchor: Vec<T>,
     anchored_at: Option<usize>,
+    moved: bool,
 }
 
 /// A residual to compare later ones with, renewed at growing distances as in Brent's cycle finding.
@@ -72,6 +73,7 @@ impl<T: Scalar> Watch<T> {
             mark: Mark::NONE,
             anchor: Vec::new(),
             anchored_at: None,
+            moved: false,
         }
     }
 
@@ -105,20 +107,25 @@ impl<T: Scalar> Watch<T> {
             return Some(Alarm::Diverging(Divergence::Growth));
         }
         let quiet = k - self.best_at;
-        if quiet > 0 && quiet.is_multiple_of(PATIENCE) && moves_by_rounding(x, next) {
-            return Some(Alarm::Resting);
-        }
         if let Some(at) = self.anchored_at {
+            if k == at + 1 {
+                self.moved = !moves_by_rounding(&self.anchor, x);
+            }
+            // Also within an iteration: two steps may undo each other.
+            let resting = || !self.moved && moves_by_rounding(x, next);
             if x == self.anchor {
-                let resting = moves_by_rounding(x, next);
                 let repeating = Alarm::Repeating { period: k - at };
-                return Some(if resting { Alarm::Resting } else { repeating });
+                return Some(if resting() { Alarm::Resting } else { repeating });
+            }
+            if quiet > PATIENCE && k == at + 1 && resting() {
+                return Some(Alarm::Resting);
             }
             if k - at > self.mark.span {
                 self.anchored_at = None;
                 self.mark.renew(k, residual);
             }
-        } else if self.mark.third_return(k, residual) {
+        } else if self.mark.third_return(k, residual) || quiet > 0 && quiet.is_multiple_of(PATIENCE)
+        {
             self.anchor.clear();
             self.anchor.extend_from_slice(x);
             self.anchored_at = Some(k);
