@@ -96,9 +96,9 @@ fn a_step_by_hand_allocates_nothing_after_the_first() {
     }
 }
 
-/// With `q` and the start, which are the caller's, a solve of a stencil pair takes at most eight vectors.
+/// With `q` and the start, which are the caller's, a solve of a stencil pair takes five vectors.
 #[test]
-fn a_solve_takes_at_most_eight_vectors() {
+fn a_solve_of_stencils_takes_five_vectors() {
     let scene = Example { symmetric: true, m: 96, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
     let omega = Omega::diagonal_ratio(0.9, &scene.a, &scene.b).unwrap();
     let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
@@ -110,6 +110,6 @@ fn a_solve_takes_at_most_eight_vectors() {
         let mut solver = Solver::new(named.on(problem.clone()).unwrap());
         assert!(solver.solve(&scene.q, &start, &Limits::default()).unwrap().converged());
         let vectors = (PEAK.get() - before) as f64 / (8 * scene.q.len()) as f64;
-        assert!(vectors + 2.0 <= 8.0, "{name}: {vectors}");
+        assert!(vectors + 2.0 <= 5.01, "{name}: {vectors}");
     }
 }
