@@ -366,7 +366,7 @@ impl Run<'_> {
                     print_line(&format_args!("          {key} {value:.6e}"))?;
                 }
                 if arguments.certify {
-                    print_line(&format!("  {}", convergence(&problem, &steps(name, method))))?;
+                    print_line(&format!("  {}", convergence(&problem, &steps(method))))?;
                     print_line(&match certificate {
                         Some(certificate) => format!("  {certificate}"),
                         None => "  solution unique: not proved; certified error: none".into(),
@@ -429,10 +429,10 @@ fn film<T: Scalar>(slider: &Slider, z: &[T]) -> [(&'static str, f64); 4] {
 }
 
 /// The steps of one iteration, as the theorems take them.
-fn steps(name: &str, method: &Named) -> Vec<AorStep> {
+fn steps(method: &Named) -> Vec<AorStep> {
     let [alpha, beta] = method.first();
     let first = AorStep::new(alpha, beta);
-    if name.starts_with("AM") {
+    if method.is_accelerated() {
         return vec![first.accelerated()];
     }
     let second = method.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());

@@ -145,17 +145,22 @@ fn the_rounding_floor_is_stagnation() {
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * single * 35_f64.sqrt());
 }
 
+/// The LCP with the lower bidiagonal matrix of the given order and entries, and Ω = its diagonal, by Jacobi.
+fn bidiagonal(order: usize, on: f64, below: f64) -> Mms<f64, Matrix, Identity, Aor<f64>> {
+    let a = DMatrix::from_fn(order, order, |i, j| match i as isize - j as isize {
+        0 => on,
+        1 => below,
+        _ => 0.0,
+    });
+    let problem = Hlcp::new(Matrix(a), Identity { order }, Omega::Uniform(on)).unwrap();
+    Mms::new(problem, Aor::jacobi()).unwrap()
+}
+
 /// Jacobi on a bidiagonal A: errors move from row to row, 40 times as large in each, and then out.
 #[test]
 fn a_residual_that_first_grows_is_no_divergence() {
     let n = 9;
-    let a = DMatrix::from_fn(n, n, |i, j| match i as isize - j as isize {
-        0 => 1.5,
-        1 => -60.0,
-        _ => 0.0,
-    });
-    let problem = Hlcp::new(Matrix(a), Identity { order: n }, Omega::Uniform(1.5)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap()).with_history(100);
+    let mut solver = Solver::new(bidiagonal(n, 1.5, -60.0)).with_history(100);
     let mut q = vec![0.0; n];
     q[0] = -3.0;
     let limits = Limits { absolute: 0.0, relative: 1e-2, ..Limits::default() };
@@ -170,13 +175,7 @@ fn a_residual_that_first_grows_is_no_divergence() {
 #[test]
 fn a_residual_that_repeats_is_not_yet_a_cycle() {
     let n = 40;
-    let a = DMatrix::from_fn(n, n, |i, j| match i as isize - j as isize {
-        0 => 2.0,
-        1 => -2.0,
-        _ => 0.0,
-    });
-    let problem = Hlcp::new(Matrix(a), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap()).with_history(100);
+    let mut solver = Solver::new(bidiagonal(n, 2.0, -2.0)).with_history(100);
     let mut q = vec![0.0; n];
     q[0] = -4.0;
     let mut x0 = vec![1.0; n];

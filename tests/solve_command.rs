@@ -4,6 +4,7 @@
 mod command;
 
 use command::{json, refused, solve, text};
+use hlcp_verify::Slider;
 use serde_json::Value;
 
 #[test]
@@ -142,5 +143,30 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("extra", "extra"),
     ] {
         refused(arguments, named);
+    }
+}
+
+#[test]
+fn the_film_comes_out_in_si_units_with_its_errors() {
+    let (report, status) = json("--scene slider --m 80 --method TMGSSOR2 --json");
+    assert_eq!(status, 0);
+    assert_eq!(
+        (&report["scene"], &report["n"], &report["error_linf"]),
+        (&Value::from("slider"), &Value::from(79), &Value::Null)
+    );
+    let number = |key: &str| report[key].as_f64().unwrap();
+    assert_eq!(number("peak_error_pa"), number("peak_pa") - Slider::PEAK);
+    assert_eq!(number("rupture_error_m"), number("rupture_m") - Slider::RUPTURE);
+    // First order: 3.7175 MPa at 100 cells is 126 kPa above the continuous peak.
+    assert!((number("peak_error_pa") * 80.0 - 12.6e6).abs() <= 0.3e6);
+    assert!(number("rupture_error_m").abs() <= Slider::LENGTH / 80.0);
+}
+
+#[test]
+fn what_the_slider_cannot_take_is_refused_in_one_line() {
+    for (arguments, named) in
+        [("--m 1", "order 0"), ("--m 8 --mu 2", "--mu"), ("--m 8 --nu 2", "--nu")]
+    {
+        refused(&format!("--scene slider {arguments}"), named);
     }
 }

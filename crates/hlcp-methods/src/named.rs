@@ -188,6 +188,11 @@ impl Named {
         (self.family == Family::Tmms).then_some(self.second)
     }
 
+    /// Whether the method is an AMMS.
+    pub fn is_accelerated(&self) -> bool {
+        self.family == Family::Amms
+    }
+
     /// The method on `problem`.
     ///
     /// # Errors

@@ -3,7 +3,8 @@
 //!
 //! * [`oracle`]: the paper's methods, dense and from its formulas, and all solutions of a small problem.
 //! * [`Planted`]: a problem built around a solution.
-//! * [`Example`]: the paper's Examples 1 and 2, and [`Slider`]: its Example 3, matrix-free.
+//! * [`Example`]: the paper's Examples 1 and 2, [`Slider`]: its Example 3 in kind, and [`Disc`]: a contact on
+//!   which splitting methods crawl, all matrix-free.
 //! * Does the theory cover a problem and its parameters? [`convergence`] tries every theorem;
 //!   [`theorem_1`], [`theorem_2`], [`relaxed_theorem`], [`alpha_bound`] and [`classes`] say which
 //!   hypothesis holds and where one fails.
