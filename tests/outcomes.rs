@@ -7,7 +7,7 @@ use std::{ops::ControlFlow, time::Duration};
 use common::Matrix;
 use hlcp_core::{
     Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, Jacobi, LinearOperator,
-    Norms, Omega, Rhs, Scalar,
+    Norms, Omega, Rhs, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Mms, Norm, Outcome, PATIENCE, Solver, Status, Tmms,
@@ -220,8 +220,8 @@ fn limits_and_the_observer_stop_a_solve() {
     assert_eq!((seen[0].2, seen[outcome.answer].2), (x0[3], solver.x()[3]));
 }
 
-/// A method whose steps see a thousandth of the residual.
-struct Flatterer<M>(M);
+/// A method whose steps see a multiple of the residual.
+struct Flatterer<M>(M, f64);
 
 impl<M: Method<f64>> Method<f64> for Flatterer<M> {
     type A = M::A;
@@ -237,7 +237,7 @@ impl<M: Method<f64>> Method<f64> for Flatterer<M> {
 
     fn step(&mut self, k: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
         let Norms { l2, linf } = self.0.step(k, q, x, y);
-        Norms { l2: l2 * 1e-3, linf: linf * 1e-3 }
+        Norms { l2: l2 * self.1, linf: linf * self.1 }
     }
 }
 
@@ -253,7 +253,7 @@ fn what_a_step_sees_does_not_decide() {
     for (honest, flattered) in methods().into_iter().zip(methods()) {
         let mut honest = Solver::new(honest);
         let expected = honest.solve(&q, &x0, &Limits::default()).unwrap();
-        let mut solver = Solver::new(Flatterer(flattered));
+        let mut solver = Solver::new(Flatterer(flattered, 1e-3));
         let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
         assert!(outcome.converged() && outcome.residual.l2 <= 1e-10);
         // The same iterates, in spite of the checks that failed between.
@@ -265,6 +265,33 @@ fn what_a_step_sees_does_not_decide() {
         assert_eq!((outcome.status, outcome.answer), (Status::IterationLimit, limits.iterations));
         let _ = honest.solve(&q, &x0, &limits).unwrap();
         assert_eq!(solver.x(), honest.x());
+    }
+}
+
+#[test]
+fn an_answer_within_the_tolerance_has_converged_whatever_a_step_sees() {
+    let (q, x0) = (wave(1.0), wave(0.3));
+    let method = || Mms::new(pair(), Aor::gauss_seidel()).unwrap();
+    let expected = Solver::new(method()).solve(&q, &x0, &Limits::default()).unwrap();
+    let limits = Limits { iterations: expected.iterations, ..Limits::default() };
+    let outcome = Solver::new(Flatterer(method(), 1e3)).solve(&q, &x0, &limits).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+}
+
+/// γ stretches x and nothing else, to the bit for powers of two, however large.
+#[test]
+fn gamma_has_no_say_in_the_norms() {
+    let solve = |power: i32| {
+        let gamma = 2_f64.powi(power);
+        let problem = pair::<f64>().with_gamma(gamma).unwrap();
+        let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+        solver.solve(&wave(1.0), &wave(0.3 * gamma), &Limits::default()).unwrap()
+    };
+    let expected = solve(0);
+    for power in [-800, -300, 300, 800] {
+        let outcome = solve(power);
+        assert_eq!((outcome.status, outcome.iterations), (expected.status, expected.iterations));
+        assert_eq!(outcome.residual, expected.residual);
     }
 }
 
@@ -344,6 +371,59 @@ fn a_long_transient_is_no_stagnation() {
     (q[0], q[1]) = (-1e16, -1.0);
     let outcome = solver.solve(&q, &vec![0.0; n], &Limits::default()).unwrap();
     assert!(outcome.converged(), "{outcome}");
+}
+
+/// An error of 10⁻¹¹ beside iterates of size ½ moves along 1500 rows: small, but no rounding.
+#[test]
+fn a_small_movement_is_no_stagnation() {
+    let n = 1500;
+    let flow = Tridiagonal::new(n, |_| [-1.0, 1.0, 0.0]).unwrap();
+    let problem = Hlcp::new(flow, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+    let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap());
+    let (mut q, mut x0) = (vec![0.0; n], vec![0.5; n]);
+    (q[0], x0[0]) = (-1.0, 0.5 + 1e-11);
+    let limits = Limits { absolute: 1e-13, ..Limits::default() };
+    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    assert!(outcome.converged() && outcome.iterations > PATIENCE, "{outcome}");
+}
+
+/// Growth is judged beside ‖q‖ too: a start that is nearly solved may grow 10¹⁷-fold and be small still.
+#[test]
+fn growth_from_almost_nothing_is_no_divergence() {
+    let n = 13;
+    let mut solver = Solver::new(bidiagonal(n, 1.5, -60.0)).with_history(100);
+    let mut q = vec![60.0 - 1.5; n]; // z = 1
+    q[0] = -1.5;
+    let mut x0 = vec![0.5; n];
+    x0[0] += 1e-8;
+    let limits = Limits { relative: 1e-11, ..Limits::default() };
+    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    let largest = solver.history().iter().fold(0.0, |max: f64, norms| max.max(norms.l2));
+    assert!(largest > GROWTH * solver.history()[0].l2);
+}
+
+/// A cycle is found also after a residual has repeated without one.
+#[test]
+fn a_cycle_behind_a_false_suspicion() {
+    let n = 41;
+    let matrix = DMatrix::from_fn(n, n, |i, j| match i as isize - j as isize {
+        0 => 2.0,
+        1 if i + 1 < n => -2.0,
+        _ => 0.0,
+    });
+    let problem = Hlcp::new(Matrix(matrix), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+    // Jacobi for the flow, and twice its step for the last row, which then alternates.
+    let steps = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+        for (i, (y, rhs)) in y.iter_mut().zip(rhs).enumerate() {
+            *y = rhs / if i + 1 < n { 4.0 } else { 2.0 };
+        }
+    });
+    let mut solver = Solver::new(Mms::new(problem, Correction(steps)).unwrap());
+    let (mut q, mut x0) = (vec![0.0; n], vec![1.0; n]);
+    (q[0], q[n - 1], x0[0], x0[n - 1]) = (-4.0, -3.0, 3.0, 0.25);
+    let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    assert_eq!(outcome.status, Status::Cycling { period: 2 }, "{outcome}");
 }
 
 /// Scaling the data and the start by a power of two scales the iterates and nothing else; by a power of ten,
