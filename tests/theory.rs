@@ -394,3 +394,28 @@ fn a_priori_counts() {
     assert!(k == exact || k == exact + 1, "{k} {exact}");
     assert_eq!(c.iterations(0.0), None);
 }
+
+/// Members of the proved regions of (α, τ) at m = 16. Theorem 2 lives on τ = 1, and on 1 ≤ τ ≤ 2 for (0, 4); the relaxed
+/// theorem adds τ ≠ 1 where μ = ν > 0.
+#[test]
+fn the_proved_region_of_the_relaxed_theorem_is_larger() {
+    // μ, ν, τ, α, Theorem 2, relaxed theorem
+    let known = [
+        ([4.0, 4.0], 1.0, 1.3, true, true),
+        ([4.0, 4.0], 0.8, 1.15, false, true),
+        ([4.0, 4.0], 1.2, 1.2, false, true),
+        ([1.0, 1.0], 1.0, 1.1, true, true),
+        ([1.0, 1.0], 1.2, 1.04, false, true),
+        ([0.0, 0.0], 1.0, 1.0, true, true),
+        ([0.0, 0.0], 1.2, 1.0, false, false),
+        ([0.0, 4.0], 1.5, 1.0, true, true),
+        ([0.0, 4.0], 2.2, 0.8, false, false),
+    ];
+    for (shifts, tau, alpha, paper, relaxed) in known {
+        let problem = example(true, 16, shifts, tau);
+        let steps = [AorStep::new(alpha, 0.9 * alpha), AorStep::new(alpha, 0.9 * alpha).backward()];
+        let found =
+            [theorem_2(&problem, &steps).applies(), relaxed_theorem(&problem, &steps).is_yes()];
+        assert_eq!(found, [paper, relaxed], "{shifts:?}, tau {tau}, alpha {alpha}");
+    }
+}
