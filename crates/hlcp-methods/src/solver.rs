@@ -245,8 +245,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let elapsed = start.elapsed();
             let stopped =
                 observer(&Progress { iteration: k, residual: norms, elapsed, x: &self.x });
-            // Between powers of two an older size serves, until something passes.
-            if k < 2 || k.is_power_of_two() {
+            // Between powers of four an older size serves, until something passes.
+            if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
                 test.size = self.size(q, test);
             }
             if test.within(norms) {
@@ -302,17 +302,21 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
         let problem = self.method.problem();
         let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
-        let (mut squares, mut largest) = ([0.0; 2], [0.0; 2]);
-        for (i, &x) in self.x.iter().enumerate() {
-            let (x, omega) = (to_f64(x), to_f64(problem.omega().at(i)));
-            let (k, v) = if x > 0.0 { (0, x) } else { (1, -x * omega) };
-            squares[k] += v * v;
-            largest[k] = f64::max(largest[k], v);
+        // Lanes side by side, which a processor sums at once.
+        let (mut z, mut r) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
+        for (i, x) in self.x.chunks(8).enumerate() {
+            for (l, &x) in x.iter().enumerate() {
+                let (x, omega) = (to_f64(x), to_f64(problem.omega().at(8 * i + l)));
+                for (sums, v) in [(&mut z, x.max(0.0)), (&mut r, omega * (-x).max(0.0))] {
+                    sums[0][l] += v * v;
+                    sums[1][l] = f64::max(sums[1][l], v);
+                }
+            }
         }
-        let [z, r] = match test.limits.norm {
-            Norm::L2 => squares.map(f64::sqrt),
-            Norm::LInf => largest,
-        };
+        let [z, r] = [z, r].map(|[squares, largest]| match test.limits.norm {
+            Norm::L2 => squares.iter().sum::<f64>().sqrt(),
+            Norm::LInf => largest.into_iter().fold(0.0, f64::max),
+        });
         let terms = 2.0 * (test.rows[0] * z + test.rows[1] * r) / to_f64(problem.gamma());
         let size = test.limits.norm.of(q.norms()) + terms;
         if size.is_finite() { size } else { 0.0 }
