@@ -1,4 +1,7 @@
-use crate::{Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar};
+use crate::{
+    Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar,
+    view::visit_neighbours,
+};
 
 /// A five-point stencil with constant coefficients on an `nx × ny` grid, zero outside it.
 ///
@@ -75,10 +78,7 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        let view = self.view();
-        for (j, y) in y.chunks_exact_mut(self.nx).enumerate() {
-            view.product(self.nx, j, 0, x, y);
-        }
+        self.view().apply(self.nx, x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
@@ -95,16 +95,7 @@ impl<T: Scalar> Diagonal<T> for FivePoint<T> {
 impl<T: Scalar> Rows<T> for FivePoint<T> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
-        let (i, nx, n) = (k % self.nx, self.nx, self.order());
-        let mut entry = |inside: bool, at: usize, a: T| {
-            if inside && a != T::zero() {
-                visit(at, a);
-            }
-        };
-        entry(k >= nx, k.wrapping_sub(nx), self.south);
-        entry(i > 0, k.wrapping_sub(1), self.west);
-        entry(true, k, self.centre);
-        entry(i + 1 < nx, k + 1, self.east);
-        entry(k + nx < n, k + nx, self.north);
+        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
+        visit_neighbours(self.nx, self.order(), k, |direction| coefficients[direction], visit);
     }
 }

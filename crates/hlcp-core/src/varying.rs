@@ -2,6 +2,7 @@ use std::borrow::Cow;
 
 use crate::{
     Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar, all_finite,
+    view::visit_neighbours,
 };
 
 /// A five-point operator on an `nx × ny` grid whose coefficients vary from point to point.
@@ -139,10 +140,7 @@ impl<T: Scalar> LinearOperator<T> for VaryingFivePoint<'_, T> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        let view = self.view();
-        for (j, y) in y.chunks_exact_mut(self.nx).enumerate() {
-            view.product(self.nx, j, 0, x, y);
-        }
+        self.view().apply(self.nx, x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
@@ -159,17 +157,7 @@ impl<T: Scalar> Diagonal<T> for VaryingFivePoint<'_, T> {
 impl<T: Scalar> Rows<T> for VaryingFivePoint<'_, T> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
-        let (i, nx, n) = (k % self.nx, self.nx, self.order());
-        let mut entry = |inside: bool, at: usize, direction: usize| {
-            let a = self.coefficients[direction].view().at(k);
-            if inside && a != T::zero() {
-                visit(at, a);
-            }
-        };
-        entry(k >= nx, k.wrapping_sub(nx), 0);
-        entry(i > 0, k.wrapping_sub(1), 1);
-        entry(true, k, 2);
-        entry(i + 1 < nx, k + 1, 3);
-        entry(k + nx < n, k + nx, 4);
+        let coefficient = |direction: usize| self.coefficients[direction].view().at(k);
+        visit_neighbours(self.nx, self.order(), k, coefficient, visit);
     }
 }

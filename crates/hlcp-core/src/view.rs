@@ -96,6 +96,13 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         self.coefficients
     }
 
+    /// Overwrites `y` with the product with `x`, on a grid of `nx` columns.
+    pub(crate) fn apply(&self, nx: usize, x: &[T], y: &mut [T]) {
+        for (j, y) in y.chunks_exact_mut(nx).enumerate() {
+            self.product(nx, j, 0, x, y);
+        }
+    }
+
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid
     /// of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
@@ -121,4 +128,28 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
             north.add_product(from, &x[from + nx..until + nx], y);
         }
     }
+}
+
+/// Visits row `k` of a five-point operator of order `n` on a grid of `nx` columns, given the row's coefficient
+/// in each direction: what leads outside the grid and what is zero is passed over.
+#[inline]
+pub(crate) fn visit_neighbours<T: Scalar>(
+    nx: usize,
+    n: usize,
+    k: usize,
+    coefficient: impl Fn(usize) -> T,
+    visit: &mut dyn FnMut(usize, T),
+) {
+    let i = k % nx;
+    let mut entry = |inside: bool, at: usize, direction: usize| {
+        let a = coefficient(direction);
+        if inside && a != T::zero() {
+            visit(at, a);
+        }
+    };
+    entry(k >= nx, k.wrapping_sub(nx), 0);
+    entry(i > 0, k.wrapping_sub(1), 1);
+    entry(true, k, 2);
+    entry(i + 1 < nx, k + 1, 3);
+    entry(k + nx < n, k + nx, 4);
 }

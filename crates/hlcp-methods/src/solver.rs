@@ -196,12 +196,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         if limits.rounding > T::zero() {
             test.rows = self.rows();
         }
-        let (mut status, iterations, answer) = self.iterate(&q, &mut test, start, observer);
-        test.size = self.size(&q, &test);
-        let residual = self.recover(&q);
-        if test.within(residual) {
-            status = Status::Converged;
-        }
+        let (status, iterations, answer, residual) = self.iterate(&q, &mut test, start, observer);
         let (sweeps, seconds) = (iterations * self.method.steps(), start.elapsed().as_secs_f64());
         Ok(Outcome { status, iterations, answer, sweeps, seconds, residual })
     }
@@ -223,14 +218,16 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         [a, Norms::of(&self.z).l2 / n.sqrt()]
     }
 
-    /// Iterates until `limits`, the observer or the iterates say stop, and leaves the answer in `x`.
+    /// Iterates until `limits`, the observer or the iterates say stop, and leaves the answer in `x`, `z` and `r`.
+    ///
+    /// Returns the status, the number of iterations, the answer's own, and the answer's residual.
     fn iterate(
         &mut self,
         q: &Rhs<'_, T>,
         test: &mut Test<'_, T>,
         start: Instant,
         mut observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
-    ) -> (Status, usize, usize) {
+    ) -> (Status, usize, usize, Norms) {
         let limits = test.limits;
         self.watch.begin(limits.norm.of(q.norms()));
         self.history.clear();
@@ -252,8 +249,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             if test.within(norms) {
                 // The answer's own residual and size decide; the step's were their forerunners.
                 test.size = self.size(q, test);
-                if test.within(self.recover(q)) {
-                    return (Status::Converged, k, k);
+                let residual = self.recover(q);
+                if test.within(residual) {
+                    return (Status::Converged, k, k, residual);
                 }
                 // The check used the vectors of the best iterate and of the next one.
                 self.r.copy_from_slice(&self.x);
@@ -278,7 +276,10 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             if !best {
                 std::mem::swap(&mut self.x, &mut self.r);
             }
-            return (status, k, answer);
+            test.size = self.size(q, test);
+            let residual = self.recover(q);
+            let status = if test.within(residual) { Status::Converged } else { status };
+            return (status, k, answer, residual);
         }
         unreachable!("the iteration limit ends the loop")
     }
