@@ -31,13 +31,30 @@ pub trait Method<T: Scalar> {
     /// The problem.
     fn problem(&self) -> &Hlcp<T, Self::A, Self::B>;
 
-    /// How many steps make one iteration; each is one sweep over the unknowns.
+    /// How many steps make one iteration.
     fn steps(&self) -> usize {
         1
     }
 
-    /// Takes step number `k` of an iteration, from `x` to `y`, which depends on the arguments alone, and returns the norms of `A z − B r + q` at
-    /// `x`, the step's *input*.
+    /// How many sweeps over the unknowns one iteration is worth; one a step where a step is a sweep.
+    fn sweeps(&self) -> usize {
+        self.steps()
+    }
+
+    /// Forgets earlier iterates; a [`Solver`](crate::Solver) calls it as it begins a solve. Only a method whose steps
+    /// depend on those before has anything to forget.
+    fn restart(&mut self) {}
+
+    /// The iterations of inner linear solves since [`restart`](Self::restart), of a method that has them.
+    fn linear_iterations(&self) -> Option<usize> {
+        None
+    }
+
+    /// Takes step number `k` of an iteration, from `x` to `y`, and returns the norms of `A z − B r + q` at `x`, the
+    /// step's *input*.
+    ///
+    /// What `y` held before is never read. `y` depends on the arguments and on the steps since
+    /// [`restart`](Self::restart) alone.
     ///
     /// # Panics
     ///
@@ -55,6 +72,18 @@ impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
 
     fn steps(&self) -> usize {
         (**self).steps()
+    }
+
+    fn sweeps(&self) -> usize {
+        (**self).sweeps()
+    }
+
+    fn restart(&mut self) {
+        (**self).restart();
+    }
+
+    fn linear_iterations(&self) -> Option<usize> {
+        (**self).linear_iterations()
     }
 
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {

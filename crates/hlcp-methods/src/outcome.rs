@@ -81,7 +81,7 @@ pub struct Outcome {
     pub iterations: usize,
     /// The iteration whose iterate is the answer.
     pub answer: usize,
-    /// The number of steps in those iterations; a two-step iteration is two sweeps.
+    /// The sweeps those iterations are worth; a two-step iteration is two.
     ///
     /// The stopping test's look at the last iterate is the first step of an iteration that is not
     /// counted.

@@ -197,7 +197,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             test.rows = self.rows();
         }
         let (status, iterations, answer, residual) = self.iterate(&q, &mut test, start, observer);
-        let (sweeps, seconds) = (iterations * self.method.steps(), start.elapsed().as_secs_f64());
+        let (sweeps, seconds) = (iterations * self.method.sweeps(), start.elapsed().as_secs_f64());
         Ok(Outcome { status, iterations, answer, sweeps, seconds, residual })
     }
 
@@ -229,6 +229,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         mut observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
     ) -> (Status, usize, usize, Norms) {
         let limits = test.limits;
+        self.method.restart();
         self.watch.begin(limits.norm.of(q.norms()));
         self.history.clear();
         let mut answer = 0;
