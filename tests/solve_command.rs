@@ -127,6 +127,7 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--m 0", "0"),
         ("--m 99999", "99999"),
         ("--m x", "'x'"),
+        ("--repeats 0", "0"),
         ("--m 8 --tau 0", "tau is 0"),
         ("--m 8 --tau -1.5", "tau is -1.5"),
         ("--m 8 --gamma 0", "gamma is 0"),
@@ -160,6 +161,18 @@ fn the_film_comes_out_in_si_units_with_its_errors() {
     // First order: 3.7175 MPa at 100 cells is 126 kPa above the continuous peak.
     assert!((number("peak_error_pa") * 80.0 - 12.6e6).abs() <= 0.3e6);
     assert!(number("rupture_error_m").abs() <= Slider::LENGTH / 80.0);
+}
+
+#[test]
+fn the_disc_scenes_by_name_and_the_median_of_repeats() {
+    // Counts of the same scenes in an independent program: 1637 (TMSOR 1.5, m = 64) and divergence of the LCP.
+    let (report, status) =
+        json("--scene disc-hlcp --m 64 --method TMSOR --alpha 1.5 --repeats 3 --json");
+    assert_eq!((&report["scene"], status), (&Value::from("disc-hlcp"), 0));
+    assert!((report["iterations"].as_i64().unwrap() - 1637).abs() <= 1, "{report}");
+    assert!(report["error_linf"].as_f64().unwrap() <= 1e-8);
+    let (report, status) = json("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5 --json");
+    assert_eq!((&report["outcome"], status), (&Value::from("diverged"), 2));
 }
 
 #[test]

@@ -1,0 +1,172 @@
+//! The command line, and what it can be refused for before anything is read or solved.
+
+use std::{error::Error, path::PathBuf};
+
+use clap::{Parser, ValueEnum};
+use hlcp_methods::Parameters;
+
+/// Solve a horizontal linear complementarity problem, A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0.
+#[derive(Debug, Parser)]
+#[command(name = "solve")]
+pub(crate) struct Arguments {
+    /// The problem
+    #[arg(long, value_enum, default_value_t = Scene::Example1)]
+    pub(crate) scene: Scene,
+    /// Grid points per side, the order being m²; for the slider its cells, the order being m − 1
+    #[arg(long, default_value_t = 512, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=32768))]
+    pub(crate) m: u16,
+    /// The multiple of the identity in A of Examples 1 and 2 [default: 4]
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) mu: Option<f64>,
+    /// The multiple of the identity in B of Examples 1 and 2 [default: 4]
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) nu: Option<f64>,
+    /// A matrix A from a Matrix Market file, instead of a scene
+    #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu"])]
+    pub(crate) a: Option<PathBuf>,
+    /// The matrix B [default: the identity, which makes the problem an LCP]
+    #[arg(long, requires = "a")]
+    pub(crate) b: Option<PathBuf>,
+    /// The vector q: a Matrix Market file, or one number a line
+    #[arg(long, requires = "a")]
+    pub(crate) q: Option<PathBuf>,
+    /// The start x⁰ [default: all ones]
+    #[arg(long)]
+    pub(crate) x0: Option<PathBuf>,
+    /// Write z to this file, also of a solve that did not converge; needs --method
+    #[arg(long, requires = "method")]
+    pub(crate) out_z: Option<PathBuf>,
+    /// Write r to this file, also of a solve that did not converge; needs --method
+    #[arg(long, requires = "method")]
+    pub(crate) out_r: Option<PathBuf>,
+    /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM… and TM… alike,
+    /// TMJSOR1–4 TMGSJ TMGSSOR1–3
+    #[arg(long)]
+    pub(crate) method: Option<String>,
+    /// Relaxation α, of the first step where there are two
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) alpha: Option<f64>,
+    /// Acceleration β, of the first step where there are two
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) beta: Option<f64>,
+    /// α of the second step
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) alpha2: Option<f64>,
+    /// β of the second step
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) beta2: Option<f64>,
+    /// The factor τ of Ω = τ D_A D_B⁻¹, which scales r in the modulus variable
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) tau: f64,
+    /// The scale γ of the modulus variable
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) gamma: f64,
+    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 what rounding allows, and for the slider at
+    /// least 1e-10 ‖q‖]
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) tol: Option<f64>,
+    /// The largest number of iterations
+    #[arg(long, default_value_t = 30_000, allow_hyphen_values = true)]
+    pub(crate) max_iterations: usize,
+    /// The norm of the stopping test
+    #[arg(long, value_enum, default_value_t = NormName::L2)]
+    pub(crate) norm: NormName,
+    /// The precision [default: f64 with --method, both without]
+    #[arg(long, value_enum)]
+    precision: Option<Precision>,
+    /// Solve this often and report the median of the times
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) repeats: u16,
+    /// Print one JSON object instead of a table; needs --method
+    #[arg(long, requires = "method")]
+    pub(crate) json: bool,
+    /// Prove what can be proved: convergence, uniqueness, and a bound on the error
+    #[arg(long)]
+    pub(crate) certify: bool,
+}
+
+/// μ and ν where none are given.
+pub(crate) const SHIFT: f64 = 4.0;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Scene {
+    /// The paper's Example 1
+    Example1,
+    /// The paper's Example 2
+    Example2,
+    /// A slider with cavitation in the place of the paper's Example 3
+    Slider,
+    /// A contact in a disc, as a linear complementarity problem
+    DiscLcp,
+    /// A contact in a disc with a second operator on r
+    DiscHlcp,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum NormName {
+    L2,
+    Linf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
+    F64,
+    F32,
+}
+
+impl Precision {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+        }
+    }
+}
+
+impl Arguments {
+    /// Refuses what contradicts itself, and outputs that cannot be written.
+    pub(crate) fn check(&self) -> Result<(), Box<dyn Error>> {
+        if self.method.is_none() && self.parameters() != Parameters::default() {
+            return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
+        }
+        let shifted = matches!(self.scene, Scene::Example1 | Scene::Example2);
+        if !shifted && self.mu.or(self.nu).is_some() {
+            return Err("--mu and --nu are those of Examples 1 and 2".into());
+        }
+        if self.out_z.is_some() && self.out_z == self.out_r {
+            return Err("--out-z and --out-r name the same file".into());
+        }
+        for path in self.out_z.iter().chain(&self.out_r) {
+            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+            if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
+                return Err(format!("{} cannot be written", path.display()).into());
+            }
+        }
+        if self.precisions().contains(&Precision::F32) {
+            let given = [("tau", Some(self.tau)), ("gamma", Some(self.gamma)), ("tol", self.tol)];
+            for (name, value) in given {
+                if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
+                    return Err(format!(
+                        "--{name} {value:e} does not fit f32; use --precision f64"
+                    )
+                    .into());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The relaxation parameters, as far as they are given.
+    pub(crate) fn parameters(&self) -> Parameters {
+        let Self { alpha, beta, alpha2, beta2, .. } = *self;
+        Parameters { alpha, beta, alpha2, beta2 }
+    }
+
+    pub(crate) fn precisions(&self) -> Vec<Precision> {
+        match (self.precision, &self.method) {
+            (Some(precision), _) => vec![precision],
+            (None, Some(_)) => vec![Precision::F64],
+            (None, None) => vec![Precision::F64, Precision::F32],
+        }
+    }
+}
