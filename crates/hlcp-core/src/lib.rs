@@ -49,3 +49,8 @@ pub use stencil::FivePoint;
 pub use tridiagonal::Tridiagonal;
 pub use varying::VaryingFivePoint;
 pub use view::{Coefficients, FivePointView};
+
+/// The README's program, compiled and run with the documentation's other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

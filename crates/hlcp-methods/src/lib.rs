@@ -28,7 +28,8 @@ pub use solver::{Progress, Solver};
 pub use tmms::Tmms;
 pub use watch::{GROWTH, PATIENCE};
 
-/// The README's program, compiled and run with the documentation's other examples.
+/// The programs of the READMEs, compiled and run with the documentation's other examples.
 #[cfg(doctest)]
+#[doc = include_str!("../README.md")]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

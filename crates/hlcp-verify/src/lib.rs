@@ -37,3 +37,8 @@ pub use theory::{
     Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,
     relaxed_theorem, theorem_1, theorem_2,
 };
+
+/// The README's program, compiled and run with the documentation's other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
