@@ -1,7 +1,8 @@
 //! What several test programs share.
 #![allow(dead_code, reason = "each test program uses its own part")]
 
-use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows};
+use hlcp_core::{Aor, Diagonal, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_methods::{Limits, Solver, Tmms};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -38,6 +39,27 @@ pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, Matrix, Matrix> {
     Hlcp::new(Matrix(dense.a.clone()), Matrix(dense.b.clone()), omega)
         .and_then(|problem| problem.with_gamma(dense.gamma))
         .expect("generators make valid problems")
+}
+
+/// The matrix of an operator, from its rows.
+pub(crate) fn assembled(operator: &impl Rows<f64>) -> DMatrix<f64> {
+    let n = operator.order();
+    let mut matrix = DMatrix::zeros(n, n);
+    for i in 0..n {
+        operator.visit_row(i, &mut |j, a| matrix[(i, j)] = a);
+    }
+    matrix
+}
+
+/// `z` and `r` by TMGS (τ = 1, x⁰ = e), which must converge to the default tolerance.
+pub(crate) fn by_tmgs<T: Scalar, A: Rows<T>, B: Rows<T>>(a: A, b: B, q: &[T]) -> [Vec<T>; 2] {
+    let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
+    let method = Tmms::mirrored(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
+    let mut solver = Solver::new(method);
+    let limits = Limits { iterations: 200_000, ..Limits::default() };
+    let outcome = solver.solve(q, &vec![T::one(); q.len()], &limits).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    [solver.z().to_vec(), solver.r().to_vec()]
 }
 
 /// A full non-symmetric matrix: a diagonal in 1..4, off-diagonal rows that sum to at most `weight` in modulus.

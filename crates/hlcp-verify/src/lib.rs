@@ -3,8 +3,9 @@
 //!
 //! * [`oracle`]: the paper's methods, dense and from its formulas, and all solutions of a small problem.
 //! * [`Planted`]: a problem built around a solution.
-//! * [`Example`]: the paper's Examples 1 and 2, [`Slider`]: its Example 3 in kind, and [`Disc`]: a contact on
-//!   which splitting methods crawl, all matrix-free.
+//! * Scenes, all matrix-free: [`Example`], the paper's Examples 1 and 2; [`Slider`], its Example 3 in kind; [`Disc`], a
+//!   contact on which splitting methods crawl; and, with published answers, [`JournalBearing`], [`Obstacle`],
+//!   [`Bearing2d`] and [`AmericanPut`].
 //! * Does the theory cover a problem and its parameters? [`convergence`] tries every theorem;
 //!   [`theorem_1`], [`theorem_2`], [`relaxed_theorem`], [`alpha_bound`] and [`classes`] say which
 //!   hypothesis holds and where one fails.
@@ -15,23 +16,19 @@
 mod certificate;
 pub mod classes;
 mod comparison;
-mod disc;
 mod multigrid;
 pub mod oracle;
 mod perron;
 mod planted;
 mod rounding;
-mod scene;
-mod slider;
+mod scenes;
 mod steps;
 mod theory;
 
 pub use certificate::{Certificate, Witness, certify};
-pub use disc::Disc;
 pub use perron::Bracket;
 pub use planted::Planted;
-pub use scene::{Example, Posed};
-pub use slider::Slider;
+pub use scenes::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
 pub use steps::{AorStep, Contraction};
 pub use theory::{
     Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,

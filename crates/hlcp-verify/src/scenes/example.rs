@@ -1,5 +1,7 @@
 use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 
+use super::narrow;
+
 /// The paper's Examples 1 and 2: a pair of stencils on an `m × m` grid.
 ///
 /// With `S` tridiagonal, Example 1 (symmetric) has
@@ -73,15 +75,43 @@ impl Example {
     ///
     /// [`Error`] for a grid without points, and for μ or ν that are not finite.
     pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        self.planted(|_| 1.0)
+    }
+
+    /// The example with a generic solution of the same pattern: the entry `i` of `z*` or `r*` that is not zero is
+    /// `½ + {(i + 1)φ}`, the fraction of a multiple of the golden section `φ = (√5 − 1)/2`.
+    ///
+    /// With zeros and ones everything is an integer, and residuals may vanish exactly; here they have a rounding floor.
+    ///
+    /// # Errors
+    ///
+    /// As [`pose`](Self::pose).
+    ///
+    /// ```
+    /// use hlcp_verify::Example;
+    ///
+    /// let scene = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 }.pose_generic::<f64>()?;
+    /// assert_eq!((scene.z[0], scene.r[1]), (0.0, 0.0));
+    /// assert!((scene.r[0] - 1.1180339887498949).abs() < 1e-15);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn pose_generic<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        const GOLDEN: f64 = 0.618_033_988_749_894_9;
+        self.planted(|i| 0.5 + ((i + 1) as f64 * GOLDEN).fract())
+    }
+
+    /// The example whose solution has the entries `value` gives, in `z*` where the index is odd and in `r*` elsewhere.
+    fn planted<T: Scalar>(
+        &self,
+        value: impl Fn(usize) -> f64,
+    ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         let [lower, upper] = if self.symmetric { [-1.0, -1.0] } else { [-1.5, -0.5] };
-        let stencil = |coefficients: [f64; 5]| {
-            let to = |v| T::from(v).unwrap_or_else(T::nan);
-            FivePoint::new(self.m, self.m, coefficients.map(to))
-        };
+        let stencil =
+            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(narrow));
         let a = stencil([lower, lower, 4.0 + self.mu, upper, upper])?;
         let b = stencil([0.0, lower, 4.0 + self.nu, upper, 0.0])?;
         let alternating = |odd| {
-            let entry = |i| if (i % 2 == 1) == odd { T::one() } else { T::zero() };
+            let entry = |i| if (i % 2 == 1) == odd { narrow(value(i)) } else { T::zero() };
             (0..a.order()).map(entry).collect::<Vec<T>>()
         };
         let (z, r) = (alternating(true), alternating(false));

@@ -1,5 +1,7 @@
 use hlcp_core::{Error, Rows, Scalar, Tridiagonal};
 
+use super::{narrow, wide};
+
 /// The paper's Example 3 in kind: the convergent–divergent slider of the lubrication literature.
 ///
 /// Between a fixed parabolic pad `h(x) = h_min + (h_max − h_min)(2x/L − 1)²` and a plane moving at speed
@@ -81,18 +83,17 @@ impl Slider {
         let slider = *self;
         let order = self.cells.saturating_sub(1);
         let cells = self.cells as f64;
-        let to = |v: f64| T::from(v).unwrap_or_else(T::nan);
         let a = Tridiagonal::new(order, move |i| {
             let conductance = |node: f64| slider.gap(node).powi(3) * (cells * cells);
             let [west, east] = [i as f64 + 0.5, i as f64 + 1.5].map(conductance);
-            [-west, west + east, -east].map(to)
+            [-west, west + east, -east].map(narrow)
         })?;
         let b = Tridiagonal::new(order, move |i| {
             let [before, here] = [i as f64, i as f64 + 1.0].map(|node| slider.gap(node) * cells);
-            [-before, here, 0.0].map(to)
+            [-before, here, 0.0].map(narrow)
         })?;
         let wedge = |i| (slider.gap(i as f64 + 1.0) - slider.gap(i as f64)) * cells;
-        Ok((a, b, (0..order).map(|i| to(wedge(i))).collect()))
+        Ok((a, b, (0..order).map(|i| narrow(wedge(i))).collect()))
     }
 
     /// `H` at a node, counted from the inlet at 0 to the outlet at `N`.
@@ -104,7 +105,7 @@ impl Slider {
     /// The largest pressure of a solution `z`, in Pa.
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
         let largest = z.iter().copied().fold(T::zero(), T::max);
-        largest.to_f64().unwrap_or(f64::NAN) * Self::PRESSURE_UNIT
+        wide(largest) * Self::PRESSURE_UNIT
     }
 
     /// Where the film of a solution `z` ruptures: the last node with a pressure, in m from the inlet.

@@ -1,0 +1,39 @@
+//! Problems with known answers, each a few numbers that define it.
+
+use hlcp_core::{Error, Scalar};
+
+mod american_put;
+mod bearing2d;
+mod disc;
+mod example;
+mod journal_bearing;
+mod obstacle;
+mod slider;
+
+pub use american_put::AmericanPut;
+pub use bearing2d::Bearing2d;
+pub use disc::Disc;
+pub use example::{Example, Posed};
+pub use journal_bearing::JournalBearing;
+pub use obstacle::Obstacle;
+pub use slider::Slider;
+
+/// Refuses a parameter outside `range`, which `inside` says in code.
+fn check(name: &'static str, value: f64, inside: bool, range: &'static str) -> Result<(), Error> {
+    if inside { Ok(()) } else { Err(Error::Parameter { name, value, range }) }
+}
+
+/// Refuses a parameter that is not positive and finite.
+fn positive(name: &'static str, value: f64) -> Result<(), Error> {
+    check(name, value, value > 0.0 && value.is_finite(), "positive and finite")
+}
+
+/// The nearest number of precision `T`.
+fn narrow<T: Scalar>(value: f64) -> T {
+    T::from(value).unwrap_or_else(T::nan)
+}
+
+/// The number in double precision.
+fn wide<T: Scalar>(value: T) -> f64 {
+    value.to_f64().unwrap_or(f64::NAN)
+}

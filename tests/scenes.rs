@@ -1,0 +1,229 @@
+//! Scenes with published answers have them, and are what their equations say.
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::{assembled, by_tmgs};
+use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
+use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_verify::{
+    AorStep, Convergence, Example, JournalBearing, Obstacle, certify, classes::is_m, convergence,
+};
+use nalgebra::{DMatrix, DVector};
+
+/// A vector without pattern, entries in 0..1.
+fn scattered(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (f64::sin((i * i) as f64 * 12.9898) * 43758.5453).fract().abs()).collect()
+}
+
+/// Proved: one solution for every q, and Gauss–Seidel finds it.
+fn proved<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(a: &A, b: &B, q: &[f64]) {
+    assert!(is_m(a).is_yes() && is_m(b).is_yes());
+    let zero = vec![0.0; q.len()];
+    assert!(certify(a, b, q, &zero, &zero).unwrap().is_some());
+    let omega = Omega::diagonal_ratio(1.0, a, b).unwrap();
+    let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
+    let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+    assert!(matches!(found, Convergence::Proved(..)), "{found}");
+}
+
+/// The stiffness matrix and the load of linear elements on right triangles, assembled triangle by triangle, `w` and
+/// the load by the vertex rule.
+fn elements(scene: JournalBearing) -> (DMatrix<f64>, DVector<f64>) {
+    let JournalBearing { nx, ny, ecc, b } = scene;
+    let (hx, hy) = (TAU / (nx + 1) as f64, 2.0 * b / (ny + 1) as f64);
+    let mut stiffness = DMatrix::zeros(nx * ny, nx * ny);
+    let mut load = DVector::zeros(nx * ny);
+    let inner = |[i, j]: [usize; 2]| {
+        ((1..=nx).contains(&i) && (1..=ny).contains(&j)).then(|| (j - 1) * nx + i - 1)
+    };
+    for (i, j) in (0..=nx).flat_map(|i| (0..=ny).map(move |j| (i, j))) {
+        // The right angle first, then the neighbours along ξ and across.
+        let lower = [[i, j], [i + 1, j], [i, j + 1]];
+        let upper = [[i + 1, j + 1], [i, j + 1], [i + 1, j]];
+        for triangle in [lower, upper] {
+            let w = |[i, _]: [usize; 2]| (1.0 + ecc * f64::cos(i as f64 * hx)).powi(3);
+            let mean = triangle.map(w).iter().sum::<f64>() / 3.0;
+            let gradients = [[-1.0 / hx, -1.0 / hy], [1.0 / hx, 0.0], [0.0, 1.0 / hy]];
+            for (u, p) in triangle.into_iter().zip(gradients) {
+                let Some(row) = inner(u) else { continue };
+                load[row] += hx * hy / 6.0 * ecc * f64::sin(u[0] as f64 * hx);
+                for (v, s) in triangle.into_iter().zip(gradients) {
+                    if let Some(column) = inner(v) {
+                        stiffness[(row, column)] +=
+                            hx * hy / 2.0 * mean * (p[0] * s[0] + p[1] * s[1]);
+                    }
+                }
+            }
+        }
+    }
+    (stiffness, load)
+}
+
+#[test]
+fn the_journal_bearing_is_its_elements() {
+    let scene = JournalBearing { nx: 7, ny: 5, ecc: 0.7, b: 1.3 };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let (stiffness, load) = elements(scene);
+    let (scale, q) = (stiffness.amax(), DVector::from_vec(q));
+    assert!((assembled(&a) - &stiffness).amax() <= 8.0 * f64::EPSILON * scale);
+    assert!((&q + &load).amax() <= 8.0 * f64::EPSILON * load.amax());
+    assert_eq!(assembled(&b), DMatrix::identity(35, 35));
+    let z = DVector::from_vec(scattered(35));
+    let objective = 0.5 * z.dot(&(&stiffness * &z)) - load.dot(&z);
+    // 35 points with five terms each, none larger than the scale.
+    assert!((scene.objective(z.as_slice()) - objective).abs() <= 175.0 * f64::EPSILON * scale);
+}
+
+#[test]
+fn the_journal_bearing_has_petscs_objective() {
+    let scene = JournalBearing { nx: 8, ny: 12, ecc: 0.1, b: 10.0 };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let [z, _] = by_tmgs(&a, b, &q);
+    assert_eq!(format!("{:.6}", scene.objective(&z)), "-0.183437");
+    proved(&a, &b, &q);
+
+    let (a, b, q) = scene.pose::<f32>().unwrap();
+    let [z, _] = by_tmgs(a, b, &q);
+    // Second order in the error of z, first order in the rounding of A and q.
+    assert!((scene.objective(&z) + 0.183437).abs() <= 1e-5);
+}
+
+/// The energy of linear elements is second order in the mesh width.
+#[test]
+fn the_journal_bearings_objective_converges() {
+    let objective = |cells: usize| {
+        let scene = JournalBearing { nx: cells - 1, ny: cells - 1, ecc: 0.5, b: 3.0 };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        scene.objective(&by_tmgs(a, b, &q)[0])
+    };
+    let [coarse, middle, fine] = [16, 32, 64].map(objective);
+    let order = ((coarse - middle) / (middle - fine)).log2();
+    assert!((1.7..2.3).contains(&order), "{order}: {coarse} {middle} {fine}");
+}
+
+#[test]
+fn the_obstacle_problem_is_its_stencil() {
+    let m = 7;
+    let scene = Obstacle { m };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    assert_eq!(assembled(&b), DMatrix::identity(25, 25));
+    let z = scattered(25);
+    let place = |i: usize| i as f64 * 4.0 / 6.0 - 2.0;
+    let membrane = DMatrix::from_fn(m, m, |i, j| {
+        let (x, y) = (place(i), place(j));
+        if [0, m - 1].contains(&i) || [0, m - 1].contains(&j) {
+            Obstacle::exact(x, y)
+        } else {
+            Obstacle::dome(x, y) + z[(j - 1) * 5 + i - 1]
+        }
+    });
+    let mut force = vec![0.0; 25];
+    a.apply(&z, &mut force);
+    for (k, force) in force.iter().enumerate() {
+        let (i, j) = (k % 5 + 1, k / 5 + 1);
+        let around = membrane[(i - 1, j)] + membrane[(i + 1, j)];
+        let around = around + membrane[(i, j - 1)] + membrane[(i, j + 1)];
+        let expected = 4.0 * membrane[(i, j)] - around;
+        assert!((force + q[k] - expected).abs() <= 32.0 * f64::EPSILON * membrane.amax());
+    }
+}
+
+/// Value and slope of the exact solution are the dome's where it takes off, and it is 0 at radius 2.
+#[test]
+fn the_exact_membrane_takes_off_smoothly() {
+    let (at, step) = (Obstacle::CONTACT, 1e-6);
+    // Half the jump of the second derivatives is below 10.
+    let apart = Obstacle::exact(at + step, 0.0) - Obstacle::dome(at + step, 0.0);
+    assert!(apart.abs() <= 10.0 * step * step);
+    assert!(Obstacle::exact(0.0, -2.0).abs() <= 1e-14);
+}
+
+#[test]
+fn the_obstacle_problem_has_petscs_errors() {
+    for (m, printed) in [(9, ["3.076e-3", "1.334e-2"]), (17, ["2.707e-3", "1.428e-2"])] {
+        let scene = Obstacle { m };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        let [z, _] = by_tmgs(a, b, &q);
+        assert_eq!(scene.errors(&z).map(|error| format!("{error:.3e}")), printed);
+        proved(&a, &b, &q);
+        let (a, b, q) = scene.pose::<f32>().unwrap();
+        let [z, _] = by_tmgs(a, b, &q);
+        // z is off by some hundred roundings, amplified by A⁻¹ ≤ m²/8.
+        let [mean, _] = scene.errors(&z);
+        assert!((mean - printed[0].parse::<f64>().unwrap()).abs() <= 2e-4);
+    }
+}
+
+/// The mean error falls by about four whenever the mesh is halved; the contact's edge makes it uneven.
+#[test]
+fn the_obstacle_problem_converges() {
+    let mean = |m| {
+        let scene = Obstacle { m };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        scene.errors(&by_tmgs(a, b, &q)[0])[0]
+    };
+    let order = (mean(17) / mean(65)).log2() / 2.0;
+    assert!((1.5..2.5).contains(&order), "{order}");
+}
+
+/// The generic solution has the pattern of the plain one, no two equal entries nearby, and solves the problem.
+#[test]
+fn generic_solutions_are_planted() {
+    for symmetric in [true, false] {
+        let example = Example { symmetric, m: 6, mu: 0.7, nu: 1.9 };
+        let (plain, generic) =
+            (example.pose::<f64>().unwrap(), example.pose_generic::<f64>().unwrap());
+        let (a, b) = (assembled(&generic.a), assembled(&generic.b));
+        assert_eq!((&a, &b), (&assembled(&plain.a), &assembled(&plain.b)));
+        for k in 0..36 {
+            assert_eq!(
+                (plain.z[k] > 0.0, plain.r[k] > 0.0),
+                (generic.z[k] > 0.0, generic.r[k] > 0.0)
+            );
+            let value = generic.z[k] + generic.r[k];
+            assert!((0.5..1.5).contains(&value));
+            assert!(k == 0 || (value - generic.z[k - 1] - generic.r[k - 1]).abs() > 0.3);
+        }
+        let (z, r) = (DVector::from_vec(generic.z.clone()), DVector::from_vec(generic.r.clone()));
+        let q = DVector::from_vec(generic.q.clone());
+        // Ten terms an entry, none larger than 1.5 · 6.
+        assert!((&a * &z - &b * &r + &q).amax() <= 10.0 * f64::EPSILON * 9.0);
+
+        let omega = Omega::diagonal_ratio(1.0, &generic.a, &generic.b).unwrap();
+        let problem = Hlcp::new(generic.a, generic.b, omega).unwrap();
+        let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+        let limits = Limits { absolute: 1e-12, ..Limits::default() };
+        assert!(solver.solve(&generic.q, &[1.0; 36], &limits).unwrap().converged());
+        let error = (0..36).map(|k| (solver.z()[k] - z[k]).abs().max((solver.r()[k] - r[k]).abs()));
+        assert!(error.fold(0.0, f64::max) <= 1e-11);
+    }
+}
+
+#[test]
+fn bad_parameters_are_refused_with_their_value() {
+    let parameter = |error: Error, name, value: f64| match error {
+        Error::Parameter { name: n, value: v, .. } => {
+            n == name && v.to_bits() == value.to_bits() && error.to_string().contains(name)
+        }
+        _ => false,
+    };
+    for ecc in [-0.1, 1.0, f64::NAN, f64::INFINITY] {
+        let scene = JournalBearing { nx: 3, ny: 4, ecc, b: 2.0 };
+        assert!(parameter(scene.pose::<f64>().unwrap_err(), "ecc", ecc));
+    }
+    for b in [0.0, -2.0, f64::NAN, f64::INFINITY] {
+        let scene = JournalBearing { nx: 3, ny: 4, ecc: 0.1, b };
+        assert!(parameter(scene.pose::<f32>().unwrap_err(), "b", b));
+    }
+    for (nx, ny) in [(0, 4), (4, 0), (usize::MAX / 2, 3)] {
+        let scene = JournalBearing { nx, ny, ecc: 0.1, b: 2.0 };
+        assert!(matches!(scene.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+    }
+    for m in [0, 1, 2] {
+        assert!(parameter(Obstacle { m }.pose::<f64>().unwrap_err(), "m", m as f64));
+    }
+    let (_, _, q) = Obstacle { m: 3 }.pose::<f64>().unwrap();
+    assert_eq!(q.len(), 1);
+}

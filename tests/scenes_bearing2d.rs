@@ -1,0 +1,289 @@
+//! The two-dimensional bearing is its balance, keeps it, and has the published loads.
+
+mod common;
+
+use std::f64::consts::{PI, TAU};
+
+use common::{assembled, by_tmgs};
+use hlcp_core::{Diagonal, Error, Hlcp, Omega};
+use hlcp_verify::{AorStep, Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
+use nalgebra::{DMatrix, DVector};
+
+/// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
+fn face_by_face(scene: Bearing2d) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+    let Bearing2d { nx, ny, ecc, aspect, groove } = scene;
+    let (hx, hy) = (TAU / (nx + 1) as f64, 2.0 / (ny + 1) as f64);
+    let gap = |points: f64| 1.0 + ecc * f64::cos(groove + points * hx);
+    let n = nx * ny;
+    let (mut a, mut b, mut q) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n), DVector::zeros(n));
+    // Points are counted from 1; 0, nx + 1 and ny + 1 are the boundary.
+    let cell = |i: usize, j: usize| {
+        ((1..=nx).contains(&i) && (1..=ny).contains(&j)).then(|| (j - 1) * nx + i - 1)
+    };
+    let mut drive = |from: Option<usize>, to: Option<usize>, conductance: f64| {
+        for (here, there) in [(from, to), (to, from)] {
+            if let Some(here) = here {
+                a[(here, here)] += conductance;
+                if let Some(there) = there {
+                    a[(here, there)] -= conductance;
+                }
+            }
+        }
+    };
+    for (i, j) in (0..=nx).flat_map(|i| (0..=ny).map(move |j| (i, j))) {
+        let h = gap(i as f64 + 0.5);
+        if j > 0 {
+            drive(cell(i, j), cell(i + 1, j), h.powi(3) * hy / hx);
+            // The journal carries (1 − r) h out of a cell, and the groove is full.
+            if let Some(from) = cell(i, j) {
+                q[from] += h * hy;
+                b[(from, from)] += h * hy;
+            }
+            if let Some(to) = cell(i + 1, j) {
+                q[to] -= h * hy;
+                if let Some(from) = cell(i, j) {
+                    b[(to, from)] -= h * hy;
+                }
+            }
+        }
+        if i > 0 {
+            let conductance = gap(i as f64).powi(3) * hx / hy / (aspect * aspect);
+            drive(cell(i, j), cell(i, j + 1), conductance);
+        }
+    }
+    (a, b, q)
+}
+
+#[test]
+fn the_bearing_is_its_balance() {
+    let scene = Bearing2d { nx: 6, ny: 4, ecc: 0.7, aspect: 0.8, groove: 1.1 };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let (dense_a, dense_b, dense_q) = face_by_face(scene);
+    assert!((assembled(&a) - &dense_a).amax() <= 8.0 * f64::EPSILON * dense_a.amax());
+    assert!((assembled(&b) - &dense_b).amax() <= 8.0 * f64::EPSILON * dense_b.amax());
+    assert!((DVector::from_vec(q) - &dense_q).amax() <= 8.0 * f64::EPSILON);
+    let (narrow, _, _) = scene.pose::<f32>().unwrap();
+    for i in 0..24 {
+        let off = f64::from(narrow.diagonal_entry(i)) - dense_a[(i, i)];
+        assert!(off.abs() <= f64::from(f32::EPSILON) * dense_a[(i, i)]);
+    }
+}
+
+/// What the groove delivers returns to it or leaves at the ends, and each column of cells passes on what it gets, to the
+/// residual of its cells.
+#[test]
+fn no_oil_is_lost() {
+    for groove in [0.0, 3.8] {
+        let scene = Bearing2d { nx: 47, ny: 12, ecc: 0.6, aspect: 0.7, groove };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        let [z, r] = by_tmgs(&a, &b, &q);
+        let (hx, hy) = (TAU / 48.0, 2.0 / 13.0);
+        let gap = |points: f64| 1.0 + 0.6 * f64::cos(groove + points * hx);
+        let at = |v: &[f64], i: usize, j: usize| {
+            if (1..48).contains(&i) && (1..13).contains(&j) { v[(j - 1) * 47 + i - 1] } else { 0.0 }
+        };
+        // Past the point i, out of 48 intervals.
+        let passing = |i: usize| {
+            let h = gap(i as f64 + 0.5);
+            let one =
+                |j| (1.0 - at(&r, i, j)) * h - h.powi(3) * (at(&z, i + 1, j) - at(&z, i, j)) / hx;
+            (1..13).map(one).sum::<f64>() * hy
+        };
+        let leaking = |i: usize| {
+            let both = at(&z, i, 1) + at(&z, i, 12);
+            gap(i as f64).powi(3) * hx / hy * both / (0.7 * 0.7)
+        };
+        for i in 1..48 {
+            // Twelve residuals of 2-norm 1e-10 in all.
+            let lost = passing(i - 1) - passing(i) - leaking(i);
+            assert!(lost.abs() <= 4e-10, "{i}: {lost}");
+        }
+        let [drawn, returned, ends] = scene.flows(&z, &r);
+        assert!((drawn - passing(0)).abs() <= 1e-14 * 48.0);
+        assert!((returned - passing(47)).abs() <= 1e-14 * 48.0);
+        assert!((ends - (1..48).map(leaking).sum::<f64>()).abs() <= 1e-14 * 48.0);
+        // 564 residuals.
+        assert!((drawn - returned - ends).abs() <= 24.0 * 1e-10);
+        assert!(returned < drawn && ends > 0.1);
+        // Both a full film and a broken one.
+        assert!(z.iter().any(|&z| z > 0.0) && r.iter().any(|&r| r > 0.0));
+    }
+}
+
+/// Raimondi and Boyd's table of a full bearing as long as wide, on a coarse grid.
+#[test]
+fn the_load_is_raimondi_and_boyds() {
+    let table =
+        [(0.1, 1.33), (0.2, 0.631), (0.4, 0.264), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188)];
+    for (ecc, sommerfeld) in table {
+        let scene = Bearing2d { nx: 95, ny: 23, ecc, aspect: 1.0, groove: 0.0 };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        let [z, _] = by_tmgs(a, b, &q);
+        let off = scene.sommerfeld(&z) / sommerfeld - 1.0;
+        assert!(off.abs() < 0.015, "{ecc}: {} for {sommerfeld}", scene.sommerfeld(&z));
+    }
+}
+
+/// Ocvirk's short bearing, L/D → 0, where circumferential pressure flow does not matter.
+#[test]
+fn the_short_bearing_is_ocvirks() {
+    let (ecc, aspect) = (0.5_f64, 0.02);
+    let scene = Bearing2d { nx: 63, ny: 31, ecc, aspect, groove: 0.0 };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let [z, _] = by_tmgs(a, b, &q);
+    let root = (1.0 - ecc * ecc).sqrt();
+    let attitude = (PI * root / (4.0 * ecc)).atan().to_degrees();
+    let bow = (PI * PI * root * root + 16.0 * ecc * ecc).sqrt();
+    let sommerfeld = root.powi(4) / (PI * ecc * bow * aspect * aspect);
+    // (L/D)² and h² of each.
+    assert!((scene.attitude(&z) - attitude).abs() <= 0.2, "{} {attitude}", scene.attitude(&z));
+    assert!((scene.sommerfeld(&z) / sommerfeld - 1.0).abs() <= 0.005);
+}
+
+/// `∫ (H − J)/H³` by Simpson's rule.
+fn rise(ecc: f64, flux: f64, from: f64, to: f64) -> f64 {
+    let slope = |x: f64| {
+        let h = 1.0 + ecc * x.cos();
+        (h - flux) / h.powi(3)
+    };
+    let panels = 2000;
+    let step = (to - from) / (2 * panels) as f64;
+    let inner = |k: usize| slope(from + k as f64 * step) * if k % 2 == 1 { 4.0 } else { 2.0 };
+    step / 3.0 * (slope(from) + slope(to) + (1..2 * panels).map(inner).sum::<f64>())
+}
+
+fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let sign = f(low) > 0.0;
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if (f(middle) > 0.0) == sign { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// The solution of a small problem by active sets: where z or r would be negative, the other takes its place.
+///
+/// The splitting methods take some N³ iterations where a film forms again: the front moves a cell at a time.
+fn by_active_sets(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> [Vec<f64>; 2] {
+    let n = q.len();
+    let mut full = vec![true; n];
+    for _ in 0..n {
+        let system = DMatrix::from_fn(n, n, |i, j| if full[j] { a[(i, j)] } else { -b[(i, j)] });
+        let y = system
+            .lu()
+            .solve(&-DVector::from_column_slice(q))
+            .expect("the pair has the W-property");
+        if y.iter().all(|&y| y >= 0.0) {
+            let part = |z| (0..n).map(|i| if full[i] == z { y[i] } else { 0.0 }).collect();
+            return [part(true), part(false)];
+        }
+        (0..n).filter(|&i| y[i] < 0.0).for_each(|i| full[i] = !full[i]);
+    }
+    panic!("the active sets do not settle")
+}
+
+/// Against the long bearing's film with the flux J, full between two angles: the largest error of z in units of the largest
+/// z, that of r where both films are broken and stay so, and the length on which one film is full and the other is not.
+fn long_bearing(cells: usize, groove: f64, flux: f64, full: [f64; 2]) -> [f64; 3] {
+    let ecc = 0.6;
+    let scene = Bearing2d { nx: cells - 1, ny: 1, ecc, aspect: 1e6, groove };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let [z, r] = by_active_sets(&assembled(&a), &assembled(&b), &q);
+    let h = TAU / cells as f64;
+    let (mut peak, mut off_z, mut off_r, mut length) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0);
+    for i in 0..cells - 1 {
+        let x = groove + (i + 1) as f64 * h;
+        let inside = full[0] < x && x < full[1];
+        let exact = if inside { rise(ecc, flux, full[0], x) } else { 0.0 };
+        peak = peak.max(exact);
+        off_z = off_z.max((z[i] - exact).abs());
+        if inside != (z[i] > 0.0) {
+            length += h;
+        } else if !inside && z.get(i + 1).is_none_or(|&z| z == 0.0) {
+            // The void of a cell is carried through the face after it; a cell before a film fills up.
+            off_r = off_r.max((r[i] - 1.0 + flux / (1.0 + ecc * (x + 0.5 * h).cos())).abs());
+        }
+    }
+    [off_z / peak, off_r, length]
+}
+
+/// L/D → ∞ with the groove at the widest gap: rupture where Sommerfeld's integral says, z and r to second order.
+#[test]
+fn the_long_bearing_ruptures_where_it_should() {
+    let end = bisect(PI, TAU, |end| rise(0.6, 1.0 + 0.6 * f64::cos(end), 0.0, end));
+    let flux = 1.0 + 0.6 * f64::cos(end);
+    let coarse = long_bearing(48, 0.0, flux, [0.0, end]);
+    let fine = long_bearing(192, 0.0, flux, [0.0, end]);
+    assert!(coarse[2] <= TAU / 48.0 * 1.01 && fine[2] <= TAU / 192.0 * 1.01, "{coarse:?} {fine:?}");
+    for k in [0, 1] {
+        // Four times as fine: sixteenths, give or take where the film ends within a cell.
+        let order = (coarse[k] / fine[k]).log2() / 2.0;
+        assert!((1.5..2.8).contains(&order) && fine[k] < 1e-3, "{coarse:?} {fine:?}");
+    }
+}
+
+/// L/D → ∞ with the groove where the gap widens: the film breaks up at once and forms again where it can end at the
+/// groove. To first order: the groove's flux is that of the face half a cell after it.
+#[test]
+fn the_long_bearings_film_forms_again() {
+    let groove = 3.8;
+    let flux = 1.0 + 0.6 * f64::cos(groove);
+    let end = groove + TAU;
+    // Between the groove and where the gap is J again on the way to the narrowest.
+    let start = bisect(groove, 2.0 * TAU - groove, |start| rise(0.6, flux, start, end));
+    let [coarse, fine] = [96, 384].map(|cells| long_bearing(cells, groove, flux, [start, end]));
+    for k in 0..3 {
+        let order = (coarse[k] / fine[k]).log2() / 2.0;
+        assert!((0.7..1.6).contains(&order), "{coarse:?} {fine:?}");
+    }
+    assert!(fine[1] < 0.01, "{fine:?}");
+}
+
+/// One solution for every q is proved, convergence is not.
+#[test]
+fn the_bearings_solution_is_proved_unique() {
+    for groove in [0.0, 3.8] {
+        let scene = Bearing2d { nx: 31, ny: 9, ecc: 0.6, aspect: 1.0, groove };
+        let (a, b, q) = scene.pose::<f64>().unwrap();
+        assert!(is_m(&a).is_yes() && is_m(&b).is_yes());
+        let zero = vec![0.0; q.len()];
+        let certificate = certify(&a, &b, &q, &zero, &zero).unwrap().expect("a left witness");
+        assert!(matches!(certificate.witness, Witness::Left { .. }));
+        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+        let problem = Hlcp::new(a, b, omega).unwrap();
+        let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+        assert!(matches!(found, Convergence::NotProved(_)));
+    }
+}
+
+#[test]
+fn single_precision_agrees() {
+    let scene = Bearing2d { nx: 31, ny: 9, ecc: 0.6, aspect: 1.0, groove: 0.0 };
+    let (a, b, q) = scene.pose::<f64>().unwrap();
+    let [z, _] = by_tmgs(a, b, &q);
+    let (a, b, q) = scene.pose::<f32>().unwrap();
+    let [narrow, _] = by_tmgs(a, b, &q);
+    assert!((scene.sommerfeld(&narrow) / scene.sommerfeld(&z) - 1.0).abs() <= 1e-3);
+}
+
+#[test]
+fn bad_parameters_are_refused_with_their_value() {
+    let plain = Bearing2d { nx: 3, ny: 4, ecc: 0.5, aspect: 1.0, groove: 0.3 };
+    let bad = [
+        ("ecc", Bearing2d { ecc: 1.0, ..plain }, 1.0),
+        ("ecc", Bearing2d { ecc: -0.5, ..plain }, -0.5),
+        ("aspect", Bearing2d { aspect: 0.0, ..plain }, 0.0),
+        ("aspect", Bearing2d { aspect: f64::INFINITY, ..plain }, f64::INFINITY),
+        ("groove", Bearing2d { groove: f64::NEG_INFINITY, ..plain }, f64::NEG_INFINITY),
+    ];
+    for (parameter, scene, number) in bad {
+        let Error::Parameter { name, value, .. } = scene.pose::<f64>().unwrap_err() else {
+            panic!("{parameter}")
+        };
+        assert_eq!((name, value), (parameter, number));
+    }
+    let empty = Bearing2d { nx: 0, ..plain };
+    assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+    let overflowing = Bearing2d { aspect: 1e-200, ..plain };
+    assert!(matches!(overflowing.pose::<f64>().unwrap_err(), Error::NotFinite { .. }));
+}
