@@ -9,7 +9,8 @@
 //!   [`DiagonalMatrix`], and [`Scaled`], [`Shifted`] and [`Sum`] of what stands there; with the feature
 //!   `nalgebra-sparse`, on by default, also `nalgebra_sparse::CsrMatrix`, and `market` reads and writes Matrix
 //!   Market files. A [`FivePointView`] is how an operator tells fast sweeps what it is.
-//! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`].
+//! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`]. One thread works on
+//!   it unless it is asked to be worked on `in_parallel`, with the feature `rayon`, on by default.
 //! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
 //!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.
 //! * What is wrong with the input: [`Error`].
@@ -32,6 +33,7 @@ mod problem;
 mod scalar;
 mod splitting;
 mod stencil;
+mod team;
 mod tridiagonal;
 mod varying;
 mod view;

@@ -1,7 +1,13 @@
 use crate::{
-    Error, LinearOperator, Norms, Omega, Rhs, Scalar, error::positive, kernel::Sweep,
+    Error, LinearOperator, Norms, Omega, Rhs, Scalar,
+    error::positive,
+    kernel::Sweep,
     scalar::to_f64,
+    team::{self, Claims},
 };
+
+/// Unknowns that one thread recovers in one go.
+const PORTION: usize = 4096;
 
 /// The problem HLCP(A, B, q) in modulus form.
 ///
@@ -47,6 +53,8 @@ pub struct Hlcp<T, A, B> {
     gamma: T,
     // Whether this is HLCP(B, A, −q) for the problem HLCP(A, B, q) that was posed.
     exchanged: bool,
+    // Whether the threads of rayon's current pool share the work.
+    parallel: bool,
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
@@ -65,7 +73,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });
         }
         omega.check(n)?;
-        Ok(Self { a, b, omega, gamma: T::one(), exchanged: false })
+        Ok(Self { a, b, omega, gamma: T::one(), exchanged: false, parallel: false })
     }
 
     /// The same problem with another γ.
@@ -110,8 +118,37 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             Omega::Each(omega) => Omega::Each(omega.into_iter().map(T::recip).collect()),
         };
         omega.check(self.a.order())?;
-        let Self { a, b, gamma, exchanged, .. } = self;
-        Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged })
+        let Self { a, b, gamma, exchanged, parallel, .. } = self;
+        Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel })
+    }
+
+    /// The same problem, worked on by the threads of rayon's current pool; without this call, by the caller's alone.
+    ///
+    /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the call, and rayon's
+    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`recover`](Self::recover) and
+    /// [`residual`](Self::residual) then share their work when both operators are five-point ones on one grid, of 16384
+    /// points or more; a lexicographic sweep as a pipeline over bands of rows. All results are the same for any number
+    /// of threads, to the bit. A sweep allocates one row of the grid and what rayon allocates to wake its threads.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    ///
+    /// let a = FivePoint::new(200, 200, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 40_000 }, Omega::Uniform(4.0))?.in_parallel();
+    /// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+    /// let (x, mut z, mut r) = (vec![-1.5; 40_000], vec![0.0; 40_000], vec![0.0; 40_000]);
+    /// pool.install(|| problem.recover(&x, &mut z, &mut r));
+    /// assert_eq!((z[0], r[39_999]), (0.0, 12.0));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    #[cfg(feature = "rayon")]
+    pub fn in_parallel(self) -> Self {
+        Self { parallel: true, ..self }
+    }
+
+    /// Whether threads of rayon's current pool share the work.
+    pub(crate) fn is_parallel(&self) -> bool {
+        self.parallel
     }
 
     /// The order `n`.
@@ -154,10 +191,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn recover(&self, x: &[T], z: &mut [T], r: &mut [T]) {
         self.assert_orders([x.len(), z.len(), r.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
-        for (i, &x) in x.iter().enumerate() {
-            z[i] = (x.abs() + x) / self.gamma;
-            r[i] = self.omega.at(i) * (x.abs() - x) / self.gamma;
-        }
+        let portions = x.chunks(PORTION).zip(z.chunks_mut(PORTION)).zip(r.chunks_mut(PORTION));
+        let portions = Claims::new(portions.enumerate());
+        team::spread(team::threads(self.parallel, x.len()), &|| {
+            while let Some((number, ((x, z), r))) = portions.next() {
+                for (i, ((&x, z), r)) in x.iter().zip(z).zip(r).enumerate() {
+                    *z = (x.abs() + x) / self.gamma;
+                    *r = self.omega.at(number * PORTION + i) * (x.abs() - x) / self.gamma;
+                }
+            }
+        });
     }
 
     /// Overwrites `x` with `(γ/2)(z − Ω⁻¹r)`, the modulus variable that `z` and `r` are recovered from.

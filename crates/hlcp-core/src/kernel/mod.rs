@@ -32,11 +32,12 @@ use pulp::{Arch, Simd, WithSimd};
 
 use self::{
     coefficients::{Constant, Source, Varying},
-    tile::Worker,
+    tile::{Edge, Worker},
 };
 use crate::{
     Coefficients, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
     norms::{Meter, Tally},
+    team::{self, Claims, Turns},
 };
 
 pub(crate) use self::coefficients::Relaxation;
@@ -57,6 +58,7 @@ pub(crate) struct Sweep<'a, T> {
     omega: Coefficients<'a, T>,
     gamma: T,
     q_factor: T,
+    parallel: bool,
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
@@ -76,7 +78,8 @@ impl<'a, T: Scalar> Sweep<'a, T> {
             Omega::Each(omega) => Coefficients::Each(omega),
         };
         let grid = Grid { nx, ny, backward: false };
-        Some(Self { grid, a, b, omega, gamma: problem.gamma(), q_factor: problem.q_factor() })
+        let (gamma, q_factor) = (problem.gamma(), problem.q_factor());
+        Some(Self { grid, a, b, omega, gamma, q_factor, parallel: problem.is_parallel() })
     }
 
     /// The same sweep in the given direction.
@@ -89,22 +92,31 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
-        let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
-        let (meter, mut sum) = (q.meter(T::one()), Tally::zero());
-        for j in 0..ny {
-            for start in (0..nx).step_by(COLUMNS) {
-                let length = COLUMNS.min(nx - start);
-                let (az, br) = (&mut az[..length], &mut br[..length]);
-                self.a.product(nx, j, start, z, az);
-                self.b.product(nx, j, start, r, br);
-                let q = &q.entries()[j * nx + start..][..length];
-                for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
-                    *az = *az - br + sign * q;
+        let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
+        let (meter, sum) = (q.meter(T::one()), Turns::new(Tally::zero()));
+        team::spread(team::threads(self.parallel, nx * ny), &|| {
+            let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
+            while let Some((number, first)) = bands.next() {
+                let mut tally = Tally::zero();
+                for j in first..ny.min(first + ROWS) {
+                    for start in (0..nx).step_by(COLUMNS) {
+                        let length = COLUMNS.min(nx - start);
+                        let (az, br) = (&mut az[..length], &mut br[..length]);
+                        self.a.product(nx, j, start, z, az);
+                        self.b.product(nx, j, start, r, br);
+                        let q = &q.entries()[j * nx + start..][..length];
+                        for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
+                            *az = *az - br + sign * q;
+                        }
+                        meter.add_to(&mut tally, az);
+                    }
                 }
-                meter.add_to(&mut sum, az);
+                let mut turn = sum.wait(number);
+                turn.value.add(&tally);
+                turn.pass();
             }
-        }
-        meter.norms_of(&sum, T::one())
+        });
+        meter.norms_of(&sum.into_inner(), T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
@@ -126,9 +138,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let Self { grid, omega, gamma, q_factor, .. } = *self;
+        let Self { grid, omega, gamma, q_factor, parallel, .. } = *self;
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
-        let old = Old { grid, q: q.entries(), x, gamma, q_factor, meter: q.meter(gamma) };
+        let (q, meter) = (q.entries(), q.meter(gamma));
+        let old = Old { grid, q, x, gamma, q_factor, meter, parallel };
         if let (Some(a), Some(b), Coefficients::Constant(omega)) = (constant(a), constant(b), omega)
         {
             let b_omega = b.map(|b| b * omega);
@@ -160,6 +173,7 @@ struct Old<'a, T> {
     gamma: T,
     q_factor: T,
     meter: Meter,
+    parallel: bool,
 }
 
 impl<T: Scalar> Old<'_, T> {
@@ -169,53 +183,77 @@ impl<T: Scalar> Old<'_, T> {
         source: &S,
         y: &mut [T],
     ) -> Norms {
-        let mut sum = Tally::zero();
-        if self.grid.backward {
-            arch.dispatch(Whole::<_, _, true, ACCELERATED> { old: self, source, y, sum: &mut sum });
+        let Grid { nx, backward, .. } = self.grid;
+        let sum = if backward {
+            self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
         } else {
-            arch.dispatch(Whole::<_, _, false, ACCELERATED> {
+            self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
+        };
+        self.meter.norms_of(&sum, self.gamma)
+    }
+
+    /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).
+    fn pass<'y, S, I, const BACKWARD: bool, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        bands: I,
+    ) -> Tally<T>
+    where
+        S: Source<T>,
+        I: ExactSizeIterator<Item = &'y mut [T]> + Send,
+    {
+        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
+        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([T::zero(); COLUMNS])).collect();
+        let (bands, sum) = (Claims::new(bands.enumerate()), Turns::new(Tally::zero()));
+        team::spread(threads, &|| {
+            arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
                 old: self,
                 source,
-                y,
-                sum: &mut sum,
+                bands: &bands,
+                edges: &edges,
+                sum: &sum,
             });
-        }
-        self.meter.norms_of(&sum, self.gamma)
+        });
+        sum.into_inner()
     }
 }
 
-/// A sweep over the whole grid by one thread.
-struct Whole<'a, T, S, const BACKWARD: bool, const ACCELERATED: bool> {
+/// One thread's share of a sweep.
+struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     old: &'a Old<'a, T>,
     source: &'a S,
-    y: &'a mut [T],
-    sum: &'a mut Tally<T>,
+    bands: &'a Claims<I>,
+    edges: &'a [Turns<[T; COLUMNS]>],
+    sum: &'a Turns<Tally<T>>,
 }
 
-impl<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
-    for Whole<'_, T, S, BACKWARD, ACCELERATED>
+impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
+    for Bands<'_, T, S, I, BACKWARD, ACCELERATED>
+where
+    T: Scalar,
+    S: Source<T>,
+    I: Iterator<Item = (usize, &'y mut [T])>,
 {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
-        let Self { old, source, y, sum } = self;
+        let Self { old, source, bands, edges, sum } = self;
         let Grid { nx, ny, .. } = old.grid;
         let mut worker = Worker::new(old, source);
-        for done in (0..ny).step_by(ROWS) {
-            let height = ROWS.min(ny - done);
-            if BACKWARD {
-                let (rest, passed) = y.split_at_mut((ny - done) * nx);
-                let (_, band) = rest.split_at_mut((ny - done - height) * nx);
-                let passed = &passed[..nx.min(passed.len())];
-                let first = ny - done - height;
-                sum.add(&worker.relax::<BACKWARD, ACCELERATED>(first, band, passed));
-            } else {
-                let (passed, rest) = y.split_at_mut(done * nx);
-                let passed = &passed[passed.len().saturating_sub(nx)..];
-                let band = &mut rest[..height * nx];
-                sum.add(&worker.relax::<BACKWARD, ACCELERATED>(done, band, passed));
-            }
+        let mut passed: &[T] = &[];
+        while let Some((number, band)) = bands.next() {
+            let (done, height) = (number * ROWS, band.len() / nx);
+            let first = if BACKWARD { ny - done - height } else { done };
+            let edge =
+                if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
+            let tally = worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+            let mut turn = sum.wait(number);
+            turn.value.add(&tally);
+            turn.pass();
+            passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
         }
     }
 }

@@ -84,7 +84,27 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         let Grid { nx, ny, .. } = sweep.grid;
         assert!(y == expected, "{nx} x {ny} on {arch:?}, backward {BACKWARD}");
         assert_eq!(*first.get_or_insert(norms), norms, "{nx} x {ny} on {arch:?}");
+        #[cfg(feature = "rayon")]
+        for pool in pools() {
+            let shared = Sweep { parallel: true, ..sweep };
+            let mut y = vec![T::nan(); x.len()];
+            let threads = pool.current_num_threads();
+            let of_threads =
+                pool.install(|| shared.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, &mut y));
+            assert!(y == expected, "{nx} x {ny} on {threads} threads, backward {BACKWARD}");
+            assert_eq!(of_threads, norms, "{nx} x {ny} on {threads} threads");
+        }
     }
+}
+
+/// Pools of 1, 2, 4 and 8 threads, which the tests share.
+#[cfg(feature = "rayon")]
+fn pools() -> &'static [rayon::ThreadPool] {
+    static POOLS: std::sync::LazyLock<Vec<rayon::ThreadPool>> = std::sync::LazyLock::new(|| {
+        let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        [1, 2, 4, 8].into_iter().map(|threads| pool(threads).expect("a pool")).collect()
+    });
+    &POOLS
 }
 
 fn agrees_in_all_ways<T: Scalar>(nx: usize, ny: usize) {

@@ -4,7 +4,16 @@ use super::{
     COLUMNS, Old, PAD, ROWS,
     coefficients::{Source, part},
 };
-use crate::{Scalar, norms::Tally};
+use crate::{Scalar, norms::Tally, team::Turns};
+
+/// The row that a sweep has done last before a band.
+#[derive(Clone, Copy)]
+pub(super) enum Edge<'a, T> {
+    /// A row of the only worker, empty at the grid's edge.
+    Own(&'a [T]),
+    /// The last values in each stretch of columns, which band after band overwrites: this one as `number`.
+    Passed { edges: &'a [Turns<[T; COLUMNS]>], number: usize },
+}
 
 /// What one worker needs of the grid while it relaxes a band of rows.
 pub(super) struct Worker<'a, T, S: Source<T>> {
@@ -28,13 +37,13 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
     ///
-    /// `passed` is the neighbouring row that the sweep has done last, empty at the grid's edge.
+    /// `edge` is the neighbouring row that the sweep has done last.
     #[inline(always)]
     pub(super) fn relax<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         first: usize,
         band: &mut [T],
-        passed: &[T],
+        edge: Edge<'_, T>,
     ) -> Tally<T> {
         let nx = self.old.grid.nx;
         let height = band.len() / nx;
@@ -52,7 +61,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             }
             for start in tile.clone().step_by(S::CHUNK) {
                 let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
-                self.recur::<BACKWARD, ACCELERATED>(band, passed, columns);
+                self.recur::<BACKWARD, ACCELERATED>(band, edge, columns);
             }
             done = tile.end;
         }
@@ -112,13 +121,19 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     fn recur<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
         band: &mut [T],
-        passed: &[T],
+        edge: Edge<'_, T>,
         columns: Range<usize>,
     ) {
         let nx = self.old.grid.nx;
         let length = columns.len();
-        let passed =
-            if passed.is_empty() { &self.zeros[..length] } else { &passed[columns.clone()] };
+        let mut turn = None;
+        let passed = match edge {
+            Edge::Own([]) => &self.zeros[..length],
+            Edge::Own(row) => &row[columns.clone()],
+            Edge::Passed { edges, number } => {
+                &turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number)).value[..length]
+            }
+        };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
         let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
         let height = band.len() / nx;
@@ -144,6 +159,11 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, row);
                 across[..length].copy_from_slice(row);
             }
+        }
+        if let Some(mut turn) = turn {
+            let last = if BACKWARD { 0 } else { height - 1 };
+            turn.value[..length].copy_from_slice(&band[last * nx..(last + 1) * nx][columns]);
+            turn.pass();
         }
     }
 }

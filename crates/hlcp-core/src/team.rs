@@ -1,0 +1,105 @@
+//! Work that several threads share: portions claimed in order, and values handed on in order.
+//!
+//! Nothing here depends on how many threads there are. One thread claims every portion in order and finds every
+//! value already its own; several threads see the same values in the same order. A thread waits only for what comes
+//! before the portion it has claimed, and that has been claimed by a thread that is running: no number of threads
+//! can wait for itself, not even more than there are processors.
+
+use std::{
+    hint,
+    sync::{
+        Mutex, MutexGuard,
+        atomic::{AtomicUsize, Ordering},
+    },
+    thread,
+};
+
+/// The fewest unknowns that are worth waking a second thread for; tests of this crate share any number.
+#[cfg(feature = "rayon")]
+const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
+
+/// How often a thread looks for its turn before it lets others run.
+const LOOKS: usize = 200;
+
+/// How many threads share the work on `n` unknowns: those of the current pool, if they are asked for.
+pub(crate) fn threads(parallel: bool, n: usize) -> usize {
+    #[cfg(feature = "rayon")]
+    if parallel && n >= WORTH {
+        return rayon::current_num_threads();
+    }
+    let _ = (parallel, n);
+    1
+}
+
+/// Runs `work` once on each of `threads` threads of the current pool, as far as they are free.
+pub(crate) fn spread(threads: usize, work: &(impl Fn() + Sync)) {
+    #[cfg(feature = "rayon")]
+    if threads > 1 {
+        let half = threads / 2;
+        rayon::join(|| spread(threads - half, work), || spread(half, work));
+        return;
+    }
+    let _ = threads;
+    work();
+}
+
+/// Portions of work, claimed in order.
+pub(crate) struct Claims<I>(Mutex<I>);
+
+impl<I: Iterator> Claims<I> {
+    pub(crate) fn new(portions: I) -> Self {
+        Self(Mutex::new(portions))
+    }
+
+    /// The next portion that nobody has claimed.
+    pub(crate) fn next(&self) -> Option<I::Item> {
+        self.0.lock().expect("no claim panics").next()
+    }
+}
+
+/// A value that portions 0, 1, … of the work have in turn.
+pub(crate) struct Turns<V> {
+    next: AtomicUsize,
+    value: Mutex<V>,
+}
+
+impl<V> Turns<V> {
+    pub(crate) fn new(value: V) -> Self {
+        Self { next: AtomicUsize::new(0), value: Mutex::new(value) }
+    }
+
+    /// The value, once the portions before `number` have passed it on.
+    pub(crate) fn wait(&self, number: usize) -> Turn<'_, V> {
+        let mut looks = 0;
+        while self.next.load(Ordering::Acquire) != number {
+            if looks < LOOKS {
+                looks += 1;
+                hint::spin_loop();
+            } else {
+                thread::yield_now();
+            }
+        }
+        Turn { turns: self, number, value: self.value.lock().expect("a turn that was passed on") }
+    }
+
+    /// The value after the last turn.
+    pub(crate) fn into_inner(self) -> V {
+        self.value.into_inner().expect("a turn that was passed on")
+    }
+}
+
+/// The turn of one portion.
+pub(crate) struct Turn<'a, V> {
+    turns: &'a Turns<V>,
+    number: usize,
+    pub(crate) value: MutexGuard<'a, V>,
+}
+
+impl<V> Turn<'_, V> {
+    /// Passes the value on to the next portion.
+    pub(crate) fn pass(self) {
+        // Unlocked first, so that whose turn it is next finds it so.
+        drop(self.value);
+        self.turns.next.store(self.number + 1, Ordering::Release);
+    }
+}
