@@ -106,10 +106,32 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid
     /// of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        y.fill(T::zero());
+        self.add_product(nx, j, start, x, y);
+    }
+
+    /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid of `nx`
+    /// columns.
+    ///
+    /// Each entry takes at most five products, added one after another without fused operations, which is what
+    /// an analysis of the rounding error needs to know.
+    ///
+    /// # Panics
+    ///
+    /// Unless the stretch is in the row, and `x` and the lists of coefficients reach beyond it.
+    ///
+    /// ```
+    /// use hlcp_core::{Coefficients, FivePointView};
+    ///
+    /// let laplacian = FivePointView::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0].map(Coefficients::Constant));
+    /// let mut y = [100.0; 3];
+    /// laplacian.add_product(3, 1, 0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
+    /// assert_eq!(y, [110.0, 108.0, 116.0]);
+    /// ```
+    pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
         let [south, west, centre, east, north] = self.coefficients;
         let (from, length) = (j * nx + start, y.len());
         let until = from + length;
-        y.fill(T::zero());
         centre.add_product(from, &x[from..until], y);
         if start > 0 {
             west.add_product(from, &x[from - 1..until - 1], y);

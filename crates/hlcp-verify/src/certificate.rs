@@ -6,9 +6,10 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 
 use crate::{
     classes::{Answer, radius_below_one},
-    comparison::{Against, Coupled, Transposed, Weights, visit, wide},
+    comparison::{Transposed, wide},
+    pair::Pair,
     perron::{Comparison, solve},
-    rounding::{Sum, div_up, mul_up},
+    rounding::{Sum, div_up, down, mul_up, up},
 };
 
 /// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
@@ -107,93 +108,66 @@ pub fn certify<T: Scalar>(
     if !(0..n).all(positive) {
         return Ok(None);
     }
-    let (pair, moved) = complementary(z, r, &omega);
-    let defect = defect(a, b, q, &pair);
-    let weights = Weights::Chosen(&omega);
-    let coupled = Coupled::<T, _, _> { a, b, omega: weights, against: Against::Pair };
-    let (witness, mut bounds) = if let Some((d, w)) = from_the_right(&coupled, &defect) {
-        let of_r = w.iter().zip(&omega).map(|(&w, &omega)| mul_up(w, omega)).collect();
-        (Witness::Right { omega, d }, [w, of_r])
+    let [near_z, near_r] = complementary(z, r, &omega);
+    let pair = Pair::new(a, b, &omega);
+    let mut defect = pair.defect(q, [&near_z, &near_r]);
+    let (witness, [mut of_z, mut of_r]) = if let Some((d, w)) = from_the_right(&pair, &defect) {
+        let of_r = &mut defect; // which has done its work
+        of_r.iter_mut().zip(&w).zip(&omega).for_each(|((r, w), omega)| *r = up(w * omega, 1.0));
+        (Witness::Right { omega, d }, [w, defect])
     } else if let Some((v, bounds)) = from_the_left(a, b, &defect) {
         (Witness::Left { v }, bounds)
     } else {
         return Ok(None);
     };
-    for (bounds, moved) in bounds.iter_mut().zip(&moved) {
-        for (bound, &moved) in bounds.iter_mut().zip(moved) {
-            if moved > 0.0 {
-                *bound = (*bound + moved).next_up();
+    for (bounds, near, given) in [(&mut of_z, near_z, z), (&mut of_r, near_r, r)] {
+        for ((bound, near), &given) in bounds.iter_mut().zip(near).zip(given) {
+            // What was moved was moved to 0, or from below 0: exactly by its modulus.
+            if near != wide(given) {
+                *bound = (*bound + wide(given).abs()).next_up();
             }
         }
     }
-    let [z, r] = bounds;
-    Ok(Some(Certificate { witness, z, r }))
+    Ok(Some(Certificate { witness, z: of_z, r: of_r }))
 }
 
-/// A non-negative complementary pair near `(z, r)`, and how far each component was moved, both exactly.
-fn complementary<T: Scalar>(z: &[T], r: &[T], omega: &[f64]) -> ([Vec<f64>; 2], [Vec<f64>; 2]) {
-    let (mut pair, mut moved) = ([vec![], vec![]], [vec![], vec![]]);
-    for ((&z, &r), omega) in z.iter().zip(r).zip(omega) {
-        let (z, r) = (wide(z), wide(r));
-        let keep_z = z * omega >= r;
-        let kept = [if keep_z { z.max(0.0) } else { 0.0 }, if keep_z { 0.0 } else { r.max(0.0) }];
-        for (k, value) in [z, r].into_iter().enumerate() {
-            pair[k].push(kept[k]);
-            moved[k].push(if kept[k] == value { 0.0 } else { value.abs() });
-        }
-    }
-    (pair, moved)
-}
-
-/// Not less than `|A z − B r + q|`, entry by entry.
-fn defect<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    q: &[T],
-    [z, r]: &[Vec<f64>; 2],
-) -> Vec<f64> {
-    let row = |(i, &q): (usize, &T)| {
-        let mut sum = Sum::default();
-        sum.add(wide(q), 1.0);
-        visit(a, i, |j, a| sum.add(a, z[j]));
-        visit(b, i, |j, b| sum.add(-b, r[j]));
-        sum.interval().magnitude()
-    };
-    q.iter().enumerate().map(row).collect()
+/// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.
+fn complementary<T: Scalar>(z: &[T], r: &[T], omega: &[f64]) -> [Vec<f64>; 2] {
+    let all = || z.iter().zip(r).zip(omega).map(|((&z, &r), omega)| [wide(z), wide(r), *omega]);
+    let keep = |keep: bool, value: f64| if keep && value > 0.0 { value } else { 0.0 };
+    let near_z = all().map(|[z, r, omega]| keep(z * omega >= r, z)).collect();
+    [near_z, all().map(|[z, r, omega]| keep(z * omega < r, r)).collect()]
 }
 
 /// A vector `d > 0` with `C d > 0` and a `w` with `|δ| ≤ w` whenever `C|δ| ≤ defect`.
 fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    c: &Coupled<'_, T, A, B>,
+    pair: &Pair<'_, T, A, B>,
     defect: &[f64],
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let ones = vec![1.0; defect.len()];
-    let (d, gaps, searched) = match gaps(c, &ones) {
-        Some(gaps) => (ones, gaps, false),
+    let (d, scale, searched) = match by_norm(pair, &ones, defect) {
+        Some(scale) => (ones, scale, false),
         None => {
             // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
             // vector exists wherever a witness does, but it may span many orders of magnitude.
-            let inverse = solve(c, &ones, &ones);
+            let inverse = solve(&pair.coupled, &ones, &ones);
             let positive = inverse.iter().all(|&d| d > 0.0 && d.is_finite());
-            match gaps(c, &inverse).filter(|_| positive) {
-                Some(gaps) => (inverse, gaps, true),
+            match by_norm(pair, &inverse, defect).filter(|_| positive) {
+                Some(scale) => (inverse, scale, true),
                 None => {
-                    let Answer::Yes(d) = radius_below_one(c) else { return None };
-                    let gaps = gaps(c, &d)?;
-                    (d, gaps, true)
+                    let Answer::Yes(d) = radius_below_one(&pair.coupled) else { return None };
+                    let scale = by_norm(pair, &d, defect)?;
+                    (d, scale, true)
                 }
             }
         }
     };
-    let ratio = |(&defect, &gap): (&f64, &f64)| div_up(defect, gap);
-    let t = defect.iter().zip(&gaps).map(ratio).fold(0.0, larger);
-    let mut w: Vec<f64> = d.iter().map(|&d| mul_up(d, t)).collect();
-    let poor = |(i, &gap): (usize, &f64)| gap < 0.1 * wide(c.a.diagonal_entry(i)) * d[i];
-    if searched || gaps.iter().enumerate().any(poor) {
-        let finer = componentwise(c, &d, &gaps, defect);
+    let mut w: Vec<f64> = d.iter().map(|d| up(d * scale.t, 1.0)).collect();
+    if searched || scale.poor {
+        let finer = componentwise(pair, &d, defect);
         w.iter_mut().zip(finer).for_each(|(w, finer)| *w = w.min(finer));
     }
-    (0..2).for_each(|_| sharpen(c, defect, &mut w));
+    (0..2).for_each(|_| sharpen(pair, defect, &mut w));
     Some((d, w))
 }
 
@@ -202,62 +176,86 @@ fn larger(x: f64, y: f64) -> f64 {
     if x.is_nan() || x > y { x } else { y }
 }
 
-/// Row `i` of `C x`, from below.
-fn product<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    c: &Coupled<'_, T, A, B>,
-    i: usize,
+/// Calls `row(i, p, y)` for every row `i` of `C`, with its diagonal entry `p` from below and its
+/// off-diagonal part of `−C x` from above, stretch by stretch.
+fn rows<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    pair: &Pair<'_, T, A, B>,
     x: &[f64],
-    g: &mut Vec<(usize, f64)>,
-) -> f64 {
-    let mut sum = Sum::default();
-    sum.add(c.coupled_row(i, g), x[i]);
-    g.iter().for_each(|&(j, g)| sum.add(-g, x[j]));
-    sum.interval().lower
+    mut row: impl FnMut(usize, f64, f64),
+) {
+    let (mut pivots, mut y, mut g) = (vec![0.0; pair.stretch()], vec![0.0; pair.stretch()], vec![]);
+    for from in (0..x.len()).step_by(pair.stretch()) {
+        pair.couplings(from, x, [&mut pivots, &mut y], &mut g);
+        for (k, (&pivot, &y)) in pivots.iter().zip(&y).enumerate() {
+            row(from + k, pivot, y);
+        }
+    }
 }
 
-/// `C d` from below, if it is positive.
-fn gaps<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    c: &Coupled<'_, T, A, B>,
+/// What the max-norm bound comes to.
+struct Scale {
+    /// Not less than the largest `defectᵢ/(C d)ᵢ`.
+    t: f64,
+    /// Whether some `(C d)ᵢ` is small beside `cᵢᵢdᵢ`, so that another bound may be much better.
+    poor: bool,
+}
+
+/// Row `i` of `C x` from below, from its diagonal entry and the rest from above.
+fn row_of_product(pivot: f64, x: f64, y: f64) -> f64 {
+    down(down(pivot * x, 1.0) - y, 1.0)
+}
+
+/// `|δ| ≤ t d`, if `C d > 0`.
+fn by_norm<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    pair: &Pair<'_, T, A, B>,
     d: &[f64],
-) -> Option<Vec<f64>> {
-    let mut g = vec![];
-    (0..d.len()).map(|i| Some(product(c, i, d, &mut g)).filter(|&gap| gap > 0.0)).collect()
+    defect: &[f64],
+) -> Option<Scale> {
+    let (mut t, mut poor, mut positive) = (0.0, false, true);
+    rows(pair, d, |i, pivot, y| {
+        let gap = row_of_product(pivot, d[i], y);
+        positive &= gap > 0.0;
+        poor |= gap < 0.1 * pivot * d[i];
+        t = larger(t, defect[i] / gap);
+    });
+    positive.then_some(Scale { t: up(t, 1.0), poor })
 }
 
 /// A `w ≥ 0` with `C w ≥ defect`: an approximate solution, and as much of `d` as it lacks.
 fn componentwise<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    c: &Coupled<'_, T, A, B>,
+    pair: &Pair<'_, T, A, B>,
     d: &[f64],
-    gaps: &[f64],
     defect: &[f64],
 ) -> Vec<f64> {
-    let mut w = solve(c, d, defect);
+    let mut w = solve(&pair.coupled, d, defect);
     w.iter_mut().for_each(|w| *w = w.max(0.0));
-    let (mut g, mut lack) = (vec![], 0.0);
-    for i in 0..d.len() {
-        let missing = (defect[i] - product(c, i, &w, &mut g)).next_up();
-        if missing > 0.0 || missing.is_nan() {
-            lack = larger(lack, div_up(missing, gaps[i]));
+    let mut missing = Vec::with_capacity(w.len());
+    rows(pair, &w, |i, pivot, y| {
+        missing.push((up(defect[i] + y, 1.0) - down(pivot * w[i], 1.0)).next_up());
+    });
+    let mut lack = 0.0;
+    rows(pair, d, |i, pivot, y| {
+        if missing[i] > 0.0 || missing[i].is_nan() {
+            lack = larger(lack, div_up(missing[i], row_of_product(pivot, d[i], y)));
         }
-    }
+    });
     w.iter().zip(d).map(|(&w, &d)| (w + mul_up(d, lack)).next_up()).collect()
 }
 
 /// Replaces each bound by what the row of `C|δ| ≤ defect` says, the other bounds given, if that is less.
 fn sharpen<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    c: &Coupled<'_, T, A, B>,
+    pair: &Pair<'_, T, A, B>,
     defect: &[f64],
     w: &mut [f64],
 ) {
-    let mut g = vec![];
-    for i in 0..w.len() {
-        let pivot = c.coupled_row(i, &mut g);
-        let mut sum = Sum::default();
-        sum.add(defect[i], 1.0);
-        g.iter().for_each(|&(j, g)| sum.add(g, w[j]));
-        let bound = div_up(sum.interval().upper, pivot);
-        if pivot > 0.0 && bound < w[i] {
-            w[i] = bound;
+    let (mut pivots, mut y, mut g) = (vec![0.0; pair.stretch()], vec![0.0; pair.stretch()], vec![]);
+    for from in (0..w.len()).step_by(pair.stretch()) {
+        pair.couplings(from, w, [&mut pivots, &mut y], &mut g);
+        for ((w, defect), (pivot, y)) in
+            w[from..].iter_mut().zip(&defect[from..]).zip(pivots.iter().zip(&y))
+        {
+            // `C d > 0` makes the pivot positive; a quotient that is NaN changes nothing.
+            *w = w.min(up((defect + y) / pivot, 2.0));
         }
     }
 }
@@ -295,14 +293,8 @@ mod tests {
     fn the_componentwise_bound_is_ahead() {
         let scene = Example { symmetric: true, m: 40, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
         let omega = vec![1.0; 1600];
-        let c = Coupled::<f64, _, _> {
-            a: &scene.a,
-            b: &scene.b,
-            omega: Weights::Chosen(&omega),
-            against: Against::Pair,
-        };
-        let Answer::Yes(d) = radius_below_one(&c) else { panic!("an M-matrix") };
-        let gaps = gaps(&c, &d).unwrap();
+        let pair = Pair::new(&scene.a, &scene.b, &omega);
+        let Answer::Yes(d) = radius_below_one(&pair.coupled) else { panic!("an M-matrix") };
         let largest = |w: &[f64]| w.iter().copied().fold(0.0, larger);
         let shapes: [fn(usize) -> f64; 3] = [
             |k| if k == 815 { 1.0 } else { 0.0 },
@@ -313,10 +305,9 @@ mod tests {
             // An error of z where z* > 0 alone, so that the pair stays complementary.
             let error = |k: usize| if scene.z[k] > 0.0 { 0.5 * shape(k) } else { 0.0 };
             let z: Vec<f64> = (0..1600).map(|k| scene.z[k] + error(k)).collect();
-            let f = defect(&scene.a, &scene.b, &scene.q, &[z, scene.r.clone()]);
-            let t = f.iter().zip(&gaps).map(|(&f, &gap)| div_up(f, gap)).fold(0.0, f64::max);
-            let by_norm = largest(&d) * t;
-            let by_components = largest(&componentwise(&c, &d, &gaps, &f));
+            let f = pair.defect(&scene.q, [&z, &scene.r]);
+            let by_norm = largest(&d) * by_norm(&pair, &d, &f).unwrap().t;
+            let by_components = largest(&componentwise(&pair, &d, &f));
             let true_error = (0..1600).map(|k| error(k).abs()).fold(0.0, f64::max);
             println!("{:.1} {:.1}", by_components / true_error, by_norm / true_error);
             assert!(true_error <= by_components && by_components * least < by_norm);

@@ -18,6 +18,7 @@ pub mod classes;
 mod comparison;
 mod multigrid;
 pub mod oracle;
+mod pair;
 mod perron;
 mod planted;
 mod rounding;

@@ -26,6 +26,22 @@ pub(crate) fn div_down(a: f64, b: f64) -> f64 {
     (a / b).next_down()
 }
 
+/// Not less than the non-negative number that `roundings` basic operations on non-negative ones computed as `x`.
+///
+/// For loops that must not branch. Sums, products and quotients of non-negative numbers, each meeting at most k
+/// roundings, have `v(1 − u)ᵏ − e ≤ x ≤ v(1 + u)ᵏ + e`, where `e ≤ 2⁵⁰η` covers underflow. The factor
+/// `1 + (k + 2)·2u`, which is exact for k < 2²⁰, makes up for them and for its own two, and 2⁵²η for e.
+#[inline(always)]
+pub(crate) fn up(x: f64, roundings: f64) -> f64 {
+    x * (1.0 + (roundings + 2.0) * f64::EPSILON) + f64::MIN_POSITIVE
+}
+
+/// Not more than the number of [`up`]; NaN where that overflowed.
+#[inline(always)]
+pub(crate) fn down(x: f64, roundings: f64) -> f64 {
+    x - (x * ((roundings + 2.0) * f64::EPSILON) + f64::MIN_POSITIVE)
+}
+
 /// Compares `a b` with `c` exactly; `None` where underflow, overflow or NaN forbids it.
 ///
 /// Where the product neither underflows nor overflows, its rounding error is itself a floating-point
