@@ -92,43 +92,139 @@ pub fn certify<T: Scalar>(
     z: &[T],
     r: &[T],
 ) -> Result<Option<Certificate>, Error> {
-    let n = a.order();
-    for (what, found) in [("B", b.order()), ("q", q.len()), ("z", z.len()), ("r", r.len())] {
-        if found != n {
-            return Err(Error::Order { what, found, expected: n });
-        }
-    }
-    all_finite("q", q)?;
-    all_finite("z", z)?;
-    all_finite("r", r)?;
-    let omega: Vec<f64> =
-        (0..n).map(|i| wide(a.diagonal_entry(i)) / wide(b.diagonal_entry(i))).collect();
-    let positive =
-        |i: usize| wide(a.diagonal_entry(i)) > 0.0 && omega[i] > 0.0 && omega[i].is_finite();
-    if !(0..n).all(positive) {
+    check(a, b, q, [z, r])?;
+    let omega: Vec<f64> = (0..a.order())
+        .map(|i| wide(a.diagonal_entry(i)) / wide(b.diagonal_entry(i)))
+        .collect();
+    if !positive_diagonals(a, b) || !positive(&omega) {
         return Ok(None);
     }
-    let [near_z, near_r] = complementary(z, r, &omega);
+    let near = complementary(z, r, &omega);
     let pair = Pair::new(a, b, &omega);
-    let mut defect = pair.defect(q, [&near_z, &near_r]);
-    let (witness, [mut of_z, mut of_r]) = if let Some((d, w)) = from_the_right(&pair, &defect) {
-        let of_r = &mut defect; // which has done its work
-        of_r.iter_mut().zip(&w).zip(&omega).for_each(|((r, w), omega)| *r = up(w * omega, 1.0));
-        (Witness::Right { omega, d }, [w, defect])
+    let defect = pair.defect(q, [&near[0], &near[1]]);
+    let (witness, bounds) = if let Some((d, w)) = from_the_right(&pair, &defect) {
+        let bounds = of_both(w, &omega);
+        (Witness::Right { omega, d }, bounds)
     } else if let Some((v, bounds)) = from_the_left(a, b, &defect) {
         (Witness::Left { v }, bounds)
     } else {
         return Ok(None);
     };
+    Ok(Some(certificate(witness, bounds, near, [z, r])))
+}
+
+/// The bounds that a given witness yields: one that an earlier certificate for the same `A` and `B` came with, or one
+/// that is known in closed form. It is checked, not trusted.
+///
+/// `None` where it is no witness: nothing is claimed then.
+///
+/// # Cost
+///
+/// That of [`certify`] without the search.
+///
+/// # Errors
+///
+/// As [`certify`], and [`Error::Order`] when the witness does not fit `a`.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::{Witness, certify_with};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let b = FivePoint::new(2, 1, [0.0, 0.0, 2.0, 0.0, 0.0])?;
+/// let (q, z, r) = ([-4.0, 3.0], [1.001, 0.0], [0.0, 1.0]);
+/// let witness = Witness::Left { v: vec![1.0, 1.0] }; // the column sums of ⟨A⟩ and ⟨B⟩ are positive
+/// let certificate = certify_with(&a, &b, &q, &z, &r, witness)?.expect("a witness");
+/// assert!(certificate.z[0] >= 0.001 && certificate.error() < 0.005);
+///
+/// let none = Witness::Left { v: vec![1.0, 5.0] };
+/// assert_eq!(certify_with(&a, &b, &q, &z, &r, none)?, None);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn certify_with<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    q: &[T],
+    z: &[T],
+    r: &[T],
+    witness: Witness,
+) -> Result<Option<Certificate>, Error> {
+    check(a, b, q, [z, r])?;
+    let n = a.order();
+    let fits = |what, found| {
+        if found == n { Ok(()) } else { Err(Error::Order { what, found, expected: n }) }
+    };
+    match &witness {
+        Witness::Right { omega, d } => fits("omega", omega.len()).and(fits("d", d.len()))?,
+        Witness::Left { v } => fits("v", v.len())?,
+    }
+    if !positive_diagonals(a, b) {
+        return Ok(None);
+    }
+    let ones = vec![1.0; n];
+    let omega = if let Witness::Right { omega, .. } = &witness { omega } else { &ones };
+    if !positive(omega) {
+        return Ok(None);
+    }
+    let near = complementary(z, r, omega);
+    let pair = Pair::new(a, b, omega);
+    let defect = pair.defect(q, [&near[0], &near[1]]);
+    let bounds = match &witness {
+        Witness::Right { omega, d } => by_norm(&pair, d, &defect)
+            .map(|scale| of_both(finest(&pair, &defect, d, scale), omega)),
+        Witness::Left { v } => Transposed::of(a, b).and_then(|columns| sums(&columns, v, &defect)),
+    };
+    Ok(bounds.map(|bounds| certificate(witness, bounds, near, [z, r])))
+}
+
+fn check<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    q: &[T],
+    [z, r]: [&[T]; 2],
+) -> Result<(), Error> {
+    let expected = a.order();
+    for (what, found) in [("B", b.order()), ("q", q.len()), ("z", z.len()), ("r", r.len())] {
+        if found != expected {
+            return Err(Error::Order { what, found, expected });
+        }
+    }
+    all_finite("q", q)?;
+    all_finite("z", z)?;
+    all_finite("r", r)
+}
+
+fn positive(v: &[f64]) -> bool {
+    v.iter().all(|&v| v > 0.0 && v.is_finite())
+}
+
+fn positive_diagonals<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
+    let zero = T::zero();
+    (0..a.order()).all(|i| a.diagonal_entry(i) > zero && b.diagonal_entry(i) > zero)
+}
+
+/// The bounds on `z` and `r` that one on `|δ|` is.
+fn of_both(w: Vec<f64>, omega: &[f64]) -> [Vec<f64>; 2] {
+    let of_r = w.iter().zip(omega).map(|(w, omega)| up(w * omega, 1.0)).collect();
+    [w, of_r]
+}
+
+/// The bounds for the pair that was given, from those for the one near it.
+fn certificate<T: Scalar>(
+    witness: Witness,
+    [mut of_z, mut of_r]: [Vec<f64>; 2],
+    [near_z, near_r]: [Vec<f64>; 2],
+    [z, r]: [&[T]; 2],
+) -> Certificate {
     for (bounds, near, given) in [(&mut of_z, near_z, z), (&mut of_r, near_r, r)] {
         for ((bound, near), &given) in bounds.iter_mut().zip(near).zip(given) {
-            // What was moved was moved to 0, or from below 0: exactly by its modulus.
+            // What was moved was set to 0: moved exactly by its modulus.
             if near != wide(given) {
                 *bound = (*bound + wide(given).abs()).next_up();
             }
         }
     }
-    Ok(Some(Certificate { witness, z: of_z, r: of_r }))
+    Certificate { witness, z: of_z, r: of_r }
 }
 
 /// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.
@@ -145,30 +241,40 @@ fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     defect: &[f64],
 ) -> Option<(Vec<f64>, Vec<f64>)> {
     let ones = vec![1.0; defect.len()];
-    let (d, scale, searched) = match by_norm(pair, &ones, defect) {
-        Some(scale) => (ones, scale, false),
+    let (d, scale) = match by_norm(pair, &ones, defect) {
+        Some(scale) => (ones, scale),
         None => {
             // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
             // vector exists wherever a witness does, but it may span many orders of magnitude.
             let inverse = solve(&pair.coupled, &ones, &ones);
-            let positive = inverse.iter().all(|&d| d > 0.0 && d.is_finite());
-            match by_norm(pair, &inverse, defect).filter(|_| positive) {
-                Some(scale) => (inverse, scale, true),
+            match by_norm(pair, &inverse, defect) {
+                Some(scale) => (inverse, scale),
                 None => {
                     let Answer::Yes(d) = radius_below_one(&pair.coupled) else { return None };
                     let scale = by_norm(pair, &d, defect)?;
-                    (d, scale, true)
+                    (d, scale)
                 }
             }
         }
     };
-    let mut w: Vec<f64> = d.iter().map(|d| up(d * scale.t, 1.0)).collect();
-    if searched || scale.poor {
-        let finer = componentwise(pair, &d, defect);
+    let w = finest(pair, defect, &d, scale);
+    Some((d, w))
+}
+
+/// The least bounds on `|δ|` that are found with a witness `d`.
+fn finest<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    pair: &Pair<'_, T, A, B>,
+    defect: &[f64],
+    d: &[f64],
+    Scale { t, poor }: Scale,
+) -> Vec<f64> {
+    let mut w: Vec<f64> = d.iter().map(|d| up(d * t, 1.0)).collect();
+    if poor {
+        let finer = componentwise(pair, d, defect);
         w.iter_mut().zip(finer).for_each(|(w, finer)| *w = w.min(finer));
     }
     (0..2).for_each(|_| sharpen(pair, defect, &mut w));
-    Some((d, w))
+    w
 }
 
 /// The larger, and NaN if either is.
@@ -205,20 +311,20 @@ fn row_of_product(pivot: f64, x: f64, y: f64) -> f64 {
     down(down(pivot * x, 1.0) - y, 1.0)
 }
 
-/// `|δ| ≤ t d`, if `C d > 0`.
+/// `|δ| ≤ t d`, if `d > 0` and `C d > 0`.
 fn by_norm<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     d: &[f64],
     defect: &[f64],
 ) -> Option<Scale> {
-    let (mut t, mut poor, mut positive) = (0.0, false, true);
+    let (mut t, mut poor, mut witness) = (0.0, false, positive(d));
     rows(pair, d, |i, pivot, y| {
         let gap = row_of_product(pivot, d[i], y);
-        positive &= gap > 0.0;
+        witness &= gap > 0.0;
         poor |= gap < 0.1 * pivot * d[i];
         t = larger(t, defect[i] / gap);
     });
-    positive.then_some(Scale { t: up(t, 1.0), poor })
+    witness.then_some(Scale { t: up(t, 1.0), poor })
 }
 
 /// A `w ≥ 0` with `C w ≥ defect`: an approximate solution, and as much of `d` as it lacks.
@@ -260,27 +366,35 @@ fn sharpen<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
 }
 
-/// A vector `v > 0` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, and the bounds `vᵀ·defect` over each of the two.
+/// A vector `v > 0` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, and its bounds.
 fn from_the_left<T: Scalar>(
     a: &impl Rows<T>,
     b: &impl Rows<T>,
     defect: &[f64],
 ) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
-    let transposed = Transposed::of(a, b)?;
-    let Answer::Yes(v) = radius_below_one(&transposed) else { return None };
+    let columns = Transposed::of(a, b)?;
+    let Answer::Yes(v) = radius_below_one(&columns) else { return None };
+    let bounds = sums(&columns, &v, defect)?;
+    Some((v, bounds))
+}
+
+/// `vᵀ·defect` over `⟨A⟩ᵀv` and over `⟨B⟩ᵀv`, if both of these and `v` are positive.
+fn sums(columns: &Transposed, v: &[f64], defect: &[f64]) -> Option<[Vec<f64>; 2]> {
+    if !positive(v) {
+        return None;
+    }
     let mut total = Sum::default();
     v.iter().zip(defect).for_each(|(&v, &defect)| total.add(v, defect));
     let (total, mut g) = (total.interval().upper, vec![]);
     let mut bound = |k: usize, j: usize| {
         let mut sum = Sum::default();
-        sum.add(transposed.row(k, j, &mut g), v[j]);
+        sum.add(columns.row(k, j, &mut g), v[j]);
         g.iter().for_each(|&(i, g)| sum.add(-g, v[i]));
         let gap = sum.interval().lower;
         (gap > 0.0).then(|| div_up(total, gap))
     };
     let mut bounds = |k| (0..defect.len()).map(|j| bound(k, j)).collect::<Option<Vec<f64>>>();
-    let bounds = [bounds(0)?, bounds(1)?];
-    Some((v, bounds))
+    Some([bounds(0)?, bounds(1)?])
 }
 
 #[cfg(test)]

@@ -26,7 +26,7 @@ mod scenes;
 mod steps;
 mod theory;
 
-pub use certificate::{Certificate, Witness, certify};
+pub use certificate::{Certificate, Witness, certify, certify_with};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};

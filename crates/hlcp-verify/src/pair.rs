@@ -93,8 +93,8 @@ impl Stencil {
         };
         assert_eq!(nx * ny, a.order(), "a grid of the operators' order");
         let (of_a, of_b) = (constant(of_a.coefficients())?, constant(of_b.coefficients())?);
-        // One centre each, hence one ω.
-        let (omega, [.., centre, _, _]) = (*omega.first()?, of_b);
+        let (first, [.., centre, _, _]) = (*omega.first()?, of_b);
+        let omega = omega.iter().all(|&omega| omega == first).then_some(first)?;
         let mut coupling = [0, 1, 2, 3, 4].map(|k| of_a[k].abs().max(mul_up(of_b[k].abs(), omega)));
         coupling[2] = 0.0;
         let view = |c: [f64; 5]| FivePointView::new(nx, ny, c.map(Constant));
