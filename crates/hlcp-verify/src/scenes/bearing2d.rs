@@ -4,7 +4,8 @@ use hlcp_core::{Error, Scalar, VaryingFivePoint};
 
 use super::{check, narrow, positive, wide};
 
-type Varying<T> = VaryingFivePoint<'static, T>;
+/// `A`, `B` and `q`.
+type Film<T> = (VaryingFivePoint<'static, T>, VaryingFivePoint<'static, T>, Vec<T>);
 
 /// A journal bearing of finite length with mass-conserving cavitation: an HLCP in two dimensions.
 ///
@@ -81,7 +82,7 @@ impl Bearing2d {
     ///
     /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove finite; [`Error::Empty`]
     /// for a grid without points; [`Error::NotFinite`] for an aspect whose square overflows or vanishes.
-    pub fn pose<T: Scalar>(&self) -> Result<(Varying<T>, Varying<T>, Vec<T>), Error> {
+    pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
         positive("aspect", self.aspect)?;
         check("groove", self.groove, self.groove.is_finite(), "finite")?;
