@@ -176,8 +176,7 @@ fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f
     let Some(certificate) = certify(a, b, q, z, r).map_err(|e| e.to_string())? else {
         return Ok(None);
     };
-    let solution =
-        on_support(&case.a, &case.b, q, in_z).ok_or(format!("a solution near {y:?}"))?;
+    let solution = on_support(&case.a, &case.b, q, in_z).ok_or(format!("a solution near {y:?}"))?;
     let ratio = compare(case, &certificate, &solution)?;
     // Other proofs: with another Ω, and with column sums.
     let mut others = vec![Witness::Left { v: vec![1.0; q.len()] }];

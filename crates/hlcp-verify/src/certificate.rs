@@ -93,9 +93,8 @@ pub fn certify<T: Scalar>(
     r: &[T],
 ) -> Result<Option<Certificate>, Error> {
     check(a, b, q, [z, r])?;
-    let omega: Vec<f64> = (0..a.order())
-        .map(|i| wide(a.diagonal_entry(i)) / wide(b.diagonal_entry(i)))
-        .collect();
+    let omega: Vec<f64> =
+        (0..a.order()).map(|i| wide(a.diagonal_entry(i)) / wide(b.diagonal_entry(i))).collect();
     if !positive_diagonals(a, b) || !positive(&omega) {
         return Ok(None);
     }
@@ -170,8 +169,9 @@ pub fn certify_with<T: Scalar>(
     let pair = Pair::new(a, b, omega);
     let defect = pair.defect(q, [&near[0], &near[1]]);
     let bounds = match &witness {
-        Witness::Right { omega, d } => by_norm(&pair, d, &defect)
-            .map(|scale| of_both(finest(&pair, &defect, d, scale), omega)),
+        Witness::Right { omega, d } => {
+            by_norm(&pair, d, &defect).map(|scale| of_both(finest(&pair, &defect, d, scale), omega))
+        }
         Witness::Left { v } => Transposed::of(a, b).and_then(|columns| sums(&columns, v, &defect)),
     };
     Ok(bounds.map(|bounds| certificate(witness, bounds, near, [z, r])))
