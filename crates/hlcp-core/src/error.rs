@@ -50,6 +50,9 @@ pub enum Error {
         /// The entry.
         value: f64,
     },
+    /// An order of the points of a grid is asked for where no grid is known.
+    #[error("red–black order needs a grid, but A and B are not both five-point operators on one")]
+    NoGrid,
     /// A parameter is outside its range.
     #[error("{name} is {value}, but it must be {range}")]
     Parameter {

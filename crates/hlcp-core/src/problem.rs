@@ -156,6 +156,21 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.a.order()
     }
 
+    /// The grid of the operators, `[nx, ny]`, where both are five-point ones and one at least is not diagonal.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    ///
+    /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
+    /// assert_eq!(problem.grid(), Some([3, 2]));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn grid(&self) -> Option<[usize; 2]> {
+        let (a, b) = (self.a.as_five_point()?.grid(), self.b.as_five_point()?.grid());
+        if a.is_some() && b.is_some() && a != b { None } else { a.or(b) }
+    }
+
     /// The operator `A`, after an exchange the posed problem's `B`.
     pub fn a(&self) -> &A {
         &self.a

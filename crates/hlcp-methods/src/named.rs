@@ -15,7 +15,8 @@ enum Family {
 /// Names are a family, `M`, `AM` or `TM`, and a splitting, `J`, `GS`, `SOR` or `AOR`; and those of
 /// Table 1, where an index fixes the parameters. In a two-step method the first step runs forward and the
 /// second backward, with (α₁, β₁) for the first step and (α₂, β₂) for the second; without a second pair
-/// both have the first.
+/// both have the first. `RB` before a splitting, as in `TMRBGS`, sorts the points of the problem's grid in red–black
+/// order, [`Aor::red_black`]; the paper has no such names.
 ///
 /// ```
 /// use hlcp_methods::{Named, Parameters};
@@ -32,6 +33,7 @@ pub struct Named {
     family: Family,
     first: [f64; 2],
     second: [f64; 2],
+    red_black: bool,
 }
 
 /// The relaxation parameters that accompany a name; those the name fixes are to be left out.
@@ -106,6 +108,9 @@ fn table() -> Vec<Entry> {
         ("AOR1", Open::Nothing([1.3, 1.1])),
         ("AOR2", Open::Nothing([1.1, 0.9])),
         ("AOR3", Open::Nothing([0.9, 0.7])),
+        ("RBGS", Open::Nothing([1.0, 1.0])),
+        ("RBSOR", Open::Alpha),
+        ("RBAOR", Open::Both),
     ];
     let families = [("M", Family::Mms), ("AM", Family::Amms), ("TM", Family::Tmms)];
     let two_splittings = [
@@ -175,7 +180,8 @@ impl Named {
             (Open::Alpha, None) => [alpha2; 2],
             _ => [alpha2, given.beta2.unwrap_or(first[1])],
         };
-        Ok(Self { family: *family, first, second })
+        // No other names have these letters.
+        Ok(Self { family: *family, first, second, red_black: name.contains("RB") })
     }
 
     /// (α, β), of the first step where there are two.
@@ -188,6 +194,11 @@ impl Named {
         (self.family == Family::Tmms).then_some(self.second)
     }
 
+    /// Whether the points are in red–black order.
+    pub fn is_red_black(&self) -> bool {
+        self.red_black
+    }
+
     /// Whether the method is an AMMS.
     pub fn is_accelerated(&self) -> bool {
         self.family == Family::Amms
@@ -197,7 +208,7 @@ impl Named {
     ///
     /// # Errors
     ///
-    /// [`Error`] for parameters out of range, and for what the splittings refuse of the problem.
+    /// [`Error`] for parameters out of range, [`Error::NoGrid`] for a red–black order without a grid, and for what the splittings refuse of the problem.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -220,13 +231,18 @@ impl Named {
     {
         let aor = |[alpha, beta]: [f64; 2]| {
             let to = |v| T::from(v).unwrap_or_else(T::nan);
-            Aor::new(to(alpha), to(beta))
+            let aor = Aor::new(to(alpha), to(beta))?;
+            match problem.grid() {
+                _ if !self.red_black => Ok(aor),
+                Some([nx, _]) => aor.red_black(nx),
+                None => Err(Error::NoGrid),
+            }
         };
-        let first = aor(self.first)?;
+        let (first, second) = (aor(self.first)?, aor(self.second)?);
         Ok(match self.family {
             Family::Mms => Box::new(Mms::new(problem, first)?),
             Family::Amms => Box::new(Amms::new(problem, first)?),
-            Family::Tmms => Box::new(Tmms::new(problem, first, aor(self.second)?.backward())?),
+            Family::Tmms => Box::new(Tmms::new(problem, first, second.backward())?),
         })
     }
 }

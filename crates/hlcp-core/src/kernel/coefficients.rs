@@ -28,13 +28,13 @@ pub(super) struct Row<T> {
     defect: [[T; 2]; 5],
     /// 1/mᵢᵢ.
     over_pivot: T,
-    /// The functions s and w of the module's formula.
-    pub(super) passed: [Pair<T>; 2],
+    /// What the value of the southern, western, eastern and northern neighbour takes from `t` once it has been passed.
+    passed: [Pair<T>; 4],
 }
 
 impl<T: Scalar> Row<T> {
     #[inline(always)]
-    pub(super) fn new<const BACKWARD: bool, const ACCELERATED: bool>(
+    pub(super) fn new<const ACCELERATED: bool>(
         [of_a, of_b]: [Relaxation<T>; 2],
         a: [T; 5],
         b_omega: [T; 5],
@@ -49,35 +49,67 @@ impl<T: Scalar> Row<T> {
         Self {
             defect: [defect(0), defect(1), defect(2), defect(3), defect(4)],
             over_pivot,
-            passed: if BACKWARD { [passed(4), passed(3)] } else { [passed(0), passed(1)] },
+            passed: [passed(0), passed(1), passed(3), passed(4)],
         }
     }
 
-    /// F and `t`, from the old values around the point and from γq.
+    /// The functions s and w of the module's formula.
+    #[inline(always)]
+    pub(super) fn passed<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
+        let [south, west, east, north] = self.passed;
+        if BACKWARD { [north, east] } else { [south, west] }
+    }
+
+    /// F, from the old values around the point and from γq.
+    #[inline(always)]
+    fn defect(&self, x: [T; 5], gamma_q: T) -> T {
+        let mut f = gamma_q;
+        for (x, factor) in x.into_iter().zip(self.defect) {
+            f += x * if x > T::zero() { factor[0] } else { factor[1] };
+        }
+        f
+    }
+
+    /// F and `t` of a sweep in lexicographic order.
     #[inline(always)]
     pub(super) fn relaxed<const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
         x: [T; 5],
         gamma_q: T,
     ) -> (T, T) {
-        let mut f = gamma_q;
-        for (x, factor) in x.into_iter().zip(self.defect) {
-            f += x * if x > T::zero() { factor[0] } else { factor[1] };
-        }
+        let f = self.defect(x, gamma_q);
+        let [of_across, of_along] = self.passed::<BACKWARD>();
         let [across, along] = if BACKWARD { [x[4], x[3]] } else { [x[0], x[1]] };
-        let passed = part::<T, ACCELERATED>(self.passed[0], across)
-            + part::<T, ACCELERATED>(self.passed[1], along);
+        let passed =
+            part::<T, ACCELERATED>(of_across, across) + part::<T, ACCELERATED>(of_along, along);
         (f, (x[2] - f * self.over_pivot) + passed)
+    }
+
+    /// F, `t` of a point of the first colour, and what `t` of the second colour has more.
+    #[inline(always)]
+    pub(super) fn coloured<const ACCELERATED: bool>(&self, x: [T; 5], gamma_q: T) -> (T, T, T) {
+        let f = self.defect(x, gamma_q);
+        let beside = self.beside::<ACCELERATED>([x[0], x[1], x[3], x[4]]);
+        (f, x[2] - f * self.over_pivot, beside)
+    }
+
+    /// What all four neighbours take from `t`.
+    #[inline(always)]
+    pub(super) fn beside<const ACCELERATED: bool>(&self, [south, west, east, north]: [T; 4]) -> T {
+        let [s, w, e, n] = self.passed;
+        let (s, w) = (part::<T, ACCELERATED>(s, south), part::<T, ACCELERATED>(w, west));
+        let (e, n) = (part::<T, ACCELERATED>(e, east), part::<T, ACCELERATED>(n, north));
+        (s + w) + (e + n)
     }
 }
 
 /// Where the rows of the system come from.
 pub(super) trait Source<T>: Copy + Sync {
-    /// What is kept of one row of a tile.
     /// The most columns of a row that are done in one go, at most [`COLUMNS`].
     const CHUNK: usize;
     /// How many columns the first phase is ahead of the recurrence.
     const WIDTH: usize;
+    /// What is loaded of a stretch of a row.
     type Loaded;
     /// What is kept of the passed neighbours in one row of a tile.
     type Kept;
@@ -89,17 +121,13 @@ pub(super) trait Source<T>: Copy + Sync {
     fn load(&self, j: usize, columns: Range<usize>, loaded: &mut Self::Loaded);
 
     /// The row of the stretch's point `i`.
-    fn row<const BACKWARD: bool, const ACCELERATED: bool>(
-        &self,
-        loaded: &Self::Loaded,
-        i: usize,
-    ) -> Row<T>;
+    fn row<const ACCELERATED: bool>(&self, loaded: &Self::Loaded, i: usize) -> Row<T>;
 
     /// Keeps what the recurrence needs at point `i`.
     fn keep<const ACCELERATED: bool>(&self, kept: &mut Self::Kept, i: usize, passed: [Pair<T>; 2]);
 
     /// What was kept.
-    fn passed(&self, kept: &Self::Kept, i: usize) -> [Pair<T>; 2];
+    fn passed<const BACKWARD: bool>(&self, kept: &Self::Kept, i: usize) -> [Pair<T>; 2];
 }
 
 /// The same row everywhere.
@@ -107,12 +135,12 @@ pub(super) trait Source<T>: Copy + Sync {
 pub(super) struct Constant<T>(Row<T>);
 
 impl<T: Scalar> Constant<T> {
-    pub(super) fn new<const BACKWARD: bool, const ACCELERATED: bool>(
+    pub(super) fn new<const ACCELERATED: bool>(
         relaxation: [Relaxation<T>; 2],
         a: [T; 5],
         b_omega: [T; 5],
     ) -> Self {
-        Self(Row::new::<BACKWARD, ACCELERATED>(relaxation, a, b_omega))
+        Self(Row::new::<ACCELERATED>(relaxation, a, b_omega))
     }
 }
 
@@ -132,7 +160,7 @@ impl<T: Scalar> Source<T> for Constant<T> {
     fn load(&self, _: usize, _: Range<usize>, (): &mut ()) {}
 
     #[inline(always)]
-    fn row<const BACKWARD: bool, const ACCELERATED: bool>(&self, (): &(), _: usize) -> Row<T> {
+    fn row<const ACCELERATED: bool>(&self, (): &(), _: usize) -> Row<T> {
         self.0
     }
 
@@ -140,8 +168,8 @@ impl<T: Scalar> Source<T> for Constant<T> {
     fn keep<const ACCELERATED: bool>(&self, (): &mut (), _: usize, _: [Pair<T>; 2]) {}
 
     #[inline(always)]
-    fn passed(&self, (): &(), _: usize) -> [Pair<T>; 2] {
-        self.0.passed
+    fn passed<const BACKWARD: bool>(&self, (): &(), _: usize) -> [Pair<T>; 2] {
+        self.0.passed::<BACKWARD>()
     }
 }
 
@@ -214,11 +242,7 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
     }
 
     #[inline(always)]
-    fn row<const BACKWARD: bool, const ACCELERATED: bool>(
-        &self,
-        l: &Stretch<T>,
-        i: usize,
-    ) -> Row<T> {
+    fn row<const ACCELERATED: bool>(&self, l: &Stretch<T>, i: usize) -> Row<T> {
         let [south, here, north] = &l.omega;
         let a = [l.a[0][i], l.a[1][i], l.a[2][i], l.a[3][i], l.a[4][i]];
         let b = [
@@ -228,7 +252,7 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
             l.b[3][i] * here[i + 2],
             l.b[4][i] * north[i + 1],
         ];
-        Row::new::<BACKWARD, ACCELERATED>(self.relaxation, a, b)
+        Row::new::<ACCELERATED>(self.relaxation, a, b)
     }
 
     #[inline(always)]
@@ -243,7 +267,7 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
     }
 
     #[inline(always)]
-    fn passed(&self, kept: &Self::Kept, i: usize) -> [Pair<T>; 2] {
+    fn passed<const BACKWARD: bool>(&self, kept: &Self::Kept, i: usize) -> [Pair<T>; 2] {
         [[kept[0][i], kept[2][i]], [kept[1][i], kept[3][i]]]
     }
 }

@@ -26,6 +26,7 @@
 //! No `mul_add` and no reassociation: the same bits on every processor and for every number of threads.
 
 mod coefficients;
+mod red_black;
 mod tile;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -67,24 +68,36 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         problem: &'a Hlcp<T, A, B>,
     ) -> Option<Self> {
         let (a, b) = (problem.a().as_five_point()?, problem.b().as_five_point()?);
-        let [nx, ny] = match (a.grid(), b.grid()) {
-            (Some(a), Some(b)) if a != b => return None,
-            (Some(grid), _) | (None, Some(grid)) => grid,
-            (None, None) => [problem.order(), 1],
+        let [nx, ny] = match problem.grid() {
+            Some(grid) => grid,
+            None if a.grid().is_none() && b.grid().is_none() => [problem.order(), 1],
+            None => return None,
         };
         assert_eq!(nx * ny, problem.order(), "a grid of the problem's order");
         let omega = match problem.omega() {
             Omega::Uniform(omega) => Coefficients::Constant(*omega),
             Omega::Each(omega) => Coefficients::Each(omega),
         };
-        let grid = Grid { nx, ny, backward: false };
+        let grid = Grid { nx, ny, backward: false, red_black: false };
         let (gamma, q_factor) = (problem.gamma(), problem.q_factor());
         Some(Self { grid, a, b, omega, gamma, q_factor, parallel: problem.is_parallel() })
     }
 
-    /// The same sweep in the given direction.
-    pub(crate) fn backward(self, backward: bool) -> Self {
-        Self { grid: Grid { backward, ..self.grid }, ..self }
+    /// The same sweep in the given direction, in lexicographic or in red–black order.
+    pub(crate) fn directed(self, backward: bool, red_black: bool) -> Self {
+        Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
+    }
+
+    /// Whether all rows are the same but for the grid's edge.
+    pub(crate) fn is_constant(&self) -> bool {
+        let pair = [self.a.coefficients(), self.b.coefficients()];
+        matches!(self.omega, Coefficients::Constant(_))
+            && pair.into_iter().all(|coefficients| constant(coefficients).is_some())
+    }
+
+    /// The number of points in a row and of rows.
+    pub(crate) fn grid(&self) -> [usize; 2] {
+        [self.grid.nx, self.grid.ny]
     }
 
     /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of `A r − B z − q`.
@@ -145,11 +158,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         if let (Some(a), Some(b), Coefficients::Constant(omega)) = (constant(a), constant(b), omega)
         {
             let b_omega = b.map(|b| b * omega);
-            let source = if grid.backward {
-                Constant::new::<true, ACCELERATED>(relaxation, a, b_omega)
-            } else {
-                Constant::new::<false, ACCELERATED>(relaxation, a, b_omega)
-            };
+            let source = Constant::new::<ACCELERATED>(relaxation, a, b_omega);
             old.sweep::<_, ACCELERATED>(arch, &source, y)
         } else {
             let source = Varying { grid, relaxation, a, b, omega };
@@ -183,8 +192,10 @@ impl<T: Scalar> Old<'_, T> {
         source: &S,
         y: &mut [T],
     ) -> Norms {
-        let Grid { nx, backward, .. } = self.grid;
-        let sum = if backward {
+        let Grid { nx, backward, red_black, .. } = self.grid;
+        let sum = if red_black {
+            self.red_black::<_, ACCELERATED>(arch, source, y)
+        } else if backward {
             self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
@@ -218,9 +229,30 @@ impl<T: Scalar> Old<'_, T> {
         });
         sum.into_inner()
     }
+
+    /// Relaxes all of `y` in red–black order, and sums the squares of F(x).
+    fn red_black<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Tally<T> {
+        let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
+        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
+        let (bands, sum) = (Claims::new(bands.enumerate()), Turns::new(Tally::zero()));
+        team::spread(threads, &|| {
+            arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
+                old: self,
+                source,
+                bands: &bands,
+                sum: &sum,
+            });
+        });
+        sum.into_inner()
+    }
 }
 
-/// One thread's share of a sweep.
+/// One thread's share of a sweep in lexicographic order.
 struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     old: &'a Old<'a, T>,
     source: &'a S,
@@ -258,12 +290,13 @@ where
     }
 }
 
-/// The grid and the direction of the sweep.
+/// The grid, and the direction and the order of the sweep.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     nx: usize,
     ny: usize,
     backward: bool,
+    red_black: bool,
 }
 
 #[cfg(test)]

@@ -194,15 +194,15 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         (&south[..n], &west[..n], &here[..n], &east[..n], &north[..n]);
     let (q, defect) = (&q[..n], &mut defect[..n]);
     for i in 0..n {
-        let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
+        let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west[i], here[i], east[i], north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
-        source.keep::<ACCELERATED>(kept, i, row.passed);
+        source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
         let west = if western && i == 0 { T::zero() } else { west[i] };
         let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
-        let row = source.row::<BACKWARD, ACCELERATED>(loaded, i);
+        let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
@@ -223,7 +223,7 @@ struct Link<'a, S, K> {
 impl<S, K> Link<'_, S, K> {
     /// The value at point `i` of row `k`.
     #[inline(always)]
-    fn value<T: Scalar, const ACCELERATED: bool>(
+    fn value<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
         k: usize,
         i: usize,
@@ -234,7 +234,7 @@ impl<S, K> Link<'_, S, K> {
     where
         S: Source<T, Kept = K>,
     {
-        let passed = self.source.passed(&self.kept[k], i);
+        let passed = self.source.passed::<BACKWARD>(&self.kept[k], i);
         (t - part::<_, ACCELERATED>(passed[0], across)) - part::<_, ACCELERATED>(passed[1], along)
     }
 
@@ -254,7 +254,7 @@ impl<S, K> Link<'_, S, K> {
         let n = row.len();
         for i in points {
             let i = if BACKWARD { n - 1 - i } else { i };
-            y = self.value::<T, ACCELERATED>(k, i, row[i], across[i], y);
+            y = self.value::<T, BACKWARD, ACCELERATED>(k, i, row[i], across[i], y);
             row[i] = y;
         }
         y
@@ -328,7 +328,8 @@ impl<S, K> Link<'_, S, K> {
                 for k in (0..R).rev() {
                     let across = if k == 0 { first[i] } else { last[k - 1] };
                     let t = rows[k][i];
-                    last[k] = self.value::<T, ACCELERATED>(k, at(k) + i, t, across, last[k]);
+                    last[k] =
+                        self.value::<T, BACKWARD, ACCELERATED>(k, at(k) + i, t, across, last[k]);
                     rows[k][i] = last[k];
                 }
             }

@@ -1,0 +1,206 @@
+//! A sweep in red–black order: first the points with even i + j, then those with odd; backward, the other way round.
+//!
+//! A point's neighbours are all of the other colour. So the first colour is a Jacobi step, and the second takes from
+//! its `t` what all four neighbours have become. Both happen in one pass: a row's second colour is finished as soon as
+//! the first phase of the row after it is done. Bands of rows know nothing of each other: a band does the first phase
+//! of the rows beside it again, for the values of the first colour alone.
+
+use std::ops::Range;
+
+use pulp::{Simd, WithSimd};
+
+use super::{COLUMNS, Grid, Old, coefficients::Source};
+use crate::{
+    Scalar,
+    norms::Tally,
+    team::{Claims, Turns},
+};
+
+/// The rows of a band. The first phase of two more is done again.
+pub(super) const HEIGHT: usize = 32;
+
+/// One thread's share of a sweep.
+pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
+    pub(super) old: &'a Old<'a, T>,
+    pub(super) source: &'a S,
+    pub(super) bands: &'a Claims<I>,
+    pub(super) sum: &'a Turns<Tally<T>>,
+}
+
+impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>
+where
+    T: Scalar,
+    S: Source<T>,
+    I: Iterator<Item = (usize, &'y mut [T])>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let Self { old, source, bands, sum } = self;
+        let zeros = [T::zero(); COLUMNS];
+        let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
+        let mut worker = Worker { old, source, loaded, padded, defect: zeros, zeros };
+        while let Some((number, band)) = bands.next() {
+            let tally = worker.relax::<ACCELERATED>(number * HEIGHT, band);
+            let mut turn = sum.wait(number);
+            turn.value.add(&tally);
+            turn.pass();
+        }
+    }
+}
+
+struct Worker<'a, T, S: Source<T>> {
+    old: &'a Old<'a, T>,
+    source: &'a S,
+    loaded: S::Loaded,
+    padded: [T; COLUMNS + 2],
+    defect: [T; COLUMNS],
+    zeros: [T; COLUMNS],
+}
+
+impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
+    /// Relaxes the rows of `band`, the first of which is row `first` of the grid.
+    #[inline(always)]
+    fn relax<const ACCELERATED: bool>(&mut self, first: usize, band: &mut [T]) -> Tally<T> {
+        let Grid { nx, ny, .. } = self.old.grid;
+        let height = band.len() / nx;
+        let mut sum = Tally::zero();
+        let mut beside = [self.zeros; 2];
+        // One row behind, so that the row after it has its first colour.
+        for k in 0..=height {
+            for start in (0..nx).step_by(S::CHUNK).take_while(|_| k < height) {
+                let columns = start..nx.min(start + S::CHUNK);
+                let t = &mut band[k * nx..][columns.clone()];
+                self.prepare::<ACCELERATED>(first + k, columns, t);
+                self.old.meter.add_to(&mut sum, &self.defect[..t.len()]);
+            }
+            for start in (0..nx).step_by(S::CHUNK).take_while(|_| k > 0) {
+                let columns = start..nx.min(start + S::CHUNK);
+                let [before, after] = beside.each_mut().map(|t| &mut t[..columns.len()]);
+                if k == 1 && first > 0 {
+                    self.prepare::<ACCELERATED>(first - 1, columns.clone(), before);
+                }
+                if k == height && first + height < ny {
+                    self.prepare::<ACCELERATED>(first + height, columns.clone(), after);
+                }
+                self.finish::<ACCELERATED>(first, k - 1, columns, band, [before, after]);
+            }
+        }
+        sum
+    }
+
+    /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour becomes.
+    #[inline(always)]
+    fn prepare<const ACCELERATED: bool>(&mut self, j: usize, columns: Range<usize>, t: &mut [T]) {
+        let Old { grid, x, q, q_factor, .. } = *self.old;
+        let Range { start, end } = columns.clone();
+        let n = t.len().min(S::CHUNK);
+        let zeros = &self.zeros;
+        let row = |j: usize| &x[j * grid.nx..(j + 1) * grid.nx];
+        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..n] };
+        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..n] };
+        pad(row(j), columns.clone(), &mut self.padded);
+        let second = second_colour(grid, start, j);
+        self.source.load(j, columns, &mut self.loaded);
+        first_phase::<T, S, ACCELERATED>(
+            self.source,
+            &self.loaded,
+            second,
+            [south, &self.padded, north],
+            &q[j * grid.nx..][start..end],
+            q_factor,
+            &mut self.defect,
+            t,
+        );
+    }
+
+    /// The second phase of a stretch of row `k` of `band`: the second colour.
+    #[inline(always)]
+    fn finish<const ACCELERATED: bool>(
+        &mut self,
+        first: usize,
+        k: usize,
+        columns: Range<usize>,
+        band: &mut [T],
+        [before_band, after_band]: [&mut [T]; 2],
+    ) {
+        let grid = self.old.grid;
+        let (before, rest) = band.split_at_mut(k * grid.nx);
+        let (row, after) = rest.split_at_mut(grid.nx);
+        let south = match before.len().checked_sub(grid.nx) {
+            Some(last) => &before[last..][columns.clone()],
+            None => &*before_band,
+        };
+        let north = if after.is_empty() { &*after_band } else { &after[columns.clone()] };
+        pad(row, columns.clone(), &mut self.padded);
+        let second = second_colour(grid, columns.start, first + k);
+        self.source.load(first + k, columns.clone(), &mut self.loaded);
+        second_phase::<T, S, ACCELERATED>(
+            self.source,
+            &self.loaded,
+            second,
+            [south, &self.padded, north],
+            &mut row[columns],
+        );
+    }
+}
+
+/// Whether point `start` of row `j` is of the second colour: 1 if it is.
+#[inline(always)]
+fn second_colour(grid: Grid, start: usize, j: usize) -> usize {
+    (start + j + usize::from(grid.backward)) % 2
+}
+
+/// The columns of a row with their neighbours to either side, zero beyond the grid.
+#[inline(always)]
+fn pad<T: Scalar>(row: &[T], columns: Range<usize>, padded: &mut [T; COLUMNS + 2]) {
+    let Range { start, end } = columns;
+    padded[0] = if start > 0 { row[start - 1] } else { T::zero() };
+    padded[1..=end - start].copy_from_slice(&row[start..end]);
+    padded[end - start + 1] = row.get(end).copied().unwrap_or(T::zero());
+}
+
+/// The first phase of a stretch, given the rows around it, the middle one padded.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
+fn first_phase<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
+    source: &S,
+    loaded: &S::Loaded,
+    second: usize,
+    [south, middle, north]: [&[T]; 3],
+    q: &[T],
+    q_factor: T,
+    defect: &mut [T],
+    t: &mut [T],
+) {
+    let n = t.len().min(S::CHUNK);
+    let (south, north, q, defect) = (&south[..n], &north[..n], &q[..n], &mut defect[..n]);
+    let middle = &middle[..n + 2];
+    for i in 0..n {
+        let row = source.row::<ACCELERATED>(loaded, i);
+        let x = [south[i], middle[i], middle[i + 1], middle[i + 2], north[i]];
+        let (f, first, beside) = row.coloured::<ACCELERATED>(x, q_factor * q[i]);
+        defect[i] = f;
+        t[i] = if (i + second) % 2 == 1 { first + beside } else { first };
+    }
+}
+
+/// The second phase of a stretch, given the rows around it, the middle one padded.
+#[inline(always)]
+fn second_phase<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
+    source: &S,
+    loaded: &S::Loaded,
+    second: usize,
+    [south, middle, north]: [&[T]; 3],
+    y: &mut [T],
+) {
+    let n = y.len().min(S::CHUNK);
+    let (south, middle, north) = (&south[..n], &middle[..n + 2], &north[..n]);
+    for i in 0..n {
+        let row = source.row::<ACCELERATED>(loaded, i);
+        let t = middle[i + 1];
+        let beside = row.beside::<ACCELERATED>([south[i], middle[i], middle[i + 2], north[i]]);
+        y[i] = if (i + second) % 2 == 1 { t - beside } else { t };
+    }
+}
