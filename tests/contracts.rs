@@ -3,13 +3,13 @@
 
 use hlcp_core::{
     Aor, Correction, Diagonal, Error, FivePoint, FromFn, Hlcp, Jacobi, LinearOperator, Omega, Rows,
-    Scalar, Scaled,
+    Scalar, Scaled, VaryingFivePoint,
 };
-use hlcp_methods::{Limits, Method, Mms, Named, Norm, Parameters, Solver, Tmms};
+use hlcp_methods::{Amms, Limits, Method, Mms, Named, Norm, Parameters, Solver, Tmms};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The rows: names of the paper, and splittings that have none.
-const METHODS: [&str; 20] = [
+const METHODS: [&str; 23] = [
     "MJ",
     "MGS",
     "MSOR",
@@ -30,6 +30,9 @@ const METHODS: [&str; 20] = [
     "M by a closure",
     "TM by a closure and GS",
     "M backward with own parameters",
+    "M red-black",
+    "AM red-black",
+    "TM red-black",
 ];
 
 type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
@@ -55,6 +58,14 @@ fn method<T: Scalar, A: Rows<T> + 'static, B: Rows<T> + 'static>(
         "M backward with own parameters" => {
             let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
             Box::new(Mms::new(problem, aor.backward())?)
+        }
+        "M red-black" | "AM red-black" | "TM red-black" => {
+            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
+            match row {
+                "M red-black" => Box::new(Mms::new(problem, aor)?),
+                "AM red-black" => Box::new(Amms::new(problem, aor)?),
+                _ => Box::new(Tmms::mirrored(problem, aor)?),
+            }
         }
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");
@@ -277,4 +288,73 @@ fn of_order_one() {
             );
         }
     }
+}
+
+/// The bits of a solve: its history, and x, z and r.
+fn bits<T: Scalar>(
+    method: Boxed<T, impl Rows<T>, impl Rows<T>>,
+    q: &[T],
+) -> (Vec<[u64; 2]>, Vec<T>) {
+    let mut solver = Solver::new(method).with_history(8);
+    let limits = Limits { iterations: 6, ..Limits::default() };
+    let outcome = solver.solve(q, &vec![T::one(); q.len()], &limits).unwrap();
+    let norms = solver.history().iter().chain([&outcome.residual]);
+    let norms = norms.map(|norms| [norms.l2.to_bits(), norms.linf.to_bits()]).collect();
+    (norms, [solver.x(), solver.z(), solver.r()].concat())
+}
+
+/// The number of threads does not show, in an iterate or in a norm.
+fn keeps_on_threads<T: Scalar>() {
+    let to = |v: f64| T::from(v).unwrap();
+    // Enough points to be shared, and a multiple of no block.
+    let (nx, ny) = (157, 131);
+    let wave = |rate: f64| move |i: usize| f64::sin(rate * i as f64);
+    let q: Vec<T> = (0..nx * ny).map(wave(1.3)).map(to).collect();
+    let varying = |centre: f64| {
+        let row = |i, j| {
+            let v = 0.2 * wave(0.7)(nx * j + i);
+            [v - 1.1, v - 0.9, centre - v, v - 1.3, v - 0.7].map(to)
+        };
+        VaryingFivePoint::from_fn(nx, ny, row).unwrap()
+    };
+    let constant = |row: [f64; 5]| FivePoint::new(nx, ny, row.map(to)).unwrap();
+    let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| to(1.4 + 0.3 * w)).collect());
+    let of_constants = Hlcp::new(constant(A), constant(B), Omega::Uniform(to(1.4))).unwrap();
+    let of_arrays = Hlcp::new(varying(6.3), varying(5.9), each).unwrap();
+    for row in METHODS {
+        let row = if row.ends_with("red-black") { &row.replace(" red-black", "RBGS") } else { row };
+        let constants = bits(method(row, of_constants.clone()).unwrap(), &q);
+        let arrays = bits(method(row, of_arrays.clone()).unwrap(), &q);
+        for threads in [1, 2, 4, 8] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| {
+                let shared = of_constants.clone().in_parallel();
+                assert!(bits(method(row, shared).unwrap(), &q) == constants, "{row}, {threads}");
+                let shared = of_arrays.clone().in_parallel();
+                assert!(bits(method(row, shared).unwrap(), &q) == arrays, "{row}, {threads}");
+            });
+        }
+    }
+}
+
+#[test]
+fn on_any_number_of_threads_in_double_precision() {
+    keeps_on_threads::<f64>();
+}
+
+#[test]
+fn on_any_number_of_threads_in_single_precision() {
+    keeps_on_threads::<f32>();
+}
+
+/// Where no grid is known, a red–black order by name is refused.
+#[test]
+fn red_black_by_name_needs_a_grid() {
+    let (a, b) = (Lists::of(&stencil::<f64>(A)), Lists::of(&stencil::<f64>(B)));
+    let refusal = method("MRBGS", Hlcp::new(a, b, omega()).unwrap()).err();
+    assert_eq!(refusal, Some(Error::NoGrid));
+    assert!(matches!(
+        Aor::<f64>::gauss_seidel().red_black(0),
+        Err(Error::Parameter { value: 0.0, .. })
+    ));
 }

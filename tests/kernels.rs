@@ -77,6 +77,7 @@ struct Case {
     of_b: [f64; 2],
     backward: bool,
     accelerated: bool,
+    red_black: bool,
 }
 
 /// A row whose neighbours weigh less than its centre; zeros are frequent.
@@ -103,10 +104,13 @@ fn cases() -> impl Strategy<Value = Case> {
         let numbers = move || vec(-3.0..3.0, n);
         (
             (rows(), rows(), omega, 0.5..4.0, numbers(), numbers()),
-            (parameters(), parameters(), any::<bool>(), any::<bool>()),
+            (parameters(), parameters(), any::<[bool; 3]>()),
         )
             .prop_map(
-                move |((a, b, omega, gamma, q, x), (of_a, of_b, backward, accelerated))| Case {
+                move |(
+                    (a, b, omega, gamma, q, x),
+                    (of_a, of_b, [backward, accelerated, red_black]),
+                )| Case {
                     nx,
                     ny,
                     a,
@@ -119,6 +123,7 @@ fn cases() -> impl Strategy<Value = Case> {
                     of_b,
                     backward,
                     accelerated,
+                    red_black,
                 },
             )
     })
@@ -133,6 +138,7 @@ impl Case {
         let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(self.gamma).unwrap();
         let aor = Aor::of_pair(self.of_a, self.of_b).unwrap();
         let aor = if self.backward { aor.backward() } else { aor };
+        let aor = if self.red_black { aor.red_black(self.nx).unwrap() } else { aor };
         let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
         let norms = if self.accelerated {
             aor.accelerated_step(&problem, &q, &self.x, &mut y)
@@ -151,8 +157,14 @@ impl Case {
         let (n, nx) = (self.x.len(), self.nx);
         let mut bound = vec![0.0; n];
         let mut squares = 0.0;
-        for step in 0..n {
-            let k = if self.backward { n - 1 - step } else { step };
+        // In the order of the sweep: by colour if there are any, and by index.
+        let colour = |k: usize| if self.red_black { (k % nx + k / nx) % 2 } else { 0 };
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by_key(|&k| (colour(k), k));
+        if self.backward {
+            order.reverse();
+        }
+        for k in order {
             let (i, j) = (k % nx, k / nx);
             let around = [
                 (j > 0).then(|| k - nx),
@@ -169,7 +181,7 @@ impl Case {
                 let a = self.a[k][direction].abs();
                 let b = self.b[k][direction].abs() * self.omega.at(at);
                 of_defect += 2.0 * (a + b) * self.x[at].abs();
-                if (at < k) != self.backward && at != k {
+                if ((colour(at), at) < (colour(k), k)) != self.backward && at != k {
                     let triangle = (self.of_a[1] / self.of_a[0]).abs() * a
                         + (self.of_b[1] / self.of_b[0]).abs() * b;
                     let factor = triangle + if self.accelerated { a + b } else { 0.0 };

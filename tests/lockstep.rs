@@ -77,16 +77,28 @@ fn lockstep(
     q: &DVector<f64>,
     start: &DVector<f64>,
 ) -> Result<(), TestCaseError> {
+    let order: Vec<usize> = (0..q.len()).collect();
+    lockstep_in(&order, method, textbook, q, start)
+}
+
+/// The same beside textbook steps for the unknowns in another order.
+fn lockstep_in(
+    order: &[usize],
+    method: &mut impl Method<f64>,
+    textbook: &[Iteration],
+    q: &DVector<f64>,
+    start: &DVector<f64>,
+) -> Result<(), TestCaseError> {
     let q = Rhs::new(q.as_slice()).expect("q is finite");
     let (mut x, mut y) = (start.clone(), start * f64::NAN);
-    let (mut exact, mut drift) = (start.clone(), Drift(0.0));
+    let (mut exact, mut drift) = (start.select_rows(order), Drift(0.0));
     prop_assert_eq!(method.steps(), textbook.len());
     for _ in 0..ITERATIONS {
         for (k, textbook) in textbook.iter().enumerate() {
             let _ = method.step(k, &q, x.as_slice(), y.as_mut_slice());
             let next = textbook.step(&exact);
             drift.step(textbook, &exact, &next);
-            let distance = (&y - &next).amax();
+            let distance = (y.select_rows(order) - &next).amax();
             prop_assert!(distance <= drift.0, "{distance:e} > {:e}", drift.0);
             (exact, x, y) = (next, y, x);
         }
@@ -130,6 +142,33 @@ proptest! {
         let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
         let mut amms = Amms::new(posed(&p.dense), aor.library()).unwrap();
         lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
+    }
+
+    /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the points.
+    #[test]
+    fn red_black_order_is_a_permutation(
+        p in planted(1..41, 1.5),
+        nx in 1..9_usize,
+        aor in parameters(),
+        start in -3.0..3.0,
+    ) {
+        let black = |i: usize| (i / nx + i % nx) % 2 == 1;
+        let (mut order, blacks): (Vec<_>, Vec<_>) = (0..p.dense.q.len()).partition(|&i| !black(i));
+        order.extend(blacks);
+        let sorted = Dense {
+            a: p.dense.a.select_rows(&order).select_columns(&order),
+            b: p.dense.b.select_rows(&order).select_columns(&order),
+            q: p.dense.q.select_rows(&order),
+            omega: p.dense.omega.select_rows(&order),
+            gamma: p.dense.gamma,
+        };
+        let start = p.x().map(|x| x.sin() + start);
+        let library = aor.library().red_black(nx).unwrap();
+        let mut mms = Mms::new(posed(&p.dense), library).unwrap();
+        lockstep_in(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
+        let mut amms = Amms::new(posed(&p.dense), library).unwrap();
+        let textbook = [sorted.amms(aor.a, aor.b, aor.backward)];
+        lockstep_in(&order, &mut amms, &textbook, &p.dense.q, &start)?;
     }
 
     /// The norms a step returns are those of A z − B r + q at its input, by the paper's definitions.

@@ -210,9 +210,20 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let portions = Claims::new(portions.enumerate());
         team::spread(team::threads(self.parallel, x.len()), &|| {
             while let Some((number, ((x, z), r))) = portions.next() {
-                for (i, ((&x, z), r)) in x.iter().zip(z).zip(r).enumerate() {
+                for ((&x, z), r) in x.iter().zip(z).zip(&mut *r) {
                     *z = (x.abs() + x) / self.gamma;
-                    *r = self.omega.at(number * PORTION + i) * (x.abs() - x) / self.gamma;
+                    *r = x.abs() - x;
+                }
+                match &self.omega {
+                    Omega::Uniform(omega) => {
+                        r.iter_mut().for_each(|r| *r = *omega * *r / self.gamma)
+                    }
+                    Omega::Each(omega) => {
+                        let omega = &omega[number * PORTION..];
+                        r.iter_mut()
+                            .zip(omega)
+                            .for_each(|(r, &omega)| *r = omega * *r / self.gamma);
+                    }
                 }
             }
         });
