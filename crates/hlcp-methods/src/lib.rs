@@ -3,26 +3,31 @@
 //!
 //! * [`Mms`], [`Amms`] and [`Tmms`] are the methods of Zheng and Vong's paper, each on any operators that
 //!   its splittings can work with; [`Named`] finds them by the paper's names.
+//! * [`Newton`] solves the linear piece an iterate lies on, with a [`Preconditioner`] and one of them to fall back on.
 //! * A [`Method`] is a few public steps; [`Solver`] iterates one within [`Limits`] and reports an
 //!   [`Outcome`].
 //!
 //! No matrix is formed anywhere.
 
 mod amms;
+mod krylov;
 mod limits;
 mod method;
 mod mms;
 mod named;
+mod newton;
 mod outcome;
 mod solver;
 mod tmms;
 mod watch;
 
 pub use amms::Amms;
+pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm};
 pub use method::Method;
 pub use mms::Mms;
 pub use named::{NameError, Named, Parameters};
+pub use newton::{Jacobian, Newton};
 pub use outcome::{Divergence, Outcome, Status};
 pub use solver::{Progress, Solver};
 pub use tmms::Tmms;

@@ -50,6 +50,12 @@ pub trait Method<T: Scalar> {
         None
     }
 
+    /// The norms of `A z − B r + q` at `x`, of a method whose steps cost much more; a [`Solver`](crate::Solver) then takes
+    /// no step from the iterate that is its answer.
+    fn residual(&mut self, _q: &Rhs<'_, T>, _x: &[T]) -> Option<Norms> {
+        None
+    }
+
     /// Takes step number `k` of an iteration, from `x` to `y`, and returns the norms of `A z − B r + q` at `x`, the
     /// step's *input*.
     ///
@@ -60,6 +66,25 @@ pub trait Method<T: Scalar> {
     ///
     /// Unless `k` is below [`steps`](Self::steps) and all slices have the problem's order.
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms;
+}
+
+/// Overwrites `y` with one whole iteration from `x`, and returns the norms at `x`; `between` is scratch.
+pub(crate) fn iterate<T: Scalar, M: Method<T>>(
+    method: &mut M,
+    q: &Rhs<'_, T>,
+    x: &[T],
+    y: &mut [T],
+    between: &mut [T],
+) -> Norms {
+    let last = method.steps() - 1;
+    // The last step must end in y.
+    let (mut to, mut other) = if last.is_multiple_of(2) { (y, between) } else { (between, y) };
+    let norms = method.step(0, q, x, to);
+    for k in 1..=last {
+        std::mem::swap(&mut to, &mut other);
+        let _ = method.step(k, q, other, to);
+    }
+    norms
 }
 
 impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
@@ -84,6 +109,10 @@ impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
 
     fn linear_iterations(&self) -> Option<usize> {
         (**self).linear_iterations()
+    }
+
+    fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        (**self).residual(q, x)
     }
 
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {

@@ -234,7 +234,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         self.history.clear();
         let mut answer = 0;
         for k in 0.. {
-            let norms = self.method.step(0, q, &self.x, &mut self.z);
+            let seen = self.method.residual(q, &self.x).filter(|&norms| test.within(norms));
+            let norms = seen.unwrap_or_else(|| self.method.step(0, q, &self.x, &mut self.z));
             let residual = limits.norm.of(norms);
             let mut best = self.watch.is_best(k, residual);
             if self.history.len() < self.history_limit {

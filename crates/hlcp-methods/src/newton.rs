@@ -1,0 +1,314 @@
+use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
+
+use crate::{Method, Preconditioner, krylov::BiCgStab, method::iterate};
+
+/// A residual of at most this part of the smallest one of the phase is progress.
+const PROGRESS: f64 = 0.9;
+
+/// Newton steps without progress that end a phase.
+const PATIENCE: usize = 5;
+
+/// The most iterations of one inner solve.
+const INNER: usize = 1000;
+
+/// The inner tolerance of a phase's first step, and the largest one of its later steps.
+const FORCING: [f64; 2] = [0.01, 0.1];
+
+/// The Jacobian `J(x) = (A + BΩ) + (A − BΩ) diag(sign x)` of F where no entry of `x` is zero.
+///
+/// Its columns are `2A_j` where `xⱼ ≥ 0` and `2ωⱼB_j` where `xⱼ < 0`, so it depends on signs alone; at `xⱼ = 0` it is
+/// one of the two derivatives that meet there. `F(x) = J(x) x + γq`.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::Jacobian;
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(5.0))?;
+/// let mut y = [0.0; 2];
+/// Jacobian::new(&problem, &[0.1, -7.0]).apply(&[1.0, 1.0], &mut y, &mut vec![]);
+/// assert_eq!(y, [6.0, -2.0 + 10.0]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Jacobian<'p, T, A, B> {
+    problem: &'p Hlcp<T, A, B>,
+    x: &'p [T],
+}
+
+impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, A, B> {
+    /// J(x).
+    ///
+    /// # Panics
+    ///
+    /// Unless `x` has the problem's order.
+    pub fn new(problem: &'p Hlcp<T, A, B>, x: &'p [T]) -> Self {
+        assert_eq!(x.len(), problem.order(), "a vector of the problem's order");
+        Self { problem, x }
+    }
+
+    /// Overwrites `y` with `J(x) s`.
+    ///
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    ///
+    /// # Cost
+    ///
+    /// One product with `A`, one with `B`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `s` and `y` have the problem's order.
+    pub fn apply(&self, s: &[T], y: &mut [T], scratch: &mut Vec<T>) {
+        let n = self.x.len();
+        assert_eq!((s.len(), y.len()), (n, n), "vectors of the problem's order");
+        if scratch.len() < 2 * n {
+            scratch.resize(2 * n, T::zero());
+        }
+        let (part, product) = scratch[..2 * n].split_at_mut(n);
+        for (j, (part, &s)) in part.iter_mut().zip(s).enumerate() {
+            *part = if self.is_active(j) { s + s } else { T::zero() };
+        }
+        self.problem.a().apply(part, y);
+        for (j, (part, &s)) in part.iter_mut().zip(s).enumerate() {
+            let omega = self.problem.omega().at(j);
+            *part = if self.is_active(j) { T::zero() } else { omega * (s + s) };
+        }
+        self.problem.b().apply(part, product);
+        for (y, &product) in y.iter_mut().zip(&*product) {
+            *y += product;
+        }
+    }
+}
+
+impl<'p, T: Scalar, A, B> Jacobian<'p, T, A, B> {
+    /// The problem.
+    pub fn problem(&self) -> &'p Hlcp<T, A, B> {
+        self.problem
+    }
+
+    /// Whether column `j` is one of `A`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `j` is below the order.
+    #[inline]
+    pub fn is_active(&self, j: usize) -> bool {
+        self.x[j] >= T::zero()
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
+    /// Calls `visit` with the columns and values of the entries of row `i`, those of `A` first.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless `i` is below the order.
+    #[inline]
+    pub fn visit_row(&self, i: usize, mut visit: impl FnMut(usize, T)) {
+        self.problem.a().visit_row(i, &mut |j, a| {
+            if self.is_active(j) {
+                visit(j, a + a);
+            }
+        });
+        self.problem.b().visit_row(i, &mut |j, b| {
+            if !self.is_active(j) {
+                visit(j, self.problem.omega().at(j) * (b + b));
+            }
+        });
+    }
+}
+
+/// Semismooth Newton on F, with matrix-free inner solves and a base method to fall back on.
+///
+/// F is piecewise linear, and one iteration solves the piece that `x` lies on,
+///
+/// ```text
+/// J(x) s = F(x) ,    x⁺ = x − s ,
+/// ```
+///
+/// with the [`Jacobian`] by BiCGStab, preconditioned by a [`Preconditioner`], to a tolerance that falls with ‖F‖
+/// (Eisenstat and Walker's second choice, at most 0.01 in the first step and 0.1 later).
+///
+/// # Safeguard
+///
+/// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in phases. A phase begins with two
+/// iterations of the base method, which settle most signs. It ends when five steps in a row have not brought ‖F‖ to nine
+/// tenths of its smallest value so far, as a repeated active set cannot, or when an inner solve fails; then the base takes
+/// over at the best iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase.
+///
+/// # Cost
+///
+/// An outer step takes one defect and one inner solve; an inner iteration two products with `A` and with `B` and two
+/// calls of the preconditioner. [`linear_iterations`](Method::linear_iterations) counts them; [`sweeps`](Method::sweeps)
+/// is the base's and says nothing about them. `11n` numbers beside the base's and the preconditioner's, all allocated by
+/// [`new`](Self::new).
+///
+/// # Convergence
+///
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and [`Tmms`](crate::Tmms) provide, from any
+/// start: in a phase that does not end ‖F‖ falls by tenths for ever; one that ends multiplies the error by no more than a
+/// constant, and the base's iterations between phases, of which there are ever more, by a number that tends to zero
+/// (`docs/acceleration.md` has the proof). From an `x` on the solution's piece one step with an exact inner solve ends at the
+/// solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it (Fischer and Kanzow), and in any case convergence is
+/// superlinear (Qi and Sun).
+///
+/// # Source
+///
+/// L. Qi and J. Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993); A. Fischer and C. Kanzow,
+/// *On finite termination of an iterative method for linear complementarity problems*, Math. Programming 74 (1996);
+/// S. C. Eisenstat and H. F. Walker, *Choosing the forcing terms in an inexact Newton method*, SIAM J. Sci. Comput. 17
+/// (1996).
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Limits, Method, Newton, Solver, Ssor, Tmms};
+///
+/// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
+/// let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel())?;
+/// let mut newton = Solver::new(Newton::new(tmgs, Ssor));
+///
+/// let q: Vec<f64> = (0..256).map(|i| (0.05 * i as f64).sin() - 0.2).collect();
+/// let outcome = newton.solve(&q, &[1.0; 256], &Limits::default())?;
+/// assert!(outcome.converged() && outcome.iterations < 10);
+/// assert!(newton.method().linear_iterations() < Some(100));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Newton<T, M, P> {
+    base: M,
+    preconditioner: P,
+    krylov: BiCgStab<T>,
+    // Where the step is taken, F there, and the best iterate of the phase.
+    at: Vec<T>,
+    f: Vec<T>,
+    best: Vec<T>,
+    scratch: Vec<T>,
+    linear_iterations: usize,
+    /// The phase, unless the base has its turn or a phase is about to begin.
+    phase: Option<Phase>,
+    /// The iterations that the base has left, and how many it gets after the next phase.
+    resting: usize,
+    rest: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Phase {
+    /// The smallest residual, and the steps since.
+    best: f64,
+    quiet: usize,
+    /// The norm of F that the last step set out from.
+    last: f64,
+}
+
+impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> {
+    /// Newton's method on the problem of `base`, which it falls back on.
+    pub fn new(base: M, preconditioner: P) -> Self {
+        let n = base.problem().order();
+        let [at, f, best] = std::array::from_fn(|_| vec![T::zero(); n]);
+        Self {
+            base,
+            preconditioner,
+            krylov: BiCgStab::new(n),
+            at,
+            f,
+            best,
+            scratch: vec![T::zero(); 2 * n],
+            linear_iterations: 0,
+            phase: None,
+            resting: 0,
+            rest: 2,
+        }
+    }
+
+    /// Measures F at `at`, where the next step is taken.
+    fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
+        let problem = self.base.problem();
+        problem.defect(q.entries(), &self.at, &mut self.f, &mut self.scratch);
+        let gamma = problem.gamma().to_f64().unwrap_or(f64::NAN);
+        let Norms { l2, linf } = Norms::of(&self.f);
+        Norms { l2: l2 / gamma, linf: linf / gamma }
+    }
+
+    /// Takes the step from `at` to `y`; whether the linear system was solved to some extent.
+    fn correct(&mut self, forcing: f64, y: &mut [T]) -> bool {
+        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let jacobian = Jacobian::new(self.base.problem(), &self.at);
+        let (preconditioner, scratch) = (&mut self.preconditioner, &mut self.scratch);
+        let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, scratch);
+        self.linear_iterations += inner.iterations;
+        for (y, &at) in y.iter_mut().zip(&self.at) {
+            *y = at - *y;
+        }
+        // A residual that is NaN is not below 1 either.
+        inner.residual < 1.0 && y.iter().all(|y| y.is_finite())
+    }
+
+    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
+    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
+        (self.phase, self.resting) = (None, self.rest - 1);
+        self.rest = self.rest.saturating_mul(2);
+        let _ = iterate(&mut self.base, q, &self.best, y, &mut self.f);
+    }
+}
+
+impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Newton<T, M, P> {
+    type A = M::A;
+    type B = M::B;
+
+    fn problem(&self) -> &Hlcp<T, M::A, M::B> {
+        self.base.problem()
+    }
+
+    fn sweeps(&self) -> usize {
+        self.base.sweeps()
+    }
+
+    fn restart(&mut self) {
+        self.base.restart();
+        (self.linear_iterations, self.phase, self.resting, self.rest) = (0, None, 0, 2);
+    }
+
+    fn linear_iterations(&self) -> Option<usize> {
+        Some(self.linear_iterations)
+    }
+
+    fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        self.at.copy_from_slice(x);
+        Some(self.measure(q))
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        assert_eq!(k, 0, "an iteration of Newton's method is one step");
+        if self.resting > 0 {
+            self.resting -= 1;
+            return iterate(&mut self.base, q, x, y, &mut self.f);
+        }
+        let (norms, forcing);
+        let mut phase = if let Some(mut phase) = self.phase {
+            self.at.copy_from_slice(x);
+            norms = self.measure(q);
+            let ratio = norms.l2 / phase.last;
+            forcing = (0.9 * ratio * ratio).min(FORCING[1]);
+            phase.last = norms.l2;
+            phase
+        } else {
+            norms = iterate(&mut self.base, q, x, y, &mut self.f);
+            let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f);
+            forcing = FORCING[0];
+            self.best.copy_from_slice(x);
+            Phase { best: norms.l2, quiet: 0, last: self.measure(q).l2 }
+        };
+        if norms.l2 <= PROGRESS * phase.best {
+            (phase.best, phase.quiet) = (norms.l2, 0);
+            self.best.copy_from_slice(x);
+        } else {
+            phase.quiet += 1;
+        }
+        self.phase = Some(phase);
+        if phase.quiet > PATIENCE || !self.correct(forcing, y) {
+            self.fall_back(q, y);
+        }
+        norms
+    }
+}

@@ -1,0 +1,398 @@
+//! Semismooth Newton: its Jacobian, preconditioners and steps against dense algebra, and how it ends.
+
+mod common;
+
+use common::{Matrix, planted, posed};
+use hlcp_core::{
+    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega, Rhs,
+    Rows, Scalar, Tridiagonal,
+};
+use hlcp_methods::{
+    Jacobian, Limits, Method, Mms, Newton, Norm, Outcome, Preconditioner, Solver, Ssor, Status,
+    Tmms, TridiagonalPart,
+};
+use hlcp_verify::{Disc, Example, Planted, Slider, oracle::Dense};
+use nalgebra::{DMatrix, DVector, dmatrix, dvector};
+use proptest::{collection::vec, prelude::*};
+
+/// (A + BΩ) + (A − BΩ) diag(sign x), by that formula.
+fn dense_jacobian(dense: &Dense, x: &DVector<f64>) -> DMatrix<f64> {
+    let b_omega = &dense.b * DMatrix::from_diagonal(&dense.omega);
+    let signs = DMatrix::from_diagonal(&x.map(f64::signum));
+    (&dense.a + &b_omega) + (&dense.a - &b_omega) * signs
+}
+
+/// Multiplies by the inverse that it is given.
+struct Inverse(DMatrix<f64>);
+
+impl<A, B> Preconditioner<f64, A, B> for Inverse {
+    fn solve(&mut self, _: &Jacobian<'_, f64, A, B>, rhs: &[f64], y: &mut [f64]) {
+        y.copy_from_slice((&self.0 * DVector::from_column_slice(rhs)).as_slice());
+    }
+}
+
+/// Ends in `y = NaN`.
+struct Broken;
+
+impl<T: Scalar, A, B> Preconditioner<T, A, B> for Broken {
+    fn solve(&mut self, _: &Jacobian<'_, T, A, B>, _: &[T], y: &mut [T]) {
+        y.fill(T::nan());
+    }
+}
+
+type Boxed = Box<dyn Preconditioner<f64, Matrix, Matrix>>;
+
+fn mgs(dense: &Dense) -> Mms<f64, Matrix, Matrix, Aor<f64>> {
+    Mms::new(posed(dense), Aor::gauss_seidel()).unwrap()
+}
+
+proptest! {
+    #[test]
+    fn the_jacobian_is_the_formulas(p in planted(1..16, 3.0), s in vec(-2.0..2.0, 16)) {
+        let n = p.z.len();
+        let (problem, x) = (posed(&p.dense), p.x());
+        let expected = dense_jacobian(&p.dense, &x);
+        let jacobian = Jacobian::new(&problem, x.as_slice());
+        let mut rows = DMatrix::zeros(n, n);
+        (0..n).for_each(|i| jacobian.visit_row(i, |j, entry| rows[(i, j)] += entry));
+        prop_assert!((&rows - &expected).amax() <= 4.0 * f64::EPSILON * expected.amax());
+        let s = DVector::from_column_slice(&s[..n]);
+        let mut y = vec![f64::NAN; n];
+        jacobian.apply(s.as_slice(), &mut y, &mut vec![f64::NAN; 3]);
+        // Sums of 2n terms.
+        let rounding = 4.0 * n as f64 * f64::EPSILON * expected.amax() * s.amax() * n as f64;
+        prop_assert!((DVector::from_vec(y) - &expected * s).amax() <= rounding);
+    }
+
+    /// (D − L) D⁻¹ (D − U) y = rhs for J = D − L − U.
+    #[test]
+    fn ssor_is_its_definition(p in planted(1..16, 0.8), rhs in vec(-2.0..2.0, 16)) {
+        let n = p.z.len();
+        let (problem, x) = (posed(&p.dense), p.x());
+        let j = dense_jacobian(&p.dense, &x);
+        let d = DMatrix::from_diagonal(&j.diagonal());
+        let lower = j.lower_triangle() * d.clone().try_inverse().unwrap();
+        let product = lower * j.upper_triangle();
+        let jacobian = Jacobian::new(&problem, x.as_slice());
+        let mut y = vec![f64::NAN; n];
+        Ssor.solve(&jacobian, &rhs[..n], &mut y);
+        let rest = product * DVector::from_vec(y) - DVector::from_column_slice(&rhs[..n]);
+        // Triangles whose rows are off the diagonal by at most 0.8 of it at worst over n unknowns.
+        prop_assert!(rest.amax() <= 1e-12);
+    }
+
+    #[test]
+    fn the_tridiagonal_part_is_solved_with(p in planted(1..16, 0.8), rhs in vec(-2.0..2.0, 16)) {
+        let n = p.z.len();
+        let (problem, x) = (posed(&p.dense), p.x());
+        let j = dense_jacobian(&p.dense, &x);
+        let part = DMatrix::from_fn(n, n, |i, k| if i.abs_diff(k) <= 1 { j[(i, k)] } else { 0.0 });
+        let rhs = DVector::from_column_slice(&rhs[..n]);
+        let expected = part.lu().solve(&rhs).unwrap();
+        let jacobian = Jacobian::new(&problem, x.as_slice());
+        let (mut y, mut tridiagonal) = (vec![f64::NAN; n], TridiagonalPart::new());
+        tridiagonal.solve(&jacobian, rhs.as_slice(), &mut y);
+        prop_assert!((DVector::from_vec(y) - expected).amax() <= 1e-12);
+    }
+
+    /// The first step settles by two iterations of the base, and then solves with the J found there, to 1 %.
+    #[test]
+    fn a_step_is_newtons(p in planted(2..16, 0.6), x0 in vec(-3.0..3.0, 16)) {
+        let n = p.z.len();
+        let q = Rhs::new(p.dense.q.as_slice()).unwrap();
+        let (mut x, mut between) = (x0[..n].to_vec(), vec![0.0; n]);
+        let (mut newton, mut base) = (Newton::new(mgs(&p.dense), Ssor), mgs(&p.dense));
+        let mut y = vec![f64::NAN; n];
+        let norms = newton.step(0, &q, &x, &mut y);
+        prop_assert_eq!(norms, base.step(0, &q, &x, &mut between));
+        let _ = base.step(0, &q, &between, &mut x);
+
+        for forcing in [0.01, 0.1] {
+            let (at, next) = (DVector::from_column_slice(&x), DVector::from_column_slice(&y));
+            let j = dense_jacobian(&p.dense, &at);
+            let f = &j * &at + p.dense.gamma * &p.dense.q;
+            let rest = &f - &j * (&at - &next);
+            prop_assert!(rest.norm() <= forcing * f.norm() + 1e-12, "{} {}", rest.norm(), f.norm());
+            x.copy_from_slice(&y);
+            let _ = newton.step(0, &q, &x, &mut y);
+        }
+    }
+
+    /// From a start on the solution's piece, one step with an exact inner solve ends at the solution.
+    #[test]
+    fn it_ends_once_the_active_set_is_right(p in planted(1..16, 0.15), shift in vec(0.95..1.05, 16)) {
+        // Entries in modulus between 4 and 8 in z and r, so between 1.6 and 20 in units of γ/2 in x: a start off by
+        // 5 %, 1 at most, has the right signs, and two contracting sweeps keep it as near.
+        let signed: Vec<f64> =
+            (&p.z - &p.r).iter().map(|s| s.signum() * (4.0 + 0.5 * s.abs())).collect();
+        let Dense { a, b, omega, gamma, .. } = p.dense;
+        let p = Planted::new(a, b, &signed, omega, gamma);
+        let inverse = dense_jacobian(&p.dense, &p.x()).try_inverse().unwrap();
+        let start: Vec<f64> = p.x().iter().zip(&shift).map(|(x, shift)| x * shift).collect();
+        let mut newton = Solver::new(Newton::new(mgs(&p.dense), Inverse(inverse)));
+        let limits = Limits { norm: Norm::LInf, ..Limits::default() };
+        let outcome = newton.solve(p.dense.q.as_slice(), &start, &limits).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= 1, "{}", outcome);
+        prop_assert!(newton.method().linear_iterations() <= Some(1));
+        // The margin of tests/planted.rs.
+        let z = DVector::from_column_slice(newton.z());
+        prop_assert!((z - &p.z).amax() <= 1e-10 / 0.025);
+    }
+
+    /// From any start, with every preconditioner, for the problem as posed and exchanged.
+    #[test]
+    fn it_reaches_the_planted_solution(p in planted(1..24, 0.15), x0 in vec(-9.0..9.0, 24)) {
+        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::default() });
+        let preconditioners: [fn() -> Boxed; 4] = [
+            || Box::new(Ssor),
+            || Box::new(TridiagonalPart::new()),
+            || Box::new(Correction(FromFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs)))),
+            || Box::new(Broken),
+        ];
+        for preconditioner in preconditioners {
+            for exchanged in [false, true] {
+                let problem = posed(&p.dense);
+                let problem = if exchanged { problem.exchanged().unwrap() } else { problem };
+                let base: Box<dyn Method<f64, A = Matrix, B = Matrix>> =
+                    Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+                let mut newton = Solver::new(Newton::new(base, preconditioner()));
+                let outcome = newton.solve(p.dense.q.as_slice(), &x0[..n], &limits).unwrap();
+                prop_assert!(outcome.converged(), "{}", outcome);
+                // The margin of tests/planted.rs.
+                let (z, r) = (newton.z(), newton.r());
+                for i in 0..n {
+                    prop_assert!((z[i] - p.z[i]).abs() <= 1e-10 / 0.025);
+                    prop_assert!((r[i] - p.r[i]).abs() <= 2.5 * 1e-10 / 0.025);
+                }
+            }
+        }
+    }
+}
+
+/// A P-matrix, positive definite too, on which Newton's method visits {1}, {2}, {3}, {1}, … for ever.
+fn carousel() -> Dense {
+    Dense {
+        a: dmatrix![1.0, 0.0, 1.5; 1.5, 1.0, 0.0; 0.0, 1.5, 1.0],
+        b: DMatrix::identity(3, 3),
+        q: dvector![1.0, 1.0, 1.0],
+        omega: dvector![1.1, 1.1, 1.1],
+        gamma: 1.7,
+    }
+}
+
+#[test]
+fn a_cycle_of_active_sets_is_broken() {
+    let dense = carousel();
+    let start = dvector![0.9, -0.7, -0.8];
+    let mut x = start.clone();
+    let mut sets = vec![];
+    for _ in 0..12 {
+        sets.push((0..3).filter(|&j| x[j] >= 0.0).collect::<Vec<_>>());
+        let rhs = -dense.gamma * &dense.q;
+        x = dense_jacobian(&dense, &x).lu().solve(&rhs).unwrap();
+    }
+    assert_eq!(sets[..4], [vec![0], vec![1], vec![2], vec![0]]);
+    assert_eq!(sets[9..], sets[..3]);
+
+    // A tenth of the step with M = A + Ω, which contracts since A is positive definite.
+    let m = &dense.a + DMatrix::from_diagonal(&dense.omega);
+    let step = 0.1 * m.try_inverse().unwrap();
+    let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+        y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
+    });
+    let base = Mms::new(posed(&dense), Correction(damped)).unwrap();
+    let mut newton = Solver::new(Newton::new(base, Ssor)).with_history(1000);
+    let outcome = newton.solve(dense.q.as_slice(), start.as_slice(), &Limits::default()).unwrap();
+    assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
+    assert!(newton.z().iter().all(|&z| z <= 1e-9));
+    // It did go round, by symmetry at equal residuals, until five steps had brought no progress.
+    let residuals: Vec<f64> = newton.history().iter().map(|norms| norms.l2).collect();
+    assert!(residuals[2..=6].iter().all(|residual| (residual / residuals[1] - 1.0).abs() < 1e-9));
+}
+
+/// A = e eᵀ is singular on the piece of the start, and the system there has no solution.
+#[test]
+fn a_singular_jacobian_is_left_behind() {
+    let a = Matrix(DMatrix::from_element(2, 2, 1.0));
+    let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
+    let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+    let mut newton = Solver::new(Newton::new(base, Ssor));
+    let outcome = newton.solve(&[-1.0, -2.0], &[0.4, 0.6], &Limits::default()).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    assert!((newton.z()[0] + newton.z()[1] - 2.0).abs() <= 1e-9);
+    assert!((newton.r()[0] - 1.0).abs() <= 1e-9 && newton.r()[1] <= 1e-9);
+}
+
+/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1: no solution, and none is claimed.
+#[test]
+fn no_solution_is_no_success() {
+    let a = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
+    let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
+    let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+    let limits = Limits { iterations: 3000, ..Limits::default() };
+    let outcome =
+        Solver::new(Newton::new(base, Ssor)).solve(&[-1.0, -1.2], &[0.4, 0.6], &limits).unwrap();
+    assert!(!outcome.converged() && outcome.residual.l2 > 0.5, "{outcome}");
+}
+
+/// An operator that gives NaN from a certain product on.
+struct Tired(std::sync::atomic::AtomicUsize, usize);
+
+impl LinearOperator<f64> for Tired {
+    fn order(&self) -> usize {
+        3
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.5 * x);
+        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= self.1 {
+            y[1] = f64::NAN;
+        }
+    }
+}
+
+/// Products alone, with a user's splitting for preconditioner; and what becomes of NaN at any moment.
+#[test]
+fn an_operator_of_products_and_one_that_turns_nan() {
+    for sound in (0..12).chain([usize::MAX]) {
+        let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+            y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
+        });
+        let problem =
+            Hlcp::new(Tired(0.into(), sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
+        let base = Mms::new(problem, Correction(slow)).unwrap();
+        let mut newton = Solver::new(Newton::new(base, Correction(slow)));
+        let outcome = newton.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+        if sound == usize::MAX {
+            assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
+        } else {
+            assert!(!outcome.converged() || outcome.residual.l2 <= 1e-10);
+            let diverged = matches!(outcome.status, Status::Diverged(_));
+            assert!(outcome.converged() || diverged, "{sound}: {outcome}");
+        }
+    }
+}
+
+/// A diagonal pair, where SSOR is exact: one inner iteration a step; a solved start needs none.
+#[test]
+fn what_is_solved_exactly_ends_at_once() {
+    let a = DiagonalMatrix::new(vec![2.0, 3.0, 0.7]).unwrap();
+    let b = DiagonalMatrix::new(vec![1.5, 0.4, 2.2]).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 4.0, 1.7])).unwrap();
+    // A base that goes nowhere settles nothing.
+    let still = FromFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
+    let base = Mms::new(problem, Correction(still)).unwrap();
+    let mut newton = Solver::new(Newton::new(base, Ssor));
+    let outcome = newton.solve(&[-3.0, 1.0, -2.0], &[-1.0, 2.0, 1.0], &Limits::default()).unwrap();
+    assert!(outcome.converged() && outcome.iterations == 2, "{outcome}");
+    assert_eq!(newton.method().linear_iterations(), Some(2));
+    let x = newton.x().to_vec();
+    let outcome = newton.solve(&[-3.0, 1.0, -2.0], &x, &Limits::default()).unwrap();
+    assert_eq!((outcome.iterations, outcome.converged()), (0, true));
+}
+
+fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: Hlcp<T, A, B>,
+    preconditioner: impl Preconditioner<T, A, B>,
+    q: &[T],
+    limits: &Limits<T>,
+) -> (Outcome, usize, Vec<T>) {
+    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let mut newton = Solver::new(Newton::new(tmgs, preconditioner));
+    let outcome = newton.solve(q, &vec![T::one(); q.len()], limits).unwrap();
+    (outcome, newton.method().linear_iterations().unwrap(), newton.z().to_vec())
+}
+
+#[test]
+fn two_or_three_steps_on_the_papers_examples() {
+    for symmetric in [true, false] {
+        for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 0.0), (0.0, 4.0)] {
+            for tau in [0.8, 1.0, 1.2] {
+                let scene = Example { symmetric, m: 64, mu, nu }.pose::<f64>().unwrap();
+                let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b).unwrap();
+                let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+                let (outcome, _, z) = solve(problem, Ssor, &scene.q, &Limits::default());
+                assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
+                // The condition number is below 64² at μ = ν = 0, and smaller elsewhere.
+                assert!(z.iter().zip(&scene.z).all(|(z, known)| (z - known).abs() <= 1e-6));
+            }
+        }
+    }
+}
+
+#[test]
+fn six_steps_on_the_slider() {
+    for cells in [50, 128, 512] {
+        let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+        let problem = Hlcp::new(a, b, omega).unwrap();
+        let limits = Limits { absolute: 0.0, relative: 1e-10, ..Limits::default() };
+        let (outcome, inner, z) = solve(problem, TridiagonalPart::new(), &q, &limits);
+        assert!(outcome.converged() && outcome.iterations <= 6, "{cells}: {outcome}");
+        // The direct solve is the preconditioner: an inner iteration a step.
+        assert_eq!(inner, outcome.iterations);
+        let slider = Slider { cells };
+        let step = Slider::LENGTH / cells as f64;
+        assert!((slider.rupture(&z) - Slider::RUPTURE).abs() <= step);
+    }
+}
+
+/// Outer steps and inner iterations on the disc.
+#[test]
+fn tens_of_steps_on_the_disc() {
+    let counts =
+        [(true, 64, 8, 113), (true, 128, 11, 220), (false, 64, 15, 116), (false, 128, 23, 225)];
+    for (lcp, m, outer, inner) in counts {
+        let scene = Disc { lcp, m }.pose::<f64>().unwrap();
+        let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
+        let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+        let (outcome, linear, z) = solve(problem, Ssor, &scene.q, &Limits::default());
+        assert!(outcome.converged());
+        assert!(outcome.iterations.abs_diff(outer) <= 1, "{lcp} {m}: {outcome}");
+        assert!(linear.abs_diff(inner) <= inner / 10, "{lcp} {m}: {linear}");
+        // The residual times the inverse of a matrix of columns of A and B, of norm O(m²/8).
+        let off = outcome.residual.linf * (m * m) as f64 + 1e-12;
+        assert!(z.iter().zip(&scene.z).all(|(z, known)| (z - known).abs() <= off));
+    }
+}
+
+#[test]
+fn single_precision_reaches_what_it_can() {
+    let scene = Disc { lcp: false, m: 48 }.pose::<f32>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
+    let (outcome, _, _) = solve(problem, Ssor, &scene.q, &Limits::default());
+    assert!(outcome.converged() && outcome.iterations < 30, "{outcome}");
+
+    // Below the floor of single precision nothing is claimed.
+    let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f32>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
+    let q: Vec<f32> = (0..144).map(|i| f32::sin(1.3 * i as f32) + 0.2).collect();
+    let limits = Limits { absolute: 0.0, rounding: 0.0, ..Limits::default() };
+    let (outcome, _, _) = solve(problem, Ssor, &q, &limits);
+    assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
+    // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 144 rows.
+    assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::from(f32::EPSILON) * 12.0);
+}
+
+/// Data of size 10^±200 neither overflow nor vanish in the inner solver.
+#[test]
+fn scaling_q_scales_the_iterates() {
+    let a = FivePoint::new(6, 5, [-1.1, -0.9, 5.3, -1.3, -0.7]).unwrap();
+    let b = Tridiagonal::new(30, |_| [-0.8, 4.1, -0.6]).unwrap();
+    let q: Vec<f64> = (0..30).map(|i| f64::sin(1.3 * i as f64) + 0.2).collect();
+    let run = |power: i32| {
+        let scale = 2_f64.powi(power);
+        let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
+        let q: Vec<f64> = q.iter().map(|q| scale * q).collect();
+        let mut newton =
+            Solver::new(Newton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap(), Ssor));
+        let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
+        let outcome = newton.solve(&q, &[0.3 * scale; 30], &limits).unwrap();
+        assert!(outcome.converged(), "{outcome}");
+        (outcome.iterations, newton.method().linear_iterations())
+    };
+    let expected = run(0);
+    for power in [-700, 700] {
+        assert_eq!(run(power), expected);
+    }
+}
