@@ -5,8 +5,10 @@ use std::{
     cell::Cell,
 };
 
-use hlcp_core::{Correction, FromFn, Hlcp, Jacobi, Omega, Rhs};
-use hlcp_methods::{Limits, Method, Mms, Named, Parameters, Solver};
+use hlcp_core::{Aor, Correction, FromFn, Hlcp, Jacobi, Omega, Rhs};
+use hlcp_methods::{
+    Anderson, Limits, Method, Mms, Named, Newton, Parameters, Solver, Ssor, Tmms, TridiagonalPart,
+};
 use hlcp_verify::Example;
 
 /// The system's allocator, counting this thread's calls and bytes.
@@ -77,7 +79,38 @@ fn a_second_solve_allocates_nothing() {
             *y = rhs / 16.0;
         }
     });
-    check(Solver::new(Box::new(Mms::new(problem, Correction(scaled)).unwrap())));
+    check(Solver::new(Box::new(Mms::new(problem.clone(), Correction(scaled)).unwrap())));
+    let tmgs = || Tmms::mirrored(problem.clone(), Aor::gauss_seidel()).unwrap();
+    check(Solver::new(Box::new(Anderson::new(tmgs(), 4).unwrap())));
+    check(Solver::new(Box::new(Newton::new(tmgs(), Ssor))));
+    check(Solver::new(Box::new(Newton::new(tmgs(), TridiagonalPart::new()))));
+}
+
+/// Beside the five vectors of a solve: 2m + 3 for Anderson with a window of m, 11 for Newton, and all of them at once.
+#[test]
+fn accelerations_take_the_vectors_they_say() {
+    let scene = Example { symmetric: true, m: 96, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(0.9, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let start = vec![1.0; scene.q.len()];
+    type Boxed<A, B> = Box<dyn Method<f64, A = A, B = B>>;
+    let check = |own: f64, make: &dyn Fn() -> Boxed<_, _>| {
+        let before = LIVE.get();
+        PEAK.set(before);
+        let mut solver = Solver::new(make());
+        let first = allocations(|| {
+            let outcome = solver.solve(&scene.q, &start, &Limits::default()).unwrap();
+            assert!(outcome.converged());
+        });
+        assert_eq!(first, 0);
+        let vectors = (PEAK.get() - before) as f64 / (8 * scene.q.len()) as f64;
+        // And a few numbers that do not grow with n.
+        assert!((vectors - 3.0 - own).abs() <= 0.05, "{vectors}");
+    };
+    let tmgs = || Tmms::mirrored(problem.clone(), Aor::gauss_seidel()).unwrap();
+    check(9.0, &|| Box::new(Anderson::new(tmgs(), 3).unwrap()));
+    check(23.0, &|| Box::new(Anderson::new(tmgs(), 10).unwrap()));
+    check(11.0, &|| Box::new(Newton::new(tmgs(), Ssor)));
 }
 
 #[test]

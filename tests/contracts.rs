@@ -5,11 +5,14 @@ use hlcp_core::{
     Aor, Correction, Diagonal, Error, FivePoint, FromFn, Hlcp, Jacobi, LinearOperator, Omega, Rows,
     Scalar, Scaled, VaryingFivePoint,
 };
-use hlcp_methods::{Amms, Limits, Method, Mms, Named, Norm, Parameters, Solver, Tmms};
+use hlcp_methods::{
+    Amms, Anderson, Limits, Method, Mms, Named, Newton, Norm, Parameters, Solver, Ssor, Tmms,
+    TridiagonalPart,
+};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The rows: names of the paper, and splittings that have none.
-const METHODS: [&str; 23] = [
+const METHODS: [&str; 27] = [
     "MJ",
     "MGS",
     "MSOR",
@@ -33,6 +36,10 @@ const METHODS: [&str; 23] = [
     "M red-black",
     "AM red-black",
     "TM red-black",
+    "Anderson on TMGS",
+    "Anderson on MJ",
+    "Newton with SSOR",
+    "Newton with lines on AMGS",
 ];
 
 type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
@@ -66,6 +73,16 @@ fn method<T: Scalar, A: Rows<T> + 'static, B: Rows<T> + 'static>(
                 "AM red-black" => Box::new(Amms::new(problem, aor)?),
                 _ => Box::new(Tmms::mirrored(problem, aor)?),
             }
+        }
+        "Anderson on TMGS" => {
+            Box::new(Anderson::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, 3)?)
+        }
+        "Anderson on MJ" => Box::new(Anderson::new(method("MJ", problem)?, 5)?),
+        "Newton with SSOR" => {
+            Box::new(Newton::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, Ssor))
+        }
+        "Newton with lines on AMGS" => {
+            Box::new(Newton::new(Amms::new(problem, Aor::gauss_seidel())?, TridiagonalPart::new()))
         }
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");

@@ -3,13 +3,15 @@
 //!
 //! * [`Mms`], [`Amms`] and [`Tmms`] are the methods of Zheng and Vong's paper, each on any operators that
 //!   its splittings can work with; [`Named`] finds them by the paper's names.
-//! * [`Newton`] solves the linear piece an iterate lies on, with a [`Preconditioner`] and one of them to fall back on.
+//! * [`Anderson`] accelerates any of them, and [`Newton`] solves the linear piece an iterate lies on, with a
+//!   [`Preconditioner`] and one of them to fall back on.
 //! * A [`Method`] is a few public steps; [`Solver`] iterates one within [`Limits`] and reports an
 //!   [`Outcome`].
 //!
 //! No matrix is formed anywhere.
 
 mod amms;
+mod anderson;
 mod krylov;
 mod limits;
 mod method;
@@ -22,6 +24,7 @@ mod tmms;
 mod watch;
 
 pub use amms::Amms;
+pub use anderson::Anderson;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm};
 pub use method::Method;

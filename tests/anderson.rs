@@ -1,0 +1,359 @@
+//! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on every scene.
+
+mod common;
+
+use common::{planted, posed};
+use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
+use hlcp_methods::{
+    Anderson, Divergence, Limits, Method, Mms, Named, Norm, Outcome, Parameters, Solver, Status,
+    Tmms,
+};
+use hlcp_verify::{Disc, Example, Slider};
+use nalgebra::{DMatrix, DVector};
+use proptest::{collection::vec, prelude::*};
+
+proptest! {
+    /// x⁺ = G(x) − ΔG c with c the least-squares solution of Δf c ≈ f, by singular values, over the last m differences.
+    #[test]
+    fn mixing_solves_the_least_squares_problem(
+        p in planted(4..12, 0.6),
+        window in 1..4_usize,
+        x0 in vec(-3.0..3.0, 12),
+    ) {
+        let n = p.z.len();
+        let q = Rhs::new(p.dense.q.as_slice()).unwrap();
+        let method = || Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
+        let (mut anderson, mut base) = (Anderson::new(method(), window).unwrap(), method());
+        let (mut x, mut half, mut y) = (x0[..n].to_vec(), vec![0.0; n], vec![f64::NAN; n]);
+        let (mut images, mut moves): (Vec<DVector<f64>>, Vec<DVector<f64>>) = (vec![], vec![]);
+        let mut last = f64::INFINITY;
+        for _ in 0..6 {
+            let norms = anderson.step(0, &q, &x, &mut y);
+            prop_assert_eq!(norms, base.step(0, &q, &x, &mut half));
+            let mut g = vec![0.0; n];
+            let _ = base.step(1, &q, &half, &mut g);
+            if norms.l2 > 2.0 * last {
+                images.clear();
+                moves.clear();
+            }
+            last = norms.l2;
+            let g = DVector::from_vec(g);
+            moves.push(&g - DVector::from_column_slice(&x));
+            images.push(g.clone());
+            let m = window.min(images.len() - 1);
+            if m == 0 {
+                prop_assert_eq!(&y, g.as_slice());
+            } else {
+                let columns = |v: &[DVector<f64>]| {
+                    let newest = v.len() - 1;
+                    DMatrix::from_columns(
+                        &(newest - m..newest).map(|j| &v[j + 1] - &v[j]).collect::<Vec<_>>(),
+                    )
+                };
+                let (df, f) = (columns(&moves), moves.last().unwrap());
+                let svd = df.clone().svd(true, true);
+                let condition = svd.singular_values.max() / svd.singular_values.min();
+                // The products square the condition number; beyond 10³ of it the window may be cut.
+                if condition > 1e3 || f.norm() < 1e-10 {
+                    return Ok(());
+                }
+                let c = svd.solve(f, 0.0).unwrap();
+                let expected = &g - columns(&images) * &c;
+                let scale = g.amax() + columns(&images).amax() * c.amax();
+                let off = (DVector::from_column_slice(&y) - expected).amax();
+                prop_assert!(off <= 1e3 * f64::EPSILON * condition * condition * scale, "{}", off);
+            }
+            x.copy_from_slice(&y);
+        }
+    }
+
+    /// On one linear piece a full window spans the space: as GMRES does, it ends after n + 1 iterations or so.
+    #[test]
+    fn a_full_window_ends_on_a_linear_piece(p in planted(1..5, 0.15), shift in vec(0.98..1.02, 5)) {
+        let n = p.z.len();
+        prop_assume!(p.x().iter().all(|x| x.abs() >= 0.3 * p.x().amax()));
+        let start: Vec<f64> = p.x().iter().zip(&shift).map(|(x, shift)| x * shift).collect();
+        let jacobi = Mms::new(posed(&p.dense), Aor::jacobi()).unwrap();
+        let mut anderson = Solver::new(Anderson::new(jacobi, n).unwrap());
+        let outcome = anderson.solve(p.dense.q.as_slice(), &start, &Limits::default()).unwrap();
+        // Two more for directions that are cut as nearly dependent.
+        prop_assert!(outcome.converged() && outcome.iterations <= n + 3, "{} {}", n, outcome);
+    }
+
+    #[test]
+    fn it_reaches_the_planted_solution(
+        p in planted(1..24, 0.15),
+        window in 1..12_usize,
+        x0 in vec(-9.0..9.0, 24),
+    ) {
+        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::default() });
+        for exchanged in [false, true] {
+            let problem = posed(&p.dense);
+            let problem = if exchanged { problem.exchanged().unwrap() } else { problem };
+            let base: Box<dyn Method<f64, A = _, B = _>> =
+                Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+            let mut anderson = Solver::new(Anderson::new(base, window).unwrap());
+            let outcome = anderson.solve(p.dense.q.as_slice(), &x0[..n], &limits).unwrap();
+            prop_assert!(outcome.converged() && outcome.sweeps == 2 * outcome.answer, "{}", outcome);
+            // The margin of tests/planted.rs.
+            for i in 0..n {
+                prop_assert!((anderson.z()[i] - p.z[i]).abs() <= 1e-10 / 0.025);
+                prop_assert!((anderson.r()[i] - p.r[i]).abs() <= 2.5 * 1e-10 / 0.025);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_window_of_none_is_refused() {
+    let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0));
+    let base = Mms::new(problem.unwrap(), Aor::<f64>::jacobi()).unwrap();
+    let refusal = Anderson::new(base, 0).unwrap_err();
+    assert!(matches!(refusal, Error::Parameter { name: "window", .. }));
+}
+
+/// A base on the problem z − r + q = 0 whose first two images set a trap for mixing.
+struct Trap {
+    problem: Hlcp<f64, Identity, Identity>,
+    images: usize,
+}
+
+impl Method<f64> for Trap {
+    type A = Identity;
+    type B = Identity;
+
+    fn problem(&self) -> &Hlcp<f64, Identity, Identity> {
+        &self.problem
+    }
+
+    fn restart(&mut self) {
+        self.images = 0;
+    }
+
+    /// Halves the distance to the solution; but the first two images are such that their mixture is 10⁶ away.
+    fn step(&mut self, _: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
+        let solution = -q.entries()[0] / 2.0;
+        self.images += 1;
+        y[0] = match self.images {
+            1 => x[0] + 1.0,
+            // f falls from 1 to 1 − 10⁻⁶: the secant runs 10⁶ ahead.
+            2 => x[0] + 1.0 - 1e-6,
+            _ => solution + 0.5 * (x[0] - solution),
+        };
+        let residual = 2.0 * (x[0] - solution).abs();
+        Norms { l2: residual, linf: residual }
+    }
+}
+
+#[test]
+fn a_mixture_that_is_lost_is_given_up_for_the_plain_iterate() {
+    let problem =
+        Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
+    let mut anderson = Anderson::new(Trap { problem, images: 0 }, 1).unwrap();
+    let q = [-20.0];
+    let q = Rhs::new(&q).unwrap();
+    let (mut x, mut y) = ([4.0], [f64::NAN]);
+    let mut visited = vec![];
+    for _ in 0..4 {
+        visited.push(x[0]);
+        let _ = anderson.step(0, &q, &x, &mut y);
+        x = y;
+    }
+    assert_eq!(visited[..2], [4.0, 5.0]);
+    assert!(visited[2] > 1e5); // the mixture
+    assert_eq!(visited[3], 6.0 - 1e-6); // what it was made of
+}
+
+/// Where the base diverges and nothing helps, the outcome says so.
+#[test]
+fn divergence_is_reported() {
+    let scene = Disc { lcp: true, m: 40 }.pose::<f64>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(4.0)).unwrap();
+    let base = Tmms::mirrored(problem, Aor::sor(1.8).unwrap()).unwrap();
+    let mut anderson = Solver::new(Anderson::new(base, 10).unwrap());
+    let limits = Limits { iterations: 3000, ..Limits::default() };
+    let outcome = anderson.solve(&scene.q, &vec![1.0; 1600], &limits).unwrap();
+    assert!(!outcome.converged() && outcome.residual.l2.is_finite(), "{outcome}");
+}
+
+/// An operator that gives NaN from its tenth product on.
+struct Tired(std::sync::atomic::AtomicUsize);
+
+impl LinearOperator<f64> for Tired {
+    fn order(&self) -> usize {
+        3
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(x).enumerate().for_each(|(i, (y, x))| *y = (1.5 + i as f64) * x);
+        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 9 {
+            y[1] = f64::NAN;
+        }
+    }
+}
+
+#[test]
+fn nan_ends_in_divergence() {
+    use hlcp_core::{Correction, FromFn};
+    let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 19.0);
+    });
+    let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
+    let base = Mms::new(problem, Correction(slow)).unwrap();
+    let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
+    let outcome = anderson.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
+    assert!(outcome.iterations >= 5);
+}
+
+/// A tolerance of nothing ends at the rounding floor.
+#[test]
+fn the_floor_is_stagnation() {
+    let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
+    let q: Vec<f64> = (0..144).map(|i| f64::sin(1.3 * i as f64) + 0.2).collect();
+    let base = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let limits = Limits { absolute: 0.0, ..Limits::default() };
+    let mut anderson = Solver::new(Anderson::new(base, 5).unwrap());
+    let outcome = anderson.solve(&q, &[1.0; 144], &limits).unwrap();
+    assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
+    // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 144 rows.
+    assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::EPSILON * 12.0);
+}
+
+/// What a step sees too small a residual for is taken again, and changes no iterate.
+#[test]
+fn a_step_taken_twice_is_taken_once() {
+    let scene = Disc { lcp: false, m: 12 }.pose::<f64>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
+    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let q = Rhs::new(&scene.q).unwrap();
+    let run = |twice: bool| {
+        let mut anderson = Anderson::new(tmgs.clone(), 4).unwrap();
+        let (mut x, mut y) = (vec![1.0; 144], vec![0.0; 144]);
+        for _ in 0..15 {
+            let _ = anderson.step(0, &q, &x, &mut y);
+            if twice {
+                let _ = anderson.step(0, &q, &x, &mut y);
+            }
+            std::mem::swap(&mut x, &mut y);
+        }
+        x
+    };
+    assert_eq!(run(false), run(true));
+}
+
+const METHODS: [(&str, [Option<f64>; 2]); 16] = [
+    ("MJ", [None, None]),
+    ("MGS", [None, None]),
+    ("AMJ", [None, None]),
+    ("AMGS", [None, None]),
+    ("TMJ", [None, None]),
+    ("TMGS", [None, None]),
+    ("MSOR", [Some(1.2), None]),
+    ("AMSOR", [Some(1.2), None]),
+    ("TMSOR", [Some(1.2), None]),
+    ("MAOR", [Some(1.3), Some(1.1)]),
+    ("AMAOR", [Some(1.3), Some(1.1)]),
+    ("TMAOR", [Some(1.3), Some(1.1)]),
+    ("TMAOR", [Some(1.1), Some(0.9)]),
+    ("TMJSOR2", [None, None]),
+    ("TMGSJ", [None, None]),
+    ("TMGSSOR2", [None, None]),
+];
+
+/// No acceleration takes more iterations than its base; returns, in order, how many times as many the bases take.
+fn never_more<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(
+    (a, b, q): (&A, &B, &[f64]),
+    tau: f64,
+    relative: f64,
+) -> Vec<f64> {
+    let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
+    let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
+    let absolute = if relative > 0.0 { 0.0 } else { 1e-10 };
+    let limits = Limits { absolute, relative, ..Limits::default() };
+    let start = vec![1.0; q.len()];
+    let mut gains = vec![];
+    for (name, [alpha, beta]) in METHODS {
+        let named =
+            Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).unwrap();
+        let method = || named.on(problem.clone()).unwrap();
+        let plain = Solver::new(method()).solve(q, &start, &limits).unwrap();
+        for window in [2, 5, 10] {
+            if !plain.converged() {
+                continue;
+            }
+            let mut anderson = Solver::new(Anderson::new(method(), window).unwrap());
+            let fast = anderson.solve(q, &start, &limits).unwrap();
+            assert!(
+                fast.converged() && fast.iterations <= plain.iterations,
+                "{name}({window}) tau {tau}: {fast} against {plain}"
+            );
+            gains.push(plain.iterations as f64 / fast.iterations as f64);
+        }
+    }
+    gains.sort_by(f64::total_cmp);
+    gains
+}
+
+#[test]
+fn never_more_iterations_on_the_papers_examples() {
+    for symmetric in [true, false] {
+        for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 0.0), (0.0, 4.0)] {
+            for tau in [0.8, 1.0, 1.2] {
+                let scene = Example { symmetric, m: 40, mu, nu }.pose::<f64>().unwrap();
+                let gains = never_more((&scene.a, &scene.b, &scene.q), tau, 0.0);
+                println!(
+                    "{symmetric} {mu} {nu} {tau}: {:.2} {:.2}",
+                    gains[0],
+                    gains[gains.len() / 2]
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn never_more_iterations_on_the_slider() {
+    for cells in [50, 100] {
+        let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+        let gains = never_more((&a, &b, &q), 1.0, 1e-10);
+        println!("slider {cells}: {:.2} {:.2}", gains[0], gains[gains.len() / 2]);
+    }
+}
+
+#[test]
+fn never_more_iterations_on_the_disc() {
+    for lcp in [true, false] {
+        let scene = Disc { lcp, m: 40 }.pose::<f64>().unwrap();
+        let gains = never_more((&scene.a, &scene.b, &scene.q), 1.0, 0.0);
+        println!("disc {lcp}: {:.2} {:.2}", gains[0], gains[gains.len() / 2]);
+    }
+}
+
+fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {
+    let scene = Disc { lcp, m }.pose::<T>().unwrap();
+    let omega = Omega::diagonal_ratio(T::one(), &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let mut anderson = Solver::new(Anderson::new(tmgs, window).unwrap());
+    anderson.solve(&scene.q, &vec![T::one(); m * m], &Limits::default()).unwrap()
+}
+
+/// TMGS alone takes 4853, 18508, 3497 and 12933.
+#[test]
+fn hundreds_of_iterations_on_the_disc() {
+    for (lcp, m, most) in [(true, 64, 198), (true, 128, 553), (false, 64, 170), (false, 128, 453)] {
+        let outcome = anderson_on_disc::<f64>(lcp, m, 10);
+        assert!(outcome.converged() && outcome.iterations <= most, "{lcp} {m}: {outcome}");
+        assert_eq!(outcome.sweeps, 2 * outcome.iterations);
+    }
+}
+
+#[test]
+fn single_precision_reaches_what_it_can() {
+    for lcp in [true, false] {
+        let outcome = anderson_on_disc::<f32>(lcp, 48, 10);
+        assert!(outcome.converged() && outcome.iterations < 500, "{outcome}");
+    }
+}
