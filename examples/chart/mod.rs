@@ -39,25 +39,25 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// A named line; `style` chooses colour, dash and marker, the same in every panel.
-pub struct Series {
-    pub name: String,
-    pub style: usize,
-    pub points: Vec<Point>,
+pub(crate) struct Series {
+    pub(crate) name: String,
+    pub(crate) style: usize,
+    pub(crate) points: Vec<Point>,
 }
 
 /// A point of a line on logarithmic axes, its coordinates positive.
 #[derive(Clone, Copy)]
-pub struct Point {
-    pub x: f64,
-    pub y: f64,
+pub(crate) struct Point {
+    pub(crate) x: f64,
+    pub(crate) y: f64,
     /// The smallest and largest `x` measured, drawn as a bar.
-    pub spread: Option<[f64; 2]>,
+    pub(crate) spread: Option<[f64; 2]>,
     /// Whether the point is what it was meant to be; the others are open markers, joined by nothing.
-    pub reached: bool,
+    pub(crate) reached: bool,
 }
 
 /// A chart in a grid of charts.
-pub struct Panel {
+pub(crate) struct Panel {
     plots: Vec<Plot>,
     layout: Layout,
     legend: Vec<LegendEntry>,
@@ -65,7 +65,7 @@ pub struct Panel {
 
 impl Panel {
     /// Lines on logarithmic axes, named with their units; the ranges grow to whole powers of ten.
-    pub fn log_log(title: &str, axes: [&str; 2], series: &[Series]) -> Self {
+    pub(crate) fn log_log(title: &str, axes: [&str; 2], series: &[Series]) -> Self {
         let points = || series.iter().flat_map(|series| &series.points);
         let range = |coordinate: fn(&Point) -> f64| {
             let logs = points().map(|point| coordinate(point).log10());
@@ -82,7 +82,21 @@ impl Panel {
             .with_y_tick_step(step(range(|point| point.y)))
             .with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
         for series in series {
-            panel.draw(series);
+            panel.draw(series, f64::log10, false);
+        }
+        panel
+    }
+
+    /// Steps from the left on plain axes over the given ranges.
+    pub(crate) fn steps(
+        title: &str,
+        axes: [&str; 2],
+        ranges: [(f64, f64); 2],
+        series: &[Series],
+    ) -> Self {
+        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
+        for series in series {
+            panel.draw(series, |v| v, true);
         }
         panel
     }
@@ -91,7 +105,7 @@ impl Panel {
     ///
     /// Light is `low` and dark is `high`, what lies beyond has the colour of that end, and NaN is grey; `what`, with its unit,
     /// names the colours. A cell is some 90 bytes of the file: thin out what is finer than the screen.
-    pub fn field(
+    pub(crate) fn field(
         title: &str,
         axes: [&str; 2],
         [x, y]: [(f64, f64); 2],
@@ -124,7 +138,13 @@ impl Panel {
         panel
     }
 
-    fn new(title: &str, [x, y]: [&str; 2], x_range: (f64, f64), y_range: (f64, f64)) -> Self {
+    /// Empty axes, for outlines and marks.
+    pub(crate) fn new(
+        title: &str,
+        [x, y]: [&str; 2],
+        x_range: (f64, f64),
+        y_range: (f64, f64),
+    ) -> Self {
         let layout = Layout::new(x_range, y_range)
             .with_title(title)
             .with_title_size(15)
@@ -137,13 +157,13 @@ impl Panel {
         Self { plots: vec![], layout, legend: vec![] }
     }
 
-    fn draw(&mut self, series: &Series) {
+    fn draw(&mut self, series: &Series, scale: fn(f64) -> f64, steps: bool) {
         let colour = COLOURS[series.style % COLOURS.len()];
         let marker = MARKERS[series.style % MARKERS.len()];
         let dash = DASHES[series.style % DASHES.len()];
         let style =
             if dash.is_empty() { LineStyle::Solid } else { LineStyle::Custom(dash.to_owned()) };
-        let at = |point: &Point| (point.x.log10(), point.y.log10());
+        let at = |point: &Point| (scale(point.x), scale(point.y));
         let [reached, missed] = [true, false].map(|reached| {
             series.points.iter().filter(|point| point.reached == reached).collect::<Vec<_>>()
         });
@@ -152,10 +172,10 @@ impl Panel {
             .with_color(colour)
             .with_line_style(style)
             .with_stroke_width(1.5);
-        self.plots.push(Plot::Line(line));
+        self.plots.push(Plot::Line(if steps { line.with_step() } else { line }));
         let spreads = reached.iter().map(|point| {
-            let [low, high] = point.spread.unwrap_or([point.x; 2]).map(f64::log10);
-            (point.x.log10() - low, high - point.x.log10())
+            let [low, high] = point.spread.unwrap_or([point.x; 2]).map(scale);
+            (scale(point.x) - low, high - scale(point.x))
         });
         let markers = |points: &[&Point], colour: &str, size: f64| {
             ScatterPlot::new()
@@ -178,7 +198,7 @@ impl Panel {
     }
 
     /// Marks at points in the axes' own coordinates (logarithms on a [`log_log`](Self::log_log) panel).
-    pub fn marks(
+    pub(crate) fn marks(
         mut self,
         name: &str,
         colour: &str,
@@ -201,7 +221,13 @@ impl Panel {
     }
 
     /// An open line through points in the axes' own coordinates, with a name unless that is empty.
-    pub fn outline(mut self, name: &str, colour: &str, dash: &str, through: &[(f64, f64)]) -> Self {
+    pub(crate) fn outline(
+        mut self,
+        name: &str,
+        colour: &str,
+        dash: &str,
+        through: &[(f64, f64)],
+    ) -> Self {
         let style =
             if dash.is_empty() { LineStyle::Solid } else { LineStyle::Custom(dash.to_owned()) };
         let line = LinePlot::new()
@@ -222,7 +248,7 @@ impl Panel {
     }
 
     /// Words at a point in the axes' own coordinates.
-    pub fn note(mut self, words: &str, (x, y): (f64, f64)) -> Self {
+    pub(crate) fn note(mut self, words: &str, (x, y): (f64, f64)) -> Self {
         self.layout = self.layout.with_annotation(TextAnnotation::new(words, x, y));
         self
     }
@@ -242,7 +268,7 @@ fn power_of_ten(v: f64) -> String {
 }
 
 /// Writes `panels`, `columns` to a row, with one legend and a caption of some lines, as `path`.svg.
-pub fn write(
+pub(crate) fn write(
     path: &Path,
     columns: usize,
     panels: Vec<Panel>,
@@ -288,7 +314,7 @@ pub fn write(
 }
 
 /// Writes the data of a chart beside it, as `path`.csv.
-pub fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<(), Box<dyn Error>> {
+pub(crate) fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<(), Box<dyn Error>> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
@@ -297,7 +323,7 @@ pub fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<(), Box<d
 }
 
 /// The command, the machine and the day, for captions.
-pub fn provenance(command: &str) -> String {
+pub(crate) fn provenance(command: &str) -> String {
     let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
