@@ -51,6 +51,9 @@ fn wide<T: Scalar>(v: T) -> f64 {
     v.to_f64().unwrap_or(f64::NAN)
 }
 
+/// z* and r* where they are planted.
+type Truth = Option<[Vec<f64>; 2]>;
+
 impl Scene {
     /// A name with the scene's parameters.
     pub(crate) fn name(self) -> String {
@@ -81,7 +84,7 @@ impl Scene {
     }
 
     /// The problem in one precision, with its solution where one is planted.
-    fn posed<T: Scalar>(self) -> Result<(Posed<T>, Option<[Vec<f64>; 2]>), Box<dyn Error>> {
+    fn posed<T: Scalar>(self) -> Result<(Posed<T>, Truth), Box<dyn Error>> {
         let widened = |v: &[T]| v.iter().map(|&v| wide(v)).collect::<Vec<_>>();
         let (mut posed, generic) = match self {
             Self::Paper { example, generic } => (example.pose::<T>()?, generic),
