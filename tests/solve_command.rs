@@ -36,8 +36,8 @@ fn the_report_has_its_keys_and_numbers() {
                      --gamma 2.5 --json";
     let (report, status) = json(arguments);
     let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
-    let expected = "scene n method alpha beta tau gamma precision threads outcome iterations sweeps residual_l2 \
-                    residual_linf error_linf seconds";
+    let expected = "scene n method alpha beta tau gamma precision threads outcome iterations sweeps linear_iterations \
+                    residual_l2 residual_linf error_linf objective seconds";
     assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
     assert_eq!(status, 0);
     for (key, value) in [
@@ -128,6 +128,18 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--m 99999", "99999"),
         ("--m x", "'x'"),
         ("--repeats 0", "0"),
+        ("--threads 0", "0"),
+        ("--method MGS --base TMGS", "--base"),
+        ("--method MGS --window 3", "--window"),
+        ("--method ANDERSON --window 0", "window is 0"),
+        ("--method ANDERSON --base MSOR", "alpha"),
+        ("--method NEWTON --base NEWTON", "NEWTON"),
+        ("--scene journal-bearing --m 8", "--m"),
+        ("--scene obstacle --m 2", "m is 2"),
+        ("--scene disc-lcp --nx 8", "--nx"),
+        ("--scene disc-lcp --solution generic", "--solution"),
+        ("--scene bearing2d --ecc 1.5", "ecc is 1.5"),
+        ("--scene american-put --rate -1", "rate is -1"),
         ("--m 8 --tau 0", "tau is 0"),
         ("--m 8 --tau -1.5", "tau is -1.5"),
         ("--m 8 --gamma 0", "gamma is 0"),
@@ -173,6 +185,59 @@ fn the_disc_scenes_by_name_and_the_median_of_repeats() {
     assert!(report["error_linf"].as_f64().unwrap() <= 1e-8);
     let (report, status) = json("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5 --json");
     assert_eq!((&report["outcome"], status), (&Value::from("diverged"), 2));
+}
+
+#[test]
+fn the_published_figures_come_out() {
+    let number =
+        |report: &Value, key: &str| report[key].as_f64().unwrap_or_else(|| panic!("{key}"));
+    // PETSc's recorded outputs: jbearing2_1.out, and ex9_1.out for 9 × 9 nodes.
+    let journal = "--scene journal-bearing --nx 8 --ny 12 --ecc 0.1 --b-length 10 --json --method";
+    for method in ["TMGS", "NEWTON", "ANDERSON"] {
+        let (report, status) = json(&format!("{journal} {method}"));
+        assert_eq!(
+            (status, format!("{:.6}", number(&report, "objective"))),
+            (0, "-0.183437".into())
+        );
+    }
+    let (report, _) = json("--scene obstacle --m 9 --json --method NEWTON");
+    assert_eq!(format!("{:.3e}", number(&report, "discretisation_error_mean")), "3.076e-3");
+    assert_eq!(format!("{:.3e}", number(&report, "discretisation_error_linf")), "1.334e-2");
+    assert!(report["linear_iterations"].as_i64() > Some(0) && report["objective"].is_null());
+    // QuantLib's reference value 4.48667344 for the strike 40.
+    let (report, _) = json("--scene american-put --spot 0.9 --json --method TMGS");
+    assert!((40.0 * number(&report, "price") - 4.48667344).abs() <= 1e-3, "{report}");
+    // What the groove delivers leaves at the ends or comes back.
+    let (report, _) = json("--scene bearing2d --nx 31 --ny 15 --json --method NEWTON");
+    let [drawn, returned, ends] =
+        ["flow_drawn", "flow_returned", "flow_ends"].map(|key| number(&report, key));
+    assert!((drawn - returned - ends).abs() <= 1e-9 && returned > 0.1 && ends > 0.1, "{report}");
+}
+
+#[test]
+fn beyond_the_paper_by_name() {
+    let count = |report: &Value| report["iterations"].as_i64().unwrap();
+    let (newton, status) = json("--scene slider --m 200 --method newton --json");
+    assert!(status == 0 && count(&newton) <= 8, "{newton}");
+    assert!(newton["alpha"].is_null() && newton["linear_iterations"].as_i64() > Some(0));
+    let plain = json("--scene disc-hlcp --m 20 --method TMGS --json").0;
+    let (mixed, status) =
+        json("--scene disc-hlcp --m 20 --method ANDERSON --base TMGS --window 10 --json");
+    assert!(status == 0 && 3 * count(&mixed) < count(&plain), "{mixed} {plain}");
+    let (generic, status) = json("--m 30 --solution generic --method TMGS --json");
+    assert!(status == 0 && generic["error_linf"].as_f64() < Some(1e-10));
+}
+
+#[test]
+fn threads_change_the_time_alone() {
+    let arguments = "--scene example2 --m 150 --method TMAOR --alpha 1.1 --beta 0.9 --json";
+    let reports = ["1", "2", "5"].map(|threads| {
+        let (mut report, status) = json(&format!("{arguments} --threads {threads}"));
+        assert_eq!((status, &report["threads"]), (0, &threads.parse::<i64>().unwrap().into()));
+        (report["threads"], report["seconds"]) = (Value::Null, Value::Null);
+        report
+    });
+    assert!(reports[0] == reports[1] && reports[0] == reports[2], "{reports:?}");
 }
 
 #[test]

@@ -12,9 +12,46 @@ pub(crate) struct Arguments {
     /// The problem
     #[arg(long, value_enum, default_value_t = Scene::Example1)]
     pub(crate) scene: Scene,
-    /// Grid points per side, the order being m²; for the slider its cells, the order being m − 1
-    #[arg(long, default_value_t = 512, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=32768))]
-    pub(crate) m: u16,
+    /// Grid points per side, the order being m²; the slider's cells, the order being m − 1; the obstacle's nodes per side
+    /// with the boundary's; the put's points to a standard deviation [default: 512, of the obstacle 65, of the put 64]
+    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=32768))]
+    m: Option<u16>,
+    /// Examples 1 and 2 with the planted 0, 1, 0, 1, … or with generic numbers in the same pattern
+    #[arg(long, value_enum, default_value_t = Solution::Default)]
+    pub(crate) solution: Solution,
+    /// Inner grid points around a journal bearing [default: 50, of bearing2d 127]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=32768))]
+    nx: Option<u16>,
+    /// Inner grid points along a journal bearing [default: 50, of bearing2d 63]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=32768))]
+    ny: Option<u16>,
+    /// The eccentricity of a journal bearing [default: 0.1, of bearing2d 0.6]
+    #[arg(long, allow_hyphen_values = true)]
+    ecc: Option<f64>,
+    /// Half the length of journal-bearing over its radius
+    #[arg(long, default_value_t = 10.0, allow_hyphen_values = true)]
+    pub(crate) b_length: f64,
+    /// The length of bearing2d over its diameter
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) aspect: f64,
+    /// Where bearing2d's feed groove is, in degrees from the widest gap
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    pub(crate) groove: f64,
+    /// The put's interest rate, a year
+    #[arg(long, default_value_t = 0.06, allow_hyphen_values = true)]
+    pub(crate) rate: f64,
+    /// The put's volatility, a square root of a year
+    #[arg(long, default_value_t = 0.2, allow_hyphen_values = true)]
+    pub(crate) volatility: f64,
+    /// The put's time to maturity, in years
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) maturity: f64,
+    /// The put's spot price over its strike
+    #[arg(long, default_value_t = 0.9, allow_hyphen_values = true)]
+    pub(crate) spot: f64,
+    /// The put's time steps
+    #[arg(long, default_value_t = 64, allow_hyphen_values = true)]
+    pub(crate) steps: u16,
     /// The multiple of the identity in A of Examples 1 and 2 [default: 4]
     #[arg(long, allow_hyphen_values = true)]
     pub(crate) mu: Option<f64>,
@@ -22,7 +59,7 @@ pub(crate) struct Arguments {
     #[arg(long, allow_hyphen_values = true)]
     pub(crate) nu: Option<f64>,
     /// A matrix A from a Matrix Market file, instead of a scene
-    #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu"])]
+    #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu", "solution", "nx", "ny", "ecc"])]
     pub(crate) a: Option<PathBuf>,
     /// The matrix B [default: the identity, which makes the problem an LCP]
     #[arg(long, requires = "a")]
@@ -40,9 +77,15 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "method")]
     pub(crate) out_r: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM… and TM… alike,
-    /// TMJSOR1–4 TMGSJ TMGSSOR1–3
+    /// TMJSOR1–4 TMGSJ TMGSSOR1–3; NEWTON; ANDERSON
     #[arg(long)]
     pub(crate) method: Option<String>,
+    /// The method that ANDERSON accelerates and NEWTON falls back on [default: TMGS]
+    #[arg(long, requires = "method")]
+    pub(crate) base: Option<String>,
+    /// How many earlier iterates ANDERSON mixes [default: 10]
+    #[arg(long, requires = "method")]
+    pub(crate) window: Option<u16>,
     /// Relaxation α, of the first step where there are two
     #[arg(long, allow_hyphen_values = true)]
     pub(crate) alpha: Option<f64>,
@@ -77,6 +120,9 @@ pub(crate) struct Arguments {
     /// Solve this often and report the median of the times
     #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) repeats: u16,
+    /// How many threads share the sweeps
+    #[arg(long, default_value_t = 1, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: u16,
     /// Print one JSON object instead of a table; needs --method
     #[arg(long, requires = "method")]
     pub(crate) json: bool,
@@ -100,6 +146,20 @@ pub(crate) enum Scene {
     DiscLcp,
     /// A contact in a disc with a second operator on r
     DiscHlcp,
+    /// The pressure in a journal bearing, cut off at zero
+    JournalBearing,
+    /// A membrane over a dome
+    Obstacle,
+    /// A journal bearing with mass-conserving cavitation
+    Bearing2d,
+    /// An American put, one problem a time step
+    AmericanPut,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Solution {
+    Default,
+    Generic,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -130,8 +190,15 @@ impl Arguments {
             return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
         }
         let shifted = matches!(self.scene, Scene::Example1 | Scene::Example2);
-        if !shifted && self.mu.or(self.nu).is_some() {
-            return Err("--mu and --nu are those of Examples 1 and 2".into());
+        if !shifted && (self.mu.or(self.nu).is_some() || self.solution == Solution::Generic) {
+            return Err("--mu, --nu and --solution are those of Examples 1 and 2".into());
+        }
+        let journal = matches!(self.scene, Scene::JournalBearing | Scene::Bearing2d);
+        if journal && self.m.is_some() {
+            return Err("a journal bearing has --nx and --ny, not --m".into());
+        }
+        if !journal && (self.nx.or(self.ny).is_some() || self.ecc.is_some()) {
+            return Err("--nx, --ny and --ecc are those of a journal bearing".into());
         }
         if self.out_z.is_some() && self.out_z == self.out_r {
             return Err("--out-z and --out-r name the same file".into());
@@ -160,6 +227,24 @@ impl Arguments {
     pub(crate) fn parameters(&self) -> Parameters {
         let Self { alpha, beta, alpha2, beta2, .. } = *self;
         Parameters { alpha, beta, alpha2, beta2 }
+    }
+
+    /// m, or what the scene has in its place.
+    pub(crate) fn m(&self) -> usize {
+        let default = match self.scene {
+            Scene::Obstacle => 65,
+            Scene::AmericanPut => 64,
+            _ => 512,
+        };
+        self.m.unwrap_or(default).into()
+    }
+
+    /// The points around and along a journal bearing, and its eccentricity.
+    pub(crate) fn journal(&self) -> (usize, usize, f64) {
+        let (nx, ny, ecc) =
+            if self.scene == Scene::Bearing2d { (127, 63, 0.6) } else { (50, 50, 0.1) };
+        let points = |given: Option<u16>, default| given.unwrap_or(default).into();
+        (points(self.nx, nx), points(self.ny, ny), self.ecc.unwrap_or(ecc))
     }
 
     pub(crate) fn precisions(&self) -> Vec<Precision> {

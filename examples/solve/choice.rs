@@ -3,21 +3,41 @@
 use std::error::Error;
 
 use hlcp_core::{Hlcp, Rows, Scalar};
-use hlcp_methods::{Method, Named, Parameters};
+use hlcp_methods::{Anderson, Method, Named, Newton, Ssor, TridiagonalPart};
 use hlcp_verify::AorStep;
+
+use crate::arguments::Arguments;
 
 /// A method under the name it was asked for by.
 pub(crate) struct Choice {
     pub(crate) name: String,
-    pub(crate) named: Named,
+    kind: Kind,
+}
+
+enum Kind {
+    Paper(Named),
+    Anderson { base: Named, window: usize },
+    Newton { base: Named },
 }
 
 /// Any method on a problem with operators `A` and `B`.
 pub(crate) type Boxed<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
 
 impl Choice {
-    pub(crate) fn parse(name: &str, parameters: Parameters) -> Result<Self, Box<dyn Error>> {
-        Ok(Self { name: name.to_ascii_uppercase(), named: Named::parse(name, parameters)? })
+    pub(crate) fn parse(name: &str, arguments: &Arguments) -> Result<Self, Box<dyn Error>> {
+        let name = name.to_ascii_uppercase();
+        let Arguments { base, window, .. } = arguments;
+        let parse = |name: &str, parameters| Named::parse(name, parameters);
+        let parameters = arguments.parameters();
+        let of_base = || parse(base.as_deref().unwrap_or("TMGS"), parameters);
+        let kind = match name.as_str() {
+            "ANDERSON" => Kind::Anderson { base: of_base()?, window: window.unwrap_or(10).into() },
+            _ if window.is_some() => return Err("--window is ANDERSON's".into()),
+            "NEWTON" => Kind::Newton { base: of_base()? },
+            _ if base.is_some() => return Err("--base is ANDERSON's and NEWTON's".into()),
+            _ => Kind::Paper(parse(&name, parameters)?),
+        };
+        Ok(Self { name, kind })
     }
 
     /// The method on `problem`.
@@ -30,17 +50,45 @@ impl Choice {
         A: Rows<T> + 'p,
         B: Rows<T> + 'p,
     {
-        Ok(self.named.on(problem)?)
+        Ok(match &self.kind {
+            Kind::Paper(named) => named.on(problem)?,
+            Kind::Anderson { base, window } => Box::new(Anderson::new(base.on(problem)?, *window)?),
+            Kind::Newton { base } => {
+                if is_tridiagonal(problem.a()) && is_tridiagonal(problem.b()) {
+                    Box::new(Newton::new(base.on(problem)?, TridiagonalPart::new()))
+                } else {
+                    Box::new(Newton::new(base.on(problem)?, Ssor))
+                }
+            }
+        })
     }
 
-    /// The steps of one iteration, as the theorems take them.
-    pub(crate) fn steps(&self) -> Vec<AorStep> {
-        let [alpha, beta] = self.named.first();
-        let first = AorStep::new(alpha, beta);
-        if self.named.is_accelerated() {
-            return vec![first.accelerated()];
+    /// α and β of the (first) step, of a method that has them.
+    pub(crate) fn relaxation(&self) -> [Option<f64>; 2] {
+        match &self.kind {
+            Kind::Paper(named) => named.first().map(Some),
+            _ => [None; 2],
         }
-        let second = self.named.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());
-        std::iter::once(first).chain(second).collect()
     }
+
+    /// The steps of one iteration, as the theorems take them, of a method that has such steps.
+    pub(crate) fn steps(&self) -> Option<Vec<AorStep>> {
+        let Kind::Paper(named) = &self.kind else { return None };
+        let [alpha, beta] = named.first();
+        let first = AorStep::new(alpha, beta);
+        if named.is_accelerated() {
+            return Some(vec![first.accelerated()]);
+        }
+        let second = named.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());
+        Some(std::iter::once(first).chain(second).collect())
+    }
+}
+
+/// Whether no row has an entry outside of the three middle diagonals.
+fn is_tridiagonal<T: Scalar>(operator: &impl Rows<T>) -> bool {
+    (0..operator.order()).all(|i| {
+        let mut near = true;
+        operator.visit_row(i, &mut |j, _| near &= j.abs_diff(i) <= 1);
+        near
+    })
 }

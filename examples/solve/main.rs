@@ -14,16 +14,18 @@
 mod arguments;
 mod choice;
 mod report;
+mod scenes;
 
 use std::{error::Error, ops::ControlFlow, process::ExitCode};
 
-use arguments::{Arguments, NormName, Precision, SHIFT, Scene};
+use arguments::{Arguments, NormName, Precision};
 use choice::Choice;
 use clap::{Parser, error::ErrorKind};
-use hlcp_core::{Hlcp, Identity, LinearOperator, Omega, Rows, Scalar, market};
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, market};
 use hlcp_methods::{Limits, Method, Norm, Outcome, Solver};
-use hlcp_verify::{Certificate, Disc, Example, Posed, Slider, certify, convergence};
+use hlcp_verify::{Certificate, certify, convergence};
 use indicatif::ProgressBar;
+use scenes::Given;
 use serde_json::json;
 
 fn main() -> ExitCode {
@@ -38,7 +40,7 @@ fn main() -> ExitCode {
             return ExitCode::from(1);
         }
     };
-    match run(&arguments) {
+    match in_pool(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(2),
         Err(error) => {
@@ -46,6 +48,15 @@ fn main() -> ExitCode {
             ExitCode::from(1)
         }
     }
+}
+
+/// Runs on as many threads as were asked for.
+fn in_pool(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    if arguments.threads == 1 {
+        return run(arguments);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.into()).build()?;
+    Ok(pool.install(|| run(arguments).map_err(|error| error.to_string()))?)
 }
 
 /// What a refused command line comes down to.
@@ -64,26 +75,10 @@ struct Run<'r> {
     all_converged: bool,
 }
 
-/// What a scene reads off its solution, under the names it has in a report.
-type Figures<'g, T> = &'g dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
-
-/// A problem in one precision.
-struct Given<'g, T, A, B> {
-    name: &'static str,
-    a: &'g A,
-    b: &'g B,
-    q: &'g [T],
-    /// z* and r*.
-    known: Option<[&'g [T]; 2]>,
-    /// The tolerance relative to ‖q‖ where none is given.
-    relative: f64,
-    figures: Figures<'g, T>,
-}
-
 /// Solves what was asked for and prints it; whether all of it converged.
 fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     arguments.check()?;
-    let parse = |name: &str| Choice::parse(name, arguments.parameters());
+    let parse = |name: &str| Choice::parse(name, arguments);
     let choices = match &arguments.method {
         Some(name) => vec![parse(name)?],
         None => ["MGS", "AMGS", "TMGS"].into_iter().map(parse).collect::<Result<_, _>>()?,
@@ -99,47 +94,6 @@ fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 }
 
 impl Run<'_> {
-    /// Poses the scene, or reads the files, and solves by every method.
-    fn load<T: Scalar>(&mut self, precision: Precision) -> Result<(), Box<dyn Error>> {
-        let arguments = self.arguments;
-        let m = arguments.m.into();
-        if let (Some(a), Some(q)) = (&arguments.a, &arguments.q) {
-            let a = &market::read_matrix::<T>(a)?;
-            let q = &market::read_vector(q, a.order())?;
-            return match &arguments.b {
-                Some(b) => {
-                    self.solve(precision, &Given::new("file", a, &market::read_matrix(b)?, q))
-                }
-                None => {
-                    let identity = Identity { order: a.order() };
-                    self.solve(precision, &Given::new("file", a, &identity, q))
-                }
-            };
-        }
-        let (name, posed) = match arguments.scene {
-            Scene::Slider => {
-                let slider = Slider { cells: m };
-                let (a, b, q) = &slider.pose::<T>()?;
-                let given = Given {
-                    relative: 1e-10,
-                    figures: &|z, _| film(&slider, z).to_vec(),
-                    ..Given::new("slider", a, b, q)
-                };
-                return self.solve(precision, &given);
-            }
-            Scene::DiscLcp => ("disc-lcp", Disc { lcp: true, m }.pose::<T>()?),
-            Scene::DiscHlcp => ("disc-hlcp", Disc { lcp: false, m }.pose::<T>()?),
-            Scene::Example1 | Scene::Example2 => {
-                let symmetric = arguments.scene == Scene::Example1;
-                let [mu, nu] = [arguments.mu, arguments.nu].map(|shift| shift.unwrap_or(SHIFT));
-                let name = if symmetric { "example1" } else { "example2" };
-                (name, Example { symmetric, m, mu, nu }.pose::<T>()?)
-            }
-        };
-        let Posed { a, b, q, z, r } = &posed;
-        self.solve(precision, &Given { known: Some([z, r]), ..Given::new(name, a, b, q) })
-    }
-
     fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
         &mut self,
         precision: Precision,
@@ -161,22 +115,31 @@ impl Run<'_> {
             (limits.absolute, limits.rounding) = (to(tolerance)?, T::zero());
         }
         let omega = Omega::diagonal_ratio(to(arguments.tau)?, given.a, given.b)?;
-        let problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;
+        let mut problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;
+        if arguments.threads > 1 {
+            problem = problem.in_parallel();
+        }
         for choice in &self.choices {
             let mut solver = Solver::new(choice.on(problem.clone())?);
-            let outcome = self.median(&choice.name, &mut solver, given.q, &x0, &limits)?;
+            let mut q = given.q.to_vec();
+            let mut solves = Vec::new();
+            for _ in 0..arguments.repeats {
+                solves.push(march(&choice.name, &mut solver, given, &mut q, &x0, &limits)?);
+            }
+            solves.sort_by(|a, b| a.outcome.seconds.total_cmp(&b.outcome.seconds));
+            let solve = &solves[solves.len() / 2];
+            let outcome = &solve.outcome;
             let error = given
                 .known
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
             let figures = (given.figures)(solver.z(), solver.r());
             let certificate = if arguments.certify {
-                certify(given.a, given.b, given.q, solver.z(), solver.r())?
+                certify(given.a, given.b, &q, solver.z(), solver.r())?
             } else {
                 None
             };
             if arguments.json {
-                let mut object =
-                    report::object(arguments, given, choice, precision, &outcome, error);
+                let mut object = report::object(arguments, given, choice, precision, solve, error);
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
@@ -189,12 +152,18 @@ impl Run<'_> {
                 if self.rows == 0 {
                     report::head(arguments, given.name, given.q.len())?;
                 }
-                report::row(&choice.name, precision, &outcome, error)?;
+                report::row(&choice.name, precision, outcome, error)?;
                 for (key, value) in figures {
                     report::line(&format_args!("          {key} {value:.6e}"))?;
                 }
                 if arguments.certify {
-                    report::line(&format_args!("  {}", convergence(&problem, &choice.steps())))?;
+                    report::line(&match choice.steps() {
+                        Some(steps) => format!("  {}", convergence(&problem, &steps)),
+                        None => {
+                            "  convergence: not proved, because no theorem here covers the method"
+                                .into()
+                        }
+                    })?;
                     report::line(&match certificate {
                         Some(certificate) => format!("  {certificate}"),
                         None => "  solution unique: not proved; certified error: none".into(),
@@ -212,50 +181,59 @@ impl Run<'_> {
         }
         Ok(())
     }
+}
 
-    /// The outcome of a solve, in the median of the times that the repeats take.
-    fn median<T: Scalar, M: Method<T>>(
-        &self,
-        name: &str,
-        solver: &mut Solver<T, M>,
-        q: &[T],
-        x0: &[T],
-        limits: &Limits<T>,
-    ) -> Result<Outcome, Box<dyn Error>> {
-        let bar = ProgressBar::new_spinner();
-        let mut outcomes = Vec::new();
-        for _ in 0..self.arguments.repeats {
-            outcomes.push(solver.solve_observed(q, x0, limits, |progress| {
-                if progress.iteration % 64 == 0 {
-                    bar.set_message(format!(
-                        "{name}: iteration {}, residual {:.1e}",
-                        progress.iteration, progress.residual.l2
-                    ));
-                    bar.tick();
-                }
-                ControlFlow::Continue(())
-            })?);
+/// What came of solving the problems of a scene.
+struct Solve {
+    /// Of all of them together; the residual is that of the last.
+    outcome: Outcome,
+    linear_iterations: Option<usize>,
+}
+
+/// Solves the problems of a scene one after another, each from the answer before, until one does not converge, and leaves
+/// the last right-hand side in `q`.
+fn march<T: Scalar, M: Method<T>, A, B>(
+    name: &str,
+    solver: &mut Solver<T, M>,
+    given: &Given<'_, T, A, B>,
+    q: &mut [T],
+    x0: &[T],
+    limits: &Limits<T>,
+) -> Result<Solve, Box<dyn Error>> {
+    let bar = ProgressBar::new_spinner();
+    let solve = |solver: &mut Solver<T, M>, q: &[T], x0: &[T]| {
+        solver.solve_observed(q, x0, limits, |progress| {
+            if progress.iteration % 64 == 0 {
+                bar.set_message(format!(
+                    "{name}: iteration {}, residual {:.1e}",
+                    progress.iteration, progress.residual.l2
+                ));
+                bar.tick();
+            }
+            ControlFlow::Continue(())
+        })
+    };
+    q.copy_from_slice(given.q);
+    let mut outcome = solve(solver, q, x0)?;
+    let mut linear_iterations = solver.method().linear_iterations();
+    let (count, next) = given.march;
+    let mut x = Vec::new();
+    for k in 1..count {
+        if !outcome.converged() {
+            break;
         }
-        bar.finish_and_clear();
-        outcomes.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
-        Ok(outcomes.swap_remove(outcomes.len() / 2))
+        next(k, solver.z(), q);
+        x.clear();
+        x.extend_from_slice(solver.x());
+        let step = solve(solver, q, &x)?;
+        outcome.status = step.status;
+        outcome.residual = step.residual;
+        outcome.iterations += step.iterations;
+        outcome.sweeps += step.sweeps;
+        outcome.seconds += step.seconds;
+        let more = solver.method().linear_iterations();
+        linear_iterations = linear_iterations.zip(more).map(|(sum, more)| sum + more);
     }
-}
-
-impl<'g, T, A, B> Given<'g, T, A, B> {
-    /// A problem of which no more is known.
-    fn new(name: &'static str, a: &'g A, b: &'g B, q: &'g [T]) -> Self {
-        Self { name, a, b, q, known: None, relative: 0.0, figures: &|_, _| Vec::new() }
-    }
-}
-
-/// What is read off the slider's film, in SI units, and its errors against the continuous problem.
-fn film<T: Scalar>(slider: &Slider, z: &[T]) -> [(&'static str, f64); 4] {
-    let (peak, rupture) = (slider.peak(z), slider.rupture(z));
-    [
-        ("peak_pa", peak),
-        ("peak_error_pa", peak - Slider::PEAK),
-        ("rupture_m", rupture),
-        ("rupture_error_m", rupture - Slider::RUPTURE),
-    ]
+    bar.finish_and_clear();
+    Ok(Solve { outcome, linear_iterations })
 }

@@ -7,9 +7,10 @@ use hlcp_methods::Outcome;
 use serde_json::{Value, json};
 
 use crate::{
-    Given,
+    Solve,
     arguments::{Arguments, Precision, SHIFT, Scene},
     choice::Choice,
+    scenes::Given,
 };
 
 /// The JSON object of one solve.
@@ -18,11 +19,11 @@ pub(crate) fn object<T, A, B>(
     given: &Given<'_, T, A, B>,
     choice: &Choice,
     precision: Precision,
-    outcome: &Outcome,
+    solve: &Solve,
     error: Option<f64>,
 ) -> Value {
-    let Outcome { status, iterations, sweeps, seconds, residual, .. } = outcome;
-    let [alpha, beta] = choice.named.first();
+    let Outcome { status, iterations, sweeps, seconds, residual, .. } = &solve.outcome;
+    let [alpha, beta] = choice.relaxation();
     json!({
         "scene": given.name,
         "n": given.q.len(),
@@ -32,13 +33,15 @@ pub(crate) fn object<T, A, B>(
         "tau": arguments.tau,
         "gamma": arguments.gamma,
         "precision": precision.name(),
-        "threads": 1,
+        "threads": arguments.threads,
         "outcome": status.to_string().replace(' ', "_"),
         "iterations": iterations,
         "sweeps": sweeps,
+        "linear_iterations": solve.linear_iterations,
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
         "error_linf": error,
+        "objective": null,
         "seconds": seconds,
     })
 }
