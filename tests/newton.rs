@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::{Matrix, planted, posed};
 use hlcp_core::{
     Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega, Rhs,
@@ -197,17 +199,30 @@ fn a_cycle_of_active_sets_is_broken() {
     // A tenth of the step with M = A + Ω, which contracts since A is positive definite.
     let m = &dense.a + DMatrix::from_diagonal(&dense.omega);
     let step = 0.1 * m.try_inverse().unwrap();
-    let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
-        y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
-    });
-    let base = Mms::new(posed(&dense), Correction(damped)).unwrap();
-    let mut newton = Solver::new(Newton::new(base, Ssor)).with_history(1000);
-    let outcome = newton.solve(dense.q.as_slice(), start.as_slice(), &Limits::default()).unwrap();
+    let base = || {
+        let step = step.clone();
+        let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+            y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
+        });
+        Mms::new(posed(&dense), Correction(damped)).unwrap()
+    };
+    let mut newton = Solver::new(Newton::new(base(), Ssor)).with_history(1000);
+    let (q, mut iterates) = (dense.q.as_slice(), vec![]);
+    let outcome = newton
+        .solve_observed(q, start.as_slice(), &Limits::default(), |progress| {
+            iterates.push(progress.x.to_vec());
+            ControlFlow::Continue(())
+        })
+        .unwrap();
     assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
     assert!(newton.z().iter().all(|&z| z <= 1e-9));
-    // It did go round, by symmetry at equal residuals, until five steps had brought no progress.
+    // It did go round, by symmetry at equal residuals, until six steps had brought no progress.
     let residuals: Vec<f64> = newton.history().iter().map(|norms| norms.l2).collect();
-    assert!(residuals[2..=6].iter().all(|residual| (residual / residuals[1] - 1.0).abs() < 1e-9));
+    assert!(residuals[2..=7].iter().all(|residual| (residual / residuals[1] - 1.0).abs() < 1e-9));
+    // Then the base went on from the best iterate.
+    let mut expected = vec![0.0; 3];
+    let _ = base().step(0, &Rhs::new(q).unwrap(), &iterates[1], &mut expected);
+    assert_eq!(iterates[8], expected);
 }
 
 /// A = e eᵀ is singular on the piece of the start, and the system there has no solution.

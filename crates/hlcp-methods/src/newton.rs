@@ -6,7 +6,7 @@ use crate::{Method, Preconditioner, krylov::BiCgStab, method::iterate};
 const PROGRESS: f64 = 0.9;
 
 /// Newton steps without progress that end a phase.
-const PATIENCE: usize = 5;
+const PATIENCE: usize = 6;
 
 /// The most iterations of one inner solve.
 const INNER: usize = 1000;
@@ -132,7 +132,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 /// # Safeguard
 ///
 /// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in phases. A phase begins with two
-/// iterations of the base method, which settle most signs. It ends when five steps in a row have not brought ‖F‖ to nine
+/// iterations of the base method, which settle most signs. It ends when six steps in a row have not brought ‖F‖ to nine
 /// tenths of its smallest value so far, as a repeated active set cannot, or when an inner solve fails; then the base takes
 /// over at the best iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase.
 ///
@@ -302,11 +302,11 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         if norms.l2 <= PROGRESS * phase.best {
             (phase.best, phase.quiet) = (norms.l2, 0);
             self.best.copy_from_slice(x);
-        } else {
+        } else if self.phase.is_some() {
             phase.quiet += 1;
         }
         self.phase = Some(phase);
-        if phase.quiet > PATIENCE || !self.correct(forcing, y) {
+        if phase.quiet >= PATIENCE || !self.correct(forcing, y) {
             self.fall_back(q, y);
         }
         norms
