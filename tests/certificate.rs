@@ -16,6 +16,7 @@ use proptest::{collection::vec, prelude::*};
 type Q = BigRational;
 type Triple = (Vec<f64>, Vec<f64>, Vec<f64>);
 type Guess = (Vec<f64>, Vec<bool>);
+type Tilt = (bool, Vec<f64>);
 
 fn exact(value: f64) -> Q {
     Q::from_float(value).expect("finite")
@@ -136,8 +137,12 @@ fn stencil_cases() -> impl Strategy<Value = (Case, [FivePoint<f64>; 2])> {
             let n = nx * ny;
             let numbers = (vec(-1.0..1.0, 10), vec(0.1..4.0, 2), vec(0.1..9.0, n));
             let guess = (vec(-1.0..1.0, 2 * n), vec(any::<bool>(), n));
-            (numbers, guess, 0.5..2.0_f64).prop_map(
-                move |((off, diagonal, y), (noise, in_z), tilt): (Triple, Guess, f64)| {
+            (numbers, guess, (any::<bool>(), vec(0.5..2.0, n))).prop_map(
+                move |((off, diagonal, y), (noise, in_z), (same, mut tilt)): (
+                    Triple,
+                    Guess,
+                    Tilt,
+                )| {
                     let coefficients = |s: usize| {
                         let d: f64 = diagonal[s];
                         [0, 1, 2, 3, 4].map(|k| {
@@ -162,7 +167,11 @@ fn stencil_cases() -> impl Strategy<Value = (Case, [FivePoint<f64>; 2])> {
                     let size = 10_f64.powf(distance);
                     let guess = Guesses { y, noise, in_z, size, complementary };
                     let stencils = pair.map(|c| FivePoint::new(nx, ny, c).unwrap());
-                    (guess.case(a, b, vec![tilt; n]), stencils)
+                    if same {
+                        let first = tilt[0];
+                        tilt.fill(first);
+                    }
+                    (guess.case(a, b, tilt), stencils)
                 },
             )
         },

@@ -3,9 +3,9 @@
 mod common;
 
 use common::{Matrix, posed};
-use hlcp_core::{Hlcp, Omega};
+use hlcp_core::{FivePoint, Hlcp, LinearOperator, Omega};
 use hlcp_verify::{
-    AorStep, Convergence, Example, Planted, Proof, alpha_bound,
+    AorStep, Convergence, Example, Planted, Proof, alpha_bound, certify,
     classes::{Answer, Failure, is_h, is_h_plus, is_m, is_strictly_dominant, is_z},
     convergence,
     oracle::{Dense, Iteration, aor_splitting},
@@ -286,24 +286,118 @@ fn the_bound_of_example_1_is_its_closed_form() {
     }
 }
 
-/// The relaxed theorem's bounds on α at m = 128 for τ = 0.8, 1, 1.2.
+/// The regions of (α, τ) that the relaxed theorem and Theorem 2 prove, printed for m = 128 with `--nocapture`.
+///
+/// The stencils have sines, scaled for Example 2, for eigenvectors, so both bounds on α have closed forms; so have the
+/// ends of the range of τ in which α = 1 is proved, which are tested at m = 24.
 #[test]
-fn relaxed_bounds_on_the_examples() {
-    let known = [
-        (true, [4.0, 4.0], [1.2001, 1.3335, 1.2573]),
-        (true, [1.0, 1.0], [1.0001, 1.1113, 1.0578]),
-        (true, [0.0, 0.0], [0.9001, 1.00015, 0.9567]),
-        (false, [4.0, 4.0], [1.2562, 1.3958, 1.3125]),
-        (false, [0.0, 0.0], [0.9647, 1.0719, 1.0221]),
-    ];
-    for (symmetric, shifts, bounds) in known {
-        for (tau, bound) in [0.8, 1.0, 1.2].into_iter().zip(bounds) {
-            let [lower, upper] =
-                relaxed_alpha_bound(&example(symmetric, 128, shifts, tau)).reciprocal();
-            assert!(
-                (lower - bound).abs() < 6e-5 && (upper - bound).abs() < 6e-5,
-                "{lower} {bound}"
-            );
+fn the_proved_regions_of_alpha_and_tau() {
+    let m = 128;
+    println!("example, mu, nu: bounds on alpha at tau = 0.8, 1, 1.2 (relaxed; (16)); tau; areas");
+    for (symmetric, [mu, nu]) in [true, false]
+        .into_iter()
+        .flat_map(|s| [4.0, 1.0, 0.0].map(|v| (s, [v; 2])).into_iter().chain([(s, [0.0, 4.0])]))
+    {
+        let shape: f64 = if symmetric { 1.0 } else { 0.75 };
+        let side = |m: usize| 2.0 * shape.sqrt() * (std::f64::consts::PI / (m as f64 + 1.0)).cos();
+        let s = side(m);
+        let [on_a, on_b]: [f64; 2] = [4.0 + mu, 4.0 + nu];
+        let relaxed = |tau: f64| {
+            let off = s * (1.0 + f64::max(1.0, tau * on_a / on_b));
+            on_a * (1.0 + tau) / (on_a * tau.max(1.0) + off)
+        };
+        let of_16 = |tau: f64| on_a * (1.0 + tau) / (on_a * tau + 2.0 * s);
+        for tau in [0.8, 1.0, 1.2] {
+            let problem = example(symmetric, m, [mu, nu], tau);
+            for (bracket, bound) in
+                [(relaxed_alpha_bound(&problem), relaxed(tau)), (alpha_bound(&problem), of_16(tau))]
+            {
+                let [lower, upper] = bracket.reciprocal();
+                assert!(lower <= bound * (1.0 + 1e-14) && bound * (1.0 - 1e-14) <= upper);
+                assert!(upper - lower <= 2e-6 * (bound - 1.0).abs(), "{lower} {bound} {upper}");
+            }
+        }
+        // C has a positive eigenvector, to min(1, τ)a − s(1 + max(1, τa/b)).
+        let ends = |s: f64| [2.0 * s / on_a, (on_a / s - 1.0) * on_b / on_a];
+        let ([low, high], few) = (ends(side(24)), 24);
+        let last = on_b / on_a; // of (II)
+        for (tau, proved, paper) in [
+            (low * (1.0 - 1e-4), false, false),
+            (low * (1.0 + 1e-4), true, false),
+            (high * (1.0 - 1e-4), true, false),
+            (high * (1.0 + 1e-4), false, false),
+            (1.0 - 1e-9, true, false),
+            (1.0, true, true),
+            (last, true, true),
+            (last + 1e-9, true, false),
+        ] {
+            let problem = example(symmetric, few, [mu, nu], tau);
+            let steps = [AorStep::new(1.0, 1.0), AorStep::new(1.0, 1.0).backward()];
+            assert_eq!(relaxed_theorem(&problem, &steps).is_yes(), proved, "{mu} {nu} {tau}");
+            assert_eq!(theorem_2(&problem, &steps).applies(), paper, "{mu} {nu} {tau}");
+        }
+        let [low, high] = ends(s);
+        let area = |from: f64, to: f64, bound: &dyn Fn(f64) -> f64| {
+            let h = (to - from) / 10_000.0;
+            (0..10_000).map(|k| h * bound(from + (k as f64 + 0.5) * h)).sum::<f64>()
+        };
+        println!(
+            "{} {mu} {nu}: {:.5?}; {:.5?}; {low:.4} to {high:.4}, 1 to {last}; {:.4}, {:.4}",
+            if symmetric { 1 } else { 2 },
+            [0.8, 1.0, 1.2].map(relaxed),
+            [0.8, 1.0, 1.2].map(of_16),
+            area(low, high, &relaxed),
+            area(1.0, last, &of_16)
+        );
+    }
+}
+
+/// ρ(P₂P₁) at order 100, between Collatz–Wielandt quotients of a power iteration that the proof's d starts.
+#[test]
+fn the_radius_of_the_iteration_matrix_at_order_100() {
+    for (symmetric, shift, tau, alpha) in [
+        (true, 4.0, 1.0, 1.25),
+        (true, 0.0, 1.0, 1.0),
+        (false, 1.0, 1.2, 1.1),
+        (false, 0.0, 0.9, 0.8),
+    ] {
+        let scene = Example { symmetric, m: 10, mu: shift, nu: shift }.pose::<f64>().unwrap();
+        let formed = |operator: &dyn Fn(&[f64], &mut [f64])| {
+            let mut columns = DMatrix::zeros(100, 100);
+            for j in 0..100 {
+                let unit: Vec<f64> = (0..100).map(|i| f64::from(i == j)).collect();
+                operator(&unit, columns.column_mut(j).as_mut_slice());
+            }
+            columns
+        };
+        let dense = Dense {
+            a: formed(&|x, y| scene.a.apply(x, y)),
+            b: formed(&|x, y| scene.b.apply(x, y)),
+            q: DVector::from_column_slice(&scene.q),
+            omega: DVector::from_element(100, tau),
+            gamma: 1.0,
+        };
+        for steps in [
+            vec![AorStep::new(alpha, 0.9 * alpha), AorStep::new(alpha, 0.9 * alpha).backward()],
+            vec![AorStep::new(alpha, alpha).accelerated()],
+        ] {
+            let Convergence::Proved(_, contraction) = convergence(&posed(&dense), &steps) else {
+                panic!("inside the region")
+            };
+            let product = steps.iter().fold(DMatrix::identity(100, 100), |product, step| {
+                textbook(&dense, step).contraction() * product
+            });
+            let mut x = DVector::from_vec(contraction.d);
+            let mut quotients = (&product * &x).component_div(&x);
+            assert!(contraction.factor < 1.0);
+            assert!(quotients.max() <= contraction.factor * (1.0 + 1e-12));
+            for _ in 0..200 {
+                x = &product * x.normalize();
+                let next = (&product * &x).component_div(&x);
+                assert!(next.max() <= quotients.max() * (1.0 + 1e-12));
+                quotients = next;
+            }
+            assert!(quotients.max() - quotients.min() < 1e-3 && quotients.max() < 1.0);
         }
     }
 }
@@ -418,4 +512,90 @@ fn the_proved_region_of_the_relaxed_theorem_is_larger() {
             [theorem_2(&problem, &steps).applies(), relaxed_theorem(&problem, &steps).is_yes()];
         assert_eq!(found, [paper, relaxed], "{shifts:?}, tau {tau}, alpha {alpha}");
     }
+}
+
+/// NaN, zero diagonals and order 1: no yes without a reason, and no panic.
+#[test]
+fn nothing_is_proved_of_broken_matrices() {
+    let steps = [AorStep::new(1.0, 1.0)];
+    let good = dmatrix![4.0, -1.0; 0.5, 3.0];
+    for bad in [
+        dmatrix![4.0, f64::NAN; 0.5, 3.0],
+        dmatrix![4.0, -1.0; 0.5, f64::NAN],
+        dmatrix![4.0, f64::INFINITY; 0.5, 3.0],
+        dmatrix![0.0, -1.0; 0.5, 3.0],
+        dmatrix![4.0, -1.0; 0.5, -3.0],
+    ] {
+        assert!(!is_h_plus(&Matrix(bad.clone())).is_yes());
+        assert!(!is_m(&Matrix(bad.clone())).is_yes());
+        for [a, b] in [[&bad, &good], [&good, &bad]].map(|pair| pair.map(|m| Matrix(m.clone()))) {
+            let (zero, q) = ([0.0; 2], [1.0, -1.0]);
+            assert_eq!(certify(&a, &b, &q, &zero, &zero).unwrap(), None);
+            let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 1.1])).unwrap();
+            assert!(!theorem_1(&problem, &steps).applies());
+            assert!(!theorem_2(&problem, &steps).applies());
+            assert!(!relaxed_theorem(&problem, &steps).is_yes());
+            assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
+        }
+    }
+    let problem =
+        Hlcp::new(Matrix(good.clone()), Matrix(good), Omega::Each(vec![1.0, 1.0])).unwrap();
+    for step in [AorStep::new(f64::NAN, 1.0), AorStep::new(1.0, f64::NAN), AorStep::new(0.0, 0.0)] {
+        assert!(!theorem_1(&problem, &[step]).applies());
+        assert!(!theorem_2(&problem, &[step]).applies());
+        assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
+    }
+    assert!(matches!(convergence(&problem, &[]), Convergence::NotProved(_)));
+
+    let one = Hlcp::new(Matrix(dmatrix![2.0]), Matrix(dmatrix![3.0]), Omega::Uniform(0.7)).unwrap();
+    let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
+    // |BΩ − A|/(A + BΩ) = 0.1/4.1
+    assert!((contraction.factor - 0.1 / 4.1).abs() < 1e-14);
+    let certificate = certify(one.a(), one.b(), &[-4.0], &[2.5], &[0.0]).unwrap().unwrap();
+    assert!(certificate.z[0] >= 0.5 && certificate.z[0] < 0.5 + 1e-14);
+}
+
+/// What is proved of a problem is proved of its exchange, which is another problem with the same answers.
+#[test]
+fn an_exchanged_problem_is_proved_alike() {
+    let a = FivePoint::new(7, 4, [-1.0, 0.5, 6.0, -1.5, -0.5]).unwrap();
+    let b = FivePoint::new(7, 4, [0.0, -1.0, 5.0, 0.25, 0.0]).unwrap();
+    let steps = [AorStep::new(1.1, 0.7), AorStep::new(1.1, 0.7).backward()];
+    let factor = |proved: Convergence| match proved {
+        Convergence::Proved(Proof::Relaxed, contraction) => contraction.factor,
+        other => panic!("{other}"),
+    };
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.1)).unwrap();
+    let before = factor(convergence(&problem, &steps));
+    let after = factor(convergence(&problem.exchanged().unwrap(), &steps));
+    assert!((before - after).abs() < 1e-9, "{before} {after}");
+}
+
+/// Each hypothesis by itself, at its edge.
+#[test]
+fn hypotheses_are_reported_one_by_one() {
+    let a = dmatrix![4.0, -1.0; -0.5, 3.0];
+    let with = |b: DMatrix<f64>, omega: f64| {
+        Hlcp::new(Matrix(a.clone()), Matrix(b), Omega::Uniform(omega)).unwrap()
+    };
+    let problem = with(a.clone(), 1.0);
+    let gauss_seidel = [AorStep::new(1.0, 1.0)];
+    assert!(theorem_1(&problem, &gauss_seidel).applies());
+    assert!(theorem_2(&problem, &gauss_seidel).applies());
+    let entry = |row, column| Answer::No(Failure::Entry { row, column });
+    // The sign of b₁₀ alone.
+    let sign = theorem_1(&with(dmatrix![4.0, -1.0; 0.25, 3.0], 1.0), &gauss_seidel);
+    assert_eq!(sign.signs_and_sizes, entry(1, 0));
+    assert!(sign.omega.is_yes() && sign.compatible.is_yes());
+    let above = theorem_1(&problem, &[AorStep::new(1.001, 1.0)]);
+    assert_eq!(above.compatible, entry(0, 0));
+    // (8): ωb₀₀ = 0.8 < 1 = |a₀₁|, and ωb₁₁ = 0.6 > |a₁₀|, but 0.8·0.6 < 1·0.5.
+    let small = theorem_1(&with(a.clone(), 0.2), &gauss_seidel);
+    assert!(matches!(small.omega, Answer::No(Failure::Radius(_))) && small.a_is_h_plus.is_yes());
+    let jacobi = theorem_2(&problem, &[AorStep::new(1.0, 0.0)]);
+    assert!(
+        matches!(jacobi.parameters, Answer::No(Failure::Parameter(_))) && jacobi.alpha.is_yes()
+    );
+    let two = AorStep { b: [1.0, 0.5], ..gauss_seidel[0] };
+    assert!(matches!(relaxed_theorem(&problem, &[two]), Answer::No(Failure::Parameter(_))));
 }

@@ -254,6 +254,11 @@ fn holds<A: Rows<f64>>(
         prop_assert!(norm(&x, &star, d) <= factor * before + floor);
     }
 
+    // ρ(P₂P₁) ≤ maxᵢ (P₂P₁d)ᵢ/dᵢ for every positive d (Collatz and Wielandt).
+    let image = steps.iter().fold(d.clone(), |e, step| p.majorant(step, &e));
+    let radius = norm(&image, &vec![0.0; n], d);
+    prop_assert!(radius < 1.0 && radius <= factor * (1.0 + 1e-12), "{radius} {factor}");
+
     let mut method: Box<dyn Method<f64, A = A, B = A> + '_> = match steps {
         [step] if step.accelerated => Box::new(Amms::new(problem, aor(step)).unwrap()),
         [step] => Box::new(Mms::new(problem, aor(step)).unwrap()),

@@ -421,7 +421,12 @@ mod tests {
             let z: Vec<f64> = (0..1600).map(|k| scene.z[k] + error(k)).collect();
             let f = pair.defect(&scene.q, [&z, &scene.r]);
             let by_norm = largest(&d) * by_norm(&pair, &d, &f).unwrap().t;
-            let by_components = largest(&componentwise(&pair, &d, &f));
+            let w = componentwise(&pair, &d, &f);
+            // C w ≥ f, up to the rounding of this check.
+            rows(&pair, &w, |i, pivot, y| {
+                assert!(pivot * w[i] - y >= f[i] - 1e-13 * (pivot * w[i]));
+            });
+            let by_components = largest(&w);
             let true_error = (0..1600).map(|k| error(k).abs()).fold(0.0, f64::max);
             println!("{:.1} {:.1}", by_components / true_error, by_norm / true_error);
             assert!(true_error <= by_components && by_components * least < by_norm);

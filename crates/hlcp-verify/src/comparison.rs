@@ -105,7 +105,12 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
                 }
                 let b = mul_up(b.abs(), self.omega.at(j));
                 match g.get_mut(next) {
-                    Some(entry) if entry.0 == j => entry.1 = entry.1.max(b),
+                    // Not `max`, which would drop a NaN.
+                    Some(entry) if entry.0 == j => {
+                        if b > entry.1 || b.is_nan() {
+                            entry.1 = b;
+                        }
+                    }
                     _ => g.insert(next, (j, b)),
                 }
             }

@@ -161,6 +161,19 @@ mod tests {
     }
 
     #[test]
+    fn slack_covers_the_roundings() {
+        for k in 1..1000 {
+            let (a, b) = (1.0 + f64::from(k) / 3.0, 0.1 / f64::from(k));
+            let product = a * b;
+            let error = a.mul_add(b, -product); // exactly
+            assert!(up(product, 1.0) - product >= error && down(product, 1.0) - product <= error);
+        }
+        let underflow = 1e-200 * 1e-200;
+        assert!(up(underflow, 1.0) > 0.0 && down(underflow, 1.0) <= 0.0);
+        assert!(down(f64::INFINITY, 1.0).is_nan());
+    }
+
+    #[test]
     fn a_cancelled_sum_keeps_its_error() {
         let mut sum = Sum::default();
         for (a, x) in [(1e16, 1.0), (1.0, 1.0), (-1e16, 1.0)] {
