@@ -4,9 +4,15 @@
 //! cargo bench --bench sweeps
 //! ```
 //!
-//! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread.
+//! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread unless said. The chart of
+//! the cost per point goes to `docs/charts/cost-per-point.{csv,svg}`.
 
-use std::{error::Error, hint::black_box, time::Instant};
+#[path = "../examples/chart/mod.rs"]
+mod chart;
+#[path = "../tests/common/counting.rs"]
+mod counting;
+
+use std::{cell::RefCell, error::Error, hint::black_box, path::Path, time::Instant};
 
 use hlcp_core::{
     Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step,
@@ -14,6 +20,7 @@ use hlcp_core::{
 };
 use hlcp_methods::{Limits, Method, Solver, Tmms};
 use hlcp_verify::Example;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const TURNS: usize = 11;
 
@@ -51,6 +58,7 @@ struct Scene<T> {
     q: Vec<T>,
     x: Vec<T>,
     y: Vec<T>,
+    parallel: bool,
 }
 
 fn to<T: Scalar>(v: f64) -> T {
@@ -68,15 +76,17 @@ impl<T: Scalar> Scene<T> {
             q: wave(1.0),
             x: wave(1.7),
             y: vec![T::zero(); m * m],
+            parallel: false,
         })
     }
 
     fn sweep(&mut self, what: Sweep) -> f64 {
-        let Self { m, a, b, q, x, y } = self;
+        let Self { m, a, b, q, x, y, parallel } = self;
         let omega = Omega::Uniform(to(1.1));
         let aor = Aor::new(to(1.1), to(0.9)).expect("parameters");
         let rhs = Rhs::new(q).expect("finite");
         let problem = Hlcp::new(*a, *b, omega.clone()).expect("a problem");
+        let problem = if *parallel { problem.in_parallel() } else { problem };
         let walked = Hlcp::new(Walked(*a), Walked(*b), omega.clone()).expect("a problem");
         let boxed = |o| Box::new(Walked(o)) as Box<dyn Rows<T>>;
         let dynamic = Hlcp::new(boxed(*a), boxed(*b), omega).expect("a problem");
@@ -86,6 +96,10 @@ impl<T: Scalar> Scene<T> {
             Sweep::Mms => done(aor.step(&problem, &rhs, x, y, scratch)),
             Sweep::Backward => {
                 done(aor.backward().step(&problem, &rhs, x, y, scratch));
+            }
+            Sweep::RedBlack => {
+                let red_black = aor.red_black(*m).expect("a grid");
+                done(red_black.step(&problem, &rhs, x, y, scratch));
             }
             Sweep::Amms => done(aor.accelerated_step(&problem, &rhs, x, y)),
             Sweep::Obvious => done(obvious(*m, q, x, y)),
@@ -100,6 +114,7 @@ enum Sweep {
     Triad,
     Mms,
     Backward,
+    RedBlack,
     Amms,
     Obvious,
     Walked,
@@ -169,12 +184,26 @@ fn against(mut ours: impl FnMut() -> f64, mut theirs: impl FnMut() -> f64) -> (f
 }
 
 fn compare<T: Scalar>(m: usize, ours: Sweep, theirs: Sweep) -> Result<(f64, f64), Box<dyn Error>> {
-    let scene = std::cell::RefCell::new(Scene::<T>::new(m)?);
+    let scene = RefCell::new(Scene::<T>::new(m)?);
     Ok(against(|| scene.borrow_mut().sweep(ours), || scene.borrow_mut().sweep(theirs)))
 }
 
-/// A half-step with every coefficient and Ω in arrays, against a pass that reads as many arrays.
-fn varying(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
+/// The time on one thread over the time on those of `pool`, and that time.
+fn shared<T: Scalar>(
+    m: usize,
+    what: Sweep,
+    pool: &ThreadPool,
+) -> Result<(f64, f64), Box<dyn Error>> {
+    let mut scenes = [Scene::<T>::new(m)?, Scene::<T>::new(m)?];
+    scenes[1].parallel = true;
+    let [alone, together] = &mut scenes;
+    let (ratio, alone) = against(|| alone.sweep(what), || pool.install(|| together.sweep(what)));
+    Ok((ratio, alone / ratio))
+}
+
+/// A half-step with every coefficient and Ω in arrays, against a pass that reads as many arrays; and its time on one
+/// thread over that on those of `pool`.
+fn varying(m: usize, pool: &ThreadPool) -> Result<[(f64, f64); 2], Box<dyn Error>> {
     let n = m * m;
     let wave = |seed: f64, size: f64| move |k: usize| size * (seed + k as f64).sin();
     let operator = |seed: f64| {
@@ -190,24 +219,29 @@ fn varying(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
         (0..n).map(|k| (wave(4.0, 1.0)(k), wave(5.0, 1.0)(k))).unzip();
     let (rhs, aor) = (Rhs::new(&q)?, Aor::new(1.1, 0.9)?);
     let read: Vec<Vec<f64>> = (0..13).map(|_| q.clone()).collect();
-    let y = std::cell::RefCell::new(vec![0.0; n]);
-    Ok(against(
-        || seconds(m, || done(aor.step(&problem, &rhs, &x, &mut y.borrow_mut(), &mut vec![]))),
-        || {
-            seconds(m, || {
-                let y = &mut *y.borrow_mut();
-                let lists: [&[f64]; 13] = std::array::from_fn(|i| &read[i][..n]);
-                for k in 0..n {
-                    let mut sum = 0.0;
-                    for list in &lists {
-                        sum += list[k];
-                    }
-                    y[k] = 0.3 * sum;
+    let (y, mut z) = (RefCell::new(vec![0.0; n]), vec![0.0; n]);
+    let together = problem.clone().in_parallel();
+    let mut alone =
+        || seconds(m, || done(aor.step(&problem, &rhs, &x, &mut y.borrow_mut(), &mut vec![])));
+    let mut in_pool =
+        || pool.install(|| seconds(m, || done(aor.step(&together, &rhs, &x, &mut z, &mut vec![]))));
+    let (ratio, time) = against(&mut alone, &mut in_pool);
+    let of_threads = (ratio, time / ratio);
+    let of_passes = against(&mut alone, || {
+        seconds(m, || {
+            let y = &mut *y.borrow_mut();
+            let lists: [&[f64]; 13] = std::array::from_fn(|i| &read[i][..n]);
+            for k in 0..n {
+                let mut sum = 0.0;
+                for list in &lists {
+                    sum += list[k];
                 }
-                black_box(y);
-            })
-        },
-    ))
+                y[k] = 0.3 * sum;
+            }
+            black_box(y);
+        })
+    });
+    Ok([of_passes, of_threads])
 }
 
 /// `A + B` and `A − B` assembled on one pattern, by rows: what F reads for Ω = I.
@@ -291,7 +325,86 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
     Ok((ratio, theirs / ratio))
 }
 
+/// TMGS on Example 1, the whole solve: the time on one thread over that on those of `pool`, and that time.
+fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error>> {
+    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let start = vec![1.0; m * m];
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
+    let solver = |problem| -> Result<_, Box<dyn Error>> {
+        Ok(Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?))
+    };
+    let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
+    let limits = Limits::default();
+    let (ratio, time) = against(
+        || alone.solve(&scene.q, &start, &limits).expect("valid input").seconds,
+        || pool.install(|| together.solve(&scene.q, &start, &limits)).expect("valid input").seconds,
+    );
+    assert!(alone.x() == together.x(), "the same bits");
+    Ok((ratio, time / ratio))
+}
+
+/// The most memory that is held during a solve, in vectors of length n.
+fn vectors(m: usize) -> Result<f64, Box<dyn Error>> {
+    let before = counting::LIVE.get();
+    counting::PEAK.set(before);
+    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let (q, start) = (scene.q, vec![1.0; m * m]);
+    // Posing the scene took more: the solution it was planted with.
+    counting::PEAK.set(counting::LIVE.get());
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
+    let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
+    assert!(solver.solve(&q, &start, &Limits::default())?.converged());
+    Ok((counting::PEAK.get() - before) as f64 / (8 * m * m) as f64)
+}
+
+/// The cost per point from m = 64 to 8192, kind by kind, as a table and as a chart.
+fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
+    let kinds = [
+        ("MMS", Sweep::Mms, false),
+        ("MMS backward", Sweep::Backward, false),
+        ("AMMS", Sweep::Amms, false),
+        ("red–black", Sweep::RedBlack, false),
+        ("MMS, 2 threads", Sweep::Mms, true),
+        ("triad", Sweep::Triad, false),
+    ];
+    let lines = || kinds.iter().map(|(name, ..)| format!(" {name} |")).collect::<String>();
+    println!("\nns per point\n\n| m |{}\n|---{}|", lines(), "|---".repeat(kinds.len()));
+    let mut series = vec![];
+    for (style, (name, ..)) in kinds.iter().enumerate() {
+        series.push(chart::Series { name: (*name).to_owned(), style, points: vec![] });
+    }
+    let mut rows = vec![];
+    for m in [64, 128, 256, 512, 1024, 2048, 4096, 8192] {
+        let mut scene = Scene::<f64>::new(m)?;
+        let mut times = vec![vec![]; kinds.len()];
+        for _ in 0..TURNS {
+            for ((_, what, parallel), times) in kinds.iter().zip(&mut times) {
+                scene.parallel = *parallel;
+                times.push(if *parallel {
+                    pool.install(|| scene.sweep(*what))
+                } else {
+                    scene.sweep(*what)
+                });
+            }
+        }
+        print!("| {m} |");
+        for (series, times) in series.iter_mut().zip(times) {
+            let y = median(times) / (m * m) as f64 * 1e9;
+            print!(" {y:.3} |");
+            rows.push(format!("{m},\"{}\",{y:.4}", series.name));
+            series.points.push(chart::Point { x: m as f64, y, spread: None, reached: true });
+        }
+        println!();
+    }
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/charts/cost-per-point");
+    chart::write_csv(&path, "m,kind,ns per point", &rows)?;
+    let axes = ["m (the grid has m × m points)", "ns per point"];
+    let panel = chart::Panel::log_log("Cost of a half-step with norms", axes, &series);
+    chart::write(&path, 1, vec![panel], &chart::provenance("cargo bench --bench sweeps"))
+}
+
 fn main() -> Result<(), Box<dyn Error>> {
+    let pool = ThreadPoolBuilder::new().num_threads(2).build()?;
     let shell = |program: &str, arguments: &[&str]| {
         let output = std::process::Command::new(program).args(arguments).output().ok()?;
         Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
@@ -312,11 +425,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             time / (m * m) as f64 * 1e9
         );
     };
-    use Sweep::{Amms, Backward, Dynamic, Mms, Obvious, Triad, Walked};
+    use Sweep::{Amms, Backward, Dynamic, Mms, Obvious, RedBlack, Triad, Walked};
     row("half-step with norm, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Mms, Triad)?);
     row("half-step with norm, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Mms, Triad)?);
     row("backward, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Backward, Triad)?);
     row("backward, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Backward, Triad)?);
+    for (m, target) in [(512, "≤ 4.0"), (4096, "≤ 2.0")] {
+        let figures = compare::<f64>(m, RedBlack, Triad)?;
+        row(&format!("red–black, m = {m}"), "triad", m, target, figures);
+    }
     row("obvious loop, m = 512", "half-step", 512, "≥ 3.5", compare::<f64>(512, Obvious, Mms)?);
     row("AMMS half-step, m = 512", "MMS half-step", 512, "≤ 1.3", compare::<f64>(512, Amms, Mms)?);
     row(
@@ -326,13 +443,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         "≤ 1.3",
         compare::<f64>(4096, Amms, Mms)?,
     );
-    row(
-        "varying coefficients and Ω, m = 4096",
-        "pass over 13 arrays",
-        4096,
-        "≤ 2.5",
-        varying(4096)?,
-    );
+    let [of_passes, of_threads] = varying(4096, &pool)?;
+    row("varying coefficients and Ω, m = 4096", "pass over 13 arrays", 4096, "≤ 2.5", of_passes);
     for m in [512, 4096] {
         let mut narrow = Scene::<f32>::new(m)?;
         let mut wide = Scene::<f64>::new(m)?;
@@ -354,11 +466,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         "",
         compare::<f64>(512, Dynamic, Obvious)?,
     );
-    println!("\n| m | triad, ns per point | half-step, ns per point | ratio |\n|---|---|---|---|");
-    for m in [64, 128, 256, 512, 1024, 2048, 4096, 8192] {
-        let (ratio, time) = compare::<f64>(m, Mms, Triad)?;
-        let time = time / (m * m) as f64 * 1e9;
-        println!("| {m} | {:.3} | {time:.3} | {ratio:.2} |", time / ratio);
+    for m in [1024, 4096] {
+        for (name, what) in
+            [("half-step", Mms), ("backward", Backward), ("AMMS", Amms), ("red–black", RedBlack)]
+        {
+            let figures = shared::<f64>(m, what, &pool)?;
+            row(&format!("one thread, {name}, m = {m}"), "2 threads", m, "≥ 1.7", figures);
+        }
+        let figures = shared::<f32>(m, Mms, &pool)?;
+        row(&format!("one thread, f32, m = {m}"), "2 threads", m, "≥ 1.7", figures);
+        let figures = shared_solve(m, &pool)?;
+        row(&format!("one thread, whole solve, m = {m}"), "2 threads", m, "≥ 1.7", figures);
     }
-    Ok(())
+    row("one thread, varying, m = 4096", "2 threads", 4096, "≥ 1.7", of_threads);
+    println!("| peak memory of a solve, m = 4096 | a vector | {:.2} | ≤ 5 | |", vectors(4096)?);
+    cost_per_point(&pool)
 }

@@ -1,46 +1,14 @@
 //! Steps and solves after the first allocate nothing, and a solve takes no more vectors than documented.
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
+#[path = "common/counting.rs"]
+mod counting;
 
+use counting::{CALLS, LIVE, PEAK};
 use hlcp_core::{Aor, Correction, FromFn, Hlcp, Jacobi, Omega, Rhs};
 use hlcp_methods::{
     Anderson, Limits, Method, Mms, Named, Newton, Parameters, Solver, Ssor, Tmms, TridiagonalPart,
 };
 use hlcp_verify::Example;
-
-/// The system's allocator, counting this thread's calls and bytes.
-struct Counting;
-
-thread_local! {
-    static CALLS: Cell<usize> = const { Cell::new(0) };
-    static LIVE: Cell<isize> = const { Cell::new(0) };
-    static PEAK: Cell<isize> = const { Cell::new(0) };
-}
-
-#[allow(unsafe_code, reason = "a global allocator cannot be written without")]
-// SAFETY: every call is passed on to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        CALLS.set(CALLS.get() + 1);
-        LIVE.set(LIVE.get() + layout.size() as isize);
-        PEAK.set(PEAK.get().max(LIVE.get()));
-        // SAFETY: the caller's obligations are the system allocator's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // Below zero where a thread frees what another one took.
-        LIVE.set(LIVE.get() - layout.size() as isize);
-        // SAFETY: as above.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 /// How many allocations `work` makes.
 fn allocations(work: impl FnOnce()) -> usize {
