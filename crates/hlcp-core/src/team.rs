@@ -14,6 +14,8 @@ use std::{
     thread,
 };
 
+use crate::{Scalar, norms::Tally};
+
 /// The fewest unknowns that are worth waking a second thread for; tests of this crate share any number.
 #[cfg(feature = "rayon")]
 const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
@@ -81,11 +83,6 @@ impl<V> Turns<V> {
         }
         Turn { turns: self, number, value: self.value.lock().expect("a turn that was passed on") }
     }
-
-    /// The value after the last turn.
-    pub(crate) fn into_inner(self) -> V {
-        self.value.into_inner().expect("a turn that was passed on")
-    }
 }
 
 /// The turn of one portion.
@@ -101,5 +98,41 @@ impl<V> Turn<'_, V> {
         // Unlocked first, so that whose turn it is next finds it so.
         drop(self.value);
         self.turns.next.store(self.number + 1, Ordering::Release);
+    }
+}
+
+/// A sum over all portions of the work, in their order; a thread that comes early leaves its part and goes on.
+pub(crate) struct Sum<T>(Mutex<Parts<T>>);
+
+struct Parts<T> {
+    next: usize,
+    sum: Tally<T>,
+    early: Vec<(usize, Tally<T>)>,
+}
+
+impl<T: Scalar> Sum<T> {
+    pub(crate) fn new() -> Self {
+        Self(Mutex::new(Parts { next: 0, sum: Tally::zero(), early: Vec::new() }))
+    }
+
+    /// Adds the part of portion `number`.
+    pub(crate) fn add(&self, number: usize, part: Tally<T>) {
+        let parts = &mut *self.0.lock().expect("no addition panics");
+        if number != parts.next {
+            parts.early.push((number, part));
+            return;
+        }
+        let mut following = Some(part);
+        while let Some(part) = following {
+            parts.sum.add(&part);
+            parts.next += 1;
+            let found = parts.early.iter().position(|(number, _)| *number == parts.next);
+            following = found.map(|at| parts.early.swap_remove(at).1);
+        }
+    }
+
+    /// The whole sum.
+    pub(crate) fn total(self) -> Tally<T> {
+        self.0.into_inner().expect("no addition panics").sum
     }
 }

@@ -19,9 +19,10 @@
 //! `k − 1`, whose last value is then the southern neighbour. Nothing is reordered: every `yᵢ` is computed from the
 //! same numbers by the same operations as in a loop over the points.
 //!
-//! The grid is worked through in tiles of [`ROWS`] rows and [`COLUMNS`] columns, each copied to the stack with
-//! zeros around the grid. A backward sweep is the forward one on the mirrored grid: the copies run backwards, and
-//! nothing else knows.
+//! The grid is worked through in bands of [`ROWS`] rows. Several threads claim them in order and form a pipeline: the
+//! first phase of a band waits for nothing, and its recurrence enters a stretch of columns when that of the band
+//! before has left it, taking over the last row's values. Each band's sums of squares are added in the order of the
+//! bands. In red–black order, see [`red_black`], bands wait for nothing.
 //!
 //! No `mul_add` and no reassociation: the same bits on every processor and for every number of threads.
 
@@ -38,7 +39,7 @@ use self::{
 use crate::{
     Coefficients, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
     norms::{Meter, Tally},
-    team::{self, Claims, Turns},
+    team::{self, Claims, Sum, Turns},
 };
 
 pub(crate) use self::coefficients::Relaxation;
@@ -106,7 +107,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
         let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
-        let (meter, sum) = (q.meter(T::one()), Turns::new(Tally::zero()));
+        let (meter, sum) = (q.meter(T::one()), Sum::new());
         team::spread(team::threads(self.parallel, nx * ny), &|| {
             let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
             while let Some((number, first)) = bands.next() {
@@ -124,12 +125,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                         meter.add_to(&mut tally, az);
                     }
                 }
-                let mut turn = sum.wait(number);
-                turn.value.add(&tally);
-                turn.pass();
+                sum.add(number, tally);
             }
         });
-        meter.norms_of(&sum.into_inner(), T::one())
+        meter.norms_of(&sum.total(), T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
@@ -217,7 +216,7 @@ impl<T: Scalar> Old<'_, T> {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
         let edges: Vec<_> = (0..stretches).map(|_| Turns::new([T::zero(); COLUMNS])).collect();
-        let (bands, sum) = (Claims::new(bands.enumerate()), Turns::new(Tally::zero()));
+        let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
                 old: self,
@@ -227,7 +226,7 @@ impl<T: Scalar> Old<'_, T> {
                 sum: &sum,
             });
         });
-        sum.into_inner()
+        sum.total()
     }
 
     /// Relaxes all of `y` in red–black order, and sums the squares of F(x).
@@ -239,7 +238,7 @@ impl<T: Scalar> Old<'_, T> {
     ) -> Tally<T> {
         let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let (bands, sum) = (Claims::new(bands.enumerate()), Turns::new(Tally::zero()));
+        let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
                 old: self,
@@ -248,7 +247,7 @@ impl<T: Scalar> Old<'_, T> {
                 sum: &sum,
             });
         });
-        sum.into_inner()
+        sum.total()
     }
 }
 
@@ -258,7 +257,7 @@ struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     source: &'a S,
     bands: &'a Claims<I>,
     edges: &'a [Turns<[T; COLUMNS]>],
-    sum: &'a Turns<Tally<T>>,
+    sum: &'a Sum<T>,
 }
 
 impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
@@ -282,9 +281,7 @@ where
             let edge =
                 if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
             let tally = worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            let mut turn = sum.wait(number);
-            turn.value.add(&tally);
-            turn.pass();
+            sum.add(number, tally);
             passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
         }
     }

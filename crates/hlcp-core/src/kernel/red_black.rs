@@ -13,7 +13,7 @@ use super::{COLUMNS, Grid, Old, coefficients::Source};
 use crate::{
     Scalar,
     norms::Tally,
-    team::{Claims, Turns},
+    team::{Claims, Sum},
 };
 
 /// The rows of a band. The first phase of two more is done again.
@@ -24,7 +24,7 @@ pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
     pub(super) old: &'a Old<'a, T>,
     pub(super) source: &'a S,
     pub(super) bands: &'a Claims<I>,
-    pub(super) sum: &'a Turns<Tally<T>>,
+    pub(super) sum: &'a Sum<T>,
 }
 
 impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>
@@ -43,9 +43,7 @@ where
         let mut worker = Worker { old, source, loaded, padded, defect: zeros, zeros };
         while let Some((number, band)) = bands.next() {
             let tally = worker.relax::<ACCELERATED>(number * HEIGHT, band);
-            let mut turn = sum.wait(number);
-            turn.value.add(&tally);
-            turn.pass();
+            sum.add(number, tally);
         }
     }
 }
@@ -69,13 +67,18 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
         let mut beside = [self.zeros; 2];
         // One row behind, so that the row after it has its first colour.
         for k in 0..=height {
-            for start in (0..nx).step_by(S::CHUNK).take_while(|_| k < height) {
-                let columns = start..nx.min(start + S::CHUNK);
-                let t = &mut band[k * nx..][columns.clone()];
-                self.prepare::<ACCELERATED>(first + k, columns, t);
-                self.old.meter.add_to(&mut sum, &self.defect[..t.len()]);
+            if k < height {
+                for start in (0..nx).step_by(S::CHUNK) {
+                    let columns = start..nx.min(start + S::CHUNK);
+                    let t = &mut band[k * nx..][columns.clone()];
+                    self.prepare::<ACCELERATED>(first + k, columns, t);
+                    self.old.meter.add_to(&mut sum, &self.defect[..t.len()]);
+                }
             }
-            for start in (0..nx).step_by(S::CHUNK).take_while(|_| k > 0) {
+            if k == 0 {
+                continue;
+            }
+            for start in (0..nx).step_by(S::CHUNK) {
                 let columns = start..nx.min(start + S::CHUNK);
                 let [before, after] = beside.each_mut().map(|t| &mut t[..columns.len()]);
                 if k == 1 && first > 0 {
