@@ -6,9 +6,10 @@ mod counting;
 use counting::{CALLS, LIVE, PEAK};
 use hlcp_core::{Aor, Correction, FromFn, Hlcp, Jacobi, Omega, Rhs};
 use hlcp_methods::{
-    Anderson, Limits, Method, Mms, Named, Newton, Parameters, Solver, Ssor, Tmms, TridiagonalPart,
+    Anderson, Cycle, Limits, Method, Mms, Multigrid, Named, Newton, Parameters, Solver, Ssor, Tmms,
+    TridiagonalPart,
 };
-use hlcp_verify::Example;
+use hlcp_verify::{Disc, Example};
 
 /// How many allocations `work` makes.
 fn allocations(work: impl FnOnce()) -> usize {
@@ -113,4 +114,30 @@ fn a_solve_of_stencils_takes_five_vectors() {
         let vectors = (PEAK.get() - before) as f64 / (8 * scene.q.len()) as f64;
         assert!(vectors + 2.0 <= 5.01, "{name}: {vectors}");
     }
+}
+
+/// Multigrid: its 5n/3 beside the solver's five vectors, the caller's two among them; then n for cycles on trial.
+#[test]
+fn multigrid_takes_five_thirds_of_a_vector_and_then_nothing() {
+    let solve = |m: usize, cycle: Cycle, vectors: f64| {
+        let scene = Disc { lcp: true, m }.pose::<f64>().unwrap();
+        let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
+        let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+        let n = scene.q.len();
+        let (start, before) = (vec![1.0; n], LIVE.get());
+        PEAK.set(before);
+        let mut solver = Solver::new(Multigrid::new(problem, cycle).unwrap());
+        assert!(solver.solve(&scene.q, &start, &Limits::default()).unwrap().converged());
+        // Some hundred numbers a row for the axes, the rows that are relaxed side by side, and the zeros.
+        let taken = (PEAK.get() - before) as f64 / (8 * n) as f64;
+        assert!(taken <= vectors + 20.0 / m as f64, "{m}: {taken}");
+        let count = allocations(|| {
+            let again = solver.solve(&scene.q, &start, &Limits::default()).unwrap();
+            assert!(again.converged());
+        });
+        assert_eq!(count, 0);
+    };
+    solve(255, Cycle::W, 3.0 + 5.0 / 3.0);
+    // V-cycles here stall, and are put on trial.
+    solve(255, Cycle::V, 4.0 + 5.0 / 3.0);
 }

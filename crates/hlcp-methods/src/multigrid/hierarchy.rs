@@ -1,0 +1,165 @@
+//! The operators on coarser grids.
+
+use std::ops::Range;
+
+use hlcp_core::{Coefficients, Error, FivePointView, Scalar, VaryingFivePoint};
+
+use super::transfer::Axis;
+
+/// A grid and the next coarser one over the same domain.
+///
+/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m` points a side
+/// the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1` for even `m`, at a spacing a
+/// little more than twice the fine one; a side of one or two points stays.
+#[derive(Debug, Clone, Copy)]
+pub struct Grids<'a, T> {
+    /// The fine grid's `[nx, ny]`.
+    pub fine: [usize; 2],
+    /// The coarse grid's `[nx, ny]`.
+    pub coarse: [usize; 2],
+    pub(super) axes: &'a [Axis<T>; 2],
+}
+
+impl<T: Scalar> Grids<'_, T> {
+    /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
+    pub fn ratio(&self) -> [T; 2] {
+        self.axes.each_ref().map(Axis::ratio)
+    }
+
+    /// The column and the row of the fine point nearest to the coarse point of column `i` and row `j`.
+    ///
+    /// # Panics
+    ///
+    /// Unless the coarse grid has such a point.
+    pub fn nearest(&self, i: usize, j: usize) -> [usize; 2] {
+        [self.axes[0].nearest()[i], self.axes[1].nearest()[j]]
+    }
+}
+
+/// What makes coarser grids' operators for [`Multigrid`](crate::Multigrid).
+///
+/// # Scaling
+///
+/// A coarse row must have the scale of a fine one: for the same smooth `x`, the same value at the same place. So with
+/// a fine second difference `(−1, 2, −1)`, undivided, goes a coarse `(h/H)²(−1, 2, −1)`; a term without differences
+/// stays as it is.
+///
+/// ```
+/// use hlcp_core::{Coefficients::Constant, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid};
+///
+/// /// Of `−Δ` and the identity, known in advance.
+/// struct Laplacian;
+///
+/// impl Coarsen<f64> for Laplacian {
+///     fn coarsen(
+///         &self,
+///         _: [FivePointView<'_, f64>; 2],
+///         grids: &Grids<'_, f64>,
+///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///         let ([nx, ny], [x, y]) = (grids.coarse, grids.ratio().map(|ratio| ratio * ratio));
+///         let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Constant);
+///         let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
+///         Ok([VaryingFivePoint::new(nx, ny, a)?, VaryingFivePoint::new(nx, ny, b)?])
+///     }
+/// }
+///
+/// let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 961 }, Omega::Uniform(4.0))?;
+/// let multigrid = Multigrid::with_levels(problem, Cycle::W, &Laplacian)?;
+/// assert_eq!(multigrid.grids().count(), 5);
+/// # Ok::<(), Error>(())
+/// ```
+pub trait Coarsen<T: Scalar> {
+    /// The coarse grid's `A` and `B`, given the fine grid's.
+    ///
+    /// They are those of [`Hlcp::a`](hlcp_core::Hlcp::a) and [`Hlcp::b`](hlcp_core::Hlcp::b): exchanged where the
+    /// problem is.
+    ///
+    /// # Errors
+    ///
+    /// Whatever stands in the way.
+    fn coarsen(
+        &self,
+        fine: [FivePointView<'_, T>; 2],
+        grids: &Grids<'_, T>,
+    ) -> Result<[VaryingFivePoint<'static, T>; 2], Error>;
+}
+
+/// Discretises an operator again from its five-point coefficients.
+///
+/// Two neighbours' coefficients for each other are split into a symmetric half, diffusion, which scales with
+/// `(h/H)²`, and the other half, convection, which scales with `h/H`; where a coarse edge's convection then
+/// outweighs its diffusion, diffusion is raised to it (upwinding). A coarse edge takes the mean of the fine edges that
+/// it consists of: with bilinear interpolation a harmonic mean makes corrections too large. What a row sums to is its
+/// zero-order part, which is kept. All is taken from the fine points nearest to the coarse ones, never from a
+/// coefficient that leads outside the grid. Constant coefficients stay constant, and are stored as five numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rediscretise;
+
+impl<T: Scalar> Coarsen<T> for Rediscretise {
+    fn coarsen(
+        &self,
+        [a, b]: [FivePointView<'_, T>; 2],
+        grids: &Grids<'_, T>,
+    ) -> Result<[VaryingFivePoint<'static, T>; 2], Error> {
+        Ok([rediscretised(a, grids)?, rediscretised(b, grids)?])
+    }
+}
+
+fn rediscretised<T: Scalar>(
+    fine: FivePointView<'_, T>,
+    grids: &Grids<'_, T>,
+) -> Result<VaryingFivePoint<'static, T>, Error> {
+    let c @ [south, west, _, east, north] = fine.coefficients();
+    let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
+    let [x_axis, y_axis] = grids.axes;
+    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let [p, q] = grids.nearest(i, j);
+        let k = q * width + p;
+        let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(k));
+        let [west, east] = couplings([west, east], k, 1, x_axis, i);
+        let [south, north] = couplings([south, north], k, width, y_axis, j);
+        [south, west, zero_order - (south + west + east + north), east, north]
+    })
+}
+
+/// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of the fine points.
+///
+/// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on the axis.
+fn couplings<T: Scalar>(
+    [back, ahead]: [Coefficients<'_, T>; 2],
+    k: usize,
+    stride: usize,
+    axis: &Axis<T>,
+    i: usize,
+) -> [T; 2] {
+    let [before, after] = axis.edges(i);
+    if before + after == 0 {
+        return [back.at(k), ahead.at(k)];
+    }
+    // An edge by the point it leads back from.
+    let edge = |k: usize| [back.at(k), ahead.at(k - stride)];
+    let coarse = |points: Range<usize>| {
+        coarse_edge(points.map(|p| edge(k + p * stride - before * stride)), axis.ratio())
+    };
+    [coarse(1..before + 1)[0], coarse(before + 1..before + after + 1)[1]]
+}
+
+/// The coefficients of a coarse edge's two ends for each other, the later's first, given the same of the fine edges
+/// that it consists of.
+fn coarse_edge<T: Scalar>(mut edges: impl Iterator<Item = [T; 2]>, ratio: T) -> [T; 2] {
+    let Some(first) = edges.next() else { return [T::zero(); 2] };
+    // The mean by its distance from the first, so that equal coefficients stay what they are.
+    let (mut count, mut sum) = (T::one(), [T::zero(); 2]);
+    for edge in edges {
+        count += T::one();
+        sum = [sum[0] + (edge[0] - first[0]), sum[1] + (edge[1] - first[1])];
+    }
+    let [later, earlier] = [first[0] + sum[0] / count, first[1] + sum[1] / count];
+    let two = T::one() + T::one();
+    let diffusion = -(later + earlier) / two * ratio * ratio;
+    let convection = (earlier - later) / two * ratio;
+    let diffusion = if diffusion > T::zero() { diffusion.max(convection.abs()) } else { diffusion };
+    [-diffusion - convection, convection - diffusion]
+}

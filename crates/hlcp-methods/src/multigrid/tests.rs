@@ -1,0 +1,285 @@
+//! Transfer, sweep and cycle against dense matrices written down from their definitions.
+
+use hlcp_core::{FivePoint, FivePointView, Hlcp, LinearOperator, Omega, VaryingFivePoint};
+
+use super::{
+    Coarsen, Cycle, Grids, Rediscretise, coarser,
+    cycle::{Equation, Work},
+    smoother::{Pair, Source},
+    transfer::{self, Axis},
+};
+
+type Dense = Vec<Vec<f64>>;
+
+fn noise(seed: usize) -> f64 {
+    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+fn list(n: usize, seed: usize) -> Vec<f64> {
+    (0..n).map(|k| noise(seed + 7 * k)).collect()
+}
+
+/// Column by column, through products with unit vectors.
+fn dense(operator: &impl LinearOperator<f64>) -> Dense {
+    let n = operator.order();
+    let mut matrix = vec![vec![0.0; n]; n];
+    for j in 0..n {
+        let (mut unit, mut column) = (vec![0.0; n], vec![0.0; n]);
+        unit[j] = 1.0;
+        operator.apply(&unit, &mut column);
+        (0..n).for_each(|i| matrix[i][j] = column[i]);
+    }
+    matrix
+}
+
+fn times(matrix: &Dense, x: &[f64]) -> Vec<f64> {
+    matrix.iter().map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+}
+
+fn transposed(matrix: &Dense, factor: f64) -> Dense {
+    (0..matrix[0].len()).map(|j| matrix.iter().map(|row| factor * row[j]).collect()).collect()
+}
+
+fn close(u: &[f64], v: &[f64], tolerance: f64) {
+    assert_eq!(u.len(), v.len());
+    for (k, (u, v)) in u.iter().zip(v).enumerate() {
+        assert!((u - v).abs() <= tolerance, "{k}: {u} {v}");
+    }
+}
+
+/// How many points a side the next coarser grid has.
+fn half(m: usize) -> usize {
+    match m {
+        1 | 2 => m,
+        m if m % 2 == 1 => (m - 1) / 2,
+        m => m / 2 - 1,
+    }
+}
+
+/// Bilinear interpolation on the unit square: hats over the coarse spacings.
+fn hats([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Dense {
+    let hat = |i: usize, fine: usize, j: usize, coarse: usize| {
+        let x = (i + 1) as f64 / (fine + 1) as f64 - (j + 1) as f64 / (coarse + 1) as f64;
+        (1.0 - x.abs() * (coarse + 1) as f64).max(0.0)
+    };
+    let entry = |k: usize, l: usize| hat(k % nx, nx, l % cx, cx) * hat(k / nx, ny, l / cx, cy);
+    (0..nx * ny).map(|k| (0..cx * cy).map(|l| entry(k, l)).collect()).collect()
+}
+
+/// The fine point at the least distance, the earlier one of two.
+fn nearest([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Vec<usize> {
+    let axis = |fine: usize, coarse: usize, j: usize| {
+        let distance = |i: usize| ((i + 1) * (coarse + 1)).abs_diff((j + 1) * (fine + 1));
+        (0..fine).min_by_key(|&i| (distance(i), std::cmp::Reverse(i))).unwrap()
+    };
+    (0..cx * cy).map(|l| axis(ny, cy, l / cx) * nx + axis(nx, cx, l % cx)).collect()
+}
+
+const GRIDS: [[usize; 2]; 12] = [
+    [1, 1],
+    [2, 1],
+    [3, 1],
+    [3, 3],
+    [4, 3],
+    [5, 6],
+    [7, 4],
+    [8, 9],
+    [10, 2],
+    [16, 15],
+    [1, 12],
+    [13, 20],
+];
+
+#[test]
+fn transfers_are_those_matrices() {
+    for (seed, fine) in GRIDS.into_iter().enumerate() {
+        let axes = fine.map(Axis::<f64>::new);
+        let coarse = axes.each_ref().map(Axis::coarse);
+        assert_eq!(coarse, fine.map(half));
+        let (n, c) = (fine[0] * fine[1], coarse[0] * coarse[1]);
+        let (x, xc, mut line) = (list(n, seed), list(c, seed + 1), vec![f64::NAN; fine[0] * 4]);
+        let p = hats(fine, coarse);
+
+        let mut interpolated = x.clone();
+        transfer::interpolate(&axes, &xc, &mut interpolated, &mut line);
+        let expected: Vec<f64> = times(&p, &xc).iter().zip(&x).map(|(p, x)| x + p).collect();
+        close(&interpolated, &expected, 1e-14);
+
+        let cells = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
+        let mut restricted = vec![f64::NAN; c];
+        transfer::restrict(&axes, &x, &mut restricted, &mut line);
+        close(&restricted, &times(&transposed(&p, cells[0] * cells[1]), &x), 1e-14);
+
+        let mut injected = vec![f64::NAN; c];
+        transfer::inject(&axes, &x, |k, fine| injected[k] = fine);
+        let places = nearest(fine, coarse);
+        for (k, &place) in places.iter().enumerate() {
+            assert_eq!(injected[k], x[place], "{fine:?} {k}");
+        }
+    }
+}
+
+/// Through four points a cubic is exact, whatever it is at the boundary.
+#[test]
+fn nested_interpolation_is_exact_for_cubics() {
+    for fine in [[9, 13], [10, 12], [11, 16], [27, 14]] {
+        let axes = fine.map(Axis::<f64>::new);
+        let [cx, cy] = axes.each_ref().map(Axis::coarse);
+        let cubic = |x: f64, y: f64| (1.0 + x - 3.0 * x * x * x) * (0.7 - y * y + 2.0 * y * y * y);
+        let on = |[nx, ny]: [usize; 2]| -> Vec<f64> {
+            let at = |i: usize, n: usize| (i + 1) as f64 / (n + 1) as f64;
+            (0..nx * ny).map(|k| cubic(at(k % nx, nx), at(k / nx, ny))).collect()
+        };
+        let mut interpolated = vec![f64::NAN; fine[0] * fine[1]];
+        let mut line = vec![f64::NAN; cx];
+        transfer::interpolate_smooth(&axes, &on([cx, cy]), &mut interpolated, &mut line);
+        close(&interpolated, &on(fine), 1e-13);
+    }
+}
+
+/// The problem on a grid, dense, with what its cycles need.
+struct Oracle {
+    a: Dense,
+    b: Dense,
+    omega: Vec<f64>,
+}
+
+impl Oracle {
+    fn k(&self, x: &[f64]) -> Vec<f64> {
+        let positive: Vec<f64> = x.iter().map(|x| x.max(0.0)).collect();
+        let negative: Vec<f64> = x.iter().zip(&self.omega).map(|(x, w)| w * x.min(0.0)).collect();
+        let (a, b) = (times(&self.a, &positive), times(&self.b, &negative));
+        a.iter().zip(b).map(|(a, b)| 2.0 * (a + b)).collect()
+    }
+
+    /// Scalar equation by scalar equation; each is solved by trying both signs.
+    fn sweep(&self, f: &[f64], x: &mut [f64], order: impl Iterator<Item = usize>) {
+        for i in order {
+            x[i] = 0.0;
+            let rest = -(self.k(x)[i] + f[i]);
+            let (up, down) =
+                (rest / (2.0 * self.a[i][i]), rest / (2.0 * self.b[i][i] * self.omega[i]));
+            x[i] = if up > 0.0 { up } else { down };
+        }
+    }
+
+    fn smooth(&self, f: &[f64], x: &mut [f64]) {
+        self.sweep(f, x, 0..f.len());
+        self.sweep(f, x, (0..f.len()).rev());
+    }
+}
+
+/// One cycle from the definitions, on a hierarchy of dense problems with their grids.
+fn cycle(grids: &[([usize; 2], Oracle)], visits: usize, f: &[f64], x: &mut [f64]) {
+    let [(fine, problem), rest @ ..] = grids else { return };
+    problem.smooth(f, x);
+    let Some((coarse, below)) = rest.first() else { return };
+    let p = hats(*fine, *coarse);
+    let cells = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
+    let defect: Vec<f64> = problem.k(x).iter().zip(f).map(|(k, f)| k + f).collect();
+    let restricted = times(&transposed(&p, cells[0] * cells[1]), &defect);
+    let injected: Vec<f64> = nearest(*fine, *coarse).iter().map(|&k| x[k]).collect();
+    let f_coarse: Vec<f64> =
+        restricted.iter().zip(below.k(&injected)).map(|(d, k)| d - k).collect();
+    let mut x_coarse = injected.clone();
+    for _ in 0..if rest.len() == 1 { 1 } else { visits } {
+        cycle(rest, visits, &f_coarse, &mut x_coarse);
+    }
+    let correction: Vec<f64> = x_coarse.iter().zip(&injected).map(|(x, old)| x - old).collect();
+    x.iter_mut().zip(times(&p, &correction)).for_each(|(x, p)| *x += p);
+    problem.smooth(f, x);
+}
+
+fn varying(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<'static, f64> {
+    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let off = |d: usize| 0.5 * noise(seed + 5 * (j * nx + i) + d) - 0.6;
+        [off(0), off(1), centre, off(2), off(3)]
+    })
+    .unwrap()
+}
+
+/// Sweeps, V- and W-cycles, forward and backward, on all shapes of grids that blocks of rows and columns can meet.
+#[test]
+fn cycles_are_those_of_the_definitions() {
+    for (seed, [nx, ny]) in
+        [[1, 1], [2, 3], [5, 3], [6, 6], [4, 9], [12, 7], [19, 5], [13, 14]].into_iter().enumerate()
+    {
+        let n = nx * ny;
+        let a = FivePoint::new(nx, ny, [-1.1, -0.9, 4.4, -0.8, -1.2]).unwrap();
+        let b = FivePoint::new(nx, ny, [-0.2, -0.9, 3.3, -0.7, 0.1]).unwrap();
+        let each = || Omega::Each((0..n).map(|k| 1.2 + 0.3 * noise(k + seed)).collect());
+        against_the_oracle(&Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap(), [nx, ny], seed);
+        against_the_oracle(&Hlcp::new(a, b, each()).unwrap(), [nx, ny], seed);
+        let (a, b) = (varying(nx, ny, 4.7, seed), varying(nx, ny, 3.9, seed + 3));
+        against_the_oracle(&Hlcp::new(a, b, each()).unwrap(), [nx, ny], seed);
+    }
+}
+
+fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
+    problem: &Hlcp<f64, A, B>,
+    grid: [usize; 2],
+    seed: usize,
+) {
+    let n = grid[0] * grid[1];
+    let mut levels = vec![];
+    let mut next = coarser(problem, grid, &Rediscretise).unwrap();
+    while let Some(level) = next {
+        next = coarser(&level.problem, level.grid(), &Rediscretise).unwrap();
+        levels.push(level);
+    }
+    let oracle = |a: Dense, b: Dense, omega: &Omega<f64>| {
+        let omega = (0..a.len()).map(|i| omega.at(i)).collect();
+        Oracle { a, b, omega }
+    };
+    let mut grids = vec![(grid, oracle(dense(problem.a()), dense(problem.b()), problem.omega()))];
+    for level in &levels {
+        let p = &level.problem;
+        grids.push((level.grid(), oracle(dense(p.a()), dense(p.b()), p.omega())));
+    }
+    let (q, start) = (list(n, seed + 5), list(n, seed + 6));
+    let f: Vec<f64> = q.iter().map(|q| 0.7 * q).collect();
+    let mut work = Work::new(grid);
+    for (kind, visits) in [(Cycle::V, 1), (Cycle::W, 2)] {
+        let (mut x, mut expected) = (start.clone(), start.clone());
+        let pair = Pair::new(problem, grid).unwrap();
+        let source = Source { factor: 0.7, entries: &q };
+        let mut equation = Equation { pair, f: source, coarser: &mut levels, work: &mut work };
+        for _ in 0..2 {
+            equation.cycle(kind, &mut x);
+            cycle(&grids, visits, &f, &mut expected);
+            close(&x, &expected, 1e-12);
+        }
+        let defect: Vec<f64> = grids[0].1.k(&x).iter().zip(&f).map(|(k, f)| k + f).collect();
+        close(equation.defect(&x), &defect, 1e-12);
+    }
+}
+
+/// Of constant coefficients: differences scale, the rest stays.
+#[test]
+fn constants_are_discretised_again() {
+    let axes = [15, 10].map(Axis::<f64>::new);
+    let grids = Grids { fine: [15, 10], coarse: [7, 4], axes: &axes };
+    let row = |[south, west, centre, east, north]: [f64; 5]| {
+        let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
+        let view: FivePointView<'_, f64> = a.as_five_point().unwrap();
+        let [coarse, _] = Rediscretise.coarsen([view, view], &grids).unwrap();
+        let coefficients = coarse.as_five_point().unwrap().coefficients();
+        coefficients.map(|c| match c {
+            hlcp_core::Coefficients::Constant(c) => c,
+            hlcp_core::Coefficients::Each(_) => panic!("constants stay constant"),
+        })
+    };
+    let (x, y) = (0.25, (5.0_f64 / 11.0).powi(2));
+    close(
+        &row([-3.0, -2.0, 10.7, -2.0, -3.0]),
+        &[-3.0 * y, -2.0 * x, 4.0 * x + 6.0 * y + 0.7, -2.0 * x, -3.0 * y],
+        1e-14,
+    );
+    // B of the disc and the identity.
+    close(&row([0.0, -1.0, 4.0, -1.0, 0.0]), &[0.0, -x, 2.0 + 2.0 * x, -x, 0.0], 1e-15);
+    close(&row([0.0, 0.0, 1.0, 0.0, 0.0]), &[0.0, 0.0, 1.0, 0.0, 0.0], 0.0);
+    // Upwind convection scales with the spacing alone, and central convection becomes upwind.
+    close(&row([0.0, -2.0, 2.0, 0.0, 0.0]), &[0.0, -1.0, 1.0, 0.0, 0.0], 1e-15);
+    close(&row([0.0, -1.5, 2.0, -0.5, 0.0]), &[0.0, -0.5, 0.5, 0.0, 0.0], 1e-15);
+}

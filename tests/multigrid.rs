@@ -1,0 +1,472 @@
+//! Multigrid: cycles that do not grow with the grid, honest ends, and what the documentation promises.
+
+use hlcp_core::{
+    Aor,
+    Coefficients::{Constant, Each},
+    Error, FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
+    Scalar, Tridiagonal, VaryingFivePoint,
+};
+use hlcp_methods::{
+    Coarsen, Cycle, Divergence, Grids, Limits, Method, Multigrid, Outcome, Solver, Status, Tmms,
+};
+use hlcp_verify::{Disc, Example, Posed};
+use proptest::prelude::*;
+
+/// The scene's problem with Ω = D_A D_B⁻¹.
+fn problem<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone>(
+    scene: &Posed<T, A, B>,
+) -> Hlcp<T, A, B> {
+    let omega = Omega::diagonal_ratio(T::one(), &scene.a, &scene.b).unwrap();
+    Hlcp::new(scene.a.clone(), scene.b.clone(), omega).unwrap()
+}
+
+fn solve_from_ones<T: Scalar, M: Method<T>>(
+    solver: &mut Solver<T, M>,
+    q: &[T],
+    limits: &Limits<T>,
+) -> Outcome {
+    solver.solve(q, &vec![T::one(); q.len()], limits).unwrap()
+}
+
+fn largest_difference<T: Scalar>(u: &[T], v: &[T]) -> f64 {
+    u.iter().zip(v).fold(0.0, |max, (&u, &v)| f64::max(max, (u - v).abs().to_f64().unwrap()))
+}
+
+fn disc_cycles(lcp: bool, m: usize, cycle: Cycle) -> usize {
+    let scene = Disc { lcp, m }.pose::<f64>().unwrap();
+    let mut solver = Solver::new(Multigrid::new(problem(&scene), cycle).unwrap());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    assert!(outcome.converged(), "{m}, lcp {lcp}, {cycle:?}: {outcome}");
+    assert_eq!(solver.method().coarse_grids_help(), Some(true));
+    // The inverse of A has the norm (m + 1)²/2π², and so have the mixtures of columns of A and B up to a small factor.
+    let inverse = ((m + 1) * (m + 1)) as f64;
+    assert!(largest_difference(solver.z(), &scene.z) <= inverse * 1e-10);
+    outcome.iterations
+}
+
+#[test]
+fn cycles_do_not_grow_with_the_grid() {
+    for lcp in [true, false] {
+        for m in [63, 127, 255, 511, 512] {
+            for cycle in [Cycle::W, Cycle::F] {
+                let cycles = disc_cycles(lcp, m, cycle);
+                assert!(cycles <= 13, "{m}, lcp {lcp}: {cycles}");
+            }
+        }
+        // Sizes of all kinds; 69, 109 and 189 were the worst below 200.
+        for m in [40, 47, 50, 69, 85, 96, 109, 120, 141, 189, 200, 250, 301] {
+            let cycles = disc_cycles(lcp, m, Cycle::W);
+            assert!(cycles <= 16, "{m}, lcp {lcp}: {cycles}");
+        }
+    }
+}
+
+/// In single precision the count is no larger, and the answer as good as the rounding of q lets it be.
+#[test]
+fn single_precision_takes_no_more_cycles() {
+    for lcp in [true, false] {
+        let scene = Disc { lcp, m: 127 }.pose::<f32>().unwrap();
+        let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
+        // The residual's rounding, 4 ε (‖q‖ + …), times the inverse of A: 4·6e-8·4·128·0.5/128·128² near 0.01.
+        assert!(largest_difference(solver.z(), &scene.z) <= 1e-2);
+    }
+}
+
+/// Contact on a disc in a rectangle, posed around its solution with any pair of operators.
+fn planted_disc<A: LinearOperator<f64>, B: LinearOperator<f64>>(
+    [nx, ny]: [usize; 2],
+    a: A,
+    b: B,
+    force: f64,
+) -> Posed<f64, A, B> {
+    let d = |k: usize| {
+        let [x, y] =
+            [((k % nx) + 1) as f64 / (nx + 1) as f64, ((k / nx) + 1) as f64 / (ny + 1) as f64];
+        0.16 - (x - 0.5).powi(2) - (y - 0.5).powi(2)
+    };
+    let z: Vec<f64> = (0..nx * ny).map(|k| 20.0 * d(k).max(0.0).powi(2)).collect();
+    let r: Vec<f64> = (0..nx * ny).map(|k| force * (-d(k)).max(0.0)).collect();
+    let (mut q, mut az) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
+    b.apply(&r, &mut q);
+    a.apply(&z, &mut az);
+    q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
+    Posed { a, b, q, z, r }
+}
+
+/// Sides that differ, spacings that differ, Ω that varies, γ, and the roles of z and r exchanged.
+#[test]
+fn rectangles_scalings_and_the_exchange_are_solved_alike() {
+    let [nx, ny] = [96, 41];
+    let a = FivePoint::new(nx, ny, [-0.3, -1.2, 3.0, -1.2, -0.3]).unwrap();
+    let b = FivePoint::new(nx, ny, [-0.1, -0.9, 3.5, -0.8, -0.2]).unwrap();
+    let scene = planted_disc([nx, ny], a, b, 0.7);
+    let omega = Omega::Each((0..nx * ny).map(|k| 0.9 + 0.2 * ((k / 7) as f64).sin()).collect());
+    let posed = Hlcp::new(a, b, omega).unwrap().with_gamma(1.7).unwrap();
+    let check = |z: &[f64], r: &[f64], outcome: Outcome| {
+        assert!(outcome.converged() && outcome.iterations <= 20, "{outcome}");
+        assert!(largest_difference(z, &scene.z) <= 1e-7 && largest_difference(r, &scene.r) <= 1e-7);
+    };
+    let mut solver = Solver::new(Multigrid::new(posed.clone(), Cycle::W).unwrap());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    check(solver.z(), solver.r(), outcome);
+    let mut solver = Solver::new(Multigrid::new(posed.exchanged().unwrap(), Cycle::W).unwrap());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    check(solver.z(), solver.r(), outcome);
+}
+
+/// −∇·(c∇·) with c = 1 in one half and c = 100 in the other, by harmonic means on the edges.
+fn jump(nx: usize, ny: usize) -> VaryingFivePoint<'static, f64> {
+    let c = |i: isize| if 2 * i < nx as isize { 1.0 } else { 100.0 };
+    let mean = |u: f64, v: f64| 2.0 * u * v / (u + v);
+    VaryingFivePoint::from_fn(nx, ny, |i, _| {
+        let i = i as isize;
+        let (west, east) = (mean(c(i - 1), c(i)), mean(c(i), c(i + 1)));
+        [-c(i), -west, west + east + 2.0 * c(i), -east, -c(i)]
+    })
+    .unwrap()
+}
+
+#[test]
+fn a_jump_in_the_coefficients_costs_few_cycles_more() {
+    for (m, lcp) in [(63, true), (80, true), (127, false)] {
+        let a = jump(m, m);
+        let scene = if lcp {
+            let b = VaryingFivePoint::from_fn(m, m, |_, _| [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
+            planted_disc([m, m], a, b, 10.0 / (m * m) as f64)
+        } else {
+            let b = VaryingFivePoint::from_fn(m, m, |i, _| {
+                [0.0, -1.0, 4.0 + (i as f64 / 9.0).sin(), -1.0, 0.0]
+            });
+            planted_disc([m, m], a, b.unwrap(), 1.0)
+        };
+        let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        assert!(outcome.converged() && outcome.iterations <= 20, "{m}: {outcome}");
+        assert!(largest_difference(solver.z(), &scene.z) <= 1e-6);
+    }
+}
+
+/// −Δ and the identity on any grid, in the scale of the finest.
+struct Membrane;
+
+impl Coarsen<f64> for Membrane {
+    fn coarsen(
+        &self,
+        _: [FivePointView<'_, f64>; 2],
+        grids: &Grids<'_, f64>,
+    ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+        let ([nx, ny], cells) = (grids.coarse, 64.0 * 64.0);
+        let [x, y] = [nx, ny].map(|m| ((m + 1) * (m + 1)) as f64 / cells);
+        let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Constant);
+        let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
+        Ok([VaryingFivePoint::new(nx, ny, a)?, VaryingFivePoint::new(nx, ny, b)?])
+    }
+}
+
+#[test]
+fn levels_of_a_users_own_serve_as_well() {
+    let scene = Disc { lcp: true, m: 63 }.pose::<f64>().unwrap();
+    let solve = |multigrid| {
+        let mut solver: Solver<f64, Multigrid<f64, _, _>> = Solver::new(multigrid);
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        assert!(outcome.converged());
+        (outcome.iterations, solver.x().to_vec())
+    };
+    // Powers of two: the same numbers, hence the same bits.
+    let own = Multigrid::with_levels(problem(&scene), Cycle::F, &Membrane).unwrap();
+    assert_eq!(own.grids().map(|[nx, _]| nx).collect::<Vec<_>>(), [63, 31, 15, 7, 3, 1]);
+    assert_eq!(solve(own), solve(Multigrid::new(problem(&scene), Cycle::F).unwrap()));
+}
+
+/// PETSc's obstacle problem on `m × m` nodes, boundary included, shifted to z = u − ψ; with the exact z.
+fn obstacle(m: usize) -> Posed<f64, FivePoint<f64>, Identity> {
+    let h = 4.0 / (m - 1) as f64;
+    let square = |i: usize, j: usize| {
+        let [x, y] = [i, j].map(|i| i as f64 * h - 2.0);
+        x * x + y * y
+    };
+    let psi = |s: f64| {
+        if s <= 0.9 {
+            (1.0 - s).sqrt()
+        } else {
+            0.19_f64.sqrt() - 0.9 / 0.19_f64.sqrt() * (s - 0.9)
+        }
+    };
+    let exact = |s: f64| {
+        let outside = -0.680_259_411_891_719 * s.sqrt().ln() + 0.471_519_893_402_112;
+        if s.sqrt() <= 0.697_965_148_223_374 { psi(s) } else { outside }
+    };
+    let n = m - 2;
+    let inner = |k: usize| [k % n + 1, k / n + 1];
+    let q = |k: usize| {
+        let [i, j] = inner(k);
+        let value = |i: usize, j: usize| {
+            let boundary = [i, j].iter().any(|&i| i == 0 || i == m - 1);
+            if boundary { exact(square(i, j)) } else { psi(square(i, j)) }
+        };
+        4.0 * psi(square(i, j))
+            - (value(i - 1, j) + value(i + 1, j) + value(i, j - 1) + value(i, j + 1))
+    };
+    let z = |k: usize| {
+        let [i, j] = inner(k);
+        exact(square(i, j)) - psi(square(i, j))
+    };
+    let a = FivePoint::new(n, n, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    Posed {
+        a,
+        b: Identity { order: n * n },
+        q: (0..n * n).map(q).collect(),
+        z: (0..n * n).map(z).collect(),
+        r: vec![],
+    }
+}
+
+/// The mean over all nodes and the largest distance.
+fn distances(m: usize, z: &[f64], other: &[f64]) -> [f64; 2] {
+    let sum: f64 = z.iter().zip(other).map(|(u, v)| (u - v).abs()).sum();
+    [sum / (m * m) as f64, largest_difference(z, other)]
+}
+
+#[test]
+fn nested_iteration_ends_below_the_discretisation_error() {
+    for m in [17, 65, 100, 129, 257] {
+        let scene = obstacle(m);
+        let mut multigrid = Multigrid::new(problem(&scene), Cycle::F).unwrap();
+        let mut x = vec![f64::NAN; scene.q.len()];
+        multigrid.nested(&Rhs::new(&scene.q).unwrap(), &mut x);
+        let nested: Vec<f64> = x.iter().map(|x| x.abs() + x).collect();
+        let mut solver = Solver::new(multigrid);
+        let outcome = solver.solve(&scene.q, &x, &Limits::default()).unwrap();
+        assert!(outcome.converged(), "{m}: {outcome}");
+        let discretisation = distances(m, solver.z(), &scene.z);
+        if m == 17 {
+            // PETSc prints 2.707e-03 and 1.428e-02.
+            assert!((discretisation[0] - 2.707e-3).abs() < 5e-7);
+            assert!((discretisation[1] - 1.428e-2).abs() < 5e-6);
+        }
+        let algebraic = distances(m, &nested, solver.z());
+        assert!(3.0 * algebraic[0] < discretisation[0], "{m}: {algebraic:?} {discretisation:?}");
+        assert!(algebraic[1] < discretisation[1], "{m}: {algebraic:?} {discretisation:?}");
+    }
+}
+
+/// Where signs alternate from point to point, coarse grids are no help: it is noticed, and sweeps take over.
+#[test]
+fn alternating_signs_are_left_to_sweeps() {
+    for symmetric in [true, false] {
+        for (mu, m) in [(4.0, 127), (4.0, 128), (0.0, 128)] {
+            let scene = Example { symmetric, m, mu, nu: mu }.pose::<f64>().unwrap();
+            let mut multigrid = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
+            let cycles = solve_from_ones(&mut multigrid, &scene.q, &Limits::default());
+            assert!(cycles.converged(), "{cycles}");
+            assert_eq!(multigrid.method().coarse_grids_help(), Some(false));
+            let tmgs = Tmms::mirrored(problem(&scene), Aor::gauss_seidel()).unwrap();
+            let sweeps = solve_from_ones(&mut Solver::new(tmgs), &scene.q, &Limits::default());
+            assert!(cycles.sweeps <= 2 * sweeps.sweeps, "{symmetric} {mu}: {cycles}, {sweeps}");
+            assert!(largest_difference(multigrid.z(), &scene.z) <= 1e-8);
+        }
+    }
+}
+
+/// V-cycles diverge on this obstacle, near its solution: the safeguard goes on without them.
+#[test]
+fn a_diverging_cycle_is_handed_to_sweeps() {
+    let scene = obstacle(64);
+    let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::V).unwrap());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    assert!(outcome.converged(), "{outcome}");
+}
+
+/// The pure Neumann problem: A is singular, and with Σq < 0 there is no solution, since Σr = Σq.
+#[test]
+fn a_problem_without_solution_is_not_solved() {
+    let [nx, ny] = [31, 20];
+    let a = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let inside =
+            [j > 0, i > 0, i + 1 < nx, j + 1 < ny].map(|inside| f64::from(u8::from(inside)));
+        let [south, west, east, north] = inside;
+        [-south, -west, south + west + east + north, -east, -north]
+    });
+    let problem = Hlcp::new(a.unwrap(), Identity { order: nx * ny }, Omega::Uniform(3.0)).unwrap();
+    let q: Vec<f64> = (0..nx * ny).map(|k| (k as f64).sin() - 0.2).collect();
+    let mut solver = Solver::new(Multigrid::new(problem, Cycle::W).unwrap());
+    let limits = Limits { iterations: 200, ..Limits::default() };
+    let outcome = solve_from_ones(&mut solver, &q, &limits);
+    assert!(!outcome.converged(), "{outcome}");
+    assert!(outcome.residual.l2 > 0.2 * (nx * ny) as f64 / (nx * ny) as f64);
+}
+
+/// Two H₊-matrices without the W-property: of the three solutions any will do, and nothing else will.
+#[test]
+fn a_pair_with_three_solutions_ends_at_one_or_none() {
+    let a = VaryingFivePoint::from_fn(2, 1, |i, _| [0.0, 0.0, 1.0, [-2.0, 0.0][i], 0.0]).unwrap();
+    let b = VaryingFivePoint::from_fn(2, 1, |i, _| [0.0, [0.0, -2.0][i], 1.0, 0.0, 0.0]).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
+    for start in [[1.0, 1.0], [-1.0, -1.0], [3.0, -2.0], [-0.2, 0.3]] {
+        let mut solver = Solver::new(Multigrid::new(problem.clone(), Cycle::W).unwrap());
+        let limits = Limits { iterations: 100, ..Limits::default() };
+        let outcome = solver.solve(&[1.0, -1.0], &start, &limits).unwrap();
+        let third = 1.0 / 3.0;
+        let solutions = [[0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0], [0.0, third, third, 0.0]];
+        let answer = [solver.z(), solver.r()].concat();
+        let solved = solutions.iter().any(|solution| largest_difference(solution, &answer) < 1e-9);
+        assert_eq!(outcome.converged(), solved, "{answer:?}: {outcome}");
+    }
+}
+
+/// Numbers without pattern for what varies from point to point.
+fn noise(k: usize) -> f64 {
+    let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// Strictly dominant pairs of coefficients without pattern, on which no coarse grid means anything.
+fn dominant(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<'static, f64> {
+    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let off = |d: usize| noise(seed + 5 * (j * nx + i) + d);
+        [off(0), off(1), centre + off(2), off(3), off(4)]
+    })
+    .unwrap()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// min(aᵢᵢ, ωᵢbᵢᵢ) exceeds the sum of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|): the sweeps contract from any start, whatever cycles do.
+    #[test]
+    fn dominant_pairs_are_solved_from_any_start(
+        nx in 1_usize..24, ny in 1_usize..24, seed in 0_usize..1000, size in -3..4_i32,
+        cycle in prop::sample::select(vec![Cycle::V, Cycle::F, Cycle::W]),
+    ) {
+        let (n, size) = (nx * ny, 10_f64.powi(size));
+        let (a, b) = (dominant(nx, ny, 7.0, seed), dominant(nx, ny, 8.0, seed + 7));
+        let signed: Vec<f64> = (0..n).map(|k| size * noise(seed + 3 * k)).collect();
+        let z: Vec<f64> = signed.iter().map(|s| s.max(0.0)).collect();
+        let r: Vec<f64> = signed.iter().map(|s| (-s).max(0.0)).collect();
+        let (mut q, mut az) = (vec![0.0; n], vec![0.0; n]);
+        b.apply(&r, &mut q);
+        a.apply(&z, &mut az);
+        q.iter_mut().zip(&az).for_each(|(q, az)| *q -= az);
+        let omega = Omega::Each((0..n).map(|k| 1.1 + 0.1 * noise(seed + k)).collect());
+        let problem = Hlcp::new(a, b, omega).unwrap().with_gamma(0.6).unwrap();
+        let mut solver = Solver::new(Multigrid::new(problem, cycle).unwrap());
+        let start: Vec<f64> = (0..n).map(|k| 1e3 * noise(k + seed)).collect();
+        let limits = Limits { absolute: 1e-12 * size * (n as f64).sqrt(), ..Limits::default() };
+        let outcome = solver.solve(&q, &start, &limits).unwrap();
+        prop_assert!(outcome.converged(), "{outcome}");
+        // The margin is at least 6 − 4·1.2.
+        let off = 1.2 / 1.2 * outcome.residual.linf + 1e-14 * size;
+        prop_assert!(largest_difference(solver.z(), &z) <= off);
+        prop_assert!(largest_difference(solver.r(), &r) <= 1.2 * off);
+    }
+
+    /// A solution is a fixed point of cycles and of sweeps, up to rounding; and the norms are the input's own.
+    #[test]
+    fn solutions_are_fixed_points(
+        nx in 1_usize..40, ny in 1_usize..40, seed in 0_usize..1000,
+        cycle in prop::sample::select(vec![Cycle::V, Cycle::F, Cycle::W]),
+    ) {
+        let n = nx * ny;
+        let a = FivePoint::new(nx, ny, [-1.1, -0.9, 4.6, -1.2, -0.8]).unwrap();
+        let b = FivePoint::new(nx, ny, [-0.2, -0.7, 3.1, -0.6, -0.3]).unwrap();
+        let z: Vec<f64> = (0..n).map(|k| noise(seed + k / 5).max(0.0)).collect();
+        let r: Vec<f64> = (0..n).map(|k| (-noise(seed + k / 5)).max(0.0)).collect();
+        let (mut q, mut az) = (vec![0.0; n], vec![0.0; n]);
+        b.apply(&r, &mut q);
+        a.apply(&z, &mut az);
+        q.iter_mut().zip(&az).for_each(|(q, az)| *q -= az);
+        let problem = Hlcp::new(a, b, Omega::Uniform(1.4)).unwrap().with_gamma(1.7).unwrap();
+        let mut multigrid = Multigrid::new(problem.clone(), cycle).unwrap();
+        let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
+        problem.modulus(&z, &r, &mut x);
+        let rhs = Rhs::new(&q).unwrap();
+        for _ in 0..12 {
+            let norms = multigrid.step(0, &rhs, &x, &mut y);
+            // A defect is a sum of a dozen terms of the size of 2·4.6·γ, and a cycle's inverse is at most 1/0.3 or so.
+            prop_assert!(largest_difference(&x, &y) <= 1e-13 && norms.linf <= 1e-14);
+            std::mem::swap(&mut x, &mut y);
+        }
+        // Elsewhere the norms are those of A z − B r + q.
+        let far: Vec<f64> = (0..n).map(|k| 3.0 * noise(seed + 11 * k)).collect();
+        let norms = multigrid.step(0, &rhs, &far, &mut y);
+        let (mut z, mut r) = (vec![0.0; n], vec![0.0; n]);
+        problem.recover(&far, &mut z, &mut r);
+        let Norms { l2, linf } = problem.residual(&rhs, &z, &r, &mut vec![]);
+        prop_assert!((norms.l2 / l2 - 1.0).abs() < 1e-13 && (norms.linf / linf - 1.0).abs() < 1e-13);
+    }
+}
+
+/// What is wrong is refused with its numbers.
+#[test]
+fn bad_operators_are_refused() {
+    let a = FivePoint::new(4, 3, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let other = FivePoint::new(3, 4, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let refused = Multigrid::new(Hlcp::new(a, other, Omega::Uniform(1.0)).unwrap(), Cycle::W);
+    assert!(matches!(refused, Err(Error::NotFivePoint { what: "B" })));
+    let shut = Tridiagonal::new(12, |_| [-1.0, 4.0, -1.0]).unwrap();
+    let refused = Multigrid::new(Hlcp::new(shut, a, Omega::Uniform(1.0)).unwrap(), Cycle::W);
+    assert!(matches!(refused, Err(Error::NotFivePoint { what: "A" })));
+    let centre: Vec<f64> = (0..12).map(|k| if k == 7 { 0.0 } else { 4.0 }).collect();
+    let off = Constant(-1.0);
+    let hole = VaryingFivePoint::new(4, 3, [off, off, Each(&centre), off, off]).unwrap();
+    let refused = Multigrid::new(Hlcp::new(a, hole, Omega::Uniform(1.0)).unwrap(), Cycle::W);
+    assert!(matches!(refused, Err(Error::NotPositive { index: 7, .. })));
+}
+
+/// An operator that breaks its promise of finite coefficients.
+#[derive(Clone)]
+struct Spoilt;
+
+impl LinearOperator<f64> for Spoilt {
+    fn order(&self) -> usize {
+        6
+    }
+
+    fn apply(&self, _: &[f64], y: &mut [f64]) {
+        y.fill(f64::NAN);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        let off = Constant(f64::NAN);
+        Some(FivePointView::new(2, 3, [Constant(-1.0), off, Constant(4.0), off, Constant(-1.0)]))
+    }
+}
+
+#[test]
+fn nan_never_passes_for_success() {
+    struct Sound;
+    impl Coarsen<f64> for Sound {
+        fn coarsen(
+            &self,
+            _: [FivePointView<'_, f64>; 2],
+            grids: &Grids<'_, f64>,
+        ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+            let [nx, ny] = grids.coarse;
+            let unit = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
+            Ok([VaryingFivePoint::new(nx, ny, unit)?, VaryingFivePoint::new(nx, ny, unit)?])
+        }
+    }
+    let problem = || Hlcp::new(Spoilt, Identity { order: 6 }, Omega::Uniform(4.0)).unwrap();
+    assert!(matches!(Multigrid::new(problem(), Cycle::W), Err(Error::NotFinite { .. })));
+    let mut solver = Solver::new(Multigrid::with_levels(problem(), Cycle::W, &Sound).unwrap());
+    let outcome = solver.solve(&[-1.0; 6], &[1.0; 6], &Limits::default()).unwrap();
+    assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
+}
+
+/// The same bits again, after a solve of something else, and from a start that is solved already no iteration.
+#[test]
+fn a_second_solve_is_the_first() {
+    let scene = Disc { lcp: false, m: 50 }.pose::<f64>().unwrap();
+    let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
+    let first = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let x = solver.x().to_vec();
+    let other: Vec<f64> = scene.q.iter().map(|q| -q).collect();
+    let _ = solve_from_ones(&mut solver, &other, &Limits::default());
+    let second = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    assert_eq!((first.iterations, first.residual), (second.iterations, second.residual));
+    assert_eq!(solver.x(), x);
+    let solved = solver.solve(&scene.q, &x, &Limits::default()).unwrap();
+    assert!(solved.converged() && solved.iterations == 0);
+}
