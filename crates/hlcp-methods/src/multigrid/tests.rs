@@ -138,6 +138,18 @@ fn nested_interpolation_is_exact_for_cubics() {
     }
 }
 
+/// Half-way between two inner nodes the four around have the weights −1, 9, 9, −1 over 16.
+#[test]
+fn nested_interpolation_is_centred() {
+    let axes = [27, 1].map(Axis::<f64>::new);
+    let mut unit = vec![0.0; 13];
+    unit[4] = 16.0;
+    let mut fine = vec![f64::NAN; 27];
+    transfer::interpolate_smooth(&axes, &unit, &mut fine, &mut [f64::NAN; 13]);
+    let around: Vec<f64> = (6..13).step_by(2).map(|k| fine[k]).collect();
+    close(&around, &[-1.0, 9.0, 9.0, -1.0], 1e-13);
+}
+
 /// The problem on a grid, dense, with what its cycles need.
 struct Oracle {
     a: Dense,
