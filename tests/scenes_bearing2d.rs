@@ -62,6 +62,15 @@ fn the_bearing_is_its_balance() {
     assert!((assembled(&a) - &dense_a).amax() <= 8.0 * f64::EPSILON * dense_a.amax());
     assert!((assembled(&b) - &dense_b).amax() <= 8.0 * f64::EPSILON * dense_b.amax());
     assert!((DVector::from_vec(q) - &dense_q).amax() <= 8.0 * f64::EPSILON);
+    // What all cells together lose, for any z and r, is what is drawn less what returns and what the ends take.
+    let any = |seed: f64| {
+        DVector::from_fn(24, |i, _| (f64::sin((i * i) as f64 * seed) * 437.5453).fract().abs())
+    };
+    let (z, r) = (any(12.9898), any(78.233));
+    let lost = (&dense_a * &z - &dense_b * &r + &dense_q).sum();
+    let [drawn, returned, ends] = scene.flows(z.as_slice(), r.as_slice());
+    // 24 cells with seven terms each.
+    assert!((returned + ends - drawn - lost).abs() <= 168.0 * f64::EPSILON * dense_a.amax());
     let (narrow, _, _) = scene.pose::<f32>().unwrap();
     for i in 0..24 {
         let off = f64::from(narrow.diagonal_entry(i)) - dense_a[(i, i)];
@@ -163,7 +172,7 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
 
 /// The solution of a small problem by active sets: where z or r would be negative, the other takes its place.
 ///
-/// The splitting methods take some N³ iterations where a film forms again: the front moves a cell at a time.
+/// The splitting methods do not get there within 30,000 iterations where the film of 95 points forms again.
 fn by_active_sets(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> [Vec<f64>; 2] {
     let n = q.len();
     let mut full = vec![true; n];

@@ -21,7 +21,7 @@ use super::{check, narrow, positive, wide};
 /// ```
 ///
 /// whose sum the diagonal takes. `A` is an M-matrix, so the splitting methods converge from any start for
-/// `α ≤ 1`, in a number of iterations that grows like that of the points. `ξ` is the fast index.
+/// `α ≤ 1` and `τ ≥ 1`, in a number of iterations that grows like that of the points. `ξ` is the fast index.
 ///
 /// Without mass conservation: where the pressure would be negative it is cut off. [`Bearing2d`](crate::Bearing2d) keeps
 /// the balance.

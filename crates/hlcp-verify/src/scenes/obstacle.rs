@@ -14,8 +14,8 @@ use super::{check, narrow, wide};
 /// five-point stencil `(4; −1, −1, −1, −1)` at the inner ones, `u = ψ + z` makes it an LCP: `B = I`, `q = Aψ` less the
 /// boundary's values. `r` is the force of the dome on the membrane, times the spacing squared.
 ///
-/// `A` is an irreducibly dominant M-matrix: the splitting methods converge from any start for `α ≤ 1`, in a number of
-/// iterations that grows like `m²`.
+/// `A` is an irreducibly dominant M-matrix: the splitting methods converge from any start for `α ≤ 1` and `τ ≥ 1`, in a
+/// number of iterations that grows like `m²`.
 ///
 /// # Source
 ///
