@@ -197,7 +197,7 @@ fn work_precision(
     let point = |run: &Measured| {
         let [fastest, _, slowest] = run.spread();
         let spread = (!by_sweeps && run.reached).then_some([fastest, slowest]);
-        let x = if run.reached { work(run)? } else { edge };
+        let x = if run.reached { work(run)? } else { 0.9 * edge };
         Some(Point { x, y: run.error.max(NOTHING), spread, reached: run.reached })
     };
     let series: Vec<Series> = order

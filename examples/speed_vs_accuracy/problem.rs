@@ -24,13 +24,15 @@ pub(crate) struct Posed<T> {
     pub(crate) q: Vec<T>,
 }
 
+/// `z` and `r`.
+type Solution = [Vec<f64>; 2];
+
 /// A problem with its solution.
 pub(crate) struct Problem {
     pub(crate) scene: Scene,
     pub(crate) wide: Posed<f64>,
     pub(crate) narrow: Posed<f32>,
-    /// The solution's `z` and `r`.
-    pub(crate) truth: [Vec<f64>; 2],
+    pub(crate) truth: Solution,
     /// A proved bound on the error of `truth`: it is planted, but `q` is rounded.
     pub(crate) doubt: f64,
 }
@@ -51,9 +53,6 @@ fn wide<T: Scalar>(v: T) -> f64 {
     v.to_f64().unwrap_or(f64::NAN)
 }
 
-/// z* and r* where they are planted.
-type Truth = Option<[Vec<f64>; 2]>;
-
 impl Scene {
     /// A name with the scene's parameters.
     pub(crate) fn name(self) -> String {
@@ -73,7 +72,8 @@ impl Scene {
     /// The problem in both precisions.
     pub(crate) fn pose(self) -> Result<Problem, Box<dyn Error>> {
         let (wide, truth) = self.posed::<f64>()?;
-        let (narrow, _) = self.posed::<f32>()?;
+        let (mut narrow, _) = self.posed::<f32>()?;
+        narrow.q = wide.q.iter().map(|&q| q as f32).collect();
         let truth = match truth {
             Some(truth) => truth,
             None => to_the_floor(&wide)?,
@@ -84,7 +84,7 @@ impl Scene {
     }
 
     /// The problem in one precision, with its solution where one is planted.
-    fn posed<T: Scalar>(self) -> Result<(Posed<T>, Truth), Box<dyn Error>> {
+    fn posed<T: Scalar>(self) -> Result<(Posed<T>, Option<Solution>), Box<dyn Error>> {
         let widened = |v: &[T]| v.iter().map(|&v| wide(v)).collect::<Vec<_>>();
         let (mut posed, generic) = match self {
             Self::Paper { example, generic } => (example.pose::<T>()?, generic),
@@ -95,10 +95,10 @@ impl Scene {
             }
         };
         if generic {
-            // Multiples of 1/1024 up to 2: q is exact, and the planted pair solves what is posed.
+            // Thirty bits below 2: q is exact in double precision, and the planted pair solves what is posed there.
             let mut az = vec![T::zero(); posed.q.len()];
             for k in 0..posed.q.len() {
-                let size = (1 + k.wrapping_mul(0x9e37_79b9) % 2047) as f64 / 1024.0;
+                let size = (1 + k.wrapping_mul(0x9e37_79b9) % (1 << 30)) as f64 / (1 << 29) as f64;
                 let size = T::from(size).unwrap_or_else(T::nan);
                 posed.z[k] *= size;
                 posed.r[k] *= size;
@@ -113,7 +113,7 @@ impl Scene {
 }
 
 /// The solution of a problem that has none planted: MSOR until it rests.
-fn to_the_floor(posed: &Posed<f64>) -> Result<[Vec<f64>; 2], Box<dyn Error>> {
+fn to_the_floor(posed: &Posed<f64>) -> Result<Solution, Box<dyn Error>> {
     let Posed { a, b, q } = posed;
     let omega = Omega::diagonal_ratio(1.0, a, b)?;
     let mut solver = Solver::new(Mms::new(Hlcp::new(a, b, omega)?, Aor::sor(1.2)?)?);

@@ -12,6 +12,7 @@
 
 mod amms;
 mod anderson;
+mod auto;
 mod krylov;
 mod limits;
 mod method;
@@ -27,6 +28,7 @@ mod watch;
 
 pub use amms::Amms;
 pub use anderson::Anderson;
+pub use auto::Auto;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm};
 pub use method::Method;
