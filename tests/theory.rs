@@ -589,6 +589,10 @@ fn hypotheses_are_reported_one_by_one() {
     assert!(sign.omega.is_yes() && sign.compatible.is_yes());
     let above = theorem_1(&problem, &[AorStep::new(1.001, 1.0)]);
     assert_eq!(above.compatible, entry(0, 0));
+    let of_b = AorStep { b: [1.0, 1.5], ..gauss_seidel[0] };
+    assert_eq!(theorem_1(&problem, &[of_b]).compatible, entry(1, 0));
+    let amgs = theorem_2(&problem, &[gauss_seidel[0].accelerated()]);
+    assert!(matches!(amgs.parameters, Answer::No(Failure::Parameter(_))));
     // (8): ωb₀₀ = 0.8 < 1 = |a₀₁|, and ωb₁₁ = 0.6 > |a₁₀|, but 0.8·0.6 < 1·0.5.
     let small = theorem_1(&with(a.clone(), 0.2), &gauss_seidel);
     assert!(matches!(small.omega, Answer::No(Failure::Radius(_))) && small.a_is_h_plus.is_yes());
