@@ -593,6 +593,9 @@ fn hypotheses_are_reported_one_by_one() {
     assert_eq!(theorem_1(&problem, &[of_b]).compatible, entry(1, 0));
     let amgs = theorem_2(&problem, &[gauss_seidel[0].accelerated()]);
     assert!(matches!(amgs.parameters, Answer::No(Failure::Parameter(_))));
+    // Zeros that are visited are entries of a Z-matrix; equality is not strict.
+    assert!(is_z(&Matrix(dmatrix![1.0, 0.0; -1.0, 1.0])).is_yes());
+    assert_eq!(is_strictly_dominant(&Matrix(dmatrix![2.0, -1.0; 1.0, 1.0])), entry(1, 1));
     // (8): ωb₀₀ = 0.8 < 1 = |a₀₁|, and ωb₁₁ = 0.6 > |a₁₀|, but 0.8·0.6 < 1·0.5.
     let small = theorem_1(&with(a.clone(), 0.2), &gauss_seidel);
     assert!(matches!(small.omega, Answer::No(Failure::Radius(_))) && small.a_is_h_plus.is_yes());
