@@ -77,7 +77,8 @@ pub(crate) struct Arguments {
     #[arg(long, requires = "method")]
     pub(crate) out_r: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM… and TM… alike,
-    /// TMJSOR1–4 TMGSJ TMGSSOR1–3; NEWTON; ANDERSON
+    /// TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGW MGF FMG, multigrid; NEWTON; ANDERSON;
+    /// AUTO, which chooses
     #[arg(long)]
     pub(crate) method: Option<String>,
     /// The method that ANDERSON accelerates and NEWTON falls back on [default: TMGS]

@@ -3,7 +3,10 @@
 use std::error::Error;
 
 use hlcp_core::{Hlcp, Rows, Scalar};
-use hlcp_methods::{Anderson, Method, Named, Newton, Ssor, TridiagonalPart};
+use hlcp_methods::{
+    Anderson, Auto, Cycle, FullMultigrid, Method, Multigrid, Named, Newton, Parameters, Ssor,
+    TridiagonalPart,
+};
 use hlcp_verify::AorStep;
 
 use crate::arguments::Arguments;
@@ -18,6 +21,9 @@ enum Kind {
     Paper(Named),
     Anderson { base: Named, window: usize },
     Newton { base: Named },
+    Multigrid(Cycle),
+    FullMultigrid,
+    Auto,
 }
 
 /// Any method on a problem with operators `A` and `B`.
@@ -30,11 +36,19 @@ impl Choice {
         let parse = |name: &str, parameters| Named::parse(name, parameters);
         let parameters = arguments.parameters();
         let of_base = || parse(base.as_deref().unwrap_or("TMGS"), parameters);
+        let fixed = ["MGW", "MGF", "FMG", "AUTO"].contains(&name.as_str());
+        if fixed && parameters != Parameters::default() {
+            return Err(format!("{name} takes no alpha and no beta").into());
+        }
         let kind = match name.as_str() {
             "ANDERSON" => Kind::Anderson { base: of_base()?, window: window.unwrap_or(10).into() },
             _ if window.is_some() => return Err("--window is ANDERSON's".into()),
             "NEWTON" => Kind::Newton { base: of_base()? },
             _ if base.is_some() => return Err("--base is ANDERSON's and NEWTON's".into()),
+            "MGW" => Kind::Multigrid(Cycle::W),
+            "MGF" => Kind::Multigrid(Cycle::F),
+            "FMG" => Kind::FullMultigrid,
+            "AUTO" => Kind::Auto,
             _ => Kind::Paper(parse(&name, parameters)?),
         };
         Ok(Self { name, kind })
@@ -47,8 +61,8 @@ impl Choice {
     ) -> Result<Boxed<'p, T, A, B>, Box<dyn Error>>
     where
         T: Scalar,
-        A: Rows<T> + 'p,
-        B: Rows<T> + 'p,
+        A: Rows<T> + Clone + 'p,
+        B: Rows<T> + Clone + 'p,
     {
         Ok(match &self.kind {
             Kind::Paper(named) => named.on(problem)?,
@@ -60,6 +74,9 @@ impl Choice {
                     Box::new(Newton::new(base.on(problem)?, Ssor))
                 }
             }
+            Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, *cycle)?),
+            Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
+            Kind::Auto => Box::new(Auto::new(problem)?),
         })
     }
 

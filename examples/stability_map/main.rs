@@ -212,7 +212,7 @@ fn solve<T: Scalar>(
     let (a, b): (&dyn Rows<T>, &dyn Rows<T>) = (&*posed.a, &*posed.b);
     let parameters = Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() };
     let method = Named::parse(method, parameters)?.on(Hlcp::new(a, b, omega)?)?;
-    let per_iteration = method.sweeps();
+    let per_iteration = method.sweeps(1);
     let mut solver = Solver::new(method).with_history(SWEEPS + 1);
     let relative = to(if to(1e-12) < T::epsilon() { 1e-5 } else { 1e-12 });
     let limits = Limits {

@@ -157,8 +157,8 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         self.base.problem()
     }
 
-    fn sweeps(&self) -> usize {
-        self.base.sweeps()
+    fn sweeps(&self, iterations: usize) -> usize {
+        self.base.sweeps(iterations)
     }
 
     fn restart(&mut self) {

@@ -1,68 +1,100 @@
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
+use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
-use crate::Method;
+use crate::{AdaptiveSor, Cycle, Method, Multigrid, Newton, TridiagonalPart};
 
-/// A method that chooses its own parameters: SOR by AMMS or by MMS, with the α that shrinks the residual fastest.
+/// The method for people who do not want to choose one.
 ///
-/// It starts as AMSOR with α = 1.1. While a sweep takes off less than two fifths of the residual, it tries its neighbours for
-/// some sweeps each (MMS in the place of AMMS or the reverse, a smaller and a larger `2 − α`), and moves where the residual
-/// falls faster. All sweeps, those that try something too, work on the same iterate, so none is lost. Where nothing is better it
-/// looks longer the next time, and a choice under which the residual grows threefold is left at once and not tried again.
+/// * Where `A` and `B` are tridiagonal: [`Newton`] with a direct inner solve, which falls back on [`AdaptiveSor`].
+/// * Otherwise [`AdaptiveSor`], which finds α as it goes; and if both operators are five-point ones on one grid and the first 24
+///   sweeps show that 200 more would not do, W-cycles of [`Multigrid`], which in their turn give way to sweeps
+///   where no coarse grid helps.
 ///
-/// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does well.
+/// All of it works on one iterate: nothing is computed twice, and a choice that fails is left within the same solve.
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` a sweep, as [`Amms`](crate::Amms); no storage.
+/// One walk over the rows of `A` and `B` to begin with, then that of the method at work; the storage of Newton's method or of
+/// multigrid where they may be called.
 ///
 /// # Convergence
 ///
-/// None is proved: the relaxed theorem of `docs/theory.md` covers a sequence of such steps up to an α that is often below the ones
-/// that do well.
-///
-/// # Source
-///
-/// None; that α may be chosen by watching the residual is common for SOR on linear systems (D. M. Young, *Iterative Solution of
-/// Large Linear Systems*, 1971, chapter 6).
+/// That of the method at work.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
 /// use hlcp_methods::{Auto, Limits, Solver};
 ///
-/// let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 32 * 32 }, Omega::Uniform(4.0))?;
-/// let q: Vec<f64> = (0..32 * 32).map(|k| if k % 32 < 20 { -0.01 } else { 0.02 }).collect();
+/// let a = FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 10_000 }, Omega::Uniform(4.0))?;
+/// let q: Vec<f64> = (0..10_000).map(|k| if k % 100 < 60 { -1e-3 } else { 2e-3 }).collect();
 ///
 /// let mut solver = Solver::new(Auto::new(problem)?);
-/// let outcome = solver.solve(&q, &vec![1.0; 32 * 32], &Limits::default())?;
-/// assert!(outcome.converged() && solver.method().alpha() > 1.5);
+/// let outcome = solver.solve(&q, &vec![1.0; 10_000], &Limits::default())?;
+/// assert!(outcome.converged() && solver.method().uses() == "multigrid");
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct Auto<T, A, B> {
-    problem: Hlcp<T, A, B>,
-    search: Search,
+pub struct Auto<T: Scalar, A, B> {
+    sor: AdaptiveSor<T, A, B>,
+    other: Option<Other<T, A, B>>,
+    // Sweeps of SOR so far, and the residuals after the twelfth and the twenty-fourth.
+    swept: usize,
+    seen: [f64; 2],
 }
 
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Auto<T, A, B> {
-    /// The method on `problem`.
+/// What is there beside SOR.
+#[derive(Debug, Clone)]
+enum Other<T: Scalar, A, B> {
+    Newton(Box<Direct<T, A, B>>),
+    Multigrid(Box<Multigrid<T, A, B>>),
+}
+
+/// Newton's method with elimination in tridiagonal operators.
+type Direct<T, A, B> = Newton<T, AdaptiveSor<T, A, B>, TridiagonalPart<T>>;
+
+/// The sweeps that SOR is watched for, from the middle on.
+const WATCHED: usize = 24;
+/// The least that a sweep is to take off the logarithm of the residual: ten digits in 230 sweeps.
+const SLOW: f64 = 0.1;
+
+impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
+    /// The method on `problem`; operators are cloned, so give large ones by reference.
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](Step::check) refuses.
+    /// What the [`Aor`](hlcp_core::Aor)'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        Aor::gauss_seidel().check(&problem)?;
-        Ok(Self { problem, search: Search::default() })
+        let sor = AdaptiveSor::new(problem.clone())?;
+        let other = if is_tridiagonal(problem.a()) && is_tridiagonal(problem.b()) {
+            Some(Other::Newton(Box::new(Newton::new(sor.clone(), TridiagonalPart::new()))))
+        } else {
+            let multigrid = Multigrid::new(problem, Cycle::W).ok();
+            multigrid.map(|multigrid| Other::Multigrid(Box::new(multigrid)))
+        };
+        Ok(Self { sor, other, swept: 0, seen: [f64::NAN; 2] })
+    }
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Auto<T, A, B> {
+    /// What is at work: `"newton"`, `"multigrid"`, or `"amsor"` or `"msor"` with the α of [`alpha`](Self::alpha).
+    pub fn uses(&self) -> &'static str {
+        match &self.other {
+            Some(Other::Newton(_)) => "newton",
+            Some(Other::Multigrid(_)) if self.is_slow() => "multigrid",
+            _ if self.sor.is_accelerated() => "amsor",
+            _ => "msor",
+        }
     }
 
-    /// The α in use.
+    /// The α in use where SOR is at work.
     pub fn alpha(&self) -> f64 {
-        2.0 - self.search.choice.gap
+        self.sor.alpha()
     }
 
-    /// Whether AMMS is in use, rather than MMS.
-    pub fn is_accelerated(&self) -> bool {
-        self.search.choice.accelerated
+    /// Whether SOR has been watched long enough and found wanting.
+    fn is_slow(&self) -> bool {
+        let rate = (self.seen[0] / self.seen[1]).ln() / (WATCHED / 2) as f64;
+        self.swept > WATCHED && (rate.is_nan() || rate < SLOW)
     }
 }
 
@@ -71,166 +103,60 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
     type B = B;
 
     fn problem(&self) -> &Hlcp<T, A, B> {
-        &self.problem
+        self.sor.problem()
+    }
+
+    fn sweeps(&self, iterations: usize) -> usize {
+        match &self.other {
+            Some(Other::Newton(newton)) => newton.sweeps(iterations),
+            Some(Other::Multigrid(multigrid)) => {
+                let swept = iterations.min(self.swept);
+                swept + multigrid.sweeps(iterations - swept)
+            }
+            None => iterations,
+        }
     }
 
     fn restart(&mut self) {
-        self.search = Search::default();
+        self.sor.restart();
+        (self.swept, self.seen) = (0, [f64::NAN; 2]);
+        match &mut self.other {
+            Some(Other::Newton(newton)) => newton.restart(),
+            Some(Other::Multigrid(multigrid)) => multigrid.restart(),
+            None => {}
+        }
+    }
+
+    fn linear_iterations(&self) -> Option<usize> {
+        match &self.other {
+            Some(Other::Newton(newton)) => newton.linear_iterations(),
+            _ => None,
+        }
     }
 
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "a sweep is one step");
-        let alpha = T::from(self.alpha()).and_then(|alpha| Aor::sor(alpha).ok());
-        let sor = alpha.unwrap_or(Aor::gauss_seidel());
-        let norms = if self.is_accelerated() {
-            sor.accelerated_step(&self.problem, q, x, y)
-        } else {
-            sor.step(&self.problem, q, x, y, &mut Vec::new())
-        };
-        self.search.see(norms.l2);
-        norms
-    }
-}
-
-/// What is in use: AMMS or MMS, and `2 − α`, to which the best rate of SOR is proportional.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Choice {
-    accelerated: bool,
-    gap: f64,
-}
-
-/// A neighbour to try.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Trial {
-    Other,
-    Larger,
-    Halfway,
-    Smaller,
-}
-
-/// The search for the fastest choice, driven by the residuals alone.
-#[derive(Debug, Clone)]
-struct Search {
-    choice: Choice,
-    /// The best choice, and how much a sweep took off the logarithm of the residual when it was last seen.
-    best: (Choice, f64),
-    trial: Option<Trial>,
-    /// The choice in use before the trials.
-    home: Choice,
-    /// The gaps at which MMS and AMMS were given up.
-    barriers: [f64; 2],
-    /// How long to judge, and how many windows to wait for the next trials.
-    patience: usize,
-    pause: usize,
-    /// Sweeps into the window, and the residuals at its beginning and its middle.
-    at: usize,
-    begin: f64,
-    middle: f64,
-}
-
-/// A sweep that takes off two fifths of the residual needs no improvement: log(1/0.6).
-const FAST: f64 = 0.51;
-/// What the gap is multiplied by for half a trial.
-const RATIO: f64 = 0.84;
-/// Growth of the residual within a window at which a choice is given up.
-const GIVE_UP: f64 = 3.0;
-
-impl Default for Search {
-    fn default() -> Self {
-        let choice = Choice { accelerated: true, gap: 0.9 };
-        Self {
-            choice,
-            best: (choice, 0.0),
-            trial: None,
-            home: choice,
-            barriers: [0.0; 2],
-            patience: 1,
-            pause: 0,
-            at: 0,
-            begin: f64::NAN,
-            middle: f64::NAN,
-        }
-    }
-}
-
-impl Search {
-    /// Sweeps to judge a choice by: errors of SOR live for some 1/(2 − α) sweeps.
-    fn window(&self) -> usize {
-        2 * self.patience * (3.0 / self.choice.gap).ceil() as usize
-    }
-
-    /// Takes in the residual of the next iterate.
-    fn see(&mut self, residual: f64) {
-        if self.at == 0 {
-            self.begin = residual;
-        }
-        if self.at == self.window() / 2 {
-            self.middle = residual;
-        }
-        let lost = residual.is_nan() || residual > GIVE_UP * self.begin;
-        if lost || self.at == self.window() {
-            let rate = (self.middle / residual).ln() / (self.window() - self.window() / 2) as f64;
-            if lost {
-                self.barriers[usize::from(self.choice.accelerated)] = self.choice.gap;
+        let slow = self.is_slow();
+        match &mut self.other {
+            Some(Other::Newton(newton)) => newton.step(k, q, x, y),
+            Some(Other::Multigrid(multigrid)) if slow => multigrid.step(k, q, x, y),
+            _ => {
+                let norms = self.sor.step(k, q, x, y);
+                // The residual is that of the iterate before this sweep.
+                if self.swept == WATCHED / 2 || self.swept == WATCHED {
+                    self.seen[self.swept / WATCHED] = norms.l2;
+                }
+                self.swept += 1;
+                norms
             }
-            self.judge(if lost { f64::NEG_INFINITY } else { rate });
-            (self.at, self.begin) = (0, residual);
         }
-        self.at += 1;
     }
+}
 
-    /// Decides what to use next, given the rate of the choice in use.
-    fn judge(&mut self, rate: f64) {
-        let Some(trial) = self.trial else {
-            self.best = (self.choice, rate);
-            if rate == f64::NEG_INFINITY {
-                self.choice.gap = (self.choice.gap / RATIO).min(1.9);
-                self.pause = 1;
-            } else if rate < FAST && self.pause == 0 {
-                self.home = self.choice;
-                self.attempt(Trial::Other);
-            } else {
-                self.pause = self.pause.saturating_sub(1);
-            }
-            return;
-        };
-        let better = rate > 1.02 * self.best.1;
-        if better {
-            self.best = (self.choice, rate);
-        }
-        match trial {
-            Trial::Larger if better => self.attempt(Trial::Larger),
-            Trial::Smaller if better => self.attempt(Trial::Smaller),
-            Trial::Other => self.attempt(Trial::Larger),
-            Trial::Larger => self.attempt(Trial::Halfway),
-            Trial::Halfway if better => self.finish(),
-            Trial::Halfway => self.attempt(Trial::Smaller),
-            Trial::Smaller => self.finish(),
-        }
-    }
-
-    fn finish(&mut self) {
-        self.choice = self.best.0;
-        self.trial = None;
-        self.pause = 2;
-        if self.choice == self.home {
-            self.patience *= 2;
-        }
-    }
-
-    fn attempt(&mut self, trial: Trial) {
-        let best = self.best.0;
-        let choice = match trial {
-            Trial::Other => Choice { accelerated: !best.accelerated, ..best },
-            Trial::Larger => Choice { gap: best.gap * RATIO * RATIO, ..best },
-            Trial::Halfway => Choice { gap: best.gap * RATIO, ..best },
-            Trial::Smaller => Choice { gap: (best.gap / RATIO).min(1.9), ..best },
-        };
-        self.trial = Some(trial);
-        if choice.gap <= self.barriers[usize::from(choice.accelerated)] {
-            self.judge(f64::NEG_INFINITY);
-        } else {
-            self.choice = choice;
-        }
-    }
+/// Whether no row has an entry outside of the three middle diagonals.
+fn is_tridiagonal<T: Scalar>(operator: &impl Rows<T>) -> bool {
+    (0..operator.order()).all(|i| {
+        let mut near = true;
+        operator.visit_row(i, &mut |j, _| near &= j.abs_diff(i) <= 1);
+        near
+    })
 }

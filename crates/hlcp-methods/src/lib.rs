@@ -10,6 +10,7 @@
 //!
 //! No matrix is formed anywhere.
 
+mod adaptive;
 mod amms;
 mod anderson;
 mod auto;
@@ -26,6 +27,7 @@ mod solver;
 mod tmms;
 mod watch;
 
+pub use adaptive::AdaptiveSor;
 pub use amms::Amms;
 pub use anderson::Anderson;
 pub use auto::Auto;
@@ -34,7 +36,7 @@ pub use limits::{Limits, Norm};
 pub use method::Method;
 pub use mixed::solve_mixed;
 pub use mms::Mms;
-pub use multigrid::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
+pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{NameError, Named, Parameters};
 pub use newton::{Jacobian, Newton};
 pub use outcome::{Divergence, Outcome, Status};

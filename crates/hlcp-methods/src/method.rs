@@ -36,9 +36,10 @@ pub trait Method<T: Scalar> {
         1
     }
 
-    /// How many sweeps over the unknowns one iteration is worth; one a step where a step is a sweep.
-    fn sweeps(&self) -> usize {
-        self.steps()
+    /// How many sweeps over the unknowns the `iterations` since [`restart`](Self::restart) were worth; one a step where a
+    /// step is a sweep.
+    fn sweeps(&self, iterations: usize) -> usize {
+        iterations * self.steps()
     }
 
     /// Forgets earlier iterates; a [`Solver`](crate::Solver) calls it as it begins a solve. Only a method whose steps
@@ -99,8 +100,8 @@ impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
         (**self).steps()
     }
 
-    fn sweeps(&self) -> usize {
-        (**self).sweeps()
+    fn sweeps(&self, iterations: usize) -> usize {
+        (**self).sweeps(iterations)
     }
 
     fn restart(&mut self) {

@@ -140,7 +140,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 ///
 /// An outer step takes one defect and one inner solve; an inner iteration two products with `A` and with `B` and two
 /// calls of the preconditioner. [`linear_iterations`](Method::linear_iterations) counts them; [`sweeps`](Method::sweeps)
-/// is the base's and says nothing about them. `11n` numbers beside the base's and the preconditioner's, all allocated by
+/// takes a defect, two products and a call of the preconditioner for one sweep each. `11n` numbers beside the base's and the preconditioner's, all allocated by
 /// [`new`](Self::new).
 ///
 /// # Convergence
@@ -185,6 +185,8 @@ pub struct Newton<T, M, P> {
     best: Vec<T>,
     scratch: Vec<T>,
     linear_iterations: usize,
+    base_iterations: usize,
+    defects: usize,
     /// The phase, unless the base has its turn or a phase is about to begin.
     phase: Option<Phase>,
     /// The iterations that the base has left, and how many it gets after the next phase.
@@ -215,6 +217,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             best,
             scratch: vec![T::zero(); 2 * n],
             linear_iterations: 0,
+            base_iterations: 0,
+            defects: 0,
             phase: None,
             resting: 0,
             rest: 2,
@@ -223,6 +227,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
 
     /// Measures F at `at`, where the next step is taken.
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
+        self.defects += 1;
         let problem = self.base.problem();
         problem.defect(q.entries(), &self.at, &mut self.f, &mut self.scratch);
         let gamma = problem.gamma().to_f64().unwrap_or(f64::NAN);
@@ -248,6 +253,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
+        self.base_iterations += 1;
         let _ = iterate(&mut self.base, q, &self.best, y, &mut self.f);
     }
 }
@@ -260,13 +266,14 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         self.base.problem()
     }
 
-    fn sweeps(&self) -> usize {
-        self.base.sweeps()
+    fn sweeps(&self, _: usize) -> usize {
+        self.base.sweeps(self.base_iterations) + self.defects + 4 * self.linear_iterations
     }
 
     fn restart(&mut self) {
         self.base.restart();
-        (self.linear_iterations, self.phase, self.resting, self.rest) = (0, None, 0, 2);
+        (self.linear_iterations, self.base_iterations, self.defects) = (0, 0, 0);
+        (self.phase, self.resting, self.rest) = (None, 0, 2);
     }
 
     fn linear_iterations(&self) -> Option<usize> {
@@ -282,6 +289,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         assert_eq!(k, 0, "an iteration of Newton's method is one step");
         if self.resting > 0 {
             self.resting -= 1;
+            self.base_iterations += 1;
             return iterate(&mut self.base, q, x, y, &mut self.f);
         }
         let (norms, forcing);
@@ -293,6 +301,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             phase.last = norms.l2;
             phase
         } else {
+            self.base_iterations += 2;
             norms = iterate(&mut self.base, q, x, y, &mut self.f);
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f);
             forcing = FORCING[0];

@@ -197,7 +197,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             test.rows = self.rows();
         }
         let (status, iterations, answer, residual) = self.iterate(&q, &mut test, start, observer);
-        let (sweeps, seconds) = (iterations * self.method.sweeps(), start.elapsed().as_secs_f64());
+        let (sweeps, seconds) = (self.method.sweeps(iterations), start.elapsed().as_secs_f64());
         Ok(Outcome { status, iterations, answer, sweeps, seconds, residual })
     }
 

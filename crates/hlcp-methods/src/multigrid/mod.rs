@@ -1,6 +1,7 @@
 //! Multigrid for the modulus equation: derivation and measurements are in `docs/multigrid.md`.
 
 mod cycle;
+mod full;
 mod hierarchy;
 mod pace;
 mod smoother;
@@ -10,6 +11,7 @@ use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar};
 
 pub use self::{
     cycle::Cycle,
+    full::FullMultigrid,
     hierarchy::{Coarsen, Grids, Rediscretise},
 };
 use self::{
@@ -183,6 +185,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         equation.cycle(cycle, x);
     }
 
+    /// The norms of `A z − B r + q` at `x`.
+    fn norms(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
+        let gamma = self.gamma();
+        let Norms { l2, linf } = Norms::of(self.equation(q).defect(x));
+        Norms { l2: l2 / gamma, linf: linf / gamma }
+    }
+
+    fn gamma(&self) -> f64 {
+        self.problem.gamma().to_f64().unwrap_or(f64::NAN)
+    }
+
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
         Equation {
             pair: Pair::new(&self.problem, self.grid).expect("five-point operators, as before"),
@@ -205,8 +218,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         &self.problem
     }
 
-    fn sweeps(&self) -> usize {
-        self.sweeps
+    fn sweeps(&self, iterations: usize) -> usize {
+        iterations * self.sweeps
     }
 
     fn restart(&mut self) {
@@ -217,7 +230,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         assert_eq!(k, 0, "a cycle is one step");
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
         let (kind, pairs, mut pace) = (self.cycle, self.sweeps.div_ceil(2), self.pace);
-        let gamma = self.problem.gamma().to_f64().unwrap_or(f64::NAN);
+        let gamma = self.gamma();
         let mut kept = std::mem::take(&mut self.kept);
         let mut equation = self.equation(q);
         let norms = Norms::of(equation.defect(x));

@@ -1,0 +1,74 @@
+use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
+
+use super::Multigrid;
+use crate::Method;
+
+/// Full multigrid: a solve begins with [nested iteration](Multigrid::nested), whatever the start, and goes on by cycles.
+///
+/// # Cost
+///
+/// The first iteration walks the rows some 25 times (F-cycles), the others as [`Multigrid`]'s; no more storage than that.
+///
+/// # Convergence
+///
+/// As [`Multigrid`]'s. On a problem that comes from a differential equation the first iteration's answer is as near to the
+/// discrete solution as that is to the continuous one (`docs/multigrid.md` has figures).
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Solver};
+///
+/// let m = 63;
+/// let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0))?;
+/// let mut solver = Solver::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?));
+///
+/// let q: Vec<f64> = (0..m * m).map(|k| if k % m < 20 { -2e-3 } else { 1e-3 }).collect();
+/// let one = Limits { iterations: 1, ..Limits::default() };
+/// let after_one = solver.solve(&q, &vec![1.0; m * m], &one)?;
+/// assert!(!after_one.converged() && after_one.residual.l2 < 1e-2);
+/// assert!(solver.solve(&q, &vec![1.0; m * m], &Limits::default())?.converged());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct FullMultigrid<T: Scalar, A, B> {
+    multigrid: Multigrid<T, A, B>,
+    begun: bool,
+}
+
+impl<T: Scalar, A, B> FullMultigrid<T, A, B> {
+    /// Full multigrid by the cycles of `multigrid`.
+    pub fn new(multigrid: Multigrid<T, A, B>) -> Self {
+        Self { multigrid, begun: false }
+    }
+}
+
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for FullMultigrid<T, A, B> {
+    type A = A;
+    type B = B;
+
+    fn problem(&self) -> &Hlcp<T, A, B> {
+        self.multigrid.problem()
+    }
+
+    fn sweeps(&self, iterations: usize) -> usize {
+        // Nested iteration is worth a cycle, two sweeps, and a cycle on grids that halve.
+        let nested = self.multigrid.sweeps(1) + 2;
+        self.multigrid.sweeps(iterations) + if iterations > 0 { nested } else { 0 }
+    }
+
+    fn restart(&mut self) {
+        self.multigrid.restart();
+        self.begun = false;
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        if std::mem::replace(&mut self.begun, true) {
+            return self.multigrid.step(k, q, x, y);
+        }
+        assert_eq!(k, 0, "a cycle is one step");
+        let norms = self.multigrid.norms(q, x);
+        self.multigrid.nested(q, y);
+        norms
+    }
+}
