@@ -19,7 +19,7 @@ use hlcp_core::{
     VaryingFivePoint,
 };
 use hlcp_methods::{Limits, Method, Solver, Tmms};
-use hlcp_verify::Example;
+use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 const TURNS: usize = 11;
@@ -347,11 +347,11 @@ fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error
 fn vectors(m: usize) -> Result<f64, Box<dyn Error>> {
     let before = counting::LIVE.get();
     counting::PEAK.set(before);
-    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let (q, start) = (scene.q, vec![1.0; m * m]);
+    let Posed { a, b, q, .. } = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let start = vec![1.0; m * m];
     // Posing the scene took more: the solution it was planted with.
     counting::PEAK.set(counting::LIVE.get());
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.0))?;
     let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     assert!(solver.solve(&q, &start, &Limits::default())?.converged());
     Ok((counting::PEAK.get() - before) as f64 / (8 * m * m) as f64)

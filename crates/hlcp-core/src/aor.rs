@@ -202,28 +202,52 @@ impl<T: Scalar> Aor<T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let (n, q_entries) = (problem.order(), q.entries());
-        problem.assert_orders([q_entries.len(), x.len(), y.len()]);
+        let n = problem.order();
+        problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         let fits =
             |sweep: &Sweep<'_, T>| self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0]);
         if let Some(fused) = Sweep::new(problem).filter(fits) {
             let fused = fused.directed(self.backward, self.red_black.is_some());
             return fused.run::<ACCELERATED>([self.a, self.b], q, x, y);
         }
+        let rows = 0..n;
+        match (self.red_black, self.backward) {
+            (None, false) => self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows, |j, i| j < i),
+            (None, true) => {
+                self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows.rev(), |j, i| j > i)
+            }
+            (Some(nx), backward) => {
+                let black = |&i: &usize| !(i / nx + i % nx).is_multiple_of(2);
+                let rows = (0..n).filter(|i| !black(i)).chain((0..n).filter(black));
+                let before = |j, i| (black(&j), j) < (black(&i), i);
+                if backward {
+                    let after = |j, i| before(i, j);
+                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows.rev(), after)
+                } else {
+                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows, before)
+                }
+            }
+        }
+    }
+
+    /// The sweep over `rows` in their order, where `passed(j, i)` says whether row `j` comes before row `i`.
+    fn walk<A: Rows<T>, B: Rows<T>, const ACCELERATED: bool>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        rows: impl Iterator<Item = usize>,
+        passed: impl Fn(usize, usize) -> bool,
+    ) -> Norms {
         let (a, b, omega, gamma) = (problem.a(), problem.b(), problem.omega(), problem.gamma());
         let mut meter = q.meter(gamma);
-        let q_factor = problem.q_factor();
-        let mut relax = |i: usize| {
-            let here = (self.colour(i), i);
-            let passed = |j: usize| {
-                let there = (self.colour(j), j);
-                if self.backward { there > here } else { there < here }
-            };
-            let (mut f, mut moved) = (q_factor * q_entries[i], T::zero());
+        for i in rows {
+            let (mut f, mut moved) = (problem.q_factor() * q.entries()[i], T::zero());
             a.visit_row(i, &mut |j, a| {
                 let x = x[j];
                 f += a * (x.abs() + x);
-                if passed(j) {
+                if passed(j, i) {
                     moved += self.a.triangle * a * (y[j] - x);
                     if ACCELERATED {
                         moved += a * (y[j].abs() - x.abs());
@@ -233,7 +257,7 @@ impl<T: Scalar> Aor<T> {
             b.visit_row(i, &mut |j, b| {
                 let (x, b_omega) = (x[j], b * omega.at(j));
                 f -= b_omega * (x.abs() - x);
-                if passed(j) {
+                if passed(j, i) {
                     moved += self.b.triangle * b_omega * (y[j] - x);
                     if ACCELERATED {
                         moved -= b_omega * (y[j].abs() - x.abs());
@@ -243,21 +267,8 @@ impl<T: Scalar> Aor<T> {
             meter.add(f);
             // The reciprocal depends on no other row, so it stays off the chain from row to row.
             y[i] = x[i] - (f + moved) * self.pivot(problem, i).recip();
-        };
-        let points = |colour: usize| (0..n).filter(move |&i| self.colour(i) == colour);
-        let colours = if self.red_black.is_some() { 0..2 } else { 0..1 };
-        if self.backward {
-            colours.rev().for_each(|colour| points(colour).rev().for_each(&mut relax));
-        } else {
-            colours.for_each(|colour| points(colour).for_each(&mut relax));
         }
         meter.norms_over(gamma)
-    }
-
-    /// 0 for red and for points without colours, 1 for black.
-    #[inline]
-    fn colour(&self, i: usize) -> usize {
-        self.red_black.map_or(0, |nx| (i / nx + i % nx) % 2)
     }
 
     #[inline]
