@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Every method runs over a ladder of tolerances; what is drawn is the largest error of a component of (z, r) against the
-//! known solution, not the residual. Four charts and the data of each as CSV go to `docs/charts`: the methods, the
-//! precisions, certified bounds against errors, and a performance profile over many problems. The feature `faer` adds
+//! known solution, not the residual. Charts and the data of each as CSV go to `docs/charts`: the methods, what
+//! goes beyond them, the precisions, certified bounds against errors, and performance profiles over many problems. The feature `faer` adds
 //! semismooth Newton with a library's sparse LU to the methods. Ends with an error if a series has no point or a certified
 //! bound is below the error it bounds.
 
@@ -27,7 +27,7 @@ use clap::Parser;
 use hlcp_verify::{Disc, Example, Slider, certify};
 use indicatif::ProgressBar;
 use problem::{Problem, Scene};
-use series::{METHODS, PRECISIONS, Run, Solve};
+use series::{BEYOND, METHODS, PRECISIONS, Run, Solve};
 
 /// Draw speed against accuracy.
 #[derive(Debug, Parser)]
@@ -60,7 +60,7 @@ struct Measured {
 fn main() -> Result<(), Box<dyn Error>> {
     let Arguments { quick, out } = Arguments::parse();
     let [m, disc, cells] = if quick { [32, 24, 24] } else { [512, 128, 100] };
-    let repeats = if quick { 1 } else { 5 };
+    let repeats = if quick { 1 } else { 3 };
     let paper = |symmetric, generic| Scene::Paper {
         example: Example { symmetric, m, mu: 4.0, nu: 4.0 },
         generic,
@@ -82,14 +82,16 @@ fn main() -> Result<(), Box<dyn Error>> {
          open: tolerance not reached;\nan error of 0 is drawn at 10⁻¹⁷ · {}",
         provenance(&command)
     );
-    let solves = scenes.len() * (METHODS.len() + PRECISIONS.len()) * repeats;
+    let solves = scenes.len() * (METHODS.len() + BEYOND.len() + PRECISIONS.len()) * repeats;
     let bar = ProgressBar::new(solves as u64); // hidden unless stderr is a terminal
 
-    let (mut methods, mut precisions, mut certified) = (vec![], vec![], vec![]);
+    let [mut methods, mut beyond, mut precisions] = [(); 3].map(|()| vec![]);
+    let mut certified = vec![];
     for scene in scenes {
         bar.set_message(scene.name());
         let problem = scene.pose()?;
         methods.push((scene.name(), measure(&problem, METHODS, repeats, &bar)?));
+        beyond.push((scene.name(), measure(&problem, BEYOND, repeats, &bar)?));
         precisions.push((scene.name(), measure(&problem, PRECISIONS, repeats, &bar)?));
         certified.push((scene.name(), bounds(&problem)?));
     }
@@ -97,6 +99,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let charts = [
         ("methods-seconds", METHODS, &methods, by_seconds),
         ("methods-sweeps", METHODS, &methods, by_sweeps),
+        ("beyond-seconds", BEYOND, &beyond, by_seconds),
+        ("beyond-sweeps", BEYOND, &beyond, by_sweeps),
         ("precisions-seconds", PRECISIONS, &precisions, by_seconds),
     ];
     for (name, order, measured, by_sweeps) in charts {
@@ -107,8 +111,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         write(&out.join(name), 2, panels, &caption)?;
     }
     check_series(METHODS, &methods)?;
+    check_series(BEYOND, &beyond)?;
     check_series(PRECISIONS, &precisions)?;
-    for (name, measured) in [("methods", &methods), ("precisions", &precisions)] {
+    let tables = [("methods", &methods), ("beyond", &beyond), ("precisions", &precisions)];
+    for (name, measured) in tables {
         let header = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached";
         let rows = measured.iter().flat_map(|(scene, runs)| {
             runs.iter().map(move |run| {
@@ -123,7 +129,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         write_csv(&out.join(name), header, &rows.collect::<Vec<_>>())?;
     }
     draw_bounds(&out, &certified, &provenance(&command))?;
-    profile::draw(&out, quick, &bar, &provenance(&command))?;
+    profile::draw(&out, "profile", METHODS, quick, &bar, &provenance(&command))?;
+    profile::draw(&out, "profile-beyond", BEYOND, quick, &bar, &provenance(&command))?;
     bar.finish_and_clear();
     println!("wrote the charts to {}", out.display());
     Ok(())

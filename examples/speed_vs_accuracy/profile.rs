@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use crate::{
     chart::{Panel, Point, Series, write, write_csv},
     problem::Scene,
-    series::METHODS,
+    series::Solve,
 };
 
 const TOLERANCE: f64 = 1e-8;
@@ -36,20 +36,22 @@ fn scenes(quick: bool) -> Vec<Scene> {
 /// Draws the profile by seconds and by half-steps.
 pub(crate) fn draw(
     out: &Path,
+    file: &str,
+    methods: &[(&str, Solve)],
     quick: bool,
     bar: &ProgressBar,
     provenance: &str,
 ) -> Result<(), Box<dyn Error>> {
     let scenes = scenes(quick);
     let repeats = if quick { 1 } else { 3 };
-    bar.inc_length((scenes.len() * METHODS.len()) as u64);
+    bar.inc_length((scenes.len() * methods.len()) as u64);
     // [by seconds, by half-steps] of each method on each problem; infinite where it fails.
     let mut costs = vec![];
     let mut rows = vec![];
     for scene in &scenes {
         let problem = scene.pose()?;
         let mut of_scene = vec![];
-        for (name, solve) in METHODS {
+        for (name, solve) in methods {
             let mut cost = [f64::INFINITY; 2];
             for _ in 0..repeats {
                 if let Some(run) = solve(&problem, TOLERANCE)?.filter(|run| run.reached) {
@@ -67,7 +69,7 @@ pub(crate) fn draw(
         let best = |of_scene: &Vec<[f64; 2]>| {
             of_scene.iter().map(|cost| cost[measure]).fold(f64::INFINITY, f64::min)
         };
-        let series: Vec<Series> = METHODS
+        let series: Vec<Series> = methods
             .iter()
             .enumerate()
             .map(|(k, (name, _))| {
@@ -95,6 +97,6 @@ pub(crate) fn draw(
         scenes.len()
     );
     let panels = vec![panel("by seconds", 0), panel("by half-steps", 1)];
-    write(&out.join("profile"), 2, panels, &caption)?;
-    write_csv(&out.join("profile"), "problem,series,seconds,half-steps", &rows)
+    write(&out.join(file), 2, panels, &caption)?;
+    write_csv(&out.join(file), "problem,series,seconds,half-steps", &rows)
 }

@@ -2,8 +2,11 @@
 
 use std::error::Error;
 
-use hlcp_core::{Hlcp, Omega, Scalar};
-use hlcp_methods::{Limits, Method, Named, Outcome, Parameters, Solver, solve_mixed};
+use hlcp_core::{Aor, Hlcp, Omega, Scalar};
+use hlcp_methods::{
+    Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Multigrid, Named, Newton, Outcome,
+    Parameters, Solver, Ssor, Tmms, TridiagonalPart, solve_mixed,
+};
 use hlcp_verify::{Disc, Example};
 
 #[cfg(feature = "faer")]
@@ -38,6 +41,31 @@ pub(crate) const METHODS: &[(&str, Solve)] = &[
     ("TMGS", |p, tolerance| paper(p, "TMAOR", GAUSS_SEIDEL, tolerance)),
     ("TMSOR, best", |p, tolerance| paper(p, "TMAOR", best(p)[2][0], tolerance)),
     ("TMAOR, best", |p, tolerance| paper(p, "TMAOR", best(p)[2][1], tolerance)),
+    ("projected SOR", projected::solve),
+    #[cfg(feature = "faer")]
+    ("Newton, sparse LU", newton::solve),
+];
+
+/// What goes beyond the paper, with the paper's plainest and fastest for comparison, and the anchors.
+pub(crate) const BEYOND: &[(&str, Solve)] = &[
+    ("TMGS", |p, tolerance| paper(p, "TMAOR", GAUSS_SEIDEL, tolerance)),
+    ("AMSOR, best", |p, tolerance| paper(p, "AMAOR", best(p)[1][0], tolerance)),
+    ("Anderson (10), TMGS", |p, tolerance| {
+        beyond(p, tolerance, |p| Ok(Box::new(Anderson::new(tmgs(p)?, 10)?)))
+    }),
+    ("Newton, lines", |p, tolerance| {
+        beyond(p, tolerance, |p| Ok(Box::new(Newton::new(tmgs(p)?, TridiagonalPart::new()))))
+    }),
+    ("Newton, SSOR", |p, tolerance| {
+        beyond(p, tolerance, |p| Ok(Box::new(Newton::new(tmgs(p)?, Ssor))))
+    }),
+    ("multigrid, W", |p, tolerance| {
+        beyond(p, tolerance, |p| Ok(Box::new(Multigrid::new(p, Cycle::W)?)))
+    }),
+    ("full multigrid", |p, tolerance| {
+        beyond(p, tolerance, |p| Ok(Box::new(FullMultigrid::new(Multigrid::new(p, Cycle::F)?))))
+    }),
+    ("auto", |p, tolerance| beyond(p, tolerance, |p| Ok(Box::new(Auto::new(p)?)))),
     ("projected SOR", projected::solve),
     #[cfg(feature = "faer")]
     ("Newton, sparse LU", newton::solve),
@@ -104,6 +132,34 @@ fn method<'p, T: Scalar>(
     let omega = Omega::diagonal_ratio(tau, &posed.a, &posed.b)?;
     let (a, b): (&dyn hlcp_core::Rows<T>, &dyn hlcp_core::Rows<T>) = (&*posed.a, &*posed.b);
     Ok(Solver::new(Named::parse(name, parameters)?.on(Hlcp::new(a, b, omega)?)?))
+}
+
+type Posed64<'p> = Hlcp<f64, &'p dyn hlcp_core::Rows<f64>, &'p dyn hlcp_core::Rows<f64>>;
+
+fn tmgs(
+    problem: Posed64<'_>,
+) -> Result<impl Method<f64, A = Operator<'_>, B = Operator<'_>>, hlcp_core::Error> {
+    Tmms::mirrored(problem, Aor::gauss_seidel())
+}
+
+type Operator<'p> = &'p dyn hlcp_core::Rows<f64>;
+
+/// A method beyond the paper with τ = 1, where it takes such operators.
+fn beyond(
+    problem: &Problem,
+    tolerance: f64,
+    method: impl Fn(Posed64<'_>) -> Result<Boxed<'_, f64>, hlcp_core::Error>,
+) -> Result<Option<Run>, Box<dyn Error>> {
+    let posed = &problem.wide;
+    let omega = Omega::diagonal_ratio(1.0, &posed.a, &posed.b)?;
+    let method = match method(Hlcp::new(&*posed.a, &*posed.b, omega)?) {
+        Err(hlcp_core::Error::NotFivePoint { .. }) => return Ok(None),
+        method => method?,
+    };
+    let mut solver = Solver::new(method);
+    let x0 = vec![1.0; posed.q.len()];
+    let outcome = solver.solve(&posed.q, &x0, &limits("T", tolerance))?;
+    Ok(Some(run(outcome, solver.z(), solver.r())))
 }
 
 fn limits<T: Scalar>(name: &str, tolerance: f64) -> Limits<T> {
