@@ -5,7 +5,9 @@ mod common;
 use std::time::Instant;
 
 use common::Matrix;
-use hlcp_core::{Aor, FivePoint, Hlcp, LinearOperator, Omega, Rows};
+use hlcp_core::{
+    Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Omega, Rows,
+};
 use hlcp_methods::{Limits, Solver, Tmms};
 use hlcp_verify::{Certificate, Example, Slider, Witness, certify, certify_with};
 use nalgebra::DMatrix;
@@ -199,6 +201,61 @@ fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f
         }
     }
     Ok(Some(ratio))
+}
+
+/// A stencil that breaks its promise of finite coefficients.
+struct Spoilt;
+
+impl LinearOperator<f64> for Spoilt {
+    fn order(&self) -> usize {
+        4
+    }
+
+    fn apply(&self, _: &[f64], y: &mut [f64]) {
+        y.fill(f64::NAN);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        let coefficients = [0.0, f64::NAN, 4.0, -1.1, 0.0];
+        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Constant)))
+    }
+}
+
+impl Diagonal<f64> for Spoilt {
+    fn diagonal_entry(&self, _: usize) -> f64 {
+        4.0
+    }
+}
+
+impl Rows<f64> for Spoilt {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        if i > 0 {
+            visit(i - 1, f64::NAN);
+        }
+        visit(i, 4.0);
+        if i < 3 {
+            visit(i + 1, -1.1);
+        }
+    }
+}
+
+#[test]
+fn nothing_is_claimed_of_a_stencil_with_nan() {
+    let (sound, q) = (FivePoint::new(4, 1, [0.0, -0.9, 4.0, -1.1, 0.0]).unwrap(), [-1.3; 4]);
+    let (z, r, v) = ([0.4; 4], [0.0; 4], vec![1.0; 4]);
+    for witness in
+        [Witness::Left { v: v.clone() }, Witness::Right { omega: v.clone(), d: v.clone() }]
+    {
+        assert!(certify_with(&sound, &sound, &q, &z, &r, witness.clone()).unwrap().is_some());
+        for spoilt in [
+            certify_with(&Spoilt, &sound, &q, &z, &r, witness.clone()).unwrap(),
+            certify_with(&sound, &Spoilt, &q, &z, &r, witness).unwrap(),
+            certify(&Spoilt, &sound, &q, &z, &r).unwrap(),
+            certify(&sound, &Spoilt, &q, &z, &r).unwrap(),
+        ] {
+            assert_eq!(spoilt, None);
+        }
+    }
 }
 
 fn compare(case: &Case, certificate: &Certificate, solution: &[Q]) -> Result<f64, String> {

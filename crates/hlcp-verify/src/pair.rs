@@ -135,12 +135,12 @@ impl Stencil {
     }
 }
 
-/// The coefficients in double precision, if all are constant.
+/// The coefficients in double precision, if all are constant and finite: `max` would drop a NaN.
 fn constant<T: Scalar>(coefficients: [Coefficients<'_, T>; 5]) -> Option<[f64; 5]> {
     let mut all = [0.0; 5];
     for (to, coefficient) in all.iter_mut().zip(coefficients) {
         let Constant(value) = coefficient else { return None };
-        *to = wide(value);
+        *to = Some(wide(value)).filter(|value| value.is_finite())?;
     }
     Some(all)
 }
