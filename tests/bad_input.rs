@@ -1,6 +1,8 @@
 //! Bad input is refused with the offending value and its index.
 
-use hlcp_core::{Aor, DiagonalMatrix, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs};
+use hlcp_core::{
+    Aor, DiagonalMatrix, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs, VaryingFivePoint,
+};
 use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Parameters, Solver, Tmms};
 
 mod common;
@@ -42,6 +44,10 @@ fn nothing_to_solve() {
         assert!(matches!(FivePoint::new(nx, ny, [1.0; 5]), Err(Error::Empty { .. })));
     }
     assert!(matches!(FivePoint::new(usize::MAX, 2, [1.0; 5]), Err(Error::Parameter { .. })));
+    for nx in [usize::MAX, 1 << 31] {
+        let refused = VaryingFivePoint::from_fn(nx, 1 << 31, |_, _| [1.0; 5]);
+        assert!(matches!(refused, Err(Error::Empty { .. })));
+    }
     assert!(matches!(Rhs::<f64>::new(&[]), Err(Error::Empty { .. })));
     let none = || Matrix(DMatrix::zeros(0, 0));
     assert!(matches!(Hlcp::new(none(), none(), Omega::Uniform(1.5)), Err(Error::Empty { .. })));

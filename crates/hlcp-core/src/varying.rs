@@ -74,7 +74,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
         ny: usize,
         coefficients: [Coefficients<'a, T>; 5],
     ) -> Result<Self, Error> {
-        let n = points(nx, ny)?;
+        let n = points::<T>(nx, ny)?;
         for (what, coefficients) in NAMES.into_iter().zip(&coefficients) {
             match coefficients {
                 Coefficients::Constant(value) => all_finite(what, &[*value])?,
@@ -103,7 +103,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
         ny: usize,
         mut row: impl FnMut(usize, usize) -> [T; 5],
     ) -> Result<Self, Error> {
-        let n = points(nx, ny)?;
+        let n = points::<T>(nx, ny)?;
         let mut lists = [(); 5].map(|()| Vec::with_capacity(n));
         for k in 0..n {
             for (list, value) in lists.iter_mut().zip(row(k % nx, k / nx)) {
@@ -128,9 +128,12 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     }
 }
 
-/// The number of points of a grid.
-fn points(nx: usize, ny: usize) -> Result<usize, Error> {
-    nx.checked_mul(ny).filter(|&n| n > 0).ok_or(Error::Empty { what: "the grid" })
+/// The number of points of a grid, one number each of which an array can hold.
+fn points<T>(nx: usize, ny: usize) -> Result<usize, Error> {
+    let fits = |&n: &usize| {
+        n > 0 && n.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize)
+    };
+    nx.checked_mul(ny).filter(fits).ok_or(Error::Empty { what: "the grid" })
 }
 
 impl<T: Scalar> LinearOperator<T> for VaryingFivePoint<'_, T> {
