@@ -3,13 +3,13 @@
 //! Nothing here depends on how many threads there are. One thread claims every portion in order and finds every
 //! value already its own; several threads see the same values in the same order. A thread waits only for what comes
 //! before the portion it has claimed, and that has been claimed by a thread that is running: no number of threads
-//! can wait for itself, not even more than there are processors.
+//! can wait for itself, not even more than there are processors. Where a thread panics, those that wait for it do too.
 
 use std::{
     hint,
     sync::{
         Mutex, MutexGuard,
-        atomic::{AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicUsize, Ordering},
     },
     thread,
 };
@@ -62,18 +62,24 @@ impl<I: Iterator> Claims<I> {
 /// A value that portions 0, 1, … of the work have in turn.
 pub(crate) struct Turns<V> {
     next: AtomicUsize,
+    broken: AtomicBool,
     value: Mutex<V>,
 }
 
 impl<V> Turns<V> {
     pub(crate) fn new(value: V) -> Self {
-        Self { next: AtomicUsize::new(0), value: Mutex::new(value) }
+        Self { next: AtomicUsize::new(0), broken: AtomicBool::new(false), value: Mutex::new(value) }
     }
 
     /// The value, once the portions before `number` have passed it on.
+    ///
+    /// # Panics
+    ///
+    /// When another thread has panicked.
     pub(crate) fn wait(&self, number: usize) -> Turn<'_, V> {
         let mut looks = 0;
         while self.next.load(Ordering::Acquire) != number {
+            assert!(!self.broken.load(Ordering::Relaxed), "another thread has panicked");
             if looks < LOOKS {
                 looks += 1;
                 hint::spin_loop();
@@ -82,6 +88,17 @@ impl<V> Turns<V> {
             }
         }
         Turn { turns: self, number, value: self.value.lock().expect("a turn that was passed on") }
+    }
+}
+
+/// Breaks turns when the thread that holds it panics: nobody shall wait for what it had claimed.
+pub(crate) struct Breaker<'a, V>(pub(crate) &'a [Turns<V>]);
+
+impl<V> Drop for Breaker<'_, V> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.iter().for_each(|turns| turns.broken.store(true, Ordering::Relaxed));
+        }
     }
 }
 

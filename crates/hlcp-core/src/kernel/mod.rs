@@ -39,7 +39,7 @@ use self::{
 use crate::{
     Coefficients, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
     norms::{Meter, Tally},
-    team::{self, Claims, Sum, Turns},
+    team::{self, Breaker, Claims, Sum, Turns},
 };
 
 pub(crate) use self::coefficients::Relaxation;
@@ -273,6 +273,7 @@ where
     fn with_simd<V: Simd>(self, _: V) {
         let Self { old, source, bands, edges, sum } = self;
         let Grid { nx, ny, .. } = old.grid;
+        let _breaker = Breaker(edges);
         let mut worker = Worker::new(old, source);
         let mut passed: &[T] = &[];
         while let Some((number, band)) = bands.next() {
