@@ -8,7 +8,7 @@ use std::{
 };
 
 /// Programs whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 3] = ["paper", "speed_vs_accuracy", "stability_map"];
+const LONG: [&str; 4] = ["paper", "speed_vs_accuracy", "stability_map", "comparison"];
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {
