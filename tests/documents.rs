@@ -59,6 +59,10 @@ fn workplace() -> PathBuf {
     {
         fs::write(folder.join(name), format!("{head}-2\n5\n-6\n")).expect("a file under target");
     }
+    let profile = "examples/data/pad.csv";
+    let sample = Path::new(env!("CARGO_MANIFEST_DIR")).join(profile);
+    fs::create_dir_all(folder.join("examples/data")).expect("a folder under target");
+    fs::copy(sample, folder.join(profile)).expect("a sample profile");
     folder
 }
 

@@ -1,21 +1,94 @@
-//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear
-//! complementarity.
+//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear complementarity.
 //!
-//! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing here
-//! forms a matrix: an operator is known by what it does.
+//! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing here forms a
+//! matrix: an operator is known by what it does. The methods themselves are in `hlcp-methods`.
 //!
-//! * What an operator can do, one trait a rung: [`LinearOperator`] (products), [`Diagonal`], [`Rows`].
-//!   On all three stand [`FivePoint`], [`VaryingFivePoint`] and [`Tridiagonal`], [`Identity`] and
-//!   [`DiagonalMatrix`], and [`Scaled`], [`Shifted`] and [`Sum`] of what stands there; with the feature
-//!   `nalgebra-sparse`, on by default, also `nalgebra_sparse::CsrMatrix`, and `market` reads and writes Matrix
-//!   Market files. A [`FivePointView`] is how an operator tells fast sweeps what it is.
-//! * The problem in modulus form: [`Hlcp`], with its [`Omega`] and a checked right-hand side [`Rhs`]. One thread works on
-//!   it unless it is asked to be worked on `in_parallel`, with the feature `rayon`, on by default.
-//! * One step of a method: [`Step`], by [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), by [`Jacobi`] where only
-//!   the diagonal is known, or by a [`Correction`] with any [`Splitting`] of your own.
-//! * What is wrong with the input: [`Error`].
+//! # The easy way: operators that are there
 //!
-//! The methods themselves are in `hlcp-methods`.
+//! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`], [`DiagonalMatrix`], and [`Scaled`],
+//! [`Shifted`] and [`Sum`] of any; with the feature `nalgebra-sparse`, on by default, assembled
+//! `nalgebra_sparse::CsrMatrix`es, and `market` to read and write Matrix Market files. Two of them and an [`Omega`] make an
+//! [`Hlcp`], the problem in modulus form.
+//!
+//! ```
+//! use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Shifted};
+//!
+//! // [south, west, centre, east, north] on a 100 × 80 grid: seven numbers, whatever the grid.
+//! let a = FivePoint::new(100, 80, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+//! let b = Shifted { by: 1.0, of: Identity { order: 8000 } };
+//! let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+//! assert_eq!((problem.order(), problem.omega()), (8000, &Omega::Uniform(2.0)));
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! # An operator of your own, rung by rung
+//!
+//! | trait | to tell | opens |
+//! |---|---|---|
+//! | [`LinearOperator`] | order and product | a [`Correction`] with a [`Splitting`] of your own |
+//! | [`Diagonal`] | an entry of the diagonal | [`Jacobi`], [`Omega::diagonal_ratio`] |
+//! | [`Rows`] | a row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
+//!
+//! # The fast way: say that it is five-point
+//!
+//! An operator that answers [`as_five_point`](LinearOperator::as_five_point) is swept in one vectorised pass over memory, which
+//! yields the norm for the stopping test as well; the iterates are those of the walk over its rows, to rounding.
+//!
+//! ```
+//! use hlcp_core::{
+//!     Aor, Coefficients::Constant, Diagonal, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows, Step,
+//! };
+//!
+//! /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
+//! #[derive(Clone, Copy)]
+//! struct Beads { n: usize, k: f64, fast: bool }
+//!
+//! impl LinearOperator<f64> for Beads {
+//!     fn order(&self) -> usize { self.n }
+//!     fn apply(&self, x: &[f64], y: &mut [f64]) {
+//!         for i in 0..self.n {
+//!             let at = |j: usize| x.get(j).copied().unwrap_or(0.0);
+//!             y[i] = (2.0 + self.k) * x[i] - at(i.wrapping_sub(1)) - at(i + 1);
+//!         }
+//!     }
+//!     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+//!         let row = [0.0, -1.0, 2.0 + self.k, -1.0, 0.0];
+//!         self.fast.then(|| FivePointView::new(self.n, 1, row.map(Constant)))
+//!     }
+//! }
+//!
+//! impl Diagonal<f64> for Beads {
+//!     fn diagonal_entry(&self, _: usize) -> f64 { 2.0 + self.k }
+//! }
+//!
+//! impl Rows<f64> for Beads {
+//!     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+//!         for j in i.saturating_sub(1)..self.n.min(i + 2) {
+//!             visit(j, if j == i { 2.0 + self.k } else { -1.0 });
+//!         }
+//!     }
+//! }
+//!
+//! // One Gauss–Seidel step of MMS by hand, walked and fast.
+//! let n = 50;
+//! let q: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+//! let swept = |fast| -> Result<_, hlcp_core::Error> {
+//!     let problem = Hlcp::new(Beads { n, k: 0.1, fast }, Identity { order: n }, Omega::Uniform(2.1))?;
+//!     let mut y = vec![0.0; n];
+//!     let norms = Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &vec![1.0; n], &mut y, &mut vec![]);
+//!     Ok((norms.l2, y))
+//! };
+//! let ((walked, x), (fused, y)) = (swept(false)?, swept(true)?);
+//! assert!((walked - fused).abs() < 1e-13 * walked);
+//! assert!(x.iter().zip(&y).all(|(x, y)| (x - y).abs() < 1e-13));
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! # What else is here
+//!
+//! * One thread works on a problem unless it is asked to be worked on `in_parallel`, with the feature `rayon`, on by default.
+//! * [`Step`] is what a method repeats, [`Rhs`] a checked right-hand side, [`Norms`] what a step measures.
+//! * What is wrong with the input is an [`Error`] with its numbers.
 
 mod aor;
 mod combine;

@@ -1,14 +1,74 @@
 //! Modulus-based matrix splitting methods for horizontal linear complementarity problems: find
-//! `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`.
+//! `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. No matrix is formed anywhere.
 //!
-//! * [`Mms`], [`Amms`] and [`Tmms`] are the methods of Zheng and Vong's paper, each on any operators that
-//!   its splittings can work with; [`Named`] finds them by the paper's names.
-//! * [`Anderson`] accelerates any of them, and [`Newton`] solves the linear piece an iterate lies on, with a
-//!   [`Preconditioner`] and one of them to fall back on.
-//! * A [`Method`] is a few public steps; [`Solver`] iterates one within [`Limits`] and reports an
-//!   [`Outcome`].
+//! # The easy way
 //!
-//! No matrix is formed anywhere.
+//! Pose the problem with operators of `hlcp-core`, and let [`Auto`] choose:
+//!
+//! ```
+//! use hlcp_core::{FivePoint, Hlcp, Omega};
+//! use hlcp_methods::{Auto, Limits, Solver};
+//!
+//! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+//! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+//! let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+//! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
+//!
+//! let mut solver = Solver::new(Auto::new(problem)?);
+//! let outcome = solver.solve(&q, &vec![1.0; 3600], &Limits::default())?;
+//! assert!(outcome.converged(), "{outcome}");
+//! let (z, r) = (solver.z(), solver.r());
+//! assert!(z[0] > 0.0 && r[59] > 0.0);
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! What is wrong with the input is an `Err` with its numbers; how an iteration ended is an [`Outcome`], and whatever its
+//! [`Status`], its residual was measured on the `z` and `r` that the [`Solver`] holds.
+//!
+//! # Choosing
+//!
+//! | method | take it | asks for |
+//! |---|---|---|
+//! | [`Mms`], [`Amms`], [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products for [`Mms`] and [`Tmms`] with a splitting of your own, rows otherwise |
+//! | [`AdaptiveSor`] | when no α is known: it finds one as it goes | rows |
+//! | [`Multigrid`], [`FullMultigrid`] | on grids where `z` and `r` are positive on regions: the work per unknown does not grow | five-point operators |
+//! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
+//! | [`Anderson`] | around any other, when sweeps are slow and nothing else applies | what the other asks for, and vectors |
+//! | [`Auto`] | to have one of these chosen | rows |
+//!
+//! # The fast way
+//!
+//! * Operators that answer `as_five_point` are swept in one vectorised pass over memory.
+//! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. Start it from an `x` that is nearly right: the
+//!   last one, in a loop over time.
+//! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, to the same bits.
+//! * [`solve_mixed`] takes the first digits in single precision; `f32` throughout is the same code.
+//!
+//! ```
+//! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+//! use hlcp_methods::{Amms, Limits, Solver};
+//!
+//! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
+//! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
+//! let mut solver = Solver::new(Amms::new(problem, Aor::sor(1.3)?)?);
+//! let (mut x, mut iterations) = (vec![0.0; 1024], vec![]);
+//! for day in 0..4 {
+//!     let load = |k: usize| ((k % 32) as f32 / 10.0).cos() + 0.01 * day as f32;
+//!     let q: Vec<f32> = (0..1024).map(load).collect();
+//!     let outcome = solver.solve(&q, &x, &Limits::default())?;
+//!     assert!(outcome.converged());
+//!     iterations.push(outcome.iterations);
+//!     x.copy_from_slice(solver.x()); // the next solve sets out from here
+//! }
+//! assert!(iterations[1..].iter().all(|&k| k < iterations[0]));
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! # What else is here
+//!
+//! [`Limits`] says when to stop, in which [`Norm`]; [`Solver::solve_observed`] shows every iterate as [`Progress`], and
+//! [`Solver::with_history`] keeps residuals. A [`Method`] of your own is two functions, and gets all of this; a
+//! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
 mod amms;

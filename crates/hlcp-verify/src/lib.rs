@@ -1,15 +1,51 @@
-//! Oracles, planted instances and scenes with known answers for horizontal linear complementarity
-//! problems: find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`.
+//! What theory says about a horizontal linear complementarity problem, `z, r ≥ 0` with `zᵀ r = 0` and
+//! `A z − B r + q = 0`, checked by machine; and problems with known answers.
 //!
-//! * [`oracle`]: the paper's methods, dense and from its formulas, and all solutions of a small problem.
-//! * [`Planted`]: a problem built around a solution.
-//! * Scenes, all matrix-free: [`Example`], the paper's Examples 1 and 2; [`Slider`], its Example 3 in kind; [`Disc`], a
-//!   contact on which splitting methods crawl; and, with published answers, [`JournalBearing`], [`Obstacle`],
+//! # The easy way: certify an answer
+//!
+//! Whatever computed it, [`certify`] bounds its distance from the solution, and proves that there is one and only one:
+//!
+//! ```
+//! use hlcp_core::{FivePoint, Identity};
+//! use hlcp_verify::certify;
+//!
+//! let (a, b) = (FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 3 });
+//! let guess = ([0.501, 0.0, 1.5], [0.0, 3.001, 0.0]); // of z = (½, 0, 3/2), r = (0, 3, 0)
+//! let certificate = certify(&a, &b, &[-2.0, 5.0, -6.0], &guess.0, &guess.1)?;
+//! let error = certificate.expect("a dominant pair has a witness").error();
+//! assert!((0.001..0.01).contains(&error));
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! [`certify_with`] takes a [`Witness`] that is known already, from an earlier [`Certificate`] or in closed form.
+//!
+//! # Before a solve: will it converge?
+//!
+//! [`convergence`] tries every theorem on the steps of a method and says which one proves it, with the factor per
+//! iteration. [`theorem_1`], [`theorem_2`] and [`relaxed_theorem`] answer hypothesis by hypothesis, [`alpha_bound`] and
+//! [`relaxed_alpha_bound`] say how large α may be, and [`classes`] whether a matrix is Z, M, H or H₊.
+//!
+//! ```
+//! use hlcp_core::{FivePoint, Hlcp, Omega};
+//! use hlcp_verify::{AorStep, Convergence, alpha_bound, convergence};
+//!
+//! let a = FivePoint::new(32, 32, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+//! let b = FivePoint::new(32, 32, [0.0, -1.0, 8.0, -1.0, 0.0])?;
+//! let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+//! let tmsor = [AorStep::new(1.2, 1.2), AorStep::new(1.2, 1.2).backward()];
+//! let Convergence::Proved(theorem, contraction) = convergence(&problem, &tmsor) else { panic!() };
+//! println!("{theorem:?}: the error falls by {} an iteration or faster", contraction.factor);
+//! assert!(alpha_bound(&problem).reciprocal()[0] > 1.33);
+//! # Ok::<(), hlcp_core::Error>(())
+//! ```
+//!
+//! # For tests
+//!
+//! * [`Planted`] builds a problem around a solution; [`oracle`] has the paper's methods, dense and from its formulas, and
+//!   all solutions of a small problem.
+//! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2; [`Slider`], its Example 3 in kind;
+//!   [`Disc`], a contact on which splitting methods crawl; and, with published answers, [`JournalBearing`], [`Obstacle`],
 //!   [`Bearing2d`] and [`AmericanPut`].
-//! * Does the theory cover a problem and its parameters? [`convergence`] tries every theorem;
-//!   [`theorem_1`], [`theorem_2`], [`relaxed_theorem`], [`alpha_bound`] and [`classes`] say which
-//!   hypothesis holds and where one fails.
-//! * How far is an answer from the solution, and is there only one? [`certify`].
 //!
 //! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
 
@@ -40,3 +76,8 @@ pub use theory::{
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+/// The guide's programs.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/guide.md")]
+struct Guide;

@@ -1,0 +1,358 @@
+//! The pressure in a lubricating film of your own, and where it cavitates.
+//!
+//! ```text
+//! cargo run --release --example film
+//! cargo run --release --example film -- examples/data/pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039
+//! ```
+//!
+//! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a semicolon or blanks, in units of
+//! your choice; lines that begin with `#` are passed over. A plane moves below it with the given speed in the direction of x, the
+//! film is full at the first point, and both ends are at the ambient pressure. Written are a picture, `target/film.svg`, and the
+//! numbers, `target/film.csv`; printed are peak, load, friction, flow, and where the film ruptures and forms again.
+//!
+//! Without arguments it takes the pad of the library's slider, and ends with an error if peak or rupture are not the known ones.
+//!
+//! # What is solved
+//!
+//! The Reynolds equation with mass-conserving cavitation: with the pressure `p` above the cavitation pressure and the void
+//! fraction `r`, what flows is `Φ = ½U(1 − r)h − h³/(12μ) dp/dx`, the same everywhere, and `p, r ≥ 0`, `p r = 0`. Between two
+//! points `h` is a straight line, for which a full film's flux is known exactly: with the harmonic mean `H = 2h₁h₂/(h₁ + h₂)`,
+//!
+//! ```text
+//! Φ = ½U (1 − r) H − (p₂ − p₁) H h₁h₂/(12μ Δx) ,    r of the point before.
+//! ```
+//!
+//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B` bidiagonal, both M-matrices.
+
+mod chart;
+
+use std::{
+    error::Error,
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use chart::Panel;
+use clap::Parser;
+use hlcp_core::{Hlcp, Omega, Tridiagonal, market::FileError};
+use hlcp_methods::{Auto, Limits, Solver};
+use hlcp_verify::Slider;
+
+/// Pressure and cavitation in a lubricating film.
+#[derive(Debug, Parser)]
+#[command(name = "film")]
+struct Arguments {
+    /// A text file with two columns, x and h [default: a parabolic pad with a known answer]
+    #[arg(requires_all = ["speed", "viscosity"])]
+    profile: Option<PathBuf>,
+    /// The unit of x in metres
+    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    x_unit: f64,
+    /// The unit of h in metres
+    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    h_unit: f64,
+    /// The unit of pressures in pascals
+    #[arg(long, default_value_t = 1.0, value_parser = positive)]
+    p_unit: f64,
+    /// The speed of the plane in m/s
+    #[arg(long, value_parser = positive, requires = "profile")]
+    speed: Option<f64>,
+    /// The viscosity in Pa s
+    #[arg(long, value_parser = positive, requires = "profile")]
+    viscosity: Option<f64>,
+    /// The pressure at both ends, in units of --p-unit
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    ambient: f64,
+    /// The pressure at which the film cavitates, in units of --p-unit
+    #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
+    cavitation: f64,
+    /// How many pieces each stretch between two points is cut into
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    refine: u16,
+    /// Where the picture and the numbers go: this name with .svg and .csv
+    #[arg(long, default_value = "target/film")]
+    out: PathBuf,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
+    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("not positive and finite".into()) }
+}
+
+fn main() -> ExitCode {
+    match run(Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("film: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+    let profile = match &arguments.profile {
+        Some(path) => Profile::parse(
+            path,
+            &fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?,
+        )?,
+        None => {
+            (arguments.x_unit, arguments.h_unit, arguments.p_unit) = (1e-3, 1e-6, 1e6);
+            Profile::parse(Path::new("examples/data/pad.csv"), include_str!("data/pad.csv"))?
+        }
+    };
+    let profile = profile.refined(arguments.refine.into());
+    let film = Film::solve(&profile, &arguments)?;
+    film.report(&profile, &arguments);
+    film.write(&profile, &arguments)?;
+    if arguments.profile.is_none() { film.check(&profile) } else { Ok(()) }
+}
+
+/// Points of a gap, in the user's units.
+struct Profile {
+    x: Vec<f64>,
+    h: Vec<f64>,
+}
+
+impl Profile {
+    /// The two columns of `text`, which was read from `path`.
+    fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        let fault = |line: usize, reason: String| {
+            Err(FileError { path: path.to_owned(), line: Some(line), reason })
+        };
+        let (mut x, mut h) = (vec![], vec![]);
+        let lines = text.trim_start_matches('\u{feff}').lines();
+        for (number, line) in
+            (1..).zip(lines).filter(|(_, line)| !line.trim_start().starts_with('#'))
+        {
+            let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
+            let words: Vec<&str> = line.split(separated).filter(|word| !word.is_empty()).collect();
+            let [place, gap] = words[..] else {
+                if words.is_empty() {
+                    continue;
+                }
+                return fault(number, format!("{} columns where x and h are wanted", words.len()));
+            };
+            let mut values = [0.0; 2];
+            for (value, word) in values.iter_mut().zip([place, gap]) {
+                match word.parse() {
+                    Ok(number) if f64::is_finite(number) => *value = number,
+                    _ => {
+                        let hint = if x.is_empty() { "; begin a heading with #" } else { "" };
+                        return fault(number, format!("'{word}' is not a finite number{hint}"));
+                    }
+                }
+            }
+            let [place, gap] = values;
+            if let Some(last) = x.last().filter(|&&last| place <= last) {
+                return fault(
+                    number,
+                    format!("x = {place} does not exceed the x before it, {last}"),
+                );
+            }
+            if gap <= 0.0 {
+                return fault(number, format!("the gap h = {gap} is not positive"));
+            }
+            x.push(place);
+            h.push(gap);
+        }
+        if x.len() < 3 {
+            return fault(
+                text.lines().count(),
+                format!("{} points, where 3 are the fewest", x.len()),
+            );
+        }
+        Ok(Self { x, h })
+    }
+
+    /// The same straight lines, each cut into `pieces`.
+    fn refined(self, pieces: usize) -> Self {
+        let cut = |v: &[f64]| -> Vec<f64> {
+            let inner = v.windows(2).flat_map(|ends| {
+                (0..pieces).map(move |k| ends[0] + (ends[1] - ends[0]) * k as f64 / pieces as f64)
+            });
+            inner.chain(v.last().copied()).collect()
+        };
+        Self { x: cut(&self.x), h: cut(&self.h) }
+    }
+}
+
+/// A solution at the points of a profile, in metres, pascals and seconds.
+struct Film {
+    x: Vec<f64>,
+    p: Vec<f64>,
+    /// The void fraction of the piece that begins at a point.
+    void: Vec<f64>,
+    /// The flow through each piece, by width.
+    flow: Vec<f64>,
+    friction: f64,
+}
+
+impl Film {
+    fn solve(profile: &Profile, arguments: &Arguments) -> Result<Self, Box<dyn Error>> {
+        let speed = arguments.speed.unwrap_or(Slider::SPEED);
+        let viscosity = arguments.viscosity.unwrap_or(Slider::VISCOSITY);
+        let x: Vec<f64> = profile.x.iter().map(|x| x * arguments.x_unit).collect();
+        let h: Vec<f64> = profile.h.iter().map(|h| h * arguments.h_unit).collect();
+        let pieces = x.len() - 1;
+        // Lengths in those of the film, gaps in the smallest, pressures in 6μUL/h².
+        let (length, thin) = (x[pieces] - x[0], h.iter().copied().fold(f64::INFINITY, f64::min));
+        let unit = 6.0 * viscosity * speed * length / (thin * thin);
+        let cavitation = arguments.cavitation * arguments.p_unit;
+        let ends = (arguments.ambient * arguments.p_unit - cavitation) / unit;
+        if !(ends >= 0.0 && ends.is_finite()) {
+            return Err("--ambient is below --cavitation, or not a finite number".into());
+        }
+        let step: Vec<f64> = x.windows(2).map(|x| (x[1] - x[0]) / length).collect();
+        let mean = |h: &[f64]| 2.0 * h[0] * h[1] / (h[0] + h[1]) / thin;
+        let gap: Vec<f64> = h.windows(2).map(mean).collect();
+        let conductance: Vec<f64> =
+            (0..pieces).map(|k| gap[k] * (h[k] / thin) * (h[k + 1] / thin) / step[k]).collect();
+
+        // Row i is the balance of point i + 1, between the pieces i and i + 1.
+        let (c, n) = (&conductance, pieces - 1);
+        let a = Tridiagonal::new(n, |i| [-c[i], c[i] + c[i + 1], -c[i + 1]])?;
+        let b = Tridiagonal::new(n, |i| [-gap[i], gap[i + 1], 0.0])?;
+        let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
+        q[0] -= c[0] * ends;
+        q[n - 1] -= c[n] * ends;
+
+        let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+        let mut solver = Solver::new(Auto::new(problem)?);
+        let limits = Limits { absolute: 0.0, relative: 1e-10, rounding: 4.0, ..Limits::default() };
+        let outcome = solver.solve(&q, &vec![1.0; n], &limits)?;
+        println!("{n} unknowns, {}: {outcome}", solver.method().uses());
+        if !outcome.converged() {
+            return Err("no solution was found".into());
+        }
+
+        let z = [&[ends], solver.z(), &[ends]].concat();
+        // The film is full at the inlet, and at the outlet if there is pressure.
+        let last = if ends > 0.0 { 0.0 } else { solver.r()[n - 1] };
+        let void = [&[0.0], solver.r(), &[last]].concat();
+        let flow = |k: usize| (1.0 - void[k]) * gap[k] - c[k] * (z[k + 1] - z[k]);
+        let flow = (0..pieces).map(|k| flow(k) * speed * thin / 2.0).collect();
+        let p: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
+        // On the plane, with the middle gap of each piece.
+        let shear = |k: usize| {
+            let middle = (h[k] + h[k + 1]) / 2.0;
+            (1.0 - void[k]) * viscosity * speed / middle * (x[k + 1] - x[k])
+                + middle / 2.0 * (p[k + 1] - p[k])
+        };
+        let friction = (0..pieces).map(shear).sum();
+        Ok(Self { x, p, void, flow, friction })
+    }
+
+    /// The point of the largest pressure.
+    fn peak(&self) -> usize {
+        (0..self.p.len()).fold(0, |peak, i| if self.p[i] > self.p[peak] { i } else { peak })
+    }
+
+    /// The points where a full film has ruptured, or a broken one has formed again; the front itself is at most a piece away.
+    fn fronts(&self, rupture: bool) -> Vec<usize> {
+        let full = |i: usize| self.void[i] == 0.0;
+        (1..self.x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != rupture).collect()
+    }
+
+    fn report(&self, profile: &Profile, arguments: &Arguments) {
+        let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
+        let peak = self.peak();
+        println!(
+            "peak pressure     {:.6} {p} at x = {:.6} {x}",
+            self.p[peak] / arguments.p_unit,
+            profile.x[peak]
+        );
+        let ambient = arguments.ambient * arguments.p_unit;
+        let over = |k: usize| (self.p[k] + self.p[k + 1]) / 2.0 - ambient;
+        let load: f64 = (0..self.flow.len()).map(|k| over(k) * (self.x[k + 1] - self.x[k])).sum();
+        println!("load              {load:.6e} N/m over the ambient pressure");
+        println!("friction          {:.6e} N/m on the plane", self.friction);
+        for (front, rupture) in [("ruptures", true), ("forms again", false)] {
+            for i in self.fronts(rupture) {
+                println!("the film {front} at x = {:.6} {x}, to within a piece", profile.x[i]);
+            }
+        }
+        let [least, most] = [f64::min, f64::max]
+            .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        println!(
+            "flow              {most:.6e} m²/s, the same everywhere but for {:.1e}",
+            most - least
+        );
+    }
+
+    /// Writes the picture and the numbers.
+    fn write(&self, profile: &Profile, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+        let out = &arguments.out;
+        let pressures: Vec<f64> = self.p.iter().map(|p| p / arguments.p_unit).collect();
+        let units = [(arguments.x_unit, "m"), (arguments.h_unit, "m"), (arguments.p_unit, "Pa")];
+        let [x, h, p] = units.map(|(value, base)| unit(value, base));
+        let rows: Vec<String> = (0..self.x.len())
+            .map(|i| format!("{},{},{},{}", profile.x[i], profile.h[i], pressures[i], self.void[i]))
+            .collect();
+        chart::write_csv(out, &format!("x in {x},h in {h},p in {p},void fraction"), &rows)?;
+
+        // No more points than can be seen.
+        let thin = self.x.len().div_ceil(600);
+        let line = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+            let drawn = (0..self.x.len()).filter(|i| i % thin == 0 || i + 1 == self.x.len());
+            drawn.map(|i| (profile.x[i], value(i))).collect()
+        };
+        let along = (profile.x[0], profile.x[self.x.len() - 1]);
+        let highest = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max);
+        let (low, high) = (arguments.cavitation, highest(&pressures));
+        let high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
+        let axes = [format!("x in {x}"), format!("p in {p}"), format!("h in {h}")];
+        let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], along, (low, high)).outline(
+            "pressure",
+            "#0072B2",
+            "",
+            &line(&|i| pressures[i]),
+        );
+        let gaps =
+            Panel::new("Film", [&axes[0], &axes[2]], along, (0.0, 1.05 * highest(&profile.h)))
+                .outline("gap h", "#000000", "", &line(&|i| profile.h[i]))
+                .outline(
+                    "filled, (1 − r) h",
+                    "#D55E00",
+                    "6 4",
+                    &line(&|i| (1.0 - self.void[i]) * profile.h[i]),
+                );
+        chart::write(
+            out,
+            2,
+            vec![pressure, gaps],
+            "Reynolds equation with mass-conserving cavitation",
+        )?;
+        println!("wrote {0}.svg and {0}.csv", out.display());
+        Ok(())
+    }
+
+    /// Holds the pad's peak and rupture against those of the continuous problem.
+    fn check(&self, profile: &Profile) -> Result<(), Box<dyn Error>> {
+        println!(
+            "known: peak {:.6} MPa, rupture at x = {:.6} mm",
+            Slider::PEAK * 1e-6,
+            Slider::RUPTURE * 1e3
+        );
+        // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap; 1e-3 is room.
+        let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
+        let near = |i: usize| (self.x[i] - Slider::RUPTURE).abs() <= self.x[i] - self.x[i - 1];
+        let rupture = matches!(self.fronts(true)[..], [i] if near(i));
+        if peak && rupture {
+            Ok(())
+        } else {
+            let points = self.fronts(true).iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
+            Err(format!("the pad's peak is wrong, or it ruptures at {points:?}").into())
+        }
+    }
+}
+
+/// The name of a unit that is `value` of a `base`.
+fn unit(value: f64, base: &str) -> String {
+    let prefixes =
+        [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
+    match prefixes.iter().find(|(prefix, _)| *prefix == value) {
+        Some((_, prefix)) => format!("{prefix}{base}"),
+        None => format!("{value:e} {base}"),
+    }
+}
