@@ -22,7 +22,8 @@
 //! Φ = ½U (1 − r) H − (p₂ − p₁) H h₁h₂/(12μ Δx) ,    r of the point before.
 //! ```
 //!
-//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B` bidiagonal, both M-matrices.
+//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B` bidiagonal, both M-matrices. Newton's
+//! method solves it in a few steps, from the solution at every other point.
 
 mod chart;
 
@@ -35,8 +36,8 @@ use std::{
 
 use chart::Panel;
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Tridiagonal, market::FileError};
-use hlcp_methods::{Auto, Limits, Solver};
+use hlcp_core::{Aor, Hlcp, Omega, Tridiagonal, market::FileError};
+use hlcp_methods::{Limits, Mms, Newton, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
 
 /// Pressure and cavitation in a lubricating film.
@@ -177,6 +178,52 @@ impl Profile {
     }
 }
 
+/// A solution without units: pressure and void at the points, and what flows through the pieces.
+struct Pieces {
+    z: Vec<f64>,
+    r: Vec<f64>,
+    flow: Vec<f64>,
+}
+
+/// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both ends.
+fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn Error>> {
+    // Row i is the balance of point i + 1, between the pieces i and i + 1.
+    let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
+    let n = gap.len() - 1;
+    let c: Vec<f64> = (0..=n).map(|k| gap[k] * h[k] * h[k + 1] / (x[k + 1] - x[k])).collect();
+    let a = Tridiagonal::new(n, |i| [-c[i], c[i] + c[i + 1], -c[i + 1]])?;
+    let b = Tridiagonal::new(n, |i| [-gap[i], gap[i + 1], 0.0])?;
+    let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
+    q[0] -= c[0] * ends;
+    q[n - 1] -= c[n] * ends;
+
+    let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    let mut start = vec![1.0; n];
+    if n > 60 {
+        // A solution at every other point says where about the film is full.
+        let coarse = |v: &[f64]| -> Vec<f64> {
+            let kept = (0..v.len()).filter(|i| i % 2 == 0 || i + 1 == v.len());
+            kept.map(|i| v[i]).collect()
+        };
+        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends)?;
+        let fine = |v: &[f64]| -> Vec<f64> {
+            (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect()
+        };
+        problem.modulus(&fine(&z), &fine(&r), &mut start);
+    }
+    let base = Mms::new(problem, Aor::gauss_seidel())?;
+    let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
+    let limits = Limits { absolute: 0.0, relative: 1e-10, rounding: 4.0, ..Limits::default() };
+    let outcome = solver.solve(&q, &start, &limits)?;
+
+    let z = [&[ends], solver.z(), &[ends]].concat();
+    // The film is full at the inlet, and at the outlet if there is pressure.
+    let last = if ends > 0.0 { 0.0 } else { solver.r()[n - 1] };
+    let r = [&[0.0], solver.r(), &[last]].concat();
+    let flow = (0..=n).map(|k| (1.0 - r[k]) * gap[k] - c[k] * (z[k + 1] - z[k])).collect();
+    Ok((Pieces { z, r, flow }, outcome))
+}
+
 /// A solution at the points of a profile, in metres, pascals and seconds.
 struct Film {
     x: Vec<f64>,
@@ -194,44 +241,23 @@ impl Film {
         let viscosity = arguments.viscosity.unwrap_or(Slider::VISCOSITY);
         let x: Vec<f64> = profile.x.iter().map(|x| x * arguments.x_unit).collect();
         let h: Vec<f64> = profile.h.iter().map(|h| h * arguments.h_unit).collect();
-        let pieces = x.len() - 1;
         // Lengths in those of the film, gaps in the smallest, pressures in 6μUL/h².
-        let (length, thin) = (x[pieces] - x[0], h.iter().copied().fold(f64::INFINITY, f64::min));
+        let length = x[x.len() - 1] - x[0];
+        let thin = h.iter().copied().fold(f64::INFINITY, f64::min);
         let unit = 6.0 * viscosity * speed * length / (thin * thin);
         let cavitation = arguments.cavitation * arguments.p_unit;
         let ends = (arguments.ambient * arguments.p_unit - cavitation) / unit;
         if !(ends >= 0.0 && ends.is_finite()) {
             return Err("--ambient is below --cavitation, or not a finite number".into());
         }
-        let step: Vec<f64> = x.windows(2).map(|x| (x[1] - x[0]) / length).collect();
-        let mean = |h: &[f64]| 2.0 * h[0] * h[1] / (h[0] + h[1]) / thin;
-        let gap: Vec<f64> = h.windows(2).map(mean).collect();
-        let conductance: Vec<f64> =
-            (0..pieces).map(|k| gap[k] * (h[k] / thin) * (h[k + 1] / thin) / step[k]).collect();
-
-        // Row i is the balance of point i + 1, between the pieces i and i + 1.
-        let (c, n) = (&conductance, pieces - 1);
-        let a = Tridiagonal::new(n, |i| [-c[i], c[i] + c[i + 1], -c[i + 1]])?;
-        let b = Tridiagonal::new(n, |i| [-gap[i], gap[i + 1], 0.0])?;
-        let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
-        q[0] -= c[0] * ends;
-        q[n - 1] -= c[n] * ends;
-
-        let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
-        let mut solver = Solver::new(Auto::new(problem)?);
-        let limits = Limits { absolute: 0.0, relative: 1e-10, rounding: 4.0, ..Limits::default() };
-        let outcome = solver.solve(&q, &vec![1.0; n], &limits)?;
-        println!("{n} unknowns, {}: {outcome}", solver.method().uses());
+        let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
+        let (Pieces { z, r: void, flow }, outcome) =
+            pieces(&scaled(&x, length), &scaled(&h, thin), ends)?;
+        println!("{} unknowns: {outcome}", x.len() - 2);
         if !outcome.converged() {
-            return Err("no solution was found".into());
+            return Err("no solution was found; --refine or a smoother profile may help".into());
         }
-
-        let z = [&[ends], solver.z(), &[ends]].concat();
-        // The film is full at the inlet, and at the outlet if there is pressure.
-        let last = if ends > 0.0 { 0.0 } else { solver.r()[n - 1] };
-        let void = [&[0.0], solver.r(), &[last]].concat();
-        let flow = |k: usize| (1.0 - void[k]) * gap[k] - c[k] * (z[k + 1] - z[k]);
-        let flow = (0..pieces).map(|k| flow(k) * speed * thin / 2.0).collect();
+        let flow = flow.iter().map(|flow| flow * speed * thin / 2.0).collect();
         let p: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
         // On the plane, with the middle gap of each piece.
         let shear = |k: usize| {
@@ -239,7 +265,7 @@ impl Film {
             (1.0 - void[k]) * viscosity * speed / middle * (x[k + 1] - x[k])
                 + middle / 2.0 * (p[k + 1] - p[k])
         };
-        let friction = (0..pieces).map(shear).sum();
+        let friction = (0..x.len() - 1).map(shear).sum();
         Ok(Self { x, p, void, flow, friction })
     }
 
