@@ -7,7 +7,8 @@ use hlcp_core::{
     Scalar, Tridiagonal, VaryingFivePoint,
 };
 use hlcp_methods::{
-    Coarsen, Cycle, Divergence, Grids, Limits, Method, Multigrid, Outcome, Solver, Status, Tmms,
+    Coarsen, Cycle, Divergence, FullMultigrid, Grids, Limits, Method, Multigrid, Outcome, Solver,
+    Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Posed};
 use proptest::prelude::*;
@@ -469,4 +470,50 @@ fn a_second_solve_is_the_first() {
     assert_eq!(solver.x(), x);
     let solved = solver.solve(&scene.q, &x, &Limits::default()).unwrap();
     assert!(solved.converged() && solved.iterations == 0);
+}
+
+/// Nested iteration begins each solve, whatever the start and whatever was solved before; its norms are the input's.
+#[test]
+fn full_multigrid_begins_every_solve_by_itself() {
+    let [nx, ny] = [60, 41];
+    let a = FivePoint::new(nx, ny, [-0.3, -1.2, 3.0, -1.2, -0.3]).unwrap();
+    let b = FivePoint::new(nx, ny, [-0.1, -0.9, 3.5, -0.8, -0.2]).unwrap();
+    let scene = planted_disc([nx, ny], a, b, 0.7);
+    let posed = Hlcp::new(a, b, Omega::Uniform(0.9)).unwrap().with_gamma(1.7).unwrap();
+    for posed in [posed.clone(), Hlcp::new(a, b, Omega::Uniform(1.2)).unwrap()] {
+        let multigrid = Multigrid::new(posed.clone(), Cycle::F).unwrap();
+        let (rhs, cycle) = (Rhs::new(&scene.q).unwrap(), multigrid.sweeps(1));
+        let (start, mut nested) = (vec![0.6; nx * ny], vec![f64::NAN; nx * ny]);
+        multigrid.clone().nested(&rhs, &mut nested);
+
+        let mut solver = Solver::new(FullMultigrid::new(multigrid)).with_history(2);
+        let mut first_iterate = vec![];
+        let mut run = |start: &[f64], q: &[f64]| {
+            let outcome = solver.solve_observed(q, start, &Limits::default(), |progress| {
+                if progress.iteration == 1 {
+                    first_iterate = progress.x.to_vec();
+                }
+                std::ops::ControlFlow::Continue(())
+            });
+            let outcome = outcome.unwrap();
+            assert!(outcome.converged(), "{outcome}");
+            assert_eq!(first_iterate == nested, q == scene.q);
+            // Two cycles and two sweeps more than the others, 25 walks at most.
+            let first = outcome.sweeps - (outcome.iterations - 1) * cycle;
+            assert!((2 * cycle + 1..=25).contains(&first), "{outcome}");
+            (outcome.iterations, outcome.residual, solver.history()[0], solver.x().to_vec())
+        };
+        let first = run(&start, &scene.q);
+        let other: Vec<f64> = scene.q.iter().map(|q| 0.5 * q).collect();
+        let _ = run(&start, &other);
+        assert_eq!(run(&start, &scene.q), first);
+        let elsewhere = run(&vec![-30.0; nx * ny], &scene.q);
+        assert_eq!((elsewhere.0, elsewhere.1, elsewhere.3), (first.0, first.1, first.3));
+
+        let (mut z, mut r) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
+        posed.recover(&start, &mut z, &mut r);
+        let expected = posed.residual(&rhs, &z, &r, &mut vec![]);
+        assert!((first.2.l2 / expected.l2 - 1.0).abs() < 1e-13);
+        assert!((first.2.linf / expected.linf - 1.0).abs() < 1e-13);
+    }
 }
