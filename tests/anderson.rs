@@ -105,11 +105,13 @@ proptest! {
 }
 
 #[test]
-fn a_window_of_none_is_refused() {
+fn a_window_of_none_and_one_that_nothing_holds_are_refused() {
     let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0));
     let base = Mms::new(problem.unwrap(), Aor::<f64>::jacobi()).unwrap();
-    let refusal = Anderson::new(base, 0).unwrap_err();
-    assert!(matches!(refusal, Error::Parameter { name: "window", .. }));
+    for window in [0, usize::MAX, 1 << 40] {
+        let refusal = Anderson::new(base.clone(), window).unwrap_err();
+        assert!(matches!(refusal, Error::Parameter { name: "window", .. }));
+    }
 }
 
 /// A base on the problem z − r + q = 0 whose first two images set a trap for mixing.

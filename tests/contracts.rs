@@ -2,17 +2,17 @@
 //! same behind `dyn`, in both precisions. A new method is one row.
 
 use hlcp_core::{
-    Aor, Correction, Diagonal, Error, FivePoint, FromFn, Hlcp, Jacobi, LinearOperator, Omega, Rows,
-    Scalar, Scaled, VaryingFivePoint,
+    Aor, Coefficients, Correction, Diagonal, Error, FivePoint, FivePointView, FromFn, Hlcp, Jacobi,
+    LinearOperator, Omega, Rhs, Rows, Scalar, Scaled, VaryingFivePoint,
 };
 use hlcp_methods::{
-    Amms, Anderson, Limits, Method, Mms, Named, Newton, Norm, Parameters, Solver, Ssor, Tmms,
-    TridiagonalPart,
+    AdaptiveSor, Amms, Anderson, Auto, Limits, Method, Mms, Named, Newton, Norm, Parameters,
+    Solver, Ssor, Tmms, TridiagonalPart,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The rows: names of the paper, and splittings that have none.
-const METHODS: [&str; 27] = [
+const METHODS: [&str; 31] = [
     "MJ",
     "MGS",
     "MSOR",
@@ -40,11 +40,15 @@ const METHODS: [&str; 27] = [
     "Anderson on MJ",
     "Newton with SSOR",
     "Newton with lines on AMGS",
+    "adaptive SOR",
+    "Newton on adaptive SOR",
+    "Anderson on adaptive SOR",
+    "auto",
 ];
 
 type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
 
-fn method<T: Scalar, A: Rows<T> + 'static, B: Rows<T> + 'static>(
+fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>(
     row: &str,
     problem: Hlcp<T, A, B>,
 ) -> Result<Boxed<T, A, B>, Error> {
@@ -84,6 +88,10 @@ fn method<T: Scalar, A: Rows<T> + 'static, B: Rows<T> + 'static>(
         "Newton with lines on AMGS" => {
             Box::new(Newton::new(Amms::new(problem, Aor::gauss_seidel())?, TridiagonalPart::new()))
         }
+        "adaptive SOR" => Box::new(AdaptiveSor::new(problem)?),
+        "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
+        "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
+        "auto" => Box::new(Auto::new(problem)?),
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");
             let alpha = open.then_some(1.1);
@@ -362,6 +370,74 @@ fn on_any_number_of_threads_in_double_precision() {
 #[test]
 fn on_any_number_of_threads_in_single_precision() {
     keeps_on_threads::<f32>();
+}
+
+/// A diagonal operator whose view of itself lacks the last entry.
+struct Short(Vec<f64>);
+
+impl LinearOperator<f64> for Short {
+    fn order(&self) -> usize {
+        self.0.len() + 1
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.copy_from_slice(x);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        Some(FivePointView::diagonal(Coefficients::Each(&self.0)))
+    }
+}
+
+impl Diagonal<f64> for Short {
+    fn diagonal_entry(&self, _: usize) -> f64 {
+        1.0
+    }
+}
+
+impl Rows<f64> for Short {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        visit(i, 1.0);
+    }
+}
+
+/// A broken promise is a panic on several threads too, and nobody waits for the one that it hits: backward it is the first.
+#[test]
+#[should_panic]
+fn a_panic_on_one_thread_ends_the_others() {
+    let m = 200;
+    let a = FivePoint::new(m, m, [-1.1, -0.9, 4.6, -1.2, -0.8]).unwrap();
+    let short = Short(vec![1.0; m * m - 1]);
+    let problem = Hlcp::new(a, short, Omega::Uniform(4.0)).unwrap().in_parallel();
+    let mut backward = Mms::new(problem, Aor::gauss_seidel().backward()).unwrap();
+    let q = vec![-1.3; m * m];
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+    pool.install(|| {
+        let (x, mut y) = (vec![0.7; m * m], vec![0.0; m * m]);
+        let _ = backward.step(0, &Rhs::new(&q).unwrap(), &x, &mut y);
+    });
+}
+
+/// Solves that share their work while their pool has other such solves to do, and within another pool's.
+#[test]
+fn solves_within_parallel_loops() {
+    use rayon::prelude::*;
+    let m = 131;
+    let a = FivePoint::new(m, m, A).unwrap();
+    let alone = Hlcp::new(a, FivePoint::new(m, m, B).unwrap(), Omega::Uniform(1.4)).unwrap();
+    let q: Vec<f64> = (0..m * m).map(|i| f64::sin(1.3 * i as f64)).collect();
+    let expected = bits(method("TMGS", alone.clone()).unwrap(), &q);
+    let shared = || bits(method("TMGS", alone.clone().in_parallel()).unwrap(), &q);
+    // On rayon's own pool, from outside of any.
+    assert!(shared() == expected);
+    let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let inner = pool(2);
+    for threads in [1, 3] {
+        let all = || (0..6).into_par_iter().for_each(|_| assert!(shared() == expected));
+        let within = || (0..4).into_par_iter().for_each(|_| inner.install(all));
+        pool(threads).install(all);
+        pool(threads).install(within);
+    }
 }
 
 /// Where no grid is known, a red–black order by name is refused.

@@ -225,6 +225,28 @@ fn a_cycle_of_active_sets_is_broken() {
     assert_eq!(iterates[8], expected);
 }
 
+/// The slower the base, the more often the same sets come by, at the same bits too: that is no reason to give up.
+#[test]
+fn what_comes_back_need_not_come_back_for_ever() {
+    for (gamma, omega) in [(1.7, 1.1), (1.7, 1.0), (1.0, 1.0)] {
+        for damping in [0.1, 0.03, 0.01, 0.003, 0.001] {
+            let dense = Dense { gamma, omega: DVector::from_element(3, omega), ..carousel() };
+            let step =
+                damping * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
+            let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+                y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
+            });
+            let base = Mms::new(posed(&dense), Correction(damped)).unwrap();
+            let mut newton = Solver::new(Newton::new(base, Ssor));
+            for start in [[0.9, -0.7, -0.8], [1.0, -1.0, -1.0], [2.0, 1.0, -1.0]] {
+                let outcome = newton.solve(dense.q.as_slice(), &start, &Limits::default()).unwrap();
+                assert!(outcome.converged(), "{gamma} {omega} {damping} {start:?}: {outcome}");
+                assert!(newton.z().iter().all(|&z| z <= 1e-9));
+            }
+        }
+    }
+}
+
 /// A = e eᵀ is singular on the piece of the start, and the system there has no solution.
 #[test]
 fn a_singular_jacobian_is_left_behind() {

@@ -78,6 +78,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for AdaptiveSor<T, A, B> {
         self.search = Search::default();
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         assert_eq!(k, 0, "a sweep is one step");
         let alpha = T::from(self.alpha()).and_then(|alpha| Aor::sor(alpha).ok());

@@ -104,12 +104,15 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for a window of 0.
+    /// [`Error::Parameter`] for a window of 0, or one whose vectors no memory can hold.
     pub fn new(base: M, window: usize) -> Result<Self, Error> {
-        if window == 0 {
-            return Err(Error::Parameter { name: "window", value: 0.0, range: "at least 1" });
-        }
         let n = base.problem().order();
+        // The largest array is `window` vectors, or as many products as pairs of them.
+        let bytes = window.checked_mul(n.max(window)).and_then(|numbers| numbers.checked_mul(8));
+        if window == 0 || bytes.is_none_or(|bytes| bytes > isize::MAX as usize) {
+            let range = "at least 1, and small enough to store";
+            return Err(Error::Parameter { name: "window", value: window as f64, range });
+        }
         let zeros = |count: usize| vec![T::zero(); count * n];
         Ok(Self {
             base,
@@ -164,6 +167,10 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
     fn restart(&mut self) {
         self.base.restart();
         self.history = History::default();
+    }
+
+    fn remembers(&self) -> bool {
+        true
     }
 
     fn linear_iterations(&self) -> Option<usize> {

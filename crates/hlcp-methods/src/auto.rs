@@ -127,6 +127,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
         }
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn linear_iterations(&self) -> Option<usize> {
         match &self.other {
             Some(Other::Newton(newton)) => newton.linear_iterations(),

@@ -46,6 +46,12 @@ pub trait Method<T: Scalar> {
     /// depend on those before has anything to forget.
     fn restart(&mut self) {}
 
+    /// Whether a step depends on those before it. An iterate that comes back then need not come back for ever, and a
+    /// [`Solver`](crate::Solver) does not call that [cycling](crate::Status::Cycling).
+    fn remembers(&self) -> bool {
+        false
+    }
+
     /// The iterations of inner linear solves since [`restart`](Self::restart), of a method that has them.
     fn linear_iterations(&self) -> Option<usize> {
         None
@@ -106,6 +112,10 @@ impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
 
     fn restart(&mut self) {
         (**self).restart();
+    }
+
+    fn remembers(&self) -> bool {
+        (**self).remembers()
     }
 
     fn linear_iterations(&self) -> Option<usize> {

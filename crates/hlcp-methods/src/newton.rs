@@ -187,6 +187,8 @@ pub struct Newton<T, M, P> {
     linear_iterations: usize,
     base_iterations: usize,
     defects: usize,
+    /// Residuals that were asked for since the last step.
+    looks: usize,
     /// The phase, unless the base has its turn or a phase is about to begin.
     phase: Option<Phase>,
     /// The iterations that the base has left, and how many it gets after the next phase.
@@ -219,6 +221,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             linear_iterations: 0,
             base_iterations: 0,
             defects: 0,
+            looks: 0,
             phase: None,
             resting: 0,
             rest: 2,
@@ -227,7 +230,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
 
     /// Measures F at `at`, where the next step is taken.
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
-        self.defects += 1;
         let problem = self.base.problem();
         problem.defect(q.entries(), &self.at, &mut self.f, &mut self.scratch);
         let gamma = problem.gamma().to_f64().unwrap_or(f64::NAN);
@@ -272,8 +274,13 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
 
     fn restart(&mut self) {
         self.base.restart();
-        (self.linear_iterations, self.base_iterations, self.defects) = (0, 0, 0);
+        (self.linear_iterations, self.base_iterations) = (0, 0);
+        (self.defects, self.looks) = (0, 0);
         (self.phase, self.resting, self.rest) = (None, 0, 2);
+    }
+
+    fn remembers(&self) -> bool {
+        true
     }
 
     fn linear_iterations(&self) -> Option<usize> {
@@ -282,16 +289,20 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         self.at.copy_from_slice(x);
+        self.looks += 1;
         Some(self.measure(q))
     }
 
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         assert_eq!(k, 0, "an iteration of Newton's method is one step");
+        // A look at an iterate counts where a step follows, and so does the defect where the step is taken.
+        self.defects += std::mem::take(&mut self.looks);
         if self.resting > 0 {
             self.resting -= 1;
             self.base_iterations += 1;
             return iterate(&mut self.base, q, x, y, &mut self.f);
         }
+        self.defects += 1;
         let (norms, forcing);
         let mut phase = if let Some(mut phase) = self.phase {
             self.at.copy_from_slice(x);

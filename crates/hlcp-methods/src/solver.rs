@@ -230,10 +230,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     ) -> (Status, usize, usize, Norms) {
         let limits = test.limits;
         self.method.restart();
-        self.watch.begin(limits.norm.of(q.norms()));
+        self.watch.begin(limits.norm.of(q.norms()), self.method.remembers());
         self.history.clear();
         let mut answer = 0;
-        for k in 0.. {
+        for k in 0_usize.. {
+            // Between powers of four an older size serves, until something passes.
+            if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
+                test.size = self.size(q, test);
+            }
             let seen = self.method.residual(q, &self.x).filter(|&norms| test.within(norms));
             let norms = seen.unwrap_or_else(|| self.method.step(0, q, &self.x, &mut self.z));
             let residual = limits.norm.of(norms);
@@ -244,10 +248,6 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let elapsed = start.elapsed();
             let stopped =
                 observer(&Progress { iteration: k, residual: norms, elapsed, x: &self.x });
-            // Between powers of four an older size serves, until something passes.
-            if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
-                test.size = self.size(q, test);
-            }
             if test.within(norms) {
                 // The answer's own residual and size decide; the step's were their forerunners.
                 test.size = self.size(q, test);

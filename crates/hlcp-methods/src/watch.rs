@@ -29,6 +29,8 @@ pub(crate) enum Alarm {
 #[derive(Debug, Clone)]
 pub(crate) struct Watch<T> {
     scale: f64,
+    /// Whether an iterate that comes back need not come back for ever.
+    remembers: bool,
     best: f64,
     best_at: usize,
     mark: Mark,
@@ -68,6 +70,7 @@ impl<T: Scalar> Watch<T> {
     pub(crate) fn new() -> Self {
         Self {
             scale: 0.0,
+            remembers: false,
             best: f64::INFINITY,
             best_at: 0,
             mark: Mark::NONE,
@@ -78,9 +81,9 @@ impl<T: Scalar> Watch<T> {
     }
 
     /// Forgets the last iteration, but not its storage.
-    pub(crate) fn begin(&mut self, scale: f64) {
+    pub(crate) fn begin(&mut self, scale: f64, remembers: bool) {
         let anchor = std::mem::take(&mut self.anchor);
-        *self = Self { scale, anchor, ..Self::new() };
+        *self = Self { scale, remembers, anchor, ..Self::new() };
     }
 
     /// Notes the residual of iterate `k`; whether it is the smallest so far.
@@ -113,9 +116,11 @@ impl<T: Scalar> Watch<T> {
             }
             // Also within an iteration: two steps may undo each other.
             let resting = || !self.moved && moves_by_rounding(x, next);
-            if x == self.anchor {
-                let repeating = Alarm::Repeating { period: k - at };
-                return Some(if resting() { Alarm::Resting } else { repeating });
+            if x == self.anchor && resting() {
+                return Some(Alarm::Resting);
+            }
+            if x == self.anchor && !self.remembers {
+                return Some(Alarm::Repeating { period: k - at });
             }
             if quiet > PATIENCE && k == at + 1 && resting() {
                 return Some(Alarm::Resting);

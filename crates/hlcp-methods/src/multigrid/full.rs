@@ -62,6 +62,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for FullMu
         self.begun = false;
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         if std::mem::replace(&mut self.begun, true) {
             return self.multigrid.step(k, q, x, y);

@@ -226,6 +226,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         self.pace = Pace::new();
     }
 
+    fn remembers(&self) -> bool {
+        true
+    }
+
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         assert_eq!(k, 0, "a cycle is one step");
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
