@@ -99,6 +99,10 @@ fn what_the_documents_say_to_type_works() {
                 assert!(root.join(format!("benches/{name}.rs")).exists(), "{command}");
             }
             ["cargo", "test" | "doc", ..] => {}
+            ["cargo", "build", "--release", "-p", name] | ["cargo", "tree", .., name] => {
+                let known = name == "NAME" || root.join("crates").join(name).exists();
+                assert!(known, "{command}");
+            }
             [script] if script.starts_with("scripts/") => {
                 assert!(root.join(script).exists(), "{command}");
             }
