@@ -88,9 +88,13 @@ impl Choice {
         }
     }
 
-    /// The steps of one iteration, as the theorems take them, of a method that has such steps.
+    /// The steps of one iteration, as the theorems take them, of a method that has such steps; in red–black order the triangles
+    /// are others.
     pub(crate) fn steps(&self) -> Option<Vec<AorStep>> {
         let Kind::Paper(named) = &self.kind else { return None };
+        if named.is_red_black() {
+            return None;
+        }
         let [alpha, beta] = named.first();
         let first = AorStep::new(alpha, beta);
         if named.is_accelerated() {

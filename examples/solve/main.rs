@@ -160,7 +160,7 @@ impl Run<'_> {
                     report::line(&match choice.steps() {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
-                            "  convergence: not proved, because no theorem here covers the method"
+                            "  convergence: not proved, because the check does not cover the method"
                                 .into()
                         }
                     })?;
