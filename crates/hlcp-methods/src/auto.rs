@@ -1,10 +1,10 @@
-use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
+use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
-use crate::{AdaptiveSor, Cycle, Method, Multigrid, Newton, TridiagonalPart};
+use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart};
 
 /// The method for people who do not want to choose one.
 ///
-/// * Where `A` and `B` are tridiagonal: [`Newton`] with a direct inner solve, which falls back on [`AdaptiveSor`].
+/// * Where `A` and `B` are tridiagonal: [`Newton`] with a direct inner solve, which falls back on Gauss–Seidel.
 /// * Otherwise [`AdaptiveSor`], which finds α as it goes; and if both operators are five-point ones on one grid and the first 24
 ///   sweeps show that 200 more would not do, W-cycles of [`Multigrid`], which in their turn give way to sweeps
 ///   where no coarse grid helps.
@@ -49,8 +49,8 @@ enum Other<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
 }
 
-/// Newton's method with elimination in tridiagonal operators.
-type Direct<T, A, B> = Newton<T, AdaptiveSor<T, A, B>, TridiagonalPart<T>>;
+/// Newton's method with elimination in tridiagonal operators, on Gauss–Seidel, which runs away least.
+type Direct<T, A, B> = Newton<T, Mms<T, A, B, Aor<T>>, TridiagonalPart<T>>;
 
 /// The sweeps that SOR is watched for, from the middle on.
 const WATCHED: usize = 24;
@@ -66,7 +66,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let sor = AdaptiveSor::new(problem.clone())?;
         let other = if is_tridiagonal(problem.a()) && is_tridiagonal(problem.b()) {
-            Some(Other::Newton(Box::new(Newton::new(sor.clone(), TridiagonalPart::new()))))
+            let base = Mms::new(problem, Aor::gauss_seidel())?;
+            Some(Other::Newton(Box::new(Newton::new(base, TridiagonalPart::new()))))
         } else {
             let multigrid = Multigrid::new(problem, Cycle::W).ok();
             multigrid.map(|multigrid| Other::Multigrid(Box::new(multigrid)))
