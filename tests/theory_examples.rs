@@ -1,0 +1,167 @@
+//! The convergence theorems on the paper's examples: Table 2, closed forms, and the proved regions of (α, τ).
+
+use hlcp_core::{FivePoint, Hlcp, Omega};
+use hlcp_verify::{
+    AorStep, Convergence, Example, Proof, alpha_bound, convergence, relaxed_alpha_bound,
+    relaxed_theorem, theorem_2,
+};
+
+fn example(
+    symmetric: bool,
+    m: usize,
+    [mu, nu]: [f64; 2],
+    tau: f64,
+) -> Hlcp<f64, FivePoint<f64>, FivePoint<f64>> {
+    let scene = Example { symmetric, m, mu, nu }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b).unwrap();
+    Hlcp::new(scene.a, scene.b, omega).unwrap()
+}
+
+/// Table 2, which truncates: the brackets lie inside the printed digits, and prove the bound above 1 at μ = ν = 0.
+#[test]
+fn table_2_of_the_paper() {
+    let printed = [
+        (true, 4.0, 1.2, 1.29),
+        (true, 4.0, 1.0, 1.33),
+        (true, 0.0, 1.2, 1.00),
+        (true, 0.0, 1.0, 1.00),
+        (false, 4.0, 1.2, 1.34),
+        (false, 4.0, 1.0, 1.39),
+    ];
+    for m in [128, 256] {
+        for (symmetric, mu, tau, digits) in printed {
+            let [lower, upper] = alpha_bound(&example(symmetric, m, [mu; 2], tau)).reciprocal();
+            assert!(lower > digits && upper < digits + 0.01, "{symmetric} {mu} {tau}: {lower}");
+            assert!(lower > 1.0 && upper - lower <= 1e-5 * (lower - 1.0));
+        }
+    }
+}
+
+/// The symmetric bounds have a closed form, since the stencils have sines for eigenvectors.
+#[test]
+fn the_bound_of_example_1_is_its_closed_form() {
+    for (m, mu, tau) in [(64, 4.0, 1.2), (100, 0.0, 1.0), (37, 1.0, 0.7)] {
+        let centre = 4.0 + mu;
+        let cosine = (std::f64::consts::PI / (m as f64 + 1.0)).cos();
+        let bound = centre * (1.0 + tau) / (centre * tau + 4.0 * cosine);
+        let [lower, upper] = alpha_bound(&example(true, m, [mu; 2], tau)).reciprocal();
+        assert!(
+            lower <= bound * (1.0 + 1e-14) && bound * (1.0 - 1e-14) <= upper,
+            "{lower} {bound} {upper}"
+        );
+    }
+}
+
+/// The regions of (α, τ) that the relaxed theorem and Theorem 2 prove, printed for m = 128 with `--nocapture`.
+///
+/// The stencils have sines, scaled for Example 2, for eigenvectors, so both bounds on α have closed forms; so have the
+/// ends of the range of τ in which α = 1 is proved, which are tested at m = 24.
+#[test]
+fn the_proved_regions_of_alpha_and_tau() {
+    let m = 128;
+    println!("example, mu, nu: bounds on alpha at tau = 0.8, 1, 1.2 (relaxed; (16)); tau; areas");
+    for (symmetric, [mu, nu]) in [true, false]
+        .into_iter()
+        .flat_map(|s| [4.0, 1.0, 0.0].map(|v| (s, [v; 2])).into_iter().chain([(s, [0.0, 4.0])]))
+    {
+        let shape: f64 = if symmetric { 1.0 } else { 0.75 };
+        let side = |m: usize| 2.0 * shape.sqrt() * (std::f64::consts::PI / (m as f64 + 1.0)).cos();
+        let s = side(m);
+        let [on_a, on_b]: [f64; 2] = [4.0 + mu, 4.0 + nu];
+        let relaxed = |tau: f64| {
+            let off = s * (1.0 + f64::max(1.0, tau * on_a / on_b));
+            on_a * (1.0 + tau) / (on_a * tau.max(1.0) + off)
+        };
+        let of_16 = |tau: f64| on_a * (1.0 + tau) / (on_a * tau + 2.0 * s);
+        for tau in [0.8, 1.0, 1.2] {
+            let problem = example(symmetric, m, [mu, nu], tau);
+            for (bracket, bound) in
+                [(relaxed_alpha_bound(&problem), relaxed(tau)), (alpha_bound(&problem), of_16(tau))]
+            {
+                let [lower, upper] = bracket.reciprocal();
+                assert!(lower <= bound * (1.0 + 1e-14) && bound * (1.0 - 1e-14) <= upper);
+                assert!(upper - lower <= 2e-6 * (bound - 1.0).abs(), "{lower} {bound} {upper}");
+            }
+        }
+        // C has a positive eigenvector, to min(1, τ)a − s(1 + max(1, τa/b)).
+        let ends = |s: f64| [2.0 * s / on_a, (on_a / s - 1.0) * on_b / on_a];
+        let ([low, high], few) = (ends(side(24)), 24);
+        let last = on_b / on_a; // of (II)
+        for (tau, proved, paper) in [
+            (low * (1.0 - 1e-4), false, false),
+            (low * (1.0 + 1e-4), true, false),
+            (high * (1.0 - 1e-4), true, false),
+            (high * (1.0 + 1e-4), false, false),
+            (1.0 - 1e-9, true, false),
+            (1.0, true, true),
+            (last, true, true),
+            (last + 1e-9, true, false),
+        ] {
+            let problem = example(symmetric, few, [mu, nu], tau);
+            let steps = [AorStep::new(1.0, 1.0), AorStep::new(1.0, 1.0).backward()];
+            assert_eq!(relaxed_theorem(&problem, &steps).is_yes(), proved, "{mu} {nu} {tau}");
+            assert_eq!(theorem_2(&problem, &steps).applies(), paper, "{mu} {nu} {tau}");
+        }
+        let [low, high] = ends(s);
+        let area = |from: f64, to: f64, bound: &dyn Fn(f64) -> f64| {
+            let h = (to - from) / 10_000.0;
+            (0..10_000).map(|k| h * bound(from + (k as f64 + 0.5) * h)).sum::<f64>()
+        };
+        println!(
+            "{} {mu} {nu}: {:.5?}; {:.5?}; {low:.4} to {high:.4}, 1 to {last}; {:.4}, {:.4}",
+            if symmetric { 1 } else { 2 },
+            [0.8, 1.0, 1.2].map(relaxed),
+            [0.8, 1.0, 1.2].map(of_16),
+            area(low, high, &relaxed),
+            area(1.0, last, &of_16)
+        );
+    }
+}
+
+/// Members of the proved regions of (α, τ) at m = 16. Theorem 2 lives on τ = 1, and on 1 ≤ τ ≤ 2 for (0, 4); the relaxed
+/// theorem adds τ ≠ 1 where μ = ν > 0.
+#[test]
+fn the_proved_region_of_the_relaxed_theorem_is_larger() {
+    // μ, ν, τ, α, Theorem 2, relaxed theorem
+    let known = [
+        ([4.0, 4.0], 1.0, 1.3, true, true),
+        ([4.0, 4.0], 0.8, 1.15, false, true),
+        ([4.0, 4.0], 1.2, 1.2, false, true),
+        ([1.0, 1.0], 1.0, 1.1, true, true),
+        ([1.0, 1.0], 1.2, 1.04, false, true),
+        ([0.0, 0.0], 1.0, 1.0, true, true),
+        ([0.0, 0.0], 1.2, 1.0, false, false),
+        ([0.0, 4.0], 1.5, 1.0, true, true),
+        ([0.0, 4.0], 2.2, 0.8, false, false),
+    ];
+    for (shifts, tau, alpha, paper, relaxed) in known {
+        let problem = example(true, 16, shifts, tau);
+        let steps = [AorStep::new(alpha, 0.9 * alpha), AorStep::new(alpha, 0.9 * alpha).backward()];
+        let found =
+            [theorem_2(&problem, &steps).applies(), relaxed_theorem(&problem, &steps).is_yes()];
+        assert_eq!(found, [paper, relaxed], "{shifts:?}, tau {tau}, alpha {alpha}");
+    }
+}
+
+/// β > α is outside both theorems and inside the general witness.
+#[test]
+fn a_witness_covers_beta_above_alpha() {
+    let problem = example(true, 16, [4.0; 2], 1.0);
+    let steps = [AorStep::new(0.9, 1.1), AorStep::new(0.8, 1.0).backward()];
+    assert!(!relaxed_theorem(&problem, &steps).is_yes());
+    assert!(matches!(convergence(&problem, &steps), Convergence::Proved(Proof::Witness, _)));
+}
+
+/// The a-priori count is the least one: one iteration fewer is not enough.
+#[test]
+fn a_priori_counts() {
+    let Convergence::Proved(_, c) =
+        convergence(&example(true, 32, [4.0; 2], 1.0), &[AorStep::new(1.0, 1.0)])
+    else {
+        panic!("Theorem 2")
+    };
+    let k = c.iterations(1e-10).unwrap();
+    let exact = (1e-10_f64.ln() / c.factor.ln()).ceil() as u64;
+    assert!(k == exact || k == exact + 1, "{k} {exact}");
+    assert_eq!(c.iterations(0.0), None);
+}
