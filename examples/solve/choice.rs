@@ -68,7 +68,7 @@ impl Choice {
             Kind::Paper(named) => named.on(problem)?,
             Kind::Anderson { base, window } => Box::new(Anderson::new(base.on(problem)?, *window)?),
             Kind::Newton { base } => {
-                if is_tridiagonal(problem.a()) && is_tridiagonal(problem.b()) {
+                if TridiagonalPart::is_all(&problem) {
                     Box::new(Newton::new(base.on(problem)?, TridiagonalPart::new()))
                 } else {
                     Box::new(Newton::new(base.on(problem)?, Ssor))
@@ -103,13 +103,4 @@ impl Choice {
         let second = named.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());
         Some(std::iter::once(first).chain(second).collect())
     }
-}
-
-/// Whether no row has an entry outside of the three middle diagonals.
-fn is_tridiagonal<T: Scalar>(operator: &impl Rows<T>) -> bool {
-    (0..operator.order()).all(|i| {
-        let mut near = true;
-        operator.visit_row(i, &mut |j, _| near &= j.abs_diff(i) <= 1);
-        near
-    })
 }

@@ -268,7 +268,7 @@ impl<T: Scalar> Aor<T> {
             // The reciprocal depends on no other row, so it stays off the chain from row to row.
             y[i] = x[i] - (f + moved) * self.pivot(problem, i).recip();
         }
-        meter.norms_over(gamma)
+        meter.norms().over(gamma)
     }
 
     #[inline]

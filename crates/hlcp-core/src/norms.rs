@@ -27,6 +27,18 @@ impl Norms {
         v.iter().for_each(|&v| meter.add(v));
         meter.norms()
     }
+
+    /// The norms of the vector divided by γ: those of `A z − B r + q` from those of `F(x) = γ(A z − B r + q)`.
+    ///
+    /// ```
+    /// use hlcp_core::Norms;
+    ///
+    /// assert_eq!(Norms::of(&[3.0, -4.0]).over(2.0), Norms { l2: 2.5, linf: 2.0 });
+    /// ```
+    pub fn over<T: Scalar>(self, gamma: T) -> Self {
+        let gamma = to_f64(gamma);
+        Self { l2: self.l2 / gamma, linf: self.linf / gamma }
+    }
 }
 
 /// Sums squares in units of a power of two, so that neither 1e±150 nor 1e±300 is lost.
@@ -77,11 +89,9 @@ impl Meter {
 
     /// The norms of what was summed, divided by γ.
     pub(crate) fn norms_of<T: Scalar>(&self, sum: &Tally<T>, gamma: T) -> Norms {
-        let gamma = to_f64(gamma);
         let squares: f64 = sum.squares.iter().sum();
         let largest = sum.largest.iter().copied().fold(T::zero(), larger);
-        let Norms { l2, linf } = self.finish(squares, to_f64(largest));
-        Norms { l2: l2 / gamma, linf: linf / gamma }
+        self.finish(squares, to_f64(largest)).over(gamma)
     }
 
     pub(crate) fn norms(&self) -> Norms {
@@ -100,12 +110,6 @@ impl Meter {
             squares.sqrt() * self.unit
         };
         Norms { l2, linf: if squares.is_nan() { f64::NAN } else { largest } }
-    }
-
-    /// The norms of what was added, divided by γ.
-    pub(crate) fn norms_over<T: Scalar>(&self, gamma: T) -> Norms {
-        let Norms { l2, linf } = self.norms();
-        Norms { l2: l2 / to_f64(gamma), linf: linf / to_f64(gamma) }
     }
 }
 

@@ -152,7 +152,7 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     for (y, &x) in y.iter_mut().zip(x) {
         *y = x - *y;
     }
-    meter.norms_over(problem.gamma())
+    meter.norms().over(problem.gamma())
 }
 
 /// A closure `(rhs, y)` as a [`Splitting`].

@@ -65,7 +65,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// What the [`Aor`](hlcp_core::Aor)'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let sor = AdaptiveSor::new(problem.clone())?;
-        let other = if is_tridiagonal(problem.a()) && is_tridiagonal(problem.b()) {
+        let other = if TridiagonalPart::is_all(&problem) {
             let base = Mms::new(problem, Aor::gauss_seidel())?;
             Some(Other::Newton(Box::new(Newton::new(base, TridiagonalPart::new()))))
         } else {
@@ -155,13 +155,4 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
             }
         }
     }
-}
-
-/// Whether no row has an entry outside of the three middle diagonals.
-fn is_tridiagonal<T: Scalar>(operator: &impl Rows<T>) -> bool {
-    (0..operator.order()).all(|i| {
-        let mut near = true;
-        operator.visit_row(i, &mut |j, _| near &= j.abs_diff(i) <= 1);
-        near
-    })
 }

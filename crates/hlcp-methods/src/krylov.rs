@@ -1,6 +1,6 @@
 //! Linear systems with J(x): the inner solver of Newton's method, and what may precondition it.
 
-use hlcp_core::{Correction, LinearOperator, Norms, Rows, Scalar, Splitting};
+use hlcp_core::{Correction, Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting};
 
 use crate::Jacobian;
 
@@ -115,6 +115,34 @@ impl<T> TridiagonalPart<T> {
     /// Without its storage yet.
     pub fn new() -> Self {
         Self { above: Vec::new() }
+    }
+}
+
+impl<T: Scalar> TridiagonalPart<T> {
+    /// Whether this part is all of J, for every `x`: no row of `A` or `B` has an entry outside of the three middle
+    /// diagonals.
+    ///
+    /// # Cost
+    ///
+    /// A walk over rows, up to the first that has one.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::TridiagonalPart;
+    ///
+    /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
+    /// assert!(!TridiagonalPart::is_all(&problem));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn is_all<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
+        (0..problem.order()).all(|i| {
+            let mut near = true;
+            let mut see = |j: usize, _| near &= j.abs_diff(i) <= 1;
+            problem.a().visit_row(i, &mut see);
+            problem.b().visit_row(i, &mut see);
+            near
+        })
     }
 }
 

@@ -232,9 +232,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.base.problem();
         problem.defect(q.entries(), &self.at, &mut self.f, &mut self.scratch);
-        let gamma = problem.gamma().to_f64().unwrap_or(f64::NAN);
-        let Norms { l2, linf } = Norms::of(&self.f);
-        Norms { l2: l2 / gamma, linf: linf / gamma }
+        Norms::of(&self.f).over(problem.gamma())
     }
 
     /// Takes the step from `at` to `y`; whether the linear system was solved to some extent.

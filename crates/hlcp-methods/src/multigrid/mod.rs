@@ -187,13 +187,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
 
     /// The norms of `A z − B r + q` at `x`.
     fn norms(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
-        let gamma = self.gamma();
-        let Norms { l2, linf } = Norms::of(self.equation(q).defect(x));
-        Norms { l2: l2 / gamma, linf: linf / gamma }
-    }
-
-    fn gamma(&self) -> f64 {
-        self.problem.gamma().to_f64().unwrap_or(f64::NAN)
+        let gamma = self.problem.gamma();
+        Norms::of(self.equation(q).defect(x)).over(gamma)
     }
 
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
@@ -234,7 +229,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         assert_eq!(k, 0, "a cycle is one step");
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
         let (kind, pairs, mut pace) = (self.cycle, self.sweeps.div_ceil(2), self.pace);
-        let gamma = self.gamma();
+        let gamma = self.problem.gamma();
         let mut kept = std::mem::take(&mut self.kept);
         let mut equation = self.equation(q);
         let norms = Norms::of(equation.defect(x));
@@ -264,7 +259,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
             }
         }
         (self.pace, self.kept) = (pace, kept);
-        Norms { l2: norms.l2 / gamma, linf: norms.linf / gamma }
+        norms.over(gamma)
     }
 }
 

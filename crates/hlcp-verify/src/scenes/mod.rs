@@ -2,6 +2,8 @@
 
 use hlcp_core::{Error, Scalar};
 
+use crate::comparison::wide;
+
 mod american_put;
 mod bearing2d;
 mod disc;
@@ -31,9 +33,4 @@ fn positive(name: &'static str, value: f64) -> Result<(), Error> {
 /// The nearest number of precision `T`.
 fn narrow<T: Scalar>(value: f64) -> T {
     T::from(value).unwrap_or_else(T::nan)
-}
-
-/// The number in double precision.
-fn wide<T: Scalar>(value: T) -> f64 {
-    value.to_f64().unwrap_or(f64::NAN)
 }
