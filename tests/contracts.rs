@@ -445,7 +445,7 @@ fn solves_within_parallel_loops() {
 fn red_black_by_name_needs_a_grid() {
     let (a, b) = (Lists::of(&stencil::<f64>(A)), Lists::of(&stencil::<f64>(B)));
     let refusal = method("MRBGS", Hlcp::new(a, b, omega()).unwrap()).err();
-    assert_eq!(refusal, Some(Error::NoGrid));
+    assert_eq!(refusal, Some(Error::NotFivePoint { what: "A" }));
     assert!(matches!(
         Aor::<f64>::gauss_seidel().red_black(0),
         Err(Error::Parameter { value: 0.0, .. })

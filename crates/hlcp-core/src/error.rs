@@ -50,13 +50,10 @@ pub enum Error {
         /// The entry.
         value: f64,
     },
-    /// An order of the points of a grid is asked for where no grid is known.
-    #[error("red–black order needs a grid, but A and B are not both five-point operators on one")]
-    NoGrid,
     /// An operator does not answer [`as_five_point`](crate::LinearOperator::as_five_point), or not on the grid of the
     /// other one.
     #[error(
-        "{what} is not known as a five-point operator on the other's grid, which coarser grids are made from"
+        "{what} is not known as a five-point operator on a grid, or not on that of the other operator"
     )]
     NotFivePoint {
         /// The operator.

@@ -62,8 +62,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`;
-    /// [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
+    /// [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
+    /// of another order than its own; [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
         let n = a.order();
         if n == 0 {
@@ -71,6 +71,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         if b.order() != n {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });
+        }
+        for (what, view) in
+            [("the grid of A", a.as_five_point()), ("the grid of B", b.as_five_point())]
+        {
+            if let Some([nx, ny]) = view.and_then(|view| view.grid())
+                && nx.checked_mul(ny) != Some(n)
+            {
+                return Err(Error::Order { what, found: nx.saturating_mul(ny), expected: n });
+            }
         }
         omega.check(n)?;
         Ok(Self { a, b, omega, gamma: T::one(), exchanged: false, parallel: false })
@@ -156,19 +165,27 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.a.order()
     }
 
-    /// The grid of the operators, `[nx, ny]`, where both are five-point ones and one at least is not diagonal.
+    /// The grid of the operators, `[nx, ny]`; of two diagonal ones, which fit any, `[n, 1]`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFivePoint`] unless both are known as five-point operators, on one grid.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
     ///
     /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
-    /// assert_eq!(problem.grid(), Some([3, 2]));
+    /// assert_eq!(problem.grid()?, [3, 2]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn grid(&self) -> Option<[usize; 2]> {
-        let (a, b) = (self.a.as_five_point()?.grid(), self.b.as_five_point()?.grid());
-        if a.is_some() && b.is_some() && a != b { None } else { a.or(b) }
+    pub fn grid(&self) -> Result<[usize; 2], Error> {
+        let a = self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?.grid();
+        let b = self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?.grid();
+        match (a, b) {
+            (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
+            _ => Ok(a.or(b).unwrap_or([self.order(), 1])),
+        }
     }
 
     /// The operator `A`, after an exchange the posed problem's `B`.

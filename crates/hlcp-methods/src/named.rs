@@ -208,7 +208,7 @@ impl Named {
     ///
     /// # Errors
     ///
-    /// [`Error`] for parameters out of range, [`Error::NoGrid`] for a red–black order without a grid, and for what the splittings refuse of the problem.
+    /// [`Error`] for parameters out of range, [`Error::NotFivePoint`] for a red–black order without a grid, and for what the splittings refuse of the problem.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -232,11 +232,7 @@ impl Named {
         let aor = |[alpha, beta]: [f64; 2]| {
             let to = |v| T::from(v).unwrap_or_else(T::nan);
             let aor = Aor::new(to(alpha), to(beta))?;
-            match problem.grid() {
-                _ if !self.red_black => Ok(aor),
-                Some([nx, _]) => aor.red_black(nx),
-                None => Err(Error::NoGrid),
-            }
+            if self.red_black { aor.red_black(problem.grid()?[0]) } else { Ok(aor) }
         };
         let (first, second) = (aor(self.first)?, aor(self.second)?);
         Ok(match self.family {

@@ -69,12 +69,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         problem: &'a Hlcp<T, A, B>,
     ) -> Option<Self> {
         let (a, b) = (problem.a().as_five_point()?, problem.b().as_five_point()?);
-        let [nx, ny] = match problem.grid() {
-            Some(grid) => grid,
-            None if a.grid().is_none() && b.grid().is_none() => [problem.order(), 1],
-            None => return None,
-        };
-        assert_eq!(nx * ny, problem.order(), "a grid of the problem's order");
+        let [nx, ny] = problem.grid().ok()?;
         let omega = match problem.omega() {
             Omega::Uniform(omega) => Coefficients::Constant(*omega),
             Omega::Each(omega) => Coefficients::Each(omega),

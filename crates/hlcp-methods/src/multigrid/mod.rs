@@ -104,18 +104,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] for operators that do not answer
-    /// [`as_five_point`](LinearOperator::as_five_point) on one grid, [`Error::Order`] for a grid that has not their
-    /// order; [`Error::NotPositive`] for the problem's first diagonal entry that is not positive, which a sweep divides
-    /// by; and what `coarsen` refuses.
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first diagonal entry that
+    /// is not positive, which a sweep divides by; and what `coarsen` refuses.
     pub fn with_levels(
         problem: Hlcp<T, A, B>,
         cycle: Cycle,
         coarsen: &impl Coarsen<T>,
     ) -> Result<Self, Error> {
-        let grid = grid_of(&problem)?;
-        let pair = Pair::new(&problem, grid).ok_or(Error::NotFivePoint { what: "B" })?;
-        pair.positive()?;
+        let grid = problem.grid()?;
+        Pair::new(&problem, grid).ok_or(Error::NotFivePoint { what: "B" })?.positive()?;
         let mut levels = vec![];
         let mut next = coarser(&problem, grid, coarsen)?;
         while let Some(level) = next {
@@ -276,21 +273,6 @@ fn compare<T: Scalar>(equation: &mut Equation<'_, T>, kind: Cycle, x: &mut [T]) 
     equation.correct(kind, x);
     equation.smooth(x);
     [before, swept, Norms::of(equation.defect(x)).l2]
-}
-
-/// The one grid of the problem's operators.
-fn grid_of<T: Scalar>(
-    problem: &Hlcp<T, impl LinearOperator<T>, impl LinearOperator<T>>,
-) -> Result<[usize; 2], Error> {
-    let a = problem.a().as_five_point().ok_or(Error::NotFivePoint { what: "A" })?;
-    let b = problem.b().as_five_point().ok_or(Error::NotFivePoint { what: "B" })?;
-    let grid = a.grid().or(b.grid()).unwrap_or([problem.order(), 1]);
-    let (found, expected) = (grid[0] * grid[1], problem.order());
-    if found == expected {
-        Ok(grid)
-    } else {
-        Err(Error::Order { what: "the grid", found, expected })
-    }
 }
 
 /// The next coarser grid and the problem there, if there is one with positive diagonals.
