@@ -1,10 +1,15 @@
 //! Transfer, sweep and cycle against dense matrices written down from their definitions.
 
-use hlcp_core::{FivePoint, FivePointView, Hlcp, LinearOperator, Omega, VaryingFivePoint};
+use hlcp_core::{
+    FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
+};
+
+use crate::Method;
 
 use super::{
-    Coarsen, Cycle, Grids, Rediscretise, coarser,
+    Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise, coarser,
     cycle::{Equation, Work},
+    pace::Turn,
     smoother::{Pair, Source},
     transfer::{self, Axis},
 };
@@ -240,14 +245,12 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
         next = coarser(&level.problem, level.grid(), &Rediscretise).unwrap();
         levels.push(level);
     }
-    let oracle = |a: Dense, b: Dense, omega: &Omega<f64>| {
-        let omega = (0..a.len()).map(|i| omega.at(i)).collect();
-        Oracle { a, b, omega }
-    };
-    let mut grids = vec![(grid, oracle(dense(problem.a()), dense(problem.b()), problem.omega()))];
+    let omega = (0..n).map(|i| problem.omega().at(i)).collect();
+    let mut grids = vec![(grid, Oracle { a: dense(problem.a()), b: dense(problem.b()), omega })];
     for level in &levels {
-        let p = &level.problem;
-        grids.push((level.grid(), oracle(dense(p.a()), dense(p.b()), p.omega())));
+        let (p, (fine, above)) = (&level.problem, &grids[grids.len() - 1]);
+        let omega = nearest(*fine, level.grid()).iter().map(|&k| above.omega[k]).collect();
+        grids.push((level.grid(), Oracle { a: dense(p.a()), b: dense(p.b()), omega }));
     }
     let (q, start) = (list(n, seed + 5), list(n, seed + 6));
     let f: Vec<f64> = q.iter().map(|q| 0.7 * q).collect();
@@ -294,4 +297,51 @@ fn constants_are_discretised_again() {
     // Upwind convection scales with the spacing alone, and central convection becomes upwind.
     close(&row([0.0, -2.0, 2.0, 0.0, 0.0]), &[0.0, -1.0, 1.0, 0.0, 0.0], 1e-15);
     close(&row([0.0, -1.5, 2.0, -0.5, 0.0]), &[0.0, -0.5, 0.5, 0.0, 0.0], 1e-15);
+}
+
+/// Six walks on a grid, three on the coarsest, and in units of walks on the finest, rounded up.
+#[test]
+fn cycles_are_counted_in_sweeps() {
+    for (kind, walks) in [(Cycle::V, 1701), (Cycle::F, 2109), (Cycle::W, 2166)] {
+        assert_eq!(kind.walks(&[225, 49, 9, 1]), walks, "{kind:?}");
+        let sweeps = walks.div_ceil(225);
+        let a = FivePoint::new(15, 15, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+        let problem = Hlcp::new(a, Identity { order: 225 }, Omega::Uniform(4.0)).unwrap();
+        let multigrid = Multigrid::new(problem, kind).unwrap();
+        assert_eq!((multigrid.sweeps(0), multigrid.sweeps(3)), (0, 3 * sweeps));
+        // The nested iteration counts as one cycle and two sweeps.
+        let full = FullMultigrid::new(multigrid);
+        assert_eq!((full.sweeps(0), full.sweeps(3)), (0, 4 * sweeps + 2));
+    }
+}
+
+/// Where signs change from point to point a trial of cycles fails, and the sweeps go on from before it.
+#[test]
+fn a_failed_trial_leaves_no_trace() {
+    let n = 31 * 31;
+    let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let b = FivePoint::new(31, 31, [0.0, -1.0, 4.0, -1.0, 0.0]).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
+    let mut multigrid = Multigrid::new(problem, Cycle::W).unwrap();
+    let q = list(n, 3);
+    let q = Rhs::new(&q).unwrap();
+    let (mut x, mut y, mut kept) = (vec![1.0; n], vec![0.0; n], vec![]);
+    let mut returns = 0;
+    for _ in 0..60 {
+        let mut pace = multigrid.pace;
+        let norms = multigrid.step(0, &q, &x, &mut y);
+        match pace.turn(norms.l2) {
+            Turn::Keep => kept.clone_from(&x),
+            Turn::Return => {
+                let pairs = multigrid.sweeps.div_ceil(2);
+                let mut equation = multigrid.equation(&q);
+                (0..pairs).for_each(|_| equation.smooth(&mut kept));
+                assert_eq!(y, kept);
+                returns += 1;
+            }
+            _ => {}
+        }
+        std::mem::swap(&mut x, &mut y);
+    }
+    assert!(returns > 0);
 }
