@@ -5,8 +5,8 @@ mod common;
 use common::{planted, posed};
 use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{
-    Anderson, Divergence, Limits, Method, Mms, Named, Norm, Outcome, Parameters, Solver, Status,
-    Tmms,
+    AdaptiveSor, Anderson, Divergence, Limits, Method, Mms, Named, Norm, Outcome, Parameters,
+    Solver, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Slider};
 use nalgebra::{DMatrix, DVector};
@@ -118,6 +118,7 @@ fn a_window_of_none_and_one_that_nothing_holds_are_refused() {
 struct Trap {
     problem: Hlcp<f64, Identity, Identity>,
     images: usize,
+    short: f64,
 }
 
 impl Method<f64> for Trap {
@@ -132,14 +133,14 @@ impl Method<f64> for Trap {
         self.images = 0;
     }
 
-    /// Halves the distance to the solution; but the first two images are such that their mixture is 10⁶ away.
+    /// Halves the distance to the solution; but the first two images are such that their mixture is 1/short away.
     fn step(&mut self, _: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
         let solution = -q.entries()[0] / 2.0;
         self.images += 1;
         y[0] = match self.images {
             1 => x[0] + 1.0,
-            // f falls from 1 to 1 − 10⁻⁶: the secant runs 10⁶ ahead.
-            2 => x[0] + 1.0 - 1e-6,
+            // f falls from 1 to 1 − short: the secant runs 1/short ahead.
+            2 => x[0] + 1.0 - self.short,
             _ => solution + 0.5 * (x[0] - solution),
         };
         let residual = 2.0 * (x[0] - solution).abs();
@@ -147,23 +148,27 @@ impl Method<f64> for Trap {
     }
 }
 
+/// The residual at the start is 12, so that the third iterate's may be 100 · 12/3 = 400, which is 200 from the solution.
 #[test]
 fn a_mixture_that_is_lost_is_given_up_for_the_plain_iterate() {
-    let problem =
-        Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
-    let mut anderson = Anderson::new(Trap { problem, images: 0 }, 1).unwrap();
-    let q = [-20.0];
-    let q = Rhs::new(&q).unwrap();
-    let (mut x, mut y) = ([4.0], [f64::NAN]);
-    let mut visited = vec![];
-    for _ in 0..4 {
-        visited.push(x[0]);
-        let _ = anderson.step(0, &q, &x, &mut y);
-        x = y;
+    for (short, lost) in [(1e-6, true), (1.0 / 220.0, true), (1.0 / 180.0, false)] {
+        let problem =
+            Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
+        let mut anderson = Anderson::new(Trap { problem, images: 0, short }, 1).unwrap();
+        let q = [-20.0];
+        let q = Rhs::new(&q).unwrap();
+        let (mut x, mut y) = ([4.0], [f64::NAN]);
+        let mut visited = vec![];
+        for _ in 0..4 {
+            visited.push(x[0]);
+            let _ = anderson.step(0, &q, &x, &mut y);
+            x = y;
+        }
+        assert_eq!(visited[..2], [4.0, 5.0]);
+        // The mixture, and what it was made of.
+        assert!((visited[2] - 1.0 / short - 4.0).abs() < 1e-9 / short, "{visited:?}");
+        assert_eq!(visited[3] == 6.0 - short, lost);
     }
-    assert_eq!(visited[..2], [4.0, 5.0]);
-    assert!(visited[2] > 1e5); // the mixture
-    assert_eq!(visited[3], 6.0 - 1e-6); // what it was made of
 }
 
 /// Where the base diverges and nothing helps, the outcome says so.
@@ -331,6 +336,21 @@ fn never_more_iterations_on_the_disc() {
         let gains = never_more((&scene.a, &scene.b, &scene.q), 1.0, 0.0);
         println!("disc {lcp}: {:.2} {:.2}", gains[0], gains[gains.len() / 2]);
     }
+}
+
+/// A second solve repeats the first, though the base had found another α by then and the window was full.
+#[test]
+fn a_solve_forgets_the_last_one() {
+    let scene = Disc { lcp: true, m: 31 }.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
+    let sor = AdaptiveSor::new(Hlcp::new(scene.a, scene.b, omega).unwrap()).unwrap();
+    let mut anderson = Solver::new(Anderson::new(sor, 3).unwrap());
+    let mut solve = || {
+        let outcome = anderson.solve(&scene.q, &vec![1.0; 31 * 31], &Limits::default()).unwrap();
+        assert!(outcome.converged() && outcome.iterations > 30, "{outcome}");
+        ((outcome.iterations, outcome.sweeps), anderson.x().to_vec())
+    };
+    assert_eq!(solve(), solve());
 }
 
 fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {

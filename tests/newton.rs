@@ -2,12 +2,15 @@
 
 mod common;
 
-use std::ops::ControlFlow;
+use std::{
+    ops::ControlFlow,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{
-    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega, Rhs,
-    Rows, Scalar, Tridiagonal,
+    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Norms,
+    Omega, Rhs, Rows, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
     Jacobian, Limits, Method, Mms, Newton, Norm, Outcome, Preconditioner, Solver, Ssor, Status,
@@ -247,6 +250,80 @@ fn what_comes_back_need_not_come_back_for_ever() {
     }
 }
 
+/// An operator that counts its products.
+struct Counted<O>(O, AtomicUsize);
+
+impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<O> {
+    fn order(&self) -> usize {
+        self.0.order()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.1.fetch_add(1, Relaxed);
+        self.0.apply(x, y);
+    }
+}
+
+/// Steps of a method that grow shorter with their number.
+struct Fading<M>(M, usize);
+
+impl<M: Method<f64>> Method<f64> for Fading<M> {
+    type A = M::A;
+    type B = M::B;
+
+    fn problem(&self) -> &Hlcp<f64, M::A, M::B> {
+        self.0.problem()
+    }
+
+    fn restart(&mut self) {
+        self.1 = 0;
+    }
+
+    fn step(&mut self, k: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
+        let norms = self.0.step(k, q, x, y);
+        self.1 += 1;
+        let shorter = 1.0 / (1.0 + 0.01 * self.1 as f64);
+        y.iter_mut().zip(x).for_each(|(y, x)| *y = x + shorter * (*y - x));
+        norms
+    }
+}
+
+/// Where the base has several turns, a second solve repeats the first; and sweeps are what was done: a defect, a residual
+/// or a step of the base is a product, and an iteration of the inner solver is two products and two solves with the
+/// preconditioner, if not the half of it.
+#[test]
+fn a_solve_forgets_the_last_one_and_counts_its_work() {
+    let dense = carousel();
+    let step = 0.03 * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
+    let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+        y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
+    });
+    let solves = AtomicUsize::new(0);
+    let none = Correction(FromFn(|rhs: &[f64], y: &mut [f64]| {
+        solves.fetch_add(1, Relaxed);
+        y.copy_from_slice(rhs);
+    }));
+    let a = Counted(Matrix(dense.a.clone()), 0.into());
+    let omega = Omega::Uniform(dense.omega[0]);
+    let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
+    let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), Correction(damped)).unwrap();
+    let mut newton = Solver::new(Newton::new(Fading(base, 0), none));
+    let mut solve = || {
+        a.1.store(0, Relaxed);
+        solves.store(0, Relaxed);
+        let start = [0.9, -0.7, -0.8];
+        let outcome = newton.solve(dense.q.as_slice(), &start, &Limits::default()).unwrap();
+        assert!(outcome.converged() && outcome.iterations > 20, "{outcome}");
+        let linear = newton.method().linear_iterations().unwrap();
+        let (products, solves) = (a.1.load(Relaxed), solves.load(Relaxed));
+        let halves = 2 * linear - solves;
+        // Two products look at the answer and measure it.
+        assert_eq!(outcome.sweeps, products - 2 + solves + 2 * halves);
+        (outcome.iterations, outcome.sweeps, linear, newton.x().to_vec())
+    };
+    assert_eq!(solve(), solve());
+}
+
 /// A = e eᵀ is singular on the piece of the start, and the system there has no solution.
 #[test]
 fn a_singular_jacobian_is_left_behind() {
@@ -273,7 +350,7 @@ fn no_solution_is_no_success() {
 }
 
 /// An operator that gives NaN from a certain product on.
-struct Tired(std::sync::atomic::AtomicUsize, usize);
+struct Tired(AtomicUsize, usize);
 
 impl LinearOperator<f64> for Tired {
     fn order(&self) -> usize {
@@ -282,7 +359,7 @@ impl LinearOperator<f64> for Tired {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.5 * x);
-        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= self.1 {
+        if self.0.fetch_add(1, Relaxed) >= self.1 {
             y[1] = f64::NAN;
         }
     }
