@@ -5,8 +5,8 @@ mod common;
 use common::{planted, posed};
 use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Divergence, Limits, Method, Mms, Named, Norm, Outcome, Parameters,
-    Solver, Status, Tmms,
+    AdaptiveSor, Anderson, Divergence, Limits, Method, Mms, Named, Newton, Norm, Outcome,
+    Parameters, Solver, Ssor, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Slider};
 use nalgebra::{DMatrix, DVector};
@@ -351,6 +351,22 @@ fn a_solve_forgets_the_last_one() {
         ((outcome.iterations, outcome.sweeps), anderson.x().to_vec())
     };
     assert_eq!(solve(), solve());
+}
+
+/// The linear solves within the base are the method's.
+#[test]
+fn inner_iterations_are_those_of_the_base() {
+    let scene = Disc { lcp: true, m: 12 }.pose::<f64>().unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
+    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let mut newton = Newton::new(tmgs, Ssor);
+    let mut anderson = Anderson::new(newton.clone(), 2).unwrap();
+    let q = Rhs::new(&scene.q).unwrap();
+    let (x, mut y) = (vec![1.0; 144], vec![0.0; 144]);
+    let norms = newton.step(0, &q, &x, &mut y);
+    assert_eq!(anderson.step(0, &q, &x, &mut y), norms);
+    assert!(newton.linear_iterations() > Some(1));
+    assert_eq!(anderson.linear_iterations(), newton.linear_iterations());
 }
 
 fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {

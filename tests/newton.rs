@@ -288,17 +288,18 @@ impl<M: Method<f64>> Method<f64> for Fading<M> {
     }
 }
 
-/// Where the base has several turns, a second solve repeats the first; and sweeps are what was done: a defect, a residual
-/// or a step of the base is a product, and an iteration of the inner solver is two products and two solves with the
+/// Where the base has several turns, each twice as long as the last, a second solve repeats the first; and sweeps are what
+/// was done: a defect, a residual or a step of the base is a product, and an iteration of the inner solver is two products and two solves with the
 /// preconditioner, if not the half of it.
 #[test]
 fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let dense = carousel();
     let step = 0.03 * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
-    let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+    let (turns, solves) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let damped = FromFn(|rhs: &[f64], y: &mut [f64]| {
+        turns.fetch_add(1, Relaxed);
         y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
     });
-    let solves = AtomicUsize::new(0);
     let none = Correction(FromFn(|rhs: &[f64], y: &mut [f64]| {
         solves.fetch_add(1, Relaxed);
         y.copy_from_slice(rhs);
@@ -309,8 +310,9 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), Correction(damped)).unwrap();
     let mut newton = Solver::new(Newton::new(Fading(base, 0), none));
     let mut solve = || {
-        a.1.store(0, Relaxed);
-        solves.store(0, Relaxed);
+        for count in [&a.1, &solves, &turns] {
+            count.store(0, Relaxed);
+        }
         let start = [0.9, -0.7, -0.8];
         let outcome = newton.solve(dense.q.as_slice(), &start, &Limits::default()).unwrap();
         assert!(outcome.converged() && outcome.iterations > 20, "{outcome}");
@@ -319,6 +321,8 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
         let halves = 2 * linear - solves;
         // Two products look at the answer and measure it.
         assert_eq!(outcome.sweeps, products - 2 + solves + 2 * halves);
+        // Two steps of the base begin each of five phases, and 2, 4, 8 and 16 lie between them.
+        assert_eq!(turns.load(Relaxed), 5 * 2 + 30);
         (outcome.iterations, outcome.sweeps, linear, newton.x().to_vec())
     };
     assert_eq!(solve(), solve());
