@@ -3,6 +3,11 @@ use crate::{Error, Scalar, scalar::to_f64};
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
 /// Both are NaN as soon as one entry is.
+///
+/// ```
+/// let norms = hlcp_core::Norms::of(&[1e-12, f64::NAN]);
+/// assert!(norms.l2.is_nan() && norms.linf.is_nan()); // so that no `norms.linf <= tolerance` is true
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Norms {
     /// The 2-norm.
@@ -153,6 +158,13 @@ fn power_of_two_near(v: f64) -> f64 {
 ///
 /// The norms give stopping tests their scale and the sums of squares a unit that neither overflows nor
 /// squares to zero.
+///
+/// ```
+/// let q = hlcp_core::Rhs::new(&[3e-200, -4e-200])?;
+/// assert_eq!(q.entries()[1], -4e-200);
+/// assert!((q.norms().l2 / 5e-200 - 1.0).abs() < 1e-15); // though 9e-400 is no number
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Rhs<'q, T> {
     q: &'q [T],
@@ -200,6 +212,14 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 /// # Errors
 ///
 /// [`Error::NotFinite`] with `what`, the index and the value.
+///
+/// ```
+/// use hlcp_core::all_finite;
+///
+/// assert_eq!(all_finite("x0", &[0.0, -1.5]), Ok(()));
+/// let error = all_finite("x0", &[0.0, f64::INFINITY]).unwrap_err();
+/// assert_eq!(error.to_string(), "x0[1] is inf, which is not a finite number");
+/// ```
 pub fn all_finite<T: Scalar>(what: &'static str, v: &[T]) -> Result<(), Error> {
     match v.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite { what, index, value: to_f64(v[index]) }),

@@ -90,6 +90,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Errors
     ///
     /// [`Error::Parameter`] unless γ is positive, finite and not subnormal.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega};
+    ///
+    /// let identity = Identity { order: 2 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(3.0))?.with_gamma(4.0)?;
+    /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
+    /// problem.recover(&[4.0, -8.0], &mut z, &mut r); // what (1, −2) is with γ = 1
+    /// assert_eq!((z, r), ([2.0, 0.0], [0.0, 12.0]));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn with_gamma(self, gamma: T) -> Result<Self, Error> {
         positive("gamma", to_f64(gamma))?;
         if !gamma.is_normal() {
@@ -284,6 +295,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q`, `x` and `f` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    ///
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.5))?.with_gamma(2.0)?;
+    /// let (x, mut f) = ([2.0, -4.0], [0.0; 2]); // z = (2, 0), r = (0, 6)
+    /// problem.defect(&[-6.0, 8.5], &x, &mut f, &mut vec![]);
+    /// assert_eq!(f, [2.0 * (6.0 - 6.0), 2.0 * (-2.0 - 6.0 + 8.5)]); // γ(Az − Br + q)
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn defect(&self, q: &[T], x: &[T], f: &mut [T], scratch: &mut Vec<T>) {
         self.assert_orders([q.len(), x.len(), f.len()]);
         let (part, product) = halves(scratch, x.len());
@@ -302,6 +324,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
+    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`recover`](Self::recover) writes
+    /// meets those.
+    ///
     /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
     ///
     /// # Cost
@@ -311,6 +336,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q`, `z` and `r` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs};
+    ///
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.5))?;
+    /// let (z, r) = ([2.0, 0.0], [0.0, 6.0]);
+    /// let norms = problem.residual(&Rhs::new(&[-3.0, 4.0])?, &z, &r, &mut vec![]);
+    /// assert_eq!((norms.l2, norms.linf), (5.0, 4.0)); // of (6 − 0 − 3, −2 − 6 + 4)
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
         if let Some(sweep) = Sweep::new(self) {
