@@ -52,12 +52,51 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 /// An operator that knows its diagonal: what [`Jacobi`](crate::Jacobi) and Ω = τ D_A D_B⁻¹ ask for.
 ///
 /// Entry by entry, so that an operator with a constant diagonal stores one number.
+///
+/// ```
+/// use hlcp_core::{Diagonal, Identity, LinearOperator, Omega};
+///
+/// /// `2I + eeᵀ`, a full matrix in one number, with e the vector of ones.
+/// struct TwoAndOnes(usize);
+///
+/// impl LinearOperator<f64> for TwoAndOnes {
+///     fn order(&self) -> usize {
+///         self.0
+///     }
+///
+///     fn apply(&self, x: &[f64], y: &mut [f64]) {
+///         let sum: f64 = x.iter().sum();
+///         y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.0 * x + sum);
+///     }
+/// }
+///
+/// impl Diagonal<f64> for TwoAndOnes {
+///     fn diagonal_entry(&self, _: usize) -> f64 {
+///         3.0
+///     }
+/// }
+///
+/// let omega = Omega::diagonal_ratio(0.5, &TwoAndOnes(1000), &Identity { order: 1000 })?;
+/// assert_eq!(omega, Omega::Uniform(1.5));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 pub trait Diagonal<T: Scalar>: LinearOperator<T> {
     /// The entry `aᵢᵢ`, for `i` below the order.
     fn diagonal_entry(&self, i: usize) -> T;
 }
 
 /// An operator whose rows can be walked: what [`Aor`](crate::Aor) and the accelerated method ask for.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Rows};
+///
+/// // Of a 3 × 2 grid the corner, which has no neighbours in the south and the west.
+/// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let mut row = vec![];
+/// laplacian.visit_row(0, &mut |j, a| row.push((j, a)));
+/// assert_eq!(row, [(0, 4.0), (1, -1.0), (3, -1.0)]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
     ///

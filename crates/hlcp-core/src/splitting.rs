@@ -40,6 +40,21 @@ pub trait Splitting<T: Scalar>: Send + Sync {
 ///
 /// A step is MMS's whole iteration and half of one of TMMS. It is told the problem instead of holding
 /// operators of its own, so it cannot solve another one by mistake.
+///
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega, Rhs, Step};
+///
+/// // One unknown: z − r − 3 = 0, so z = 3 and F(x) = 2x − 3.
+/// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
+/// let (step, q, scratch) = (Aor::gauss_seidel(), Rhs::new(&[-3.0])?, &mut vec![]);
+/// step.check(&problem)?;
+///
+/// let (mut x, mut y) = ([0.0], [0.0]);
+/// assert_eq!(step.step(&problem, &q, &x, &mut y, scratch).linf, 3.0); // at the start,
+/// assert_eq!(y, [1.5]);
+/// assert_eq!(step.step(&problem, &q, &y, &mut x, scratch).linf, 0.0); // and at what it led to
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 pub trait Step<T: Scalar, A, B>: Send + Sync {
     /// Refuses a problem the step cannot divide its way through.
     ///

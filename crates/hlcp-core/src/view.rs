@@ -1,6 +1,14 @@
 use crate::Scalar;
 
 /// The coefficients of one direction of a five-point operator.
+///
+/// ```
+/// use hlcp_core::Coefficients;
+///
+/// let conductances = [1.0, 2.0, 4.0];
+/// let varying = Coefficients::Each(&conductances);
+/// assert_eq!((varying.at(2), Coefficients::Constant(-1.0).at(2)), (4.0, -1.0));
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Coefficients<'a, T> {
     /// The same at every point.
