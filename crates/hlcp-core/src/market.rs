@@ -17,6 +17,18 @@ use thiserror::Error;
 use crate::Scalar;
 
 /// A file that cannot be read or written, and why.
+///
+/// ```
+/// use hlcp_core::market;
+///
+/// let path = std::env::temp_dir().join(format!("hlcp-{}-fault.txt", std::process::id()));
+/// std::fs::write(&path, "1.5\ntwo\n")?;
+/// let error = market::read_vector::<f64>(&path, 2).unwrap_err();
+/// assert_eq!((error.line, error.reason.as_str()), (Some(2), "'two' is no number for 'value'"));
+/// assert!(error.to_string().ends_with("-fault.txt, line 2: 'two' is no number for 'value'"));
+/// # std::fs::remove_file(path)?;
+/// # Ok::<(), std::io::Error>(())
+/// ```
 #[derive(Debug, Error)]
 #[error("{}{}: {reason}", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
 pub struct FileError {
