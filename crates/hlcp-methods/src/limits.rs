@@ -3,6 +3,16 @@ use std::time::Duration;
 use hlcp_core::{Error, Norms, Rhs, Scalar};
 
 /// The norm a stopping test reads.
+///
+/// ```
+/// use hlcp_core::Norms;
+/// use hlcp_methods::Norm;
+///
+/// // A million entries of 1e-10: the largest is within 1e-10, the 2-norm is a thousand times that.
+/// let norms = Norms::of(&vec![1e-10; 1_000_000]);
+/// assert_eq!(Norm::LInf.of(norms), 1e-10);
+/// assert!((Norm::L2.of(norms) - 1e-7).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Norm {
     /// The 2-norm.

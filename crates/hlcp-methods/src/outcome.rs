@@ -3,6 +3,23 @@ use std::fmt;
 use hlcp_core::Norms;
 
 /// How an iteration ended.
+///
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Divergence, Limits, Mms, Solver, Status};
+///
+/// // One unknown, z − r = 3: a sweep of SOR multiplies the error of x by 1 − α.
+/// let one = Identity { order: 1 };
+/// let ends = |alpha| -> Result<Status, hlcp_core::Error> {
+///     let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
+///     let mut solver = Solver::new(Mms::new(problem, Aor::sor(alpha)?)?);
+///     Ok(solver.solve(&[-3.0], &[1.0], &Limits::default())?.status)
+/// };
+/// assert_eq!(ends(1.5)?, Status::Converged);
+/// assert_eq!(ends(2.0)?, Status::Cycling { period: 2 });
+/// assert_eq!(ends(3.0)?, Status::Diverged(Divergence::Growth));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
@@ -40,6 +57,23 @@ pub enum Status {
 }
 
 /// How the iterates of a diverging iteration ran away.
+///
+/// ```
+/// use hlcp_core::{Correction, FromFn, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Divergence, Limits, Mms, Solver, Status};
+///
+/// // A splitting of one's own whose second pivot is zero.
+/// let splitting = FromFn(|rhs: &[f64], y: &mut [f64]| {
+///     for ((y, rhs), pivot) in y.iter_mut().zip(rhs).zip([2.0, 0.0]) {
+///         *y = rhs / pivot;
+///     }
+/// });
+/// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Correction(splitting))?);
+/// let outcome = solver.solve(&[-3.0, -3.0], &[0.0; 2], &Limits::default())?;
+/// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Divergence {
@@ -72,6 +106,19 @@ impl fmt::Display for Status {
 ///
 /// The answer itself stays with the [`Solver`](crate::Solver): the last iterate on success, the one with
 /// the smallest residual otherwise.
+///
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Limits, Mms, Solver, Status};
+///
+/// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is the best iterate.
+/// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Aor::sor(3.0)?)?);
+/// let outcome = solver.solve(&[-3.0], &[1.0], &Limits { iterations: 4, ..Limits::default() })?;
+/// assert_eq!((outcome.status, outcome.iterations, outcome.answer), (Status::IterationLimit, 4, 0));
+/// assert_eq!((solver.z(), outcome.residual.linf), (&[2.0][..], 1.0));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use = "an iteration may end without converging"]
 pub struct Outcome {

@@ -47,6 +47,23 @@ pub struct Solver<T, M> {
 }
 
 /// What an observer sees of a running solve.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Limits, Mms, Progress, Solver};
+///
+/// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+/// let mut seen = vec![];
+/// let note = |progress: &Progress<'_, f64>| {
+///     seen.push((progress.iteration, progress.x[0], progress.residual.linf));
+///     ControlFlow::Continue(())
+/// };
+/// let _ = solver.solve_observed(&[-3.0], &[0.0], &Limits::default(), note)?;
+/// assert_eq!(seen, [(0, 0.0, 3.0), (1, 1.5, 0.0)]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Progress<'s, T> {
     /// How many iterations led to the iterate; 0 for the start.
