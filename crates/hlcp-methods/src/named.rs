@@ -37,6 +37,15 @@ pub struct Named {
 }
 
 /// The relaxation parameters that accompany a name; those the name fixes are to be left out.
+///
+/// ```
+/// use hlcp_methods::{Named, Parameters};
+///
+/// let given = Parameters { alpha: Some(1.2), alpha2: Some(0.9), ..Parameters::default() };
+/// let tmsor = Named::parse("TMSOR", given)?; // β = α, which SOR fixes
+/// assert_eq!((tmsor.first(), tmsor.second()), ([1.2, 1.2], Some([0.9, 0.9])));
+/// # Ok::<(), hlcp_methods::NameError>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Parameters {
     /// α, of the first step where there are two.
@@ -50,6 +59,15 @@ pub struct Parameters {
 }
 
 /// A name, or parameters for it, that make no method.
+///
+/// ```
+/// use hlcp_methods::{Named, Parameters};
+///
+/// let alpha = Parameters { alpha: Some(1.2), ..Parameters::default() };
+/// let [aor, gs] = ["MAOR", "MGS"].map(|name| Named::parse(name, alpha).unwrap_err().to_string());
+/// assert_eq!(aor, "MAOR needs beta");
+/// assert_eq!(gs, "MGS takes no alpha (given: 1.2)");
+/// ```
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NameError {
