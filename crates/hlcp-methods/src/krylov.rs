@@ -59,6 +59,18 @@ impl<T: Scalar, A, B, S: Splitting<T>> Preconditioner<T, A, B> for Correction<S>
 /// # Cost
 ///
 /// Two walks over the rows of `A` and of `B`; no storage.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Jacobian, Preconditioner, Ssor};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let mut y = [0.0; 2];
+/// Ssor.solve(&Jacobian::new(&problem, &[1.0, 1.0]), &[4.0, 15.0], &mut y);
+/// assert_eq!(y, [1.0, 2.0]); // 2A(1, 2) = (4, 14), to whose second LD⁻¹U adds 2·2·2/8
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ssor;
 

@@ -98,11 +98,23 @@ impl<'p, T: Scalar, A, B> Jacobian<'p, T, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
-    /// Calls `visit` with the columns and values of the entries of row `i`, those of `A` first.
+    /// Calls `visit` with the columns and values of the entries of row `i`, those of `A` first; no column comes twice.
     ///
     /// # Panics
     ///
     /// May panic unless `i` is below the order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::Jacobian;
+    ///
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(5.0))?;
+    /// let mut row = vec![];
+    /// Jacobian::new(&problem, &[0.1, -7.0]).visit_row(1, |j, entry| row.push((j, entry)));
+    /// assert_eq!(row, [(0, 2.0 * -1.0), (1, 2.0 * 5.0)]); // of A the first column, of BΩ the second
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     #[inline]
     pub fn visit_row(&self, i: usize, mut visit: impl FnMut(usize, T)) {
         self.problem.a().visit_row(i, &mut |j, a| {
