@@ -11,6 +11,32 @@ use super::transfer::Axis;
 /// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m` points a side
 /// the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1` for even `m`, at a spacing a
 /// little more than twice the fine one; a side of one or two points stays.
+///
+/// ```
+/// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
+///
+/// /// `Rediscretise`, with a look at the grids.
+/// struct Look;
+///
+/// impl Coarsen<f64> for Look {
+///     fn coarsen(
+///         &self,
+///         fine: [FivePointView<'_, f64>; 2],
+///         grids: &Grids<'_, f64>,
+///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///         assert_eq!((grids.fine, grids.coarse), ([5, 6], [2, 2]));
+///         assert_eq!(grids.ratio(), [3.0 / 6.0, 3.0 / 7.0]); // there is one cell more than points
+///         assert_eq!(grids.nearest(1, 1), [3, 4]); // 4 of 6 cells from the edge, and 5 of 7: near 2/3
+///         Rediscretise.coarsen(fine, grids)
+///     }
+/// }
+///
+/// let a = FivePoint::new(5, 6, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 30 }, Omega::Uniform(4.0))?;
+/// Multigrid::with_levels(problem, Cycle::V, &Look)?;
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Grids<'a, T> {
     /// The fine grid's `[nx, ny]`.
@@ -94,6 +120,32 @@ pub trait Coarsen<T: Scalar> {
 /// it consists of: with bilinear interpolation a harmonic mean makes corrections too large. What a row sums to is its
 /// zero-order part, which is kept. All is taken from the fine points nearest to the coarse ones, never from a
 /// coefficient that leads outside the grid. Constant coefficients stay constant, and are stored as five numbers.
+///
+/// ```
+/// use hlcp_core::{Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
+///
+/// /// `Rediscretise`, with a look at what it makes.
+/// struct Look;
+///
+/// impl Coarsen<f64> for Look {
+///     fn coarsen(
+///         &self,
+///         fine: [FivePointView<'_, f64>; 2],
+///         grids: &Grids<'_, f64>,
+///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///         let [a, b] = Rediscretise.coarsen(fine, grids)?;
+///         // Differences shrink by (h/H)² = 1/4, the zero-order parts 1 and 1 stay.
+///         assert_eq!((a.diagonal_entry(0), b.diagonal_entry(0)), (4.0 / 4.0 + 1.0, 1.0));
+///         Ok([a, b])
+///     }
+/// }
+///
+/// let a = FivePoint::new(5, 5, [-1.0, -1.0, 4.0 + 1.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 25 }, Omega::Uniform(4.0))?;
+/// Multigrid::with_levels(problem, Cycle::V, &Look)?;
+/// # Ok::<(), Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Rediscretise;
 
