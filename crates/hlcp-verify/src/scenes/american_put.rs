@@ -41,6 +41,7 @@ use super::{check, narrow, positive, wide};
 /// }
 /// let price = 40.0 * put.price(solver.z(), 36.0 / 40.0);
 /// assert!((price - 4.4867).abs() < 2e-3); // QuantLib's reference value is 4.48667344
+/// assert!((0.75..1.0).contains(&put.exercise(solver.z()))); // from k/(k + 1) = 3/4, the perpetual put's
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 ///
@@ -155,6 +156,17 @@ impl AmericanPut {
     /// # Panics
     ///
     /// Unless `z` has the order of `A`.
+    ///
+    /// ```
+    /// use hlcp_core::LinearOperator;
+    /// use hlcp_verify::AmericanPut;
+    ///
+    /// let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 32, steps: 32 };
+    /// let (a, _) = put.pose::<f64>()?;
+    /// // At maturity, where z = 0, it is exercised at every price up to the strike.
+    /// assert_eq!(put.exercise(&vec![0.0; a.order()]), 1.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn exercise<T: Scalar>(&self, z: &[T]) -> f64 {
         assert_eq!(z.len(), self.order(), "a value for each point");
         let waiting = z.iter().position(|&z| z > T::zero()).unwrap_or(self.below() as usize);

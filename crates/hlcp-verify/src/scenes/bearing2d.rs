@@ -139,6 +139,17 @@ impl Bearing2d {
     /// # Panics
     ///
     /// Unless `z` has `nx·ny` entries.
+    ///
+    /// ```
+    /// use hlcp_verify::Bearing2d;
+    /// use std::f64::consts::FRAC_PI_2;
+    ///
+    /// // Points at ξ = π/2, π and 3π/2, with cells π/2 by 1. Pressure at the narrowest gap alone, then at π/2 alone:
+    /// let scene = Bearing2d { nx: 3, ny: 1, ecc: 0.5, aspect: 1.0, groove: 0.0 };
+    /// let near = |[x, y]: [f64; 2], [u, v]: [f64; 2]| (x - u).hypot(y - v) < 1e-15;
+    /// assert!(near(scene.load(&[0.0, 1.0, 0.0]), [FRAC_PI_2, 0.0]));
+    /// assert!(near(scene.load(&[1.0, 0.0, 0.0]), [0.0, FRAC_PI_2]));
+    /// ```
     pub fn load<T: Scalar>(&self, z: &[T]) -> [f64; 2] {
         self.assert_order(z);
         let [hx, hy] = self.spacing();
@@ -151,11 +162,25 @@ impl Bearing2d {
         load
     }
 
-    /// The Sommerfeld number `(R/c)² μN/P`, with N in turns a second and P the load over L D.
+    /// The Sommerfeld number `(R/c)² μN/P`, with N in turns a second and P the load over L D; infinite without a load.
     ///
     /// # Panics
     ///
     /// As [`load`](Self::load).
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_verify::Bearing2d;
+    ///
+    /// let scene = Bearing2d { nx: 47, ny: 11, ecc: 0.6, aspect: 1.0, groove: 0.0 };
+    /// let (a, b, q) = scene.pose::<f64>()?;
+    /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
+    /// assert!(solver.solve(&q, &vec![1.0; q.len()], &Limits::default())?.converged());
+    /// assert!((scene.sommerfeld(solver.z()) / 0.121 - 1.0).abs() < 0.03); // Raimondi and Boyd's table has 0.121
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn sommerfeld<T: Scalar>(&self, z: &[T]) -> f64 {
         let [along, across] = self.load(z);
         1.0 / (3.0 * PI * along.hypot(across))
@@ -166,6 +191,14 @@ impl Bearing2d {
     /// # Panics
     ///
     /// As [`load`](Self::load).
+    ///
+    /// ```
+    /// use hlcp_verify::Bearing2d;
+    ///
+    /// // The same pressure at π/2 and at the narrowest gap, π.
+    /// let scene = Bearing2d { nx: 3, ny: 1, ecc: 0.5, aspect: 1.0, groove: 0.0 };
+    /// assert!((scene.attitude(&[1.0, 1.0, 0.0]) - 45.0).abs() < 1e-13);
+    /// ```
     pub fn attitude<T: Scalar>(&self, z: &[T]) -> f64 {
         let [along, across] = self.load(z);
         across.atan2(along).to_degrees()
@@ -179,6 +212,21 @@ impl Bearing2d {
     /// # Panics
     ///
     /// Unless `z` and `r` have `nx·ny` entries.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_verify::Bearing2d;
+    ///
+    /// let scene = Bearing2d { nx: 15, ny: 5, ecc: 0.5, aspect: 1.0, groove: 0.0 };
+    /// let (a, b, q) = scene.pose::<f64>()?;
+    /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
+    /// assert!(solver.solve(&q, &[1.0; 75], &Limits::default())?.converged());
+    /// let [drawn, returned, ends] = scene.flows(solver.z(), solver.r());
+    /// assert!(ends > 0.1 && (drawn - returned - ends).abs() <= 1e-9); // 75 residuals of 2-norm 1e-10
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn flows<T: Scalar>(&self, z: &[T], r: &[T]) -> [f64; 3] {
         self.assert_order(z);
         self.assert_order(r);

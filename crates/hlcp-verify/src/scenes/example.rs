@@ -41,6 +41,17 @@ pub struct Example {
 }
 
 /// A scene's operators in one precision, its `q`, and the solution it was built around.
+///
+/// ```
+/// use hlcp_core::{Hlcp, Omega, Rhs};
+/// use hlcp_verify::Example;
+///
+/// let scene = Example { symmetric: false, m: 4, mu: 4.0, nu: 0.0 }.pose::<f32>()?;
+/// let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(2.0))?;
+/// let residual = problem.residual(&Rhs::new(&scene.q)?, &scene.z, &scene.r, &mut vec![]);
+/// assert_eq!(residual.linf, 0.0); // the numbers are halves, and their sums exact
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Posed<T, A, B> {
     /// The operator `A`.

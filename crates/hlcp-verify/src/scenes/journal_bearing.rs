@@ -107,6 +107,20 @@ impl JournalBearing {
     /// # Panics
     ///
     /// Unless `z` has `nx·ny` entries.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_verify::JournalBearing;
+    ///
+    /// let scene = JournalBearing { nx: 8, ny: 12, ecc: 0.1, b: 10.0 };
+    /// let (a, b, q) = scene.pose::<f64>()?;
+    /// let problem = Hlcp::new(&a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
+    /// assert!(solver.solve(&q, &[1.0; 96], &Limits::default())?.converged());
+    /// assert!((scene.objective(solver.z()) + 0.183437).abs() < 1e-6); // PETSc's recorded output
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn objective<T: Scalar>(&self, z: &[T]) -> f64 {
         let [nx, ny] = [self.nx, self.ny];
         assert_eq!(z.len(), nx * ny, "a pressure for each point");

@@ -95,6 +95,20 @@ impl Obstacle {
     /// # Panics
     ///
     /// Unless `z` has `(m − 2)²` entries.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_verify::Obstacle;
+    ///
+    /// let scene = Obstacle { m: 9 };
+    /// let (a, b, q) = scene.pose::<f64>()?;
+    /// let mut solver = Solver::new(Tmms::mirrored(Hlcp::new(a, b, Omega::Uniform(4.0))?, Aor::gauss_seidel())?);
+    /// assert!(solver.solve(&q, &[1.0; 49], &Limits::default())?.converged());
+    /// let [mean, largest] = scene.errors(solver.z());
+    /// assert!((mean - 3.076e-3).abs() < 5e-7 && (largest - 1.334e-2).abs() < 5e-6); // PETSc's recorded output
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn errors<T: Scalar>(&self, z: &[T]) -> [f64; 2] {
         let inner = self.m - 2;
         assert_eq!(z.len(), inner * inner, "a height for each inner node");

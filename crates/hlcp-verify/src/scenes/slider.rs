@@ -102,13 +102,35 @@ impl Slider {
         1.0 + (Self::H_MAX / Self::H_MIN - 1.0) * (s * s)
     }
 
-    /// The largest pressure of a solution `z`, in Pa.
+    /// The largest pressure of a solution `z` of `N − 1` entries, in Pa.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Omega};
+    /// use hlcp_methods::{Auto, Limits, Solver};
+    /// use hlcp_verify::Slider;
+    ///
+    /// let scene = Slider { cells: 500 };
+    /// let (a, b, q) = scene.pose::<f64>()?;
+    /// let mut solver = Solver::new(Auto::new(Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?)?);
+    /// assert!(solver.solve(&q, &vec![1.0; q.len()], &Limits::default())?.converged());
+    /// assert!((scene.peak(solver.z()) / Slider::PEAK - 1.0).abs() < 0.01);
+    /// assert!((scene.rupture(solver.z()) / Slider::RUPTURE - 1.0).abs() < 0.01);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
         let largest = z.iter().copied().fold(T::zero(), T::max);
         wide(largest) * Self::PRESSURE_UNIT
     }
 
-    /// Where the film of a solution `z` ruptures: the last node with a pressure, in m from the inlet.
+    /// Where the film of a solution `z` of `N − 1` entries ruptures, in m from the inlet: the last node with a
+    /// pressure, and the inlet without one.
+    ///
+    /// ```
+    /// use hlcp_verify::Slider;
+    ///
+    /// // A pressure at the first two of the three inner nodes: full up to the middle.
+    /// assert_eq!(Slider { cells: 4 }.rupture(&[0.01, 0.02, 0.0]), 0.5 * Slider::LENGTH);
+    /// ```
     pub fn rupture<T: Scalar>(&self, z: &[T]) -> f64 {
         let nodes = z.iter().rposition(|&z| z > T::zero()).map_or(0, |i| i + 1);
         nodes as f64 / self.cells as f64 * Self::LENGTH
