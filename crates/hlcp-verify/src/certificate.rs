@@ -13,6 +13,19 @@ use crate::{
 };
 
 /// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Witness, certify, certify_with};
+///
+/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+/// let first = certify(&a, &b, &[-4.0, 3.0], &[1.0, 0.0], &[0.0, 2.0])?.expect("a dominant pair");
+/// assert_eq!(first.witness, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] }); // C is A: 4 − 1 > 0
+/// // It serves any other q without a search; for this one z* = (2, 1) and r* = 0.
+/// let second = certify_with(&a, &b, &[-7.0, -2.0], &[2.0, 1.0], &[0.0; 2], first.witness)?;
+/// assert!(second.expect("the same witness").error() < 1e-13);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Witness {
     /// Positive Ω and `d` with `C d > 0`, where `C` has the diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)` and the off-diagonal
@@ -34,6 +47,19 @@ pub enum Witness {
 ///
 /// All of it is a statement about real numbers; rounding is accounted for. The bounds may be infinite, if
 /// something overflows.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::certify;
+///
+/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+/// // z* = (1, 0), r* = (0, 2); with an error of 0.001 in z₁ the defect is (0.004, −0.001), and C = A.
+/// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?.expect("a witness");
+/// assert!((0.001..0.0014).contains(&certificate.z[0])); // 0.004/(4 − 1) at most
+/// assert_eq!(certificate.error(), certificate.r[0].max(certificate.r[1])); // ω = 4 times as much for r
+/// assert!(certificate.to_string().starts_with("solution unique: proved; certified error ≤ "));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
     /// What proves existence and uniqueness.
