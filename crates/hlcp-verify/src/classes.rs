@@ -22,6 +22,19 @@ use crate::{
 /// The answer to a question about a problem.
 ///
 /// `Yes` and `No` hold for the real numbers that the operators' entries stand for, rounding included.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, is_m};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 2.0, -3.0, 0.0])?; // not dominant: |−3| > 2
+/// match is_m::<f64>(&a) {
+///     Answer::Yes(d) => assert!(2.0 * d[0] > 3.0 * d[1] && 2.0 * d[1] > d[0]), // Ad > 0, as for (7, 4)
+///     Answer::No(failure) => panic!("{failure}"),
+///     Answer::Undecided => panic!("the budget is used up"),
+/// }
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer<W = ()> {
     /// It is so, and this proves it.
@@ -40,6 +53,16 @@ impl<W> Answer<W> {
 }
 
 /// Why an answer is no.
+///
+/// ```
+/// use hlcp_core::FivePoint;
+/// use hlcp_verify::classes::{Answer, is_h};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -2.0, 1.0, 2.0, 0.0])?;
+/// let Answer::No(failure) = is_h::<f64>(&a) else { panic!("|D|⁻¹|C| has the spectral radius 2") };
+/// assert_eq!(failure.to_string(), "a spectral radius is at least 2.000000, too large for the parameters");
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
     /// The first entry, row by row, that violates the condition; row and column agree where a row does.

@@ -35,7 +35,22 @@ fn parts(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     (part(1.0, |i, j| i == j), part(-1.0, |i, j| i > j), part(-1.0, |i, j| i < j))
 }
 
-/// A dense HLCP in modulus form.
+/// A dense HLCP in modulus form: matrices of order `n` and vectors of length `n`, which is not checked.
+///
+/// ```
+/// use hlcp_verify::oracle::Dense;
+/// use nalgebra::{dmatrix, dvector};
+///
+/// let problem = Dense {
+///     a: dmatrix![4.0, -1.0; -1.0, 4.0],
+///     b: dmatrix![1.0, 0.0; 0.0, 1.0],
+///     q: dvector![-4.0, 3.0],
+///     omega: dvector![4.0, 4.0],
+///     gamma: 1.0,
+/// };
+/// let solutions = problem.solutions();
+/// assert_eq!(solutions, [(dvector![1.0, 0.0], dvector![0.0, 2.0])]);
+/// ```
 #[derive(Debug, Clone)]
 pub struct Dense {
     /// The matrix `A`.

@@ -27,6 +27,19 @@ const ENTRIES: f64 = 16.0 * f64::EPSILON;
 ///
 /// For any `x > 0`, `minᵢ (Gx)ᵢ/(Dx)ᵢ ≤ ρ(D⁻¹G) ≤ maxᵢ (Gx)ᵢ/(Dx)ᵢ`. Both ends are rounded outward, so they
 /// hold for real numbers, however `x` was found.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::alpha_bound;
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let bracket = alpha_bound(&problem); // of the rows (4, 1) and (1, 4), over 8: 5/8
+/// assert!(bracket.lower <= 0.625 && 0.625 <= bracket.upper && bracket.upper - bracket.lower < 1e-6);
+/// let [lower, upper] = bracket.reciprocal();
+/// assert!(lower <= 1.6 && 1.6 <= upper);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bracket {
     /// Not more than the spectral radius.
