@@ -9,6 +9,19 @@ use crate::{
 };
 
 /// One step of a method: the parameters of its AOR splittings and what it does with them.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{AorStep, relaxed_theorem, theorem_1};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let gs = AorStep::new(1.0, 1.0);
+/// let (tmgs, amgs) = ([gs, gs.backward()], [gs.accelerated()]); // two steps an iteration, and one
+/// assert!(theorem_1(&problem, &tmgs).applies() && !theorem_1(&problem, &amgs).applies());
+/// assert!(relaxed_theorem(&problem, &amgs).is_yes());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AorStep {
     /// (α, β) for `A`.
@@ -40,6 +53,12 @@ impl AorStep {
 
 /// How fast a method approaches the solution: with `‖x‖_d = maxᵢ |xᵢ|/dᵢ`, one iteration multiplies
 /// `‖x − x*‖_d` by at most the factor.
+///
+/// ```
+/// let contraction = hlcp_verify::Contraction { factor: 0.5, d: vec![1.0, 1.0] };
+/// assert_eq!(contraction.iterations(1e-3), Some(10)); // 1/1024
+/// assert_eq!(contraction.iterations(0.0), None);
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contraction {
     /// Not less than the factor of one iteration, and below 1.

@@ -13,6 +13,20 @@ use crate::{
 };
 
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{AorStep, classes::{Answer, Failure}, theorem_1};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let msor = theorem_1(&problem, &[AorStep::new(1.2, 1.2)]);
+/// assert!(msor.a_is_h_plus.is_yes() && msor.signs_and_sizes.is_yes() && msor.omega.is_yes());
+/// // What fails: a splitting is H-compatible on the diagonal for α ≤ 1 alone.
+/// assert_eq!(msor.compatible, Answer::No(Failure::Entry { row: 0, column: 0 }));
+/// assert!(!msor.applies());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theorem1 {
     /// `A` is an H₊-matrix.
@@ -64,6 +78,19 @@ pub fn theorem_1<T: Scalar, A: Rows<T>, B: Rows<T>>(
 }
 
 /// The hypotheses of Theorem 2 and Corollary 1 of the paper, each with its own answer.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{AorStep, theorem_2};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// // The bound (16) is 8/(4 + 1) = 1.6.
+/// assert!(theorem_2(&problem, &[AorStep::new(1.5, 1.0)]).applies());
+/// let large = theorem_2(&problem, &[AorStep::new(1.7, 1.0)]);
+/// assert!(large.parameters.is_yes() && !large.alpha.is_yes() && !large.applies());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Theorem2 {
     /// `A` is an H₊-matrix.
@@ -154,6 +181,18 @@ pub fn alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
 ///
 /// Below 1, it proves convergence for no α > 1, and not for α ≤ 1 either. As precise as [`alpha_bound`], with
 /// which it agrees under the hypotheses of Theorem 2.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{alpha_bound, relaxed_alpha_bound};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let at = |omega| Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(omega));
+/// assert_eq!(relaxed_alpha_bound(&at(4.0)?), alpha_bound(&at(4.0)?)); // Theorem 2's Ω: 8/(4 + 1)
+/// let [lower, upper] = relaxed_alpha_bound(&at(2.0)?).reciprocal();
+/// assert!(lower <= 1.2 && 1.2 <= upper); // a smaller one: (4 + 2)/(4 + 1)
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 pub fn relaxed_alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Bracket {
     narrow(&Coupled::of(problem, Against::Pair))
 }
@@ -210,6 +249,25 @@ fn below_bound(z: &impl Comparison, alpha: f64) -> Answer<Vec<f64>> {
 }
 
 /// By what convergence to the only solution was proved.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{AorStep, Convergence, Proof, convergence};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let proof = |omega, step| -> Result<Option<Proof>, hlcp_core::Error> {
+///     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(omega))?;
+///     Ok(match convergence(&problem, &[step]) {
+///         Convergence::Proved(proof, _) => Some(proof),
+///         Convergence::NotProved(_) => None,
+///     })
+/// };
+/// let gs = AorStep::new(1.0, 1.0);
+/// assert_eq!(proof(4.0, gs)?, Some(Proof::Theorem2));
+/// assert_eq!(proof(4.0, gs.accelerated())?, Some(Proof::Relaxed));
+/// assert_eq!(proof(2.0, gs)?, Some(Proof::Relaxed)); // Ω < D_A D_B⁻¹
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Proof {
@@ -224,6 +282,19 @@ pub enum Proof {
 }
 
 /// What is proved of a method on a problem, for every `q` and every start.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{AorStep, convergence};
+///
+/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let said = |alpha| convergence(&problem, &[AorStep::new(alpha, 1.0)]).to_string();
+/// // ⟨M⟩d = (8, 7) and (|N| + |BΩ − A|)d = (2, 1) for d = (1, 1).
+/// assert_eq!(said(1.0), "convergence: proved by Theorem 2 (factor 0.250000)");
+/// assert!(said(2.0).contains("not proved, because a spectral radius is at least 0.625000")); // 2·5/8 > 1
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Convergence {
     /// It converges, and the contraction says how fast.
