@@ -101,6 +101,8 @@ fn each_scene_gets_its_method() {
         let outcome = solver.solve(&q, &vec![1.0; cells - 1], &relative(1e-10)).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 8, "{outcome}");
         assert_eq!(solver.method().uses(), "newton");
+        let again = solver.solve(&q, &vec![1.0; cells - 1], &relative(1e-10)).unwrap();
+        assert_eq!((again.sweeps, again.residual), (outcome.sweeps, outcome.residual));
     }
     for lcp in [true, false] {
         for m in [40, 96] {

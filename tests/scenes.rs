@@ -8,7 +8,8 @@ use common::{assembled, by_tmgs};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
 use hlcp_methods::{Limits, Solver, Tmms};
 use hlcp_verify::{
-    AorStep, Convergence, Example, JournalBearing, Obstacle, certify, classes::is_m, convergence,
+    AorStep, Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify,
+    classes::is_m, convergence,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -169,6 +170,22 @@ fn the_obstacle_problem_converges() {
 }
 
 /// The generic solution has the pattern of the plain one, no two equal entries nearby, and solves the problem.
+/// What is not a number in a solution is not one in what is read off it.
+#[test]
+fn nan_shows_in_every_figure() {
+    for at in [0, 24, 48] {
+        let mut z = vec![0.1; 49];
+        z[at] = f64::NAN;
+        let slider = Slider { cells: 50 };
+        assert!(slider.peak(&z).is_nan() && slider.rupture(&z).is_nan());
+        assert!(Obstacle { m: 9 }.errors(&z).iter().all(|error| error.is_nan()));
+        assert!(JournalBearing { nx: 7, ny: 7, ecc: 0.1, b: 10.0 }.objective(&z).is_nan());
+        let bearing = Bearing2d { nx: 7, ny: 7, ecc: 0.6, aspect: 0.8, groove: 0.3 };
+        assert!(bearing.load(&z).iter().all(|force| force.is_nan()));
+        assert!(bearing.sommerfeld(&z).is_nan() && bearing.attitude(&z).is_nan());
+    }
+}
+
 #[test]
 fn generic_solutions_are_planted() {
     for symmetric in [true, false] {

@@ -238,3 +238,66 @@ impl Search {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A search whose residual a sweep multiplies by `exp(−rate)`, the rate being that of the choice in use and of the
+    /// sweeps since it came into use; after `sweeps` of them, with the choices in the order of their use.
+    fn search(sweeps: usize, rate: impl Fn(Choice, usize) -> f64) -> (Search, Vec<Choice>) {
+        let (mut search, mut used, mut residual) = (Search::default(), vec![], 1.0);
+        let mut age = 0;
+        for _ in 0..sweeps {
+            age = if used.last() == Some(&search.choice) { age + 1 } else { 0 };
+            used.push(search.choice);
+            search.see(residual);
+            residual *= f64::exp(-rate(*used.last().expect("a choice"), age));
+        }
+        (search, used)
+    }
+
+    /// Wherever the best `2 − α` is, of AMMS or of MMS, the search ends within half a step of it.
+    #[test]
+    fn the_best_choice_is_found() {
+        for accelerated in [true, false] {
+            for best in [0.03, 0.11, 0.4, 0.76, 0.9, 1.06, 1.5] {
+                let (search, _) = search(20_000, |choice, _| {
+                    let off = f64::ln(choice.gap / best).abs();
+                    let family = if choice.accelerated == accelerated { 1.0 } else { 0.8 };
+                    0.4 * family * best.min(1.0) * f64::exp(-off)
+                });
+                let found = if search.trial.is_some() { search.best.0 } else { search.choice };
+                assert_eq!(found.accelerated, accelerated, "{best}");
+                let off = f64::ln(found.gap / best).abs();
+                // A step is a factor of 0.84, and less than 2 % are not worth another one.
+                assert!(off <= 0.5 * -RATIO.ln() + 0.02, "{best}: {found:?}");
+            }
+        }
+    }
+
+    /// A hundredth more is none, and what falls when the choice changes is none of the new one's doing.
+    #[test]
+    fn noise_is_no_improvement() {
+        let start = Search::default().choice;
+        for first in [0.0, 3.0] {
+            let (search, _) = search(2000, |choice, age| {
+                let change = if age == 0 && choice != start { first } else { 0.0 };
+                change + if choice == start { 0.3 } else { 0.303 }
+            });
+            assert_eq!(search.home, start);
+            // Each round of trials for nothing doubles the patience.
+            assert!(search.patience >= 16, "{}", search.patience);
+        }
+    }
+
+    /// Growth is seen before it is tenfold, and a larger gap is tried; what grew is not tried again.
+    #[test]
+    fn growth_is_left_at_once() {
+        let (search, used) = search(3000, |choice, _| if choice.gap < 1.2 { -0.3 } else { 0.2 });
+        // exp(1.2) > 3: the fourth sweep of such a choice is its last.
+        let bad: Vec<_> = used.iter().filter(|choice| choice.gap < 1.2).collect();
+        assert!(bad.len() <= 3 * 5, "{bad:?}");
+        assert!(search.best.0.gap >= 1.2);
+    }
+}

@@ -1,4 +1,4 @@
-use hlcp_core::{Error, FivePoint, Identity, Scalar};
+use hlcp_core::{Error, FivePoint, Identity, Norms, Scalar};
 
 use super::{check, narrow, wide};
 
@@ -112,13 +112,11 @@ impl Obstacle {
     pub fn errors<T: Scalar>(&self, z: &[T]) -> [f64; 2] {
         let inner = self.m - 2;
         assert_eq!(z.len(), inner * inner, "a height for each inner node");
-        let (mut sum, mut largest) = (0.0, 0.0);
-        for (k, &z) in z.iter().enumerate() {
+        let error = |(k, &z): (usize, &T)| {
             let [x, y] = self.node(k % inner + 1, k / inner + 1);
-            let error = (Self::dome(x, y) + wide(z) - Self::exact(x, y)).abs();
-            sum += error;
-            largest = f64::max(largest, error);
-        }
-        [sum / (self.m * self.m) as f64, largest]
+            (Self::dome(x, y) + wide(z) - Self::exact(x, y)).abs()
+        };
+        let errors: Vec<f64> = z.iter().enumerate().map(error).collect();
+        [errors.iter().sum::<f64>() / (self.m * self.m) as f64, Norms::of(&errors).linf]
     }
 }

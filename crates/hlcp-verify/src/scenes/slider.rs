@@ -1,6 +1,6 @@
-use hlcp_core::{Error, Rows, Scalar, Tridiagonal};
+use hlcp_core::{Error, Norms, Rows, Scalar, Tridiagonal};
 
-use super::{narrow, wide};
+use super::narrow;
 
 /// The paper's Example 3 in kind: the convergent–divergent slider of the lubrication literature.
 ///
@@ -102,7 +102,11 @@ impl Slider {
         1.0 + (Self::H_MAX / Self::H_MIN - 1.0) * (s * s)
     }
 
-    /// The largest pressure of a solution `z` of `N − 1` entries, in Pa.
+    /// The largest pressure of a solution `z` of `N − 1` entries, in Pa; NaN where an entry is.
+    ///
+    /// # Panics
+    ///
+    /// When `z` has another length.
     ///
     /// ```
     /// use hlcp_core::{Hlcp, Omega};
@@ -118,12 +122,16 @@ impl Slider {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
-        let largest = z.iter().copied().fold(T::zero(), T::max);
-        wide(largest) * Self::PRESSURE_UNIT
+        self.assert_order(z);
+        Norms::of(z).linf * Self::PRESSURE_UNIT
     }
 
     /// Where the film of a solution `z` of `N − 1` entries ruptures, in m from the inlet: the last node with a
-    /// pressure, and the inlet without one.
+    /// pressure, and the inlet without one; NaN where an entry is.
+    ///
+    /// # Panics
+    ///
+    /// When `z` has another length.
     ///
     /// ```
     /// use hlcp_verify::Slider;
@@ -132,7 +140,15 @@ impl Slider {
     /// assert_eq!(Slider { cells: 4 }.rupture(&[0.01, 0.02, 0.0]), 0.5 * Slider::LENGTH);
     /// ```
     pub fn rupture<T: Scalar>(&self, z: &[T]) -> f64 {
+        self.assert_order(z);
+        if z.iter().any(|z| z.is_nan()) {
+            return f64::NAN;
+        }
         let nodes = z.iter().rposition(|&z| z > T::zero()).map_or(0, |i| i + 1);
         nodes as f64 / self.cells as f64 * Self::LENGTH
+    }
+
+    fn assert_order<T>(&self, z: &[T]) {
+        assert_eq!(z.len() + 1, self.cells, "a pressure for each inner node");
     }
 }
