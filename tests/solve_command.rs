@@ -122,6 +122,7 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--method MSOR", "alpha"),
         ("--method MGS --alpha 1.2", "alpha"),
         ("--method MGS --alpha2 1.2", "alpha2"),
+        ("--method AUTO --alpha 1.2", "no alpha"),
         ("--alpha 1.2", "--method"),
         ("--json", "--method"),
         ("--m 0", "0"),

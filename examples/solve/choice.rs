@@ -36,10 +36,6 @@ impl Choice {
         let parse = |name: &str, parameters| Named::parse(name, parameters);
         let parameters = arguments.parameters();
         let of_base = || parse(base.as_deref().unwrap_or("TMGS"), parameters);
-        let fixed = ["MGW", "MGF", "FMG", "AUTO"].contains(&name.as_str());
-        if fixed && parameters != Parameters::default() {
-            return Err(format!("{name} takes no alpha and no beta").into());
-        }
         let kind = match name.as_str() {
             "ANDERSON" => Kind::Anderson { base: of_base()?, window: window.unwrap_or(10).into() },
             _ if window.is_some() => return Err("--window is ANDERSON's".into()),
@@ -51,6 +47,10 @@ impl Choice {
             "AUTO" => Kind::Auto,
             _ => Kind::Paper(parse(&name, parameters)?),
         };
+        let relaxed = matches!(kind, Kind::Paper(_) | Kind::Anderson { .. } | Kind::Newton { .. });
+        if !relaxed && parameters != Parameters::default() {
+            return Err(format!("{name} takes no alpha and no beta").into());
+        }
         Ok(Self { name, kind })
     }
 

@@ -2,6 +2,7 @@
 
 use std::error::Error;
 
+use clap::ValueEnum;
 use hlcp_core::{Identity, LinearOperator, Scalar, market};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
 
@@ -12,7 +13,7 @@ use crate::{
 
 /// A problem in one precision.
 pub(crate) struct Given<'g, T, A, B> {
-    pub(crate) name: &'static str,
+    pub(crate) name: &'g str,
     pub(crate) a: &'g A,
     pub(crate) b: &'g B,
     pub(crate) q: &'g [T],
@@ -31,7 +32,7 @@ type March<T> = dyn Fn(usize, &[T], &mut [T]);
 
 impl<'g, T, A, B> Given<'g, T, A, B> {
     /// A problem of which no more is known.
-    fn new(name: &'static str, a: &'g A, b: &'g B, q: &'g [T]) -> Self {
+    fn new(name: &'g str, a: &'g A, b: &'g B, q: &'g [T]) -> Self {
         let (figures, next): (&Figures<T>, &March<T>) = (&|_, _| Vec::new(), &|_, _, _| {});
         Self { name, a, b, q, known: None, relative: 0.0, figures, march: (1, next) }
     }
@@ -55,11 +56,12 @@ impl Run<'_> {
                 }
             };
         }
+        let value = arguments.scene.to_possible_value().expect("every scene can be asked for");
+        let name = value.get_name();
         match arguments.scene {
             Scene::Example1 | Scene::Example2 => {
                 let symmetric = arguments.scene == Scene::Example1;
                 let [mu, nu] = [arguments.mu, arguments.nu].map(|shift| shift.unwrap_or(SHIFT));
-                let name = if symmetric { "example1" } else { "example2" };
                 let example = Example { symmetric, m, mu, nu };
                 let Posed { a, b, q, z, r } = &match arguments.solution {
                     Solution::Default => example.pose::<T>()?,
@@ -69,7 +71,6 @@ impl Run<'_> {
             }
             Scene::DiscLcp | Scene::DiscHlcp => {
                 let lcp = arguments.scene == Scene::DiscLcp;
-                let name = if lcp { "disc-lcp" } else { "disc-hlcp" };
                 let Posed { a, b, q, z, r } = &Disc { lcp, m }.pose::<T>()?;
                 self.solve(precision, &Given { known: Some([z, r]), ..Given::new(name, a, b, q) })
             }
@@ -85,7 +86,7 @@ impl Run<'_> {
                         ("rupture_error_m", rupture - Slider::RUPTURE),
                     ]
                 };
-                let given = Given::new("slider", a, b, q);
+                let given = Given::new(name, a, b, q);
                 self.solve(precision, &Given { relative: 1e-10, figures: &figures, ..given })
             }
             Scene::JournalBearing => {
@@ -93,7 +94,7 @@ impl Run<'_> {
                 let bearing = JournalBearing { nx, ny, ecc, b: arguments.b_length };
                 let (a, b, q) = &bearing.pose::<T>()?;
                 let figures = move |z: &[T], _: &[T]| vec![("objective", bearing.objective(z))];
-                let given = Given::new("journal-bearing", a, b, q);
+                let given = Given::new(name, a, b, q);
                 self.solve(precision, &Given { figures: &figures, ..given })
             }
             Scene::Obstacle => {
@@ -106,7 +107,7 @@ impl Run<'_> {
                         ("discretisation_error_linf", largest),
                     ]
                 };
-                let given = Given::new("obstacle", a, b, q);
+                let given = Given::new(name, a, b, q);
                 self.solve(precision, &Given { figures: &figures, ..given })
             }
             Scene::Bearing2d => {
@@ -124,7 +125,7 @@ impl Run<'_> {
                         ("flow_ends", ends),
                     ]
                 };
-                let given = Given::new("bearing2d", a, b, q);
+                let given = Given::new(name, a, b, q);
                 self.solve(precision, &Given { figures: &figures, ..given })
             }
             Scene::AmericanPut => {
@@ -144,7 +145,7 @@ impl Run<'_> {
                     vec![("price", put.price(z, spot)), ("exercise", put.exercise(z))]
                 };
                 let next = move |k, z: &[T], q: &mut [T]| put.q(k, z, q);
-                let given = Given::new("american-put", a, b, q);
+                let given = Given::new(name, a, b, q);
                 let march: (usize, &March<T>) = (put.lcps(), &next);
                 self.solve(precision, &Given { figures: &figures, march, ..given })
             }
