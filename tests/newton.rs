@@ -341,6 +341,24 @@ fn a_singular_jacobian_is_left_behind() {
     assert!((newton.r()[0] - 1.0).abs() <= 1e-9 && newton.r()[1] <= 1e-9);
 }
 
+/// z + r + 1 = 0 has no solution. Newton's method makes the unknown active and inactive in turn; that is not one way, and
+/// the base has its turns: two steps at the beginning of each of three phases, and 2 and 4 between them.
+#[test]
+fn to_and_fro_is_no_way() {
+    let turns = AtomicUsize::new(0);
+    let still = FromFn(|_: &[f64], y: &mut [f64]| {
+        turns.fetch_add(1, Relaxed);
+        y.fill(0.0);
+    });
+    let minus = DiagonalMatrix::new(vec![-1.0]).unwrap();
+    let problem = Hlcp::new(Identity { order: 1 }, minus, Omega::Uniform(1.3)).unwrap();
+    let base = Mms::new(problem, Correction(still)).unwrap();
+    let limits = Limits { iterations: 100, ..Limits::default() };
+    let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
+    let outcome = newton.solve(&[1.0], &[0.4], &limits).unwrap();
+    assert!(!outcome.converged() && turns.load(Relaxed) >= 3 * 2 + 2 + 4, "{outcome}");
+}
+
 /// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1: no solution, and none is claimed.
 #[test]
 fn no_solution_is_no_success() {
@@ -452,6 +470,34 @@ fn six_steps_on_the_slider() {
         let slider = Slider { cells };
         let step = Slider::LENGTH / cells as f64;
         assert!((slider.rupture(&z) - Slider::RUPTURE).abs() <= step);
+    }
+}
+
+/// Elastic–plastic torsion of a strip: u″ = −5 where u is below the distance d to the edge, z = d − u. It is plastic, z = 0,
+/// but for the middle two fifths, where u = 2/5 − (5/2)(x − 1/2)²; so z = 1/10 at x = 1/2. The plastic parts grow
+/// from the edges by a point a step, and ‖F‖ does not fall for long.
+#[test]
+fn a_front_that_moves_by_a_point_a_step_is_followed() {
+    for n in [128, 512, 2048] {
+        let h = 1.0 / (n + 1) as f64;
+        let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
+        let a = Tridiagonal::new(n, |_| [-1.0, 2.0, -1.0]).unwrap();
+        let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
+        let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
+        let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+        let limits = Limits { absolute: 0.0, relative: 1e-10, ..Limits::default() };
+        // With z and r exchanged the active set shrinks where it grew.
+        let exchanged = problem.clone().exchanged().unwrap();
+        for (outcome, inner, z) in [
+            solve(problem, TridiagonalPart::new(), &q, &limits),
+            solve(exchanged, TridiagonalPart::new(), &q, &limits),
+        ] {
+            // A fifth of the points at each end, an inner iteration each.
+            assert!(outcome.converged() && outcome.iterations <= n / 5 + 2, "{n}: {outcome}");
+            assert_eq!(inner, outcome.iterations);
+            // The fold of d is half a cell from the nearest node, and z there off by its slope.
+            assert!((z[n / 2] - 0.1).abs() < h, "{n}: {}", z[n / 2]);
+        }
     }
 }
 

@@ -144,9 +144,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 /// # Safeguard
 ///
 /// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in phases. A phase begins with two
-/// iterations of the base method, which settle most signs. It ends when six steps in a row have not brought ‖F‖ to nine
+/// iterations of the base method, which settle most signs. It ends after six steps that have not brought ‖F‖ to nine
 /// tenths of its smallest value so far, as a repeated active set cannot, or when an inner solve fails; then the base takes
-/// over at the best iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase.
+/// over at the best iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step under
+/// which the active set only shrinks or only grows, as it did in the step before, is not one of the six: a contact whose
+/// edge moves by a point a step makes its way, and no more than n steps in a row can be of that kind.
 ///
 /// # Cost
 ///
@@ -215,6 +217,9 @@ struct Phase {
     quiet: usize,
     /// The norm of F that the last step set out from.
     last: f64,
+    /// Whether the last step made unknowns active, and inactive; and whether it went on in the one way of that before.
+    ways: [bool; 2],
+    nested: bool,
 }
 
 impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> {
@@ -247,18 +252,22 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         Norms::of(&self.f).over(problem.gamma())
     }
 
-    /// Takes the step from `at` to `y`; whether the linear system was solved to some extent.
-    fn correct(&mut self, forcing: f64, y: &mut [T]) -> bool {
+    /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether it makes unknowns active,
+    /// and inactive.
+    fn correct(&mut self, forcing: f64, y: &mut [T]) -> Option<[bool; 2]> {
         let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let (preconditioner, scratch) = (&mut self.preconditioner, &mut self.scratch);
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, scratch);
         self.linear_iterations += inner.iterations;
+        let mut ways = [false; 2];
         for (y, &at) in y.iter_mut().zip(&self.at) {
             *y = at - *y;
+            let [before, after] = [at, *y].map(|x| x >= T::zero());
+            ways = [ways[0] | (after & !before), ways[1] | (before & !after)];
         }
         // A residual that is NaN is not below 1 either.
-        inner.residual < 1.0 && y.iter().all(|y| y.is_finite())
+        (inner.residual < 1.0 && y.iter().all(|y| y.is_finite())).then_some(ways)
     }
 
     /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
@@ -327,16 +336,21 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f);
             forcing = FORCING[0];
             self.best.copy_from_slice(x);
-            Phase { best: norms.l2, quiet: 0, last: self.measure(q).l2 }
+            let last = self.measure(q).l2;
+            Phase { best: norms.l2, quiet: 0, last, ways: [false; 2], nested: false }
         };
         if norms.l2 <= PROGRESS * phase.best {
             (phase.best, phase.quiet) = (norms.l2, 0);
             self.best.copy_from_slice(x);
-        } else if self.phase.is_some() {
+        } else if self.phase.is_some() && !phase.nested {
             phase.quiet += 1;
         }
-        self.phase = Some(phase);
-        if phase.quiet >= PATIENCE || !self.correct(forcing, y) {
+        let ways = if phase.quiet < PATIENCE { self.correct(forcing, y) } else { None };
+        if let Some(ways) = ways {
+            phase.nested = ways == phase.ways && ways[0] != ways[1];
+            phase.ways = ways;
+            self.phase = Some(phase);
+        } else {
             self.fall_back(q, y);
         }
         norms
