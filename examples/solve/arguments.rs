@@ -2,7 +2,12 @@
 
 use std::{error::Error, path::PathBuf};
 
-use clap::{Parser, ValueEnum};
+use Scene::{
+    AmericanPut, Bearing2d, DiscHlcp, DiscLcp, Example1, Example2, JournalBearing, Obstacle, Slider,
+};
+use clap::{
+    CommandFactory, FromArgMatches, Parser, ValueEnum, error::ErrorKind, parser::ValueSource,
+};
 use hlcp_methods::Parameters;
 
 /// Solve a horizontal linear complementarity problem, A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0.
@@ -59,7 +64,7 @@ pub(crate) struct Arguments {
     #[arg(long, allow_hyphen_values = true)]
     pub(crate) nu: Option<f64>,
     /// A matrix A from a Matrix Market file, instead of a scene
-    #[arg(long, requires = "q", conflicts_with_all = ["scene", "m", "mu", "nu", "solution", "nx", "ny", "ecc"])]
+    #[arg(long, requires = "q", conflicts_with = "scene")]
     pub(crate) a: Option<PathBuf>,
     /// The matrix B [default: the identity, which makes the problem an LCP]
     #[arg(long, requires = "a")]
@@ -157,6 +162,12 @@ pub(crate) enum Scene {
     AmericanPut,
 }
 
+impl Scene {
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().expect("every scene can be asked for").get_name().to_owned()
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Solution {
     Default,
@@ -184,22 +195,43 @@ impl Precision {
     }
 }
 
+/// The options that define a scene, and the scenes that they define.
+const NUMBERS: [(&[&str], &[Scene]); 6] = [
+    (&["m"], &[Example1, Example2, Slider, DiscLcp, DiscHlcp, Obstacle, AmericanPut]),
+    (&["mu", "nu", "solution"], &[Example1, Example2]),
+    (&["nx", "ny", "ecc"], &[JournalBearing, Bearing2d]),
+    (&["b_length"], &[JournalBearing]),
+    (&["aspect", "groove"], &[Bearing2d]),
+    (&["rate", "volatility", "maturity", "spot", "steps"], &[AmericanPut]),
+];
+
 impl Arguments {
+    /// The command line, if each option that it gives has a use.
+    pub(crate) fn given() -> Result<Self, clap::Error> {
+        let matches = Self::command().try_get_matches()?;
+        let arguments = Self::from_arg_matches(&matches)?;
+        for (options, scenes) in NUMBERS {
+            let scene = arguments.a.is_none().then_some(arguments.scene);
+            if scene.is_some_and(|scene| scenes.contains(&scene)) {
+                continue;
+            }
+            let given =
+                |option: &&&str| matches.value_source(option) == Some(ValueSource::CommandLine);
+            if let Some(option) = options.iter().find(given) {
+                let of = scenes.iter().map(|scene| scene.name()).collect::<Vec<_>>().join(", ");
+                let not = scene.map_or("of files".into(), |scene| format!("of {}", scene.name()));
+                let message =
+                    format!("--{} is an option of {of}, not {not}", option.replace('_', "-"));
+                return Err(Self::command().error(ErrorKind::ArgumentConflict, message));
+            }
+        }
+        Ok(arguments)
+    }
+
     /// Refuses what contradicts itself, and outputs that cannot be written.
     pub(crate) fn check(&self) -> Result<(), Box<dyn Error>> {
         if self.method.is_none() && self.parameters() != Parameters::default() {
             return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
-        }
-        let shifted = matches!(self.scene, Scene::Example1 | Scene::Example2);
-        if !shifted && (self.mu.or(self.nu).is_some() || self.solution == Solution::Generic) {
-            return Err("--mu, --nu and --solution are those of Examples 1 and 2".into());
-        }
-        let journal = matches!(self.scene, Scene::JournalBearing | Scene::Bearing2d);
-        if journal && self.m.is_some() {
-            return Err("a journal bearing has --nx and --ny, not --m".into());
-        }
-        if !journal && (self.nx.or(self.ny).is_some() || self.ecc.is_some()) {
-            return Err("--nx, --ny and --ecc are those of a journal bearing".into());
         }
         if self.out_z.is_some() && self.out_z == self.out_r {
             return Err("--out-z and --out-r name the same file".into());

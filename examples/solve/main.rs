@@ -20,7 +20,7 @@ use std::{error::Error, ops::ControlFlow, process::ExitCode};
 
 use arguments::{Arguments, NormName, Precision};
 use choice::Choice;
-use clap::{Parser, error::ErrorKind};
+use clap::error::ErrorKind;
 use hlcp_core::{Hlcp, Omega, Rows, Scalar, market};
 use hlcp_methods::{Limits, Method, Norm, Outcome, Solver};
 use hlcp_verify::{Certificate, certify, convergence};
@@ -29,7 +29,7 @@ use scenes::Given;
 use serde_json::json;
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match Arguments::given() {
         Ok(arguments) => arguments,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp) => {
             print!("{error}");

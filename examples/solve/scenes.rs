@@ -2,7 +2,6 @@
 
 use std::error::Error;
 
-use clap::ValueEnum;
 use hlcp_core::{Identity, LinearOperator, Scalar, market};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
 
@@ -56,8 +55,7 @@ impl Run<'_> {
                 }
             };
         }
-        let value = arguments.scene.to_possible_value().expect("every scene can be asked for");
-        let name = value.get_name();
+        let name = &arguments.scene.name();
         match arguments.scene {
             Scene::Example1 | Scene::Example2 => {
                 let symmetric = arguments.scene == Scene::Example1;
