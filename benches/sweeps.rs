@@ -331,7 +331,7 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
         || {
             let outcome = solver.solve(&scene.q, &start, &limits).expect("valid input");
             assert!(outcome.converged());
-            outcome.seconds
+            outcome.elapsed.as_secs_f64()
         },
     );
     Ok((ratio, theirs / ratio))
@@ -348,8 +348,13 @@ fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error
     let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
     let limits = Limits::default();
     let (ratio, time) = against(
-        || alone.solve(&scene.q, &start, &limits).expect("valid input").seconds,
-        || pool.install(|| together.solve(&scene.q, &start, &limits)).expect("valid input").seconds,
+        || alone.solve(&scene.q, &start, &limits).expect("valid input").elapsed.as_secs_f64(),
+        || {
+            pool.install(|| together.solve(&scene.q, &start, &limits))
+                .expect("valid input")
+                .elapsed
+                .as_secs_f64()
+        },
     );
     assert!(alone.x() == together.x(), "the same bits");
     Ok((ratio, time / ratio))

@@ -265,8 +265,7 @@ fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
 fn american_put(path: &Path) -> Drawn {
     let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 48, steps: 96 };
     let (a, b) = put.pose()?;
-    let mut x = vec![0.0; a.order()];
-    let mut q = x.clone();
+    let mut q = vec![0.0; a.order()];
     let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
     let mut solver = Solver::new(Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?);
     let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
@@ -279,12 +278,11 @@ fn american_put(path: &Path) -> Drawn {
     let (mut edge, mut rows, mut iterations) = (vec![(0.0, 1.0)], vec![], 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.solve(&q, &x, &Limits::default())?;
+        let outcome = solver.resume(&q, &Limits::default())?;
         if !outcome.converged() {
             return Err(format!("American put, LCP {k}: {outcome}").into());
         }
         iterations += outcome.iterations;
-        x.copy_from_slice(solver.x());
         // The first four take half a step each.
         let years = (if k < 4 { (k + 1) as f64 / 2.0 } else { (k - 1) as f64 }) / 96.0;
         edge.push((years, put.exercise(solver.z())));

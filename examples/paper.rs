@@ -146,10 +146,10 @@ fn measure<A: Rows<f64>, B: Rows<f64>>(
     let mut solver = Solver::new(Named::parse(method, Parameters::default())?.on(problem)?);
     let start = vec![1.0; q.len()];
     let mut outcome = solver.solve(q, &start, limits)?;
-    let mut seconds = vec![outcome.seconds];
+    let mut seconds = vec![outcome.elapsed.as_secs_f64()];
     while seconds.len() < repeats.into() || seconds.iter().sum::<f64>() < 0.1 {
         outcome = solver.solve(q, &start, limits)?;
-        seconds.push(outcome.seconds);
+        seconds.push(outcome.elapsed.as_secs_f64());
     }
     bar.inc(1);
     Ok(Run {

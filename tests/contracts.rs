@@ -228,6 +228,16 @@ where
     assert_eq!((again.iterations, again.residual), (first.iterations, first.residual));
     assert_eq!(one.x(), x);
 
+    // Where a limit ended a solve another one goes on, as from that start.
+    let two = Limits { iterations: 2, ..limits };
+    let _ = one.solve(&q, &start, &two).unwrap();
+    let x_two = one.x().to_vec();
+    let rest = one.resume(&q, &limits).unwrap();
+    let mut fresh = solver();
+    let expected = fresh.solve(&q, &x_two, &limits).unwrap();
+    assert_eq!((rest.iterations, rest.residual), (expected.iterations, expected.residual));
+    assert!(rest.converged() && one.x() == fresh.x(), "{row}: {rest}");
+
     // A solved start takes no iterations.
     let restart = one.solve(&q, &x, &limits).unwrap();
     assert!(restart.converged() && restart.iterations == 0 && restart.sweeps == 0);
@@ -445,6 +455,32 @@ fn solves_within_parallel_loops() {
         pool(threads).install(all);
         pool(threads).install(within);
     }
+}
+
+/// A splitting whose solve is worth three sweeps.
+struct Thrice;
+
+impl hlcp_core::Splitting<f64> for Thrice {
+    fn solve(&self, rhs: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 26.0);
+    }
+
+    fn sweeps(&self) -> usize {
+        3
+    }
+}
+
+#[test]
+fn sweeps_are_those_of_the_splittings() {
+    let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
+    let problem = || Hlcp::new(a, b, omega()).unwrap();
+    let mms = Mms::new(problem(), Correction(Thrice)).unwrap();
+    let tmms = Tmms::new(problem(), Correction(Thrice), Aor::gauss_seidel()).unwrap();
+    let [one, two] = [mms.sweeps(7), tmms.sweeps(7)];
+    assert_eq!((one, two), (3 * 7, 4 * 7));
+    let limits = Limits { iterations: 5, ..Limits::default() };
+    let outcome = Solver::new(mms).solve(&planted_q(&a, &b), &[0.6; N], &limits).unwrap();
+    assert_eq!((outcome.iterations, outcome.sweeps), (5, 15));
 }
 
 /// Where no grid is known, a red–black order by name is refused.

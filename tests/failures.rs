@@ -33,7 +33,7 @@ fn solve<M: Method<f64>>(
     let same = residual.l2 == smallest
         || (residual.l2 - smallest).abs() <= 1e-6 * smallest + 64.0 * f64::EPSILON * terms;
     assert!(same && residual.linf <= residual.l2, "{outcome}");
-    assert!(outcome.seconds.is_finite() && !residual.l2.is_nan());
+    assert!(!residual.l2.is_nan());
     for v in [solver.x(), solver.z(), solver.r()] {
         assert!(v.iter().all(|v| v.is_finite()));
     }

@@ -124,6 +124,7 @@ fn a_cycle_of_period_two() {
     let mut solver = Solver::new(Mms::new(problem, Aor::sor(2.0).unwrap()).unwrap());
     let outcome = solver.solve(&[-3.0], &[0.25], &Limits::default()).unwrap();
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
+    assert!(outcome.to_string().starts_with("cycling with period 2 after "), "{outcome}");
     assert!(outcome.iterations < 10);
     assert!(outcome.residual.l2 > 0.1);
 }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release --example comparison
-//! cargo run --release --example comparison -- --quick --out target/charts --tables target/results
+//! cargo run --release --example comparison -- --quick    # small ones, to target/
 //! ```
 //!
 //! Draws cost against n on logarithmic axes and writes everything as CSV to `docs/charts`, and as tables with fitted
@@ -34,10 +34,14 @@ struct Arguments {
     #[arg(long)]
     quick: bool,
     /// The folder for the charts and their data
-    #[arg(long, default_value = "docs/charts")]
+    #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
     out: PathBuf,
     /// The folder for the tables
-    #[arg(long, default_value = "docs/results")]
+    #[arg(
+        long,
+        default_value = "docs/results",
+        default_value_if("quick", "true", "target/results")
+    )]
     tables: PathBuf,
 }
 

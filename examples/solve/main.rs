@@ -126,7 +126,7 @@ impl Run<'_> {
             for _ in 0..arguments.repeats {
                 solves.push(march(&choice.name, &mut solver, given, &mut q, &x0, &limits)?);
             }
-            solves.sort_by(|a, b| a.outcome.seconds.total_cmp(&b.outcome.seconds));
+            solves.sort_by_key(|solve| solve.outcome.elapsed);
             let solve = &solves[solves.len() / 2];
             let outcome = &solve.outcome;
             let error = given
@@ -230,7 +230,7 @@ fn march<T: Scalar, M: Method<T>, A, B>(
         outcome.residual = step.residual;
         outcome.iterations += step.iterations;
         outcome.sweeps += step.sweeps;
-        outcome.seconds += step.seconds;
+        outcome.elapsed += step.elapsed;
         let more = solver.method().linear_iterations();
         linear_iterations = linear_iterations.zip(more).map(|(sum, more)| sum + more);
     }

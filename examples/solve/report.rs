@@ -22,7 +22,7 @@ pub(crate) fn object<T, A, B>(
     solve: &Solve,
     error: Option<f64>,
 ) -> Value {
-    let Outcome { status, iterations, sweeps, seconds, residual, .. } = &solve.outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = &solve.outcome;
     let [alpha, beta] = choice.relaxation();
     json!({
         "scene": given.name,
@@ -42,7 +42,7 @@ pub(crate) fn object<T, A, B>(
         "residual_linf": residual.linf,
         "error_linf": error,
         "objective": null,
-        "seconds": seconds,
+        "seconds": elapsed.as_secs_f64(),
     })
 }
 
@@ -91,7 +91,8 @@ pub(crate) fn row(
     outcome: &Outcome,
     error: Option<f64>,
 ) -> io::Result<()> {
-    let Outcome { status, iterations, sweeps, seconds, residual, .. } = outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
+    let seconds = elapsed.as_secs_f64();
     line(&format_args!(
         "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11} {seconds:>8.3}",
         precision.name(),

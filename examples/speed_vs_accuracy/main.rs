@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release --features faer --example speed_vs_accuracy
-//! cargo run --release --example speed_vs_accuracy -- --quick --out target/charts
+//! cargo run --release --example speed_vs_accuracy -- --quick    # small ones, to target/charts
 //! ```
 //!
 //! Every method runs over a ladder of tolerances; what is drawn is the largest error of a component of (z, r) against the
@@ -36,7 +36,7 @@ struct Arguments {
     #[arg(long)]
     quick: bool,
     /// The folder to write to
-    #[arg(long, default_value = "docs/charts")]
+    #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
     out: PathBuf,
 }
 

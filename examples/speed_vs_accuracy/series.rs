@@ -171,7 +171,8 @@ fn limits<T: Scalar>(name: &str, tolerance: f64) -> Limits<T> {
 
 fn run<T: Scalar>(outcome: Outcome, z: &[T], r: &[T]) -> Run {
     let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect();
-    let Outcome { seconds, sweeps, .. } = outcome;
+    let Outcome { elapsed, sweeps, .. } = outcome;
+    let seconds = elapsed.as_secs_f64();
     Run { seconds, sweeps: Some(sweeps), reached: outcome.converged(), z: wide(z), r: wide(r) }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! cargo run --release --example stability_map
-//! cargo run --release --example stability_map -- --quick --out target/charts
+//! cargo run --release --example stability_map -- --quick    # small ones, to target/charts
 //! ```
 //!
 //! For each scene and each of MMS, AMMS and TMMS with β = α and β = α − 0.2, in double and in single precision, the colour is
@@ -30,7 +30,7 @@ struct Arguments {
     #[arg(long)]
     quick: bool,
     /// The folder to write to
-    #[arg(long, default_value = "docs/charts")]
+    #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
     out: PathBuf,
 }
 

@@ -104,6 +104,8 @@ impl<T: Scalar> Aor<T> {
     ///
     /// [`Error::Parameter`] unless α is positive and finite.
     ///
+    /// Any positive α is taken; beyond 2 the iteration diverges on all but a few problems.
+    ///
     /// ```
     /// use hlcp_core::Aor;
     /// assert_eq!(Aor::sor(1.5)?, Aor::new(1.5, 1.5)?);

@@ -15,7 +15,9 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum Error {
     /// The problem has no unknowns, or a grid has no points.
-    #[error("{what} has order 0, as has what is not square; a problem needs at least one unknown")]
+    #[error(
+        "{what} has order 0 (which a matrix that is not square is given); a problem needs at least one unknown"
+    )]
     Empty {
         /// What is empty.
         what: &'static str,

@@ -7,7 +7,7 @@ use crate::{
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
 /// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap it in
-/// [`Correction`] and every method takes it.
+/// [`Correction`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton` as a preconditioner.
 ///
 /// ```
 /// use hlcp_core::Splitting;
@@ -34,6 +34,11 @@ pub trait Splitting<T: Scalar>: Send + Sync {
     ///
     /// May panic unless both slices have the problem's order.
     fn solve(&self, rhs: &[T], y: &mut [T]);
+
+    /// How many sweeps over the unknowns one [`solve`](Self::solve) is worth: 2 for symmetric Gauss–Seidel.
+    fn sweeps(&self) -> usize {
+        1
+    }
 }
 
 /// One step `x ↦ y` of a modulus-based method, together with what the stopping test reads.
@@ -63,6 +68,11 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     /// The first row with an entry that is not finite or a pivot that is not positive, with its index. A
     /// [`Correction`] knows no rows and refuses nothing.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
+
+    /// How many sweeps over the unknowns the step is worth.
+    fn sweeps(&self) -> usize {
+        1
+    }
 
     /// Overwrites `y` with the next iterate and returns the norms of `F(x)/γ = A z − B r + q` at `x`,
     /// the step's *input*.
@@ -134,6 +144,10 @@ where
 {
     fn check(&self, _: &Hlcp<T, A, B>) -> Result<(), Error> {
         Ok(())
+    }
+
+    fn sweeps(&self) -> usize {
+        self.0.sweeps()
     }
 
     fn step(

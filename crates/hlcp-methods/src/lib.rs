@@ -11,7 +11,8 @@
 //!
 //! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-//! let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+//! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
+//! let problem = Hlcp::new(a, b, omega)?;
 //! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
 //!
 //! let mut solver = Solver::new(Auto::new(problem)?);
@@ -51,14 +52,13 @@
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
 //! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
 //! let mut solver = Solver::new(Amms::new(problem, Aor::sor(1.3)?)?);
-//! let (mut x, mut iterations) = (vec![0.0; 1024], vec![]);
+//! let mut iterations = vec![];
 //! for day in 0..4 {
 //!     let load = |k: usize| ((k % 32) as f32 / 10.0).cos() + 0.01 * day as f32;
 //!     let q: Vec<f32> = (0..1024).map(load).collect();
-//!     let outcome = solver.solve(&q, &x, &Limits::default())?;
+//!     let outcome = solver.resume(&q, &Limits::default())?; // from the x of the day before
 //!     assert!(outcome.converged());
 //!     iterations.push(outcome.iterations);
-//!     x.copy_from_slice(solver.x()); // the next solve sets out from here
 //! }
 //! assert!(iterations[1..].iter().all(|&k| k < iterations[0]));
 //! # Ok::<(), hlcp_core::Error>(())

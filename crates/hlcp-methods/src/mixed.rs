@@ -9,7 +9,7 @@ use crate::{Limits, Method, Outcome, Solver, Status};
 /// (convergence from every start, the residual of the answer) is lost. Where the data do not fit into single precision, or
 /// the first part diverges, `double` starts from `x0`.
 ///
-/// The outcome's iterations, sweeps and seconds are those of both parts.
+/// The outcome's iterations, sweeps and time are those of both parts.
 ///
 /// # Cost
 ///
@@ -72,7 +72,7 @@ pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
         iterations: first.iterations + second.iterations,
         answer: first.iterations + second.answer,
         sweeps: first.sweeps + second.sweeps,
-        seconds: begin.elapsed().as_secs_f64(),
+        elapsed: begin.elapsed(),
         ..second
     })
 }

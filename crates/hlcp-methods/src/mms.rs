@@ -81,6 +81,10 @@ where
         &self.problem
     }
 
+    fn sweeps(&self, iterations: usize) -> usize {
+        iterations * self.step.sweeps()
+    }
+
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         assert_eq!(k, 0, "MMS has one step");
         self.step.step(&self.problem, q, x, y, &mut self.scratch)

@@ -1,4 +1,4 @@
-use std::fmt;
+use std::{fmt, time::Duration};
 
 use hlcp_core::Norms;
 
@@ -34,8 +34,8 @@ pub enum Status {
     /// smaller residual, or came to rest.
     ///
     /// Cause: the tolerance is below what the precision can reach; or, with a residual far above it, steps too
-    /// small to move x, as an Ω of the wrong size makes them. Remedy: a looser or a relative tolerance, or a
-    /// wider precision; or another τ.
+    /// small to move x, as an Ω of the wrong size makes them, or rows of an operator of your own that are not those of its
+    /// product. Remedy: a looser or a relative tolerance, or a wider precision; another τ; a look at the operator.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///
@@ -134,7 +134,7 @@ pub struct Outcome {
     /// counted.
     pub sweeps: usize,
     /// Wall-clock time of the iteration and of recovering the answer.
-    pub seconds: f64,
+    pub elapsed: Duration,
     /// The norms of `A z − B r + q` for the answer, recomputed from the problem.
     pub residual: Norms,
 }
@@ -148,10 +148,17 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { status, iterations, sweeps, seconds, residual, .. } = self;
+        let Self { status, iterations, sweeps, elapsed, residual, .. } = self;
+        write!(f, "{status}")?;
+        match status {
+            Status::Cycling { period } => write!(f, " with period {period}")?,
+            Status::Diverged(Divergence::Entry { index }) => write!(f, " at entry {index}")?,
+            _ => {}
+        }
+        let seconds = elapsed.as_secs_f64();
         write!(
             f,
-            "{status} after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), residual {:.2e}",
+            " after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), residual {:.2e}",
             residual.l2
         )
     }

@@ -165,6 +165,32 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         self.solve_observed(q, x0, limits, |_| ControlFlow::Continue(()))
     }
 
+    /// Solves HLCP(A, B, q) from the [`x`](Self::x) of the last solve, or from 0 where there was none: the next of a sequence
+    /// of problems that change little, or the same one where a limit ended it.
+    ///
+    /// # Errors
+    ///
+    /// As [`solve`](Self::solve).
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::{Limits, Mms, Solver};
+    ///
+    /// let a = FivePoint::new(20, 1, [0.0, -1.0, 2.1, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 20 }, Omega::Uniform(2.1))?;
+    /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+    /// let load = |time: f64| (0..20).map(|i| (0.3 * i as f64 + time).sin()).collect::<Vec<_>>();
+    /// let cold = solver.solve(&load(0.0), &[1.0; 20], &Limits::default())?;
+    /// for step in 1..5 {
+    ///     let warm = solver.resume(&load(1e-6 * step as f64), &Limits::default())?;
+    ///     assert!(warm.converged() && warm.iterations < cold.iterations);
+    /// }
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn resume(&mut self, q: &[T], limits: &Limits<T>) -> Result<Outcome, Error> {
+        self.start(q, None, limits, |_| ControlFlow::Continue(()))
+    }
+
     /// As [`solve`](Self::solve), showing every iterate to `observer`, which may stop the solve.
     ///
     /// An iterate that meets the tolerance has converged even where the observer says stop.
@@ -194,19 +220,30 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         limits: &Limits<T>,
         observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
     ) -> Result<Outcome, Error> {
+        self.start(q, Some(x0), limits, observer)
+    }
+
+    /// Solves from `x0`, or from `x` as it is.
+    fn start(
+        &mut self,
+        q: &[T],
+        x0: Option<&[T]>,
+        limits: &Limits<T>,
+        observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()>,
+    ) -> Result<Outcome, Error> {
         let n = self.method.problem().order();
-        for (what, found) in [("q", q.len()), ("x0", x0.len())] {
+        for (what, found) in [("q", q.len()), ("x0", x0.map_or(n, <[T]>::len))] {
             if found != n {
                 return Err(Error::Order { what, found, expected: n });
             }
         }
         let q = Rhs::new(q)?;
-        all_finite("x0", x0)?;
+        all_finite("x0", x0.unwrap_or(&self.x))?;
         let tolerance = limits.tolerance(&q)?;
         let start = Instant::now();
         if q.norms().linf == 0.0 {
             self.x.fill(T::zero());
-        } else {
+        } else if let Some(x0) = x0 {
             self.x.copy_from_slice(x0);
         }
         let mut test = Test { limits, tolerance, rows: [0.0; 2], size: 0.0 };
@@ -214,8 +251,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             test.rows = self.rows();
         }
         let (status, iterations, answer, residual) = self.iterate(&q, &mut test, start, observer);
-        let (sweeps, seconds) = (self.method.sweeps(iterations), start.elapsed().as_secs_f64());
-        Ok(Outcome { status, iterations, answer, sweeps, seconds, residual })
+        let (sweeps, elapsed) = (self.method.sweeps(iterations), start.elapsed());
+        Ok(Outcome { status, iterations, answer, sweeps, elapsed, residual })
     }
 
     /// The lengths of a typical row of `A` and of `B`, from one product each with random signs.

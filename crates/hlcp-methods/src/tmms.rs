@@ -96,6 +96,10 @@ where
         2
     }
 
+    fn sweeps(&self, iterations: usize) -> usize {
+        iterations * (self.first.sweeps() + self.second.sweeps())
+    }
+
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         match k {
             0 => self.first.step(&self.problem, q, x, y, &mut self.scratch),

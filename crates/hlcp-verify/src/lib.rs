@@ -31,7 +31,8 @@
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(32, 32, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-//! let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+//! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
+//! let problem = Hlcp::new(a, b, omega)?;
 //! let tmsor = [AorStep::new(1.2, 1.2), AorStep::new(1.2, 1.2).backward()];
 //! let Convergence::Proved(theorem, contraction) = convergence(&problem, &tmsor) else { panic!() };
 //! println!("{theorem:?}: the error falls by {} an iteration or faster", contraction.factor);

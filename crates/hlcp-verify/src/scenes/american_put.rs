@@ -30,14 +30,12 @@ use super::{check, narrow, positive, wide};
 ///
 /// let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 32, steps: 32 };
 /// let (a, b) = put.pose::<f64>()?;
-/// let mut x = vec![0.0; a.order()];
-/// let mut q = x.clone();
+/// let mut q = vec![0.0; a.order()];
 /// let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
 /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
 /// for k in 0..put.lcps() {
 ///     put.q(k, solver.z(), &mut q);
-///     assert!(solver.solve(&q, &x, &Limits::default())?.converged());
-///     x.copy_from_slice(solver.x());
+///     assert!(solver.resume(&q, &Limits::default())?.converged());
 /// }
 /// let price = 40.0 * put.price(solver.z(), 36.0 / 40.0);
 /// assert!((price - 4.4867).abs() < 2e-3); // QuantLib's reference value is 4.48667344
