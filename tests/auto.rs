@@ -1,6 +1,6 @@
 //! The method that chooses its own parameters, and the solve in two precisions.
 
-use hlcp_core::{Aor, Hlcp, Omega, Rows, Scalar};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rows, Scalar};
 use hlcp_methods::{
     AdaptiveSor, Auto, Limits, Method, Named, Parameters, Solver, Status, Tmms, solve_mixed,
 };
@@ -91,7 +91,7 @@ fn a_choice_that_fails_is_left() {
     }
 }
 
-/// The slider ends in a few steps of Newton's method, the discs in a few cycles, the Examples by sweeps alone.
+/// The slider ends in a few steps of Newton's method, the discs and a strip in a few cycles, the Examples by sweeps alone.
 #[test]
 fn each_scene_gets_its_method() {
     for cells in [24, 50, 128] {
@@ -118,6 +118,25 @@ fn each_scene_gets_its_method() {
             let again = solver.solve(&p.q, &vec![1.0; m * m], &relative(1e-10)).unwrap();
             assert_eq!((again.sweeps, again.residual), (outcome.sweeps, outcome.residual));
         }
+    }
+    // Torsion of a strip, where Newton's method takes n/5 steps: tests/newton.rs.
+    for n in [511, 4095] {
+        let h = 1.0 / (n + 1) as f64;
+        let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
+        let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
+        let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
+        let a = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
+        let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+        let mut solver = Solver::new(Auto::new(problem).unwrap());
+        let outcome = solver.solve(&q, &vec![1.0; n], &relative(1e-10)).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 25 + 25, "{n}: {outcome}");
+        assert_eq!(solver.method().uses(), "multigrid");
+        assert!(
+            outcome.sweeps > outcome.iterations && solver.method().linear_iterations() > Some(20)
+        );
+        assert!((solver.z()[n / 2] - 0.1).abs() < h);
+        let again = solver.solve(&q, &vec![1.0; n], &relative(1e-10)).unwrap();
+        assert_eq!((again.sweeps, again.residual), (outcome.sweeps, outcome.residual));
     }
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
     let omega = Omega::diagonal_ratio(1.0, &p.a, &p.b).unwrap();

@@ -4,10 +4,11 @@ use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart}
 
 /// The method for people who do not want to choose one.
 ///
-/// * Where `A` and `B` are tridiagonal: [`Newton`] with a direct inner solve, which falls back on Gauss–Seidel.
-/// * Otherwise [`AdaptiveSor`], which finds α as it goes; and if both operators are five-point ones on one grid and the first 24
-///   sweeps show that 200 more would not do, W-cycles of [`Multigrid`], which in their turn give way to sweeps
-///   where no coarse grid helps.
+/// * It begins, where `A` and `B` are tridiagonal, with [`Newton`] by direct inner solves, which falls back on Gauss–Seidel;
+///   elsewhere with [`AdaptiveSor`], which finds α as it goes.
+/// * If both operators are five-point ones on one grid and that is slow (24 steps of Newton's method were not enough, or 24
+///   sweeps show that 200 more would not be), it goes on with [`Multigrid`], by F-cycles where there is but one row of points
+///   and W-cycles elsewhere, which in their turn give way to sweeps where no coarse grid helps.
 ///
 /// All of it works on one iterate: nothing is computed twice, and a choice that fails is left within the same solve.
 ///
@@ -35,24 +36,24 @@ use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart}
 /// ```
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
-    sor: AdaptiveSor<T, A, B>,
-    other: Option<Other<T, A, B>>,
-    // Sweeps of SOR so far, and the residuals after the twelfth and the twenty-fourth.
-    swept: usize,
+    first: First<T, A, B>,
+    multigrid: Option<Box<Multigrid<T, A, B>>>,
+    // Steps of the first method so far, and the residuals after the twelfth and the twenty-fourth.
+    taken: usize,
     seen: [f64; 2],
 }
 
-/// What is there beside SOR.
+/// What it begins with.
 #[derive(Debug, Clone)]
-enum Other<T: Scalar, A, B> {
+enum First<T: Scalar, A, B> {
     Newton(Box<Direct<T, A, B>>),
-    Multigrid(Box<Multigrid<T, A, B>>),
+    Sor(AdaptiveSor<T, A, B>),
 }
 
 /// Newton's method with elimination in tridiagonal operators, on Gauss–Seidel, which runs away least.
 type Direct<T, A, B> = Newton<T, Mms<T, A, B, Aor<T>>, TridiagonalPart<T>>;
 
-/// The sweeps that SOR is watched for, from the middle on.
+/// The steps that the first method is watched for, SOR from the middle on.
 const WATCHED: usize = 24;
 /// The least that a sweep is to take off the logarithm of the residual: ten digits in 230 sweeps.
 const SLOW: f64 = 0.1;
@@ -64,38 +65,36 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// What the [`Aor`](hlcp_core::Aor)'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        let sor = AdaptiveSor::new(problem.clone())?;
-        let other = if TridiagonalPart::is_all(&problem) {
-            let base = Mms::new(problem, Aor::gauss_seidel())?;
-            Some(Other::Newton(Box::new(Newton::new(base, TridiagonalPart::new()))))
+        let (first, cycle) = if TridiagonalPart::is_all(&problem) {
+            let base = Mms::new(problem.clone(), Aor::gauss_seidel())?;
+            (First::Newton(Box::new(Newton::new(base, TridiagonalPart::new()))), Cycle::F)
         } else {
-            let multigrid = Multigrid::new(problem, Cycle::W).ok();
-            multigrid.map(|multigrid| Other::Multigrid(Box::new(multigrid)))
+            (First::Sor(AdaptiveSor::new(problem.clone())?), Cycle::W)
         };
-        Ok(Self { sor, other, swept: 0, seen: [f64::NAN; 2] })
+        let multigrid = Multigrid::new(problem, cycle).ok().map(Box::new);
+        Ok(Self { first, multigrid, taken: 0, seen: [f64::NAN; 2] })
     }
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Auto<T, A, B> {
-    /// What is at work: `"newton"`, `"multigrid"`, or `"amsor"` or `"msor"` with the α of [`alpha`](Self::alpha).
+    /// What is at work: `"newton"`, `"multigrid"`, `"amsor"` or `"msor"`.
     pub fn uses(&self) -> &'static str {
-        match &self.other {
-            Some(Other::Newton(_)) => "newton",
-            Some(Other::Multigrid(_)) if self.is_slow() => "multigrid",
-            _ if self.sor.is_accelerated() => "amsor",
-            _ => "msor",
+        match &self.first {
+            _ if self.multigrid.is_some() && self.is_slow() => "multigrid",
+            First::Newton(_) => "newton",
+            First::Sor(sor) if sor.is_accelerated() => "amsor",
+            First::Sor(_) => "msor",
         }
     }
 
-    /// The α in use where SOR is at work.
-    pub fn alpha(&self) -> f64 {
-        self.sor.alpha()
-    }
-
-    /// Whether SOR has been watched long enough and found wanting.
+    /// Whether the first method has been watched long enough and found wanting.
     fn is_slow(&self) -> bool {
         let rate = (self.seen[0] / self.seen[1]).ln() / (WATCHED / 2) as f64;
-        self.swept > WATCHED && (rate.is_nan() || rate < SLOW)
+        let wanting = match &self.first {
+            First::Newton(_) => true,
+            First::Sor(_) => rate.is_nan() || rate < SLOW,
+        };
+        self.taken > WATCHED && wanting
     }
 }
 
@@ -104,28 +103,30 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
     type B = B;
 
     fn problem(&self) -> &Hlcp<T, A, B> {
-        self.sor.problem()
+        match &self.first {
+            First::Newton(newton) => newton.problem(),
+            First::Sor(sor) => sor.problem(),
+        }
     }
 
     fn sweeps(&self, iterations: usize) -> usize {
-        match &self.other {
-            Some(Other::Newton(newton)) => newton.sweeps(iterations),
-            Some(Other::Multigrid(multigrid)) => {
-                let swept = iterations.min(self.swept);
-                swept + multigrid.sweeps(iterations - swept)
-            }
-            None => iterations,
-        }
+        let taken = iterations.min(self.taken);
+        let first = match &self.first {
+            First::Newton(newton) => newton.sweeps(taken),
+            First::Sor(sor) => sor.sweeps(taken),
+        };
+        first + self.multigrid.as_ref().map_or(0, |multigrid| multigrid.sweeps(iterations - taken))
     }
 
     fn restart(&mut self) {
-        self.sor.restart();
-        (self.swept, self.seen) = (0, [f64::NAN; 2]);
-        match &mut self.other {
-            Some(Other::Newton(newton)) => newton.restart(),
-            Some(Other::Multigrid(multigrid)) => multigrid.restart(),
-            None => {}
+        match &mut self.first {
+            First::Newton(newton) => newton.restart(),
+            First::Sor(sor) => sor.restart(),
         }
+        if let Some(multigrid) = &mut self.multigrid {
+            multigrid.restart();
+        }
+        (self.taken, self.seen) = (0, [f64::NAN; 2]);
     }
 
     fn remembers(&self) -> bool {
@@ -133,26 +134,26 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
     }
 
     fn linear_iterations(&self) -> Option<usize> {
-        match &self.other {
-            Some(Other::Newton(newton)) => newton.linear_iterations(),
-            _ => None,
+        match &self.first {
+            First::Newton(newton) => newton.linear_iterations(),
+            First::Sor(_) => None,
         }
     }
 
     fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         let slow = self.is_slow();
-        match &mut self.other {
-            Some(Other::Newton(newton)) => newton.step(k, q, x, y),
-            Some(Other::Multigrid(multigrid)) if slow => multigrid.step(k, q, x, y),
-            _ => {
-                let norms = self.sor.step(k, q, x, y);
-                // The residual is that of the iterate before this sweep.
-                if self.swept == WATCHED / 2 || self.swept == WATCHED {
-                    self.seen[self.swept / WATCHED] = norms.l2;
-                }
-                self.swept += 1;
-                norms
-            }
+        if let Some(multigrid) = self.multigrid.as_mut().filter(|_| slow) {
+            return multigrid.step(k, q, x, y);
         }
+        let norms = match &mut self.first {
+            First::Newton(newton) => newton.step(k, q, x, y),
+            First::Sor(sor) => sor.step(k, q, x, y),
+        };
+        // The residual is that of the iterate before this step.
+        if self.taken == WATCHED / 2 || self.taken == WATCHED {
+            self.seen[self.taken / WATCHED] = norms.l2;
+        }
+        self.taken += 1;
+        norms
     }
 }
