@@ -1,8 +1,9 @@
 //! The method that chooses its own parameters, and the solve in two precisions.
 
-use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rows, Scalar};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
-    AdaptiveSor, Auto, Limits, Method, Named, Parameters, Solver, Status, Tmms, solve_mixed,
+    AdaptiveSor, Auto, Cycle, Limits, Method, Multigrid, Named, Parameters, Solver, Status, Tmms,
+    solve_mixed,
 };
 use hlcp_verify::{Disc, Example, Slider};
 
@@ -131,13 +132,23 @@ fn each_scene_gets_its_method() {
         let outcome = solver.solve(&q, &vec![1.0; n], &relative(1e-10)).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 25 + 25, "{n}: {outcome}");
         assert_eq!(solver.method().uses(), "multigrid");
-        assert!(
-            outcome.sweeps > outcome.iterations && solver.method().linear_iterations() > Some(20)
-        );
+        // Two steps of the base, then a defect and an inner iteration, four sweeps, in each of 25 steps.
+        let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+        let cycles = Multigrid::new(problem, Cycle::F).unwrap().sweeps(outcome.iterations - 25);
+        assert_eq!(outcome.sweeps, 2 + 25 * 5 + cycles);
+        assert_eq!(solver.method().linear_iterations(), Some(25));
         assert!((solver.z()[n / 2] - 0.1).abs() < h);
         let again = solver.solve(&q, &vec![1.0; n], &relative(1e-10)).unwrap();
         assert_eq!((again.sweeps, again.residual), (outcome.sweeps, outcome.residual));
     }
+    // The same without a grid to be known.
+    let a = Tridiagonal::new(511, |_| [-1.0, 2.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, Identity { order: 511 }, Omega::Uniform(2.0)).unwrap();
+    let mut solver = Solver::new(Auto::new(problem).unwrap());
+    let q: Vec<f64> = (0..511).map(|i| if (50..460).contains(&i) { 1e-5 } else { -1e-4 }).collect();
+    let outcome = solver.solve(&q, &[1.0; 511], &relative(1e-10)).unwrap();
+    assert!(outcome.converged() && outcome.iterations > 24, "{outcome}");
+    assert_eq!(solver.method().uses(), "newton");
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
     let omega = Omega::diagonal_ratio(1.0, &p.a, &p.b).unwrap();
     let mut solver = Solver::new(Auto::new(Hlcp::new(&p.a, &p.b, omega).unwrap()).unwrap());
