@@ -14,7 +14,7 @@ use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart}
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` to begin with, then that of the method at work; the storage of Newton's method or of
+/// One walk over the rows of `A` and `B` to begin with, then that of the method at work; the storage of Newton's method and of
 /// multigrid where they may be called.
 ///
 /// # Convergence
