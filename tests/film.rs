@@ -113,7 +113,8 @@ fn other_units_give_the_same_pascals() {
 fn what_flows_in_flows_out() {
     let profile = text(&bumpy(), [1e-3, 1e-6]);
     for (name, ambient) in [("starved", "0"), ("flooded", "2e5")] {
-        let flags = format!("--speed {SPEED} --viscosity {VISCOSITY} --ambient {ambient}");
+        let flags =
+            format!("--speed {SPEED} --viscosity {VISCOSITY} --ambient {ambient} --refine 1");
         let (report, points) = solved(name, Some(&profile), &flags);
         let flows = flows(&points);
         let flow = flows.iter().sum::<f64>() / flows.len() as f64;
@@ -160,11 +161,96 @@ fn a_plane_wedge_is_exact_at_its_points() {
     assert!((printed(&report, "friction") / friction - 1.0).abs() <= 1e-3, "{report} {friction}");
 }
 
+/// Whether no piece is longer than 1/400 of the film, and the given points are among those written.
+fn is_cut(points: &[Point], given: &[[f64; 2]]) -> bool {
+    let length = given[given.len() - 1][0] - given[0][0];
+    let fine =
+        points.windows(2).all(|pair| pair[1][0] - pair[0][0] <= length / 400.0 * (1.0 + 1e-9));
+    fine && given.iter().all(|[x, h]| points.iter().any(|point| point[..2] == [*x, *h]))
+}
+
+#[test]
+fn a_plane_wedge_of_two_points_has_its_load() {
+    let (length, thin) = (0.05, 2e-5);
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    for k in [0.5, 9.0] {
+        let gap = |s: f64| thin * (1.0 + k * (1.0 - s));
+        let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
+        let load = unit * length * (f64::ln_1p(k) - 2.0 * k / (2.0 + k)) / (k * k);
+        // Euler and Maclaurin: the sum over the points is off by Δx²/12 times the difference of dp/dx between the ends.
+        let ends = unit * length * k / (2.0 + k) * (1.0 + (1.0 + k).powi(-2));
+        let off = ends / (12.0 * 400.0 * 400.0);
+        for places in [&[0.0, 1.0][..], &[0.0, 0.37, 1.0]] {
+            let wedge: Vec<[f64; 2]> = places.iter().map(|&s| [s * length, gap(s)]).collect();
+            let (report, points) = solved("few", Some(&text(&wedge, [1.0, 1.0])), &flags);
+            assert!(is_cut(&points, &wedge), "{report}");
+            // Half as much again for the terms of higher order and the six digits printed.
+            assert!((printed(&report, "load") - load).abs() <= 1.5 * off, "{report} {load} {off}");
+        }
+    }
+}
+
+#[test]
+fn a_gap_of_three_points_narrows_and_widens() {
+    let vee: [[f64; 2]; 3] = [[0.0, 31e-6], [9e-3, 19e-6], [20e-3, 34e-6]];
+    let [falling, rising] =
+        [0, 1].map(|k| ((vee[k + 1][1] - vee[k][1]) / (vee[k + 1][0] - vee[k][0])).abs());
+    // With dp/dx = 6μU(h − c)/h³ on a straight gap, the pressures gained between two gaps at slope 1; c is the gap at the
+    // peak and, where p and dp/dx vanish, at the rupture.
+    let gained = |c: f64, from: f64, to: f64| {
+        let antiderivative = |h: f64| c / (2.0 * h * h) - 1.0 / h;
+        6.0 * VISCOSITY * SPEED * (antiderivative(from) - antiderivative(to))
+    };
+    let [wide, thin] = [vee[0][1], vee[1][1]];
+    let (mut low, mut high) = (thin, wide);
+    for _ in 0..60 {
+        let c = low.midpoint(high);
+        let left = gained(c, wide, thin) / falling + gained(c, c, thin) / rising;
+        if left > 0.0 { low = c } else { high = c }
+    }
+    let rupture = vee[1][0] + (low - thin) / rising;
+    let peak = gained(low, wide, low) / falling;
+
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let (report, points) = solved("vee", Some(&text(&vee, [1.0, 1.0])), &flags);
+    assert!(is_cut(&points, &vee), "{report}");
+    let piece = 20e-3 / 400.0;
+    assert!(
+        (printed(&report, "the film ruptures at x =") - rupture).abs() <= piece,
+        "{report} {rupture}"
+    );
+    // The peak lies between two points and the rupture within a piece: ½d²p/dx² Δx² for each.
+    let bend = 6.0 * VISCOSITY * SPEED * falling.max(rising) / low.powi(3);
+    assert!(
+        (printed(&report, "peak pressure") - peak).abs() <= bend * piece * piece,
+        "{report} {peak}"
+    );
+}
+
+#[test]
+fn two_points_very_close_together_are_a_step() {
+    // Rayleigh's step: the pressure is straight on both sides of it, and the flow the same.
+    let (length, ramp, [before, after]) = (0.02, 2e-8, [0.0141, 0.0059]);
+    let (wide, thin): (f64, f64) = (37e-6, 21e-6);
+    let step = [[0.0, wide], [before, wide], [before + ramp, thin], [length, thin]];
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let (report, points) = solved("step", Some(&text(&step, [1.0, 1.0])), &flags);
+    assert!(is_cut(&points, &step), "{report}");
+    let peak = 6.0 * VISCOSITY * SPEED * before * after * (wide - thin)
+        / (wide.powi(3) * after + thin.powi(3) * before);
+    // The ramp is a millionth of the film, and each side more than a quarter of it.
+    assert!((printed(&report, "peak pressure") / peak - 1.0).abs() <= 1e-5, "{report} {peak}");
+    let load = peak * length / 2.0;
+    assert!((printed(&report, "load") / load - 1.0).abs() <= 1e-5, "{report} {load}");
+}
+
 #[test]
 fn a_diverging_wedge_cavitates_everywhere() {
     let wedge: Vec<[f64; 2]> =
         (0..12).map(|i| [f64::from(i * i) * 1e-4, 2e-5 + f64::from(i * i) * 3e-7]).collect();
-    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY} --cavitation -8e4 --ambient -8e4");
+    let flags = format!(
+        "--speed {SPEED} --viscosity {VISCOSITY} --cavitation -8e4 --ambient -8e4 --refine 1"
+    );
     let (report, points) = solved("diverging", Some(&text(&wedge, [1.0, 1.0])), &flags);
     let mean = |k: usize| 2.0 / (1.0 / wedge[k][1] + 1.0 / wedge[k + 1][1]);
     assert!(points.iter().all(|point| point[2] == -8e4), "{report}");
@@ -185,8 +271,12 @@ fn wrong_input_is_refused_in_one_line() {
         ("0 1\n1 NaN\n2 3\n", "line 2: 'NaN' is not a finite number"),
         ("0;1\n1;1e999\n2;3\n", "line 2: '1e999' is not a finite number"),
         ("0,1\n1,2,3\n2,3\n", "line 2: 3 columns where x and h are wanted"),
-        ("0,1\n1,2\n# the end\n", "line 3: 2 points, where 3 are the fewest"),
-        ("", "0 points, where 3 are the fewest"),
+        (
+            "0,1\n1,1\n1,2\n2,2\n",
+            "line 3: x = 1 does not exceed the x before it, 1; for a step, put two points very",
+        ),
+        ("0,1\n# the end\n", "profile.csv: a profile has at least 2 points, this one 1"),
+        ("", "profile.csv: a profile has at least 2 points, this one 0"),
     ];
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
     let refused = |profile: &str, flags: &str, what: &str| {
@@ -209,6 +299,7 @@ fn wrong_input_is_refused_in_one_line() {
         "--ambient is below --cavitation",
     );
     refused(sound, &format!("{flags} --ambient NaN"), "--ambient is below --cavitation");
+    refused("0,1\n1,2\n", &format!("{flags} --refine 1"), "--refine 2 or more");
     let (output, _) = film("refused", Some(sound), "--speed 0 --viscosity 1");
     assert_eq!(output.status.code(), Some(2));
     let (output, _) = film("refused", Some(sound), "");
