@@ -98,9 +98,12 @@ fn main() -> ExitCode {
 }
 
 fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+    // Both files are named by `with_extension`, which is to take no part of the name away.
+    arguments.out.as_mut_os_string().push(".svg");
     let profile = match &arguments.profile {
         Some(path) => {
             let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+            spare(path, &arguments.out)?;
             Profile::parse(path, &text)?
         }
         None => {
@@ -113,6 +116,20 @@ fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
     film.report(&profile, &arguments);
     film.write(&profile, &arguments)?;
     if arguments.profile.is_none() { film.check(&profile) } else { Ok(()) }
+}
+
+/// Refuses to write over the profile.
+fn spare(profile: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
+    // A pipe has no such path, and cannot be written over.
+    let file = fs::canonicalize(profile).ok();
+    let is_file =
+        |extension| file.is_some() && fs::canonicalize(out.with_extension(extension)).ok() == file;
+    if !["svg", "csv"].into_iter().any(is_file) {
+        return Ok(());
+    }
+    let (out, profile) = (out.with_extension(""), profile.display());
+    let out = out.display();
+    Err(format!("--out {out} would overwrite the profile {profile}; give another name").into())
 }
 
 /// Points of a gap, in the user's units.
@@ -373,7 +390,7 @@ impl Film {
             vec![pressure, gaps],
             "Reynolds equation with mass-conserving cavitation",
         )?;
-        println!("wrote {0}.svg and {0}.csv", out.display());
+        println!("wrote {} and {}", out.display(), out.with_extension("csv").display());
         Ok(())
     }
 

@@ -305,3 +305,33 @@ fn wrong_input_is_refused_in_one_line() {
     let (output, _) = film("refused", Some(sound), "");
     assert!(String::from_utf8_lossy(&output.stderr).contains("--speed"));
 }
+
+#[test]
+fn the_profile_is_not_written_over() {
+    let profile = "0 3e-5\n0.01 2e-5\n";
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    for (file, out) in
+        [("profile.csv", "profile"), ("profile.csv", "../spared/profile"), ("pad.svg", "pad")]
+    {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/spared");
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join(file), profile).unwrap();
+        let (output, _) = film("spared", None, &format!("{file} {flags} --out {out}"));
+        let wanted =
+            format!("film: --out {out} would overwrite the profile {file}; give another name\n");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), wanted);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(output.stdout.is_empty());
+        assert_eq!(fs::read_to_string(folder.join(file)).unwrap(), profile);
+    }
+    // What follows a dot is part of the name.
+    for out in ["profile.2", "profile.csv"] {
+        let (output, folder) = film("spared", Some(profile), &format!("{flags} --out {out}"));
+        let printed = String::from_utf8_lossy(&output.stdout);
+        assert!(printed.contains(&format!("wrote {out}.svg and {out}.csv")), "{printed}");
+        for extension in ["svg", "csv"] {
+            assert!(folder.with_file_name(format!("{out}.{extension}")).exists(), "{out}");
+        }
+        assert_eq!(fs::read_to_string(folder.with_file_name("profile.csv")).unwrap(), profile);
+    }
+}
