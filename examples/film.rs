@@ -49,24 +49,24 @@ struct Arguments {
     #[arg(requires_all = ["speed", "viscosity"])]
     profile: Option<PathBuf>,
     /// The unit of x in metres
-    #[arg(long, default_value_t = 1.0)]
-    #[arg(value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 0.0254"))]
     x_unit: f64,
     /// The unit of h in metres
-    #[arg(long, default_value_t = 1.0)]
-    #[arg(value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 1e-6"))]
     h_unit: f64,
     /// The unit of pressures in pascals
-    #[arg(long, default_value_t = 1.0)]
-    #[arg(value_parser = positive)]
+    #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in pascals, e.g. 1e5"))]
     p_unit: f64,
     /// The speed of the plane in m/s
-    #[arg(long, requires = "profile")]
-    #[arg(value_parser = positive)]
+    #[arg(long, requires = "profile", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("if the plane moves against x, turn the profile round"))]
     speed: Option<f64>,
     /// The viscosity in Pa s
-    #[arg(long, requires = "profile")]
-    #[arg(value_parser = positive)]
+    #[arg(long, requires = "profile", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in Pa s, e.g. 0.039"))]
     viscosity: Option<f64>,
     /// The pressure at both ends, in units of --p-unit
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
@@ -75,16 +75,19 @@ struct Arguments {
     #[arg(long, default_value_t = 0.0, allow_hyphen_values = true)]
     cavitation: f64,
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400 of the film]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     refine: Option<u16>,
     /// Where the picture and the numbers go: this name with .svg and .csv
     #[arg(long, default_value = "target/film")]
     out: PathBuf,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
-    let value: f64 = text.parse().map_err(|_| format!("'{text}' is not a number"))?;
-    if value > 0.0 && value.is_finite() { Ok(value) } else { Err("not positive and finite".into()) }
+/// A parser of positive numbers that answers anything else with a way out.
+fn positive(hint: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        _ => Err(format!("not a positive number; {hint}")),
+    }
 }
 
 fn main() -> ExitCode {
@@ -356,7 +359,7 @@ impl Film {
         let rows: Vec<String> = (0..self.x.len())
             .map(|i| format!("{},{},{},{}", profile.x[i], profile.h[i], pressures[i], self.void[i]))
             .collect();
-        chart::write_csv(out, &format!("x in {x},h in {h},p in {p},void fraction"), &rows)?;
+        chart::write_csv(out, &format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows)?;
 
         // No more points than can be seen.
         let thin = self.x.len().div_ceil(600);
@@ -368,7 +371,7 @@ impl Film {
         let highest = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max);
         let (low, high) = (arguments.cavitation, highest(&pressures));
         let high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
-        let axes = [format!("x in {x}"), format!("p in {p}"), format!("h in {h}")];
+        let axes = [format!("x ({x})"), format!("p ({p})"), format!("h ({h})")];
         let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], along, (low, high)).outline(
             "pressure",
             "#0072B2",
@@ -414,12 +417,12 @@ impl Film {
     }
 }
 
-/// The name of a unit that is `value` of a `base`.
+/// A unit that is `value` of a `base`, as it stands behind a number.
 fn unit(value: f64, base: &str) -> String {
     let prefixes =
         [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
     match prefixes.iter().find(|(prefix, _)| *prefix == value) {
         Some((_, prefix)) => format!("{prefix}{base}"),
-        None => format!("{value:e} {base}"),
+        None => format!("× {value:e} {base}"),
     }
 }

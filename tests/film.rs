@@ -245,6 +245,20 @@ fn two_points_very_close_together_are_a_step() {
 }
 
 #[test]
+fn a_unit_without_a_name_is_a_factor() {
+    let flags =
+        format!("--speed {SPEED} --viscosity {VISCOSITY} --x-unit 0.0254 --p-unit 6894.757");
+    let (report, _) = solved("factor", Some("0 3e-5\n1 2e-5\n"), &flags);
+    let line = report.lines().find(|line| line.starts_with("peak pressure")).unwrap();
+    assert!(line.contains(" × 6.894757e3 Pa at x = ") && line.ends_with(" × 2.54e-2 m"), "{line}");
+    let svg = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/factor/target/film.svg");
+    let svg = fs::read_to_string(svg).unwrap();
+    for axis in ["x (× 2.54e-2 m)", "p (× 6.894757e3 Pa)", "h (m)"] {
+        assert!(svg.contains(axis), "{axis}");
+    }
+}
+
+#[test]
 fn a_diverging_wedge_cavitates_everywhere() {
     let wedge: Vec<[f64; 2]> =
         (0..12).map(|i| [f64::from(i * i) * 1e-4, 2e-5 + f64::from(i * i) * 3e-7]).collect();
@@ -300,10 +314,25 @@ fn wrong_input_is_refused_in_one_line() {
     );
     refused(sound, &format!("{flags} --ambient NaN"), "--ambient is below --cavitation");
     refused("0,1\n1,2\n", &format!("{flags} --refine 1"), "--refine 2 or more");
-    let (output, _) = film("refused", Some(sound), "--speed 0 --viscosity 1");
-    assert_eq!(output.status.code(), Some(2));
-    let (output, _) = film("refused", Some(sound), "");
-    assert!(String::from_utf8_lossy(&output.stderr).contains("--speed"));
+    let arguments = [
+        ("--speed 0 --viscosity 1", "'0' for '--speed <SPEED>': not a positive number"),
+        ("--speed -5 --viscosity 1", "turn the profile round"),
+        (
+            "--speed 5 --viscosity -1e-2",
+            "'-1e-2' for '--viscosity <VISCOSITY>': not a positive number",
+        ),
+        ("--speed 5 --viscosity 1 --x-unit inch", "not a positive number; in metres, e.g. 0.0254"),
+        ("--speed 5 --viscosity 1 --h-unit -1", "not a positive number; in metres"),
+        ("--speed 5 --viscosity 1 --p-unit inf", "not a positive number; in pascals"),
+        ("--speed 5 --viscosity 1 --refine -3", "-3 is not in 1..=65535"),
+        ("", "--speed"),
+    ];
+    for (arguments, what) in arguments {
+        let (output, _) = film("refused", Some(sound), arguments);
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {err}");
+        assert!(err.contains(what), "{arguments}: {err}");
+    }
 }
 
 #[test]
