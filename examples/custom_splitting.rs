@@ -11,7 +11,7 @@
 use std::error::Error;
 
 use hlcp_core::{Aor, Correction, FivePoint, FromFn, Hlcp, Omega, Rows, Splitting};
-use hlcp_methods::{Limits, Method, Mms, Solver};
+use hlcp_methods::{Limits, Method, Mms, Options, Solver};
 use nalgebra::DMatrix;
 use nalgebra_sparse::{CooMatrix, CscMatrix, factorization::CscCholesky};
 
@@ -68,7 +68,8 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(usize, Vec<f64>), Box<
     let n = method.problem().order();
     let q: Vec<f64> = (0..n).map(|i| f64::cos((i % NX) as f64 / 6.0) - 0.1).collect();
     let mut solver = Solver::new(method);
-    let outcome = solver.solve(&q, &vec![1.0; n], &Limits::default())?;
+    let outcome =
+        solver.solve(&q, Options::from_x(&vec![1.0; n]).limits(Limits::absolute(1e-10)))?;
     println!("{name:<22} {outcome}");
     if outcome.converged() {
         Ok((outcome.iterations, solver.z().to_vec()))

@@ -38,7 +38,7 @@ use std::{
 use chart::Panel;
 use clap::Parser;
 use hlcp_core::{Aor, Hlcp, Omega, Tridiagonal, market::FileError};
-use hlcp_methods::{Limits, Mms, Newton, Outcome, Solver, TridiagonalPart};
+use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
 
 /// Pressure and cavitation in a lubricating film.
@@ -252,8 +252,8 @@ fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn 
     }
     let base = Mms::new(problem, Aor::gauss_seidel())?;
     let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
-    let limits = Limits { absolute: 0.0, relative: 1e-10, rounding: 4.0, ..Limits::default() };
-    let outcome = solver.solve(&q, &start, &limits)?;
+    let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-10) };
+    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;
 
     let z = [&[ends], solver.z(), &[ends]].concat();
     // The film is full at the inlet, and at the outlet if there is pressure.

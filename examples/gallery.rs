@@ -18,7 +18,7 @@ use std::{
 use chart::Panel;
 use clap::Parser;
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, JournalBearing, Obstacle, Slider};
 
 /// Draw the scenes' solutions.
@@ -58,8 +58,8 @@ where
     let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
     let method = Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?;
     let mut solver = Solver::new(method);
-    let limits = Limits { relative: 1e-8, ..Limits::default() };
-    let outcome = solver.solve(q, &vec![1.0; q.len()], &limits)?;
+    let limits = Limits::relative(1e-8);
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
     println!("{name}: TMGS {outcome}");
     if outcome.converged() {
         Ok([solver.z().to_vec(), solver.r().to_vec()])
@@ -278,7 +278,7 @@ fn american_put(path: &Path) -> Drawn {
     let (mut edge, mut rows, mut iterations) = (vec![(0.0, 1.0)], vec![], 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.resume(&q, &Limits::default())?;
+        let outcome = solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10)))?;
         if !outcome.converged() {
             return Err(format!("American put, LCP {k}: {outcome}").into());
         }

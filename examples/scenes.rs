@@ -9,8 +9,8 @@
 
 use std::error::Error;
 
-use hlcp_core::{Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Limits, Named, Outcome, Parameters, Solver, Status};
+use hlcp_core::{Hlcp, LinearOperator, Norms, Omega, Rows};
+use hlcp_methods::{Limits, Named, Options, Outcome, Parameters, Solver, Status};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Slider};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -36,8 +36,8 @@ where
     let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
     let method = Named::parse(method, Parameters::default())?.on(Hlcp::new(a, b, omega)?)?;
     let mut solver = Solver::new(method);
-    let limits = Limits { relative, ..Limits::default() };
-    let outcome = solver.solve(q, &vec![1.0; q.len()], &limits)?;
+    let limits = Limits::absolute(f64::max(1e-10, relative * Norms::of(q).l2));
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
     Ok((solver.z().to_vec(), outcome))
 }
 
@@ -92,7 +92,7 @@ fn put_price(method: &str, put: AmericanPut, warm: bool) -> Result<(f64, usize)>
     let (mut solver, mut iterations) = (Solver::new(method), 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.solve(&q, &x, &Limits::default())?;
+        let outcome = solver.solve(&q, Options::from_x(&x).limits(Limits::absolute(1e-10)))?;
         if !outcome.converged() {
             return Err(format!("American put, LCP {k}: {outcome}").into());
         }

@@ -110,10 +110,16 @@ pub(crate) struct Arguments {
     /// The scale γ of the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     pub(crate) gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 what rounding allows, and for the slider at
-    /// least 1e-10 ‖q‖]
-    #[arg(long, allow_hyphen_values = true)]
+    /// Absolute tolerance for ‖A z − B r + q‖, in the units of q [default: of scenes 1e-10; of the slider
+    /// and of files there is none, see --rtol; in f32 as well what rounding allows]
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "rtol")]
     pub(crate) tol: Option<f64>,
+    /// Tolerance for ‖A z − B r + q‖ relative to ‖q‖ [default: 1e-10 for the slider and for files]
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) rtol: Option<f64>,
+    /// The longest time of one solve, in seconds
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) max_seconds: Option<f64>,
     /// The largest number of iterations
     #[arg(long, default_value_t = 30_000, allow_hyphen_values = true)]
     pub(crate) max_iterations: usize,
@@ -243,7 +249,12 @@ impl Arguments {
             }
         }
         if self.precisions().contains(&Precision::F32) {
-            let given = [("tau", Some(self.tau)), ("gamma", Some(self.gamma)), ("tol", self.tol)];
+            let given = [
+                ("tau", Some(self.tau)),
+                ("gamma", Some(self.gamma)),
+                ("tol", self.tol),
+                ("rtol", self.rtol),
+            ];
             for (name, value) in given {
                 if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
                     return Err(format!(

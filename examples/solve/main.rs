@@ -16,13 +16,13 @@ mod choice;
 mod report;
 mod scenes;
 
-use std::{error::Error, ops::ControlFlow, process::ExitCode};
+use std::{error::Error, ops::ControlFlow, process::ExitCode, time::Duration};
 
 use arguments::{Arguments, NormName, Precision};
 use choice::Choice;
 use clap::error::ErrorKind;
 use hlcp_core::{Hlcp, Omega, Rows, Scalar, market};
-use hlcp_methods::{Limits, Method, Norm, Outcome, Solver};
+use hlcp_methods::{Limits, Method, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, certify, convergence};
 use indicatif::ProgressBar;
 use scenes::Given;
@@ -105,15 +105,19 @@ impl Run<'_> {
             Some(path) => market::read_vector(path, given.q.len())?,
             None => vec![T::one(); given.q.len()],
         };
-        let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::<T>::default() };
-        limits.norm = match arguments.norm {
+        let norm = match arguments.norm {
             NormName::L2 => Norm::L2,
             NormName::Linf => Norm::LInf,
         };
-        limits.relative = limits.relative.max(to(given.relative)?);
-        if let Some(tolerance) = arguments.tol {
-            (limits.absolute, limits.rounding) = (to(tolerance)?, T::zero());
-        }
+        let (tolerance, rounding) = match (arguments.tol, arguments.rtol) {
+            (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
+            (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
+            (None, None) => (given.tolerance, None),
+        };
+        let (iterations, time) = (arguments.max_iterations, arguments.max_seconds);
+        let time = time.map(Duration::try_from_secs_f64).transpose();
+        let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
+        let limits = Limits { tolerance, rounding, norm, iterations, time };
         let omega = Omega::diagonal_ratio(to(arguments.tau)?, given.a, given.b)?;
         let mut problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;
         if arguments.threads > 1 {
@@ -126,9 +130,8 @@ impl Run<'_> {
             for _ in 0..arguments.repeats {
                 solves.push(march(&choice.name, &mut solver, given, &mut q, &x0, &limits)?);
             }
-            solves.sort_by_key(|solve| solve.outcome.elapsed);
-            let solve = &solves[solves.len() / 2];
-            let outcome = &solve.outcome;
+            solves.sort_by_key(|outcome| outcome.elapsed);
+            let outcome = &solves[solves.len() / 2];
             let error = given
                 .known
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
@@ -139,7 +142,8 @@ impl Run<'_> {
                 None
             };
             if arguments.json {
-                let mut object = report::object(arguments, given, choice, precision, solve, error);
+                let mut object =
+                    report::object(arguments, given, choice, precision, outcome, error);
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
@@ -183,57 +187,47 @@ impl Run<'_> {
     }
 }
 
-/// What came of solving the problems of a scene.
-struct Solve {
-    /// Of all of them together; the residual is that of the last.
-    outcome: Outcome,
-    linear_iterations: Option<usize>,
-}
-
 /// Solves the problems of a scene one after another, each from the answer before, until one does not converge, and leaves
-/// the last right-hand side in `q`.
+/// the last right-hand side in `q`; the outcome is that of all of them, with the residual of the last.
 fn march<T: Scalar, M: Method<T>, A, B>(
     name: &str,
     solver: &mut Solver<T, M>,
     given: &Given<'_, T, A, B>,
     q: &mut [T],
     x0: &[T],
-    limits: &Limits<T>,
-) -> Result<Solve, Box<dyn Error>> {
+    limits: &Limits,
+) -> Result<Outcome, Box<dyn Error>> {
     let bar = ProgressBar::new_spinner();
-    let solve = |solver: &mut Solver<T, M>, q: &[T], x0: &[T]| {
-        solver.solve_observed(q, x0, limits, |progress| {
-            if progress.iteration % 64 == 0 {
-                bar.set_message(format!(
-                    "{name}: iteration {}, residual {:.1e}",
-                    progress.iteration, progress.residual.l2
-                ));
-                bar.tick();
-            }
-            ControlFlow::Continue(())
-        })
+    let mut show = |progress: &Progress<'_, T>| {
+        if progress.iteration % 64 == 0 {
+            bar.set_message(format!(
+                "{name}: iteration {}, residual {:.1e}",
+                progress.iteration, progress.residual.l2
+            ));
+            bar.tick();
+        }
+        ControlFlow::Continue(())
     };
     q.copy_from_slice(given.q);
-    let mut outcome = solve(solver, q, x0)?;
-    let mut linear_iterations = solver.method().linear_iterations();
+    let options = Options::from_x(x0).limits(*limits).observer(&mut show);
+    let mut outcome = solver.solve(q, options)?;
     let (count, next) = given.march;
-    let mut x = Vec::new();
     for k in 1..count {
         if !outcome.converged() {
             break;
         }
         next(k, solver.z(), q);
-        x.clear();
-        x.extend_from_slice(solver.x());
-        let step = solve(solver, q, &x)?;
-        outcome.status = step.status;
-        outcome.residual = step.residual;
-        outcome.iterations += step.iterations;
-        outcome.sweeps += step.sweeps;
-        outcome.elapsed += step.elapsed;
-        let more = solver.method().linear_iterations();
-        linear_iterations = linear_iterations.zip(more).map(|(sum, more)| sum + more);
+        let options = Options::resume().limits(*limits).observer(&mut show);
+        let step = solver.solve(q, options)?;
+        let linear = outcome.linear_iterations.zip(step.linear_iterations);
+        outcome = Outcome {
+            iterations: outcome.iterations + step.iterations,
+            sweeps: outcome.sweeps + step.sweeps,
+            linear_iterations: linear.map(|(sum, more)| sum + more),
+            elapsed: outcome.elapsed + step.elapsed,
+            ..step
+        };
     }
     bar.finish_and_clear();
-    Ok(Solve { outcome, linear_iterations })
+    Ok(outcome)
 }

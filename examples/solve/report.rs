@@ -7,7 +7,6 @@ use hlcp_methods::Outcome;
 use serde_json::{Value, json};
 
 use crate::{
-    Solve,
     arguments::{Arguments, Precision, SHIFT, Scene},
     choice::Choice,
     scenes::Given,
@@ -19,10 +18,10 @@ pub(crate) fn object<T, A, B>(
     given: &Given<'_, T, A, B>,
     choice: &Choice,
     precision: Precision,
-    solve: &Solve,
+    outcome: &Outcome,
     error: Option<f64>,
 ) -> Value {
-    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = &solve.outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
     let [alpha, beta] = choice.relaxation();
     json!({
         "scene": given.name,
@@ -37,9 +36,10 @@ pub(crate) fn object<T, A, B>(
         "outcome": status.to_string().replace(' ', "_"),
         "iterations": iterations,
         "sweeps": sweeps,
-        "linear_iterations": solve.linear_iterations,
+        "linear_iterations": outcome.linear_iterations,
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
+        "residual_over_q": outcome.relative.l2,
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
@@ -71,7 +71,7 @@ pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Resul
     };
     line(&format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
     line(&format_args!(
-        "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>11} {:>8}",
+        "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>9} {:>11} {:>8}",
         "method",
         "precision",
         "outcome",
@@ -79,6 +79,7 @@ pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Resul
         "sweeps",
         "residual l2",
         "l-inf",
+        "l2 / q",
         "true error",
         "seconds"
     ))
@@ -91,13 +92,14 @@ pub(crate) fn row(
     outcome: &Outcome,
     error: Option<f64>,
 ) -> io::Result<()> {
-    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
     let seconds = elapsed.as_secs_f64();
     line(&format_args!(
-        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11} {seconds:>8.3}",
+        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>9.1e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,
         residual.linf,
+        relative.l2,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
     ))
 }

@@ -104,6 +104,7 @@ mod norms;
 mod omega;
 mod operator;
 mod problem;
+mod rounding;
 mod scalar;
 mod splitting;
 mod stencil;
