@@ -156,13 +156,15 @@ fn what_is_no_regular_file_is_not_replaced() {
         ("socket", "is a socket"),
         ("link", "is a symbolic link; an output is a new file or a regular one, so name x0 itself"),
         ("dangling", "is a symbolic link"),
-        ("/dev/null", "is a device"),
-        ("/dev/full", "is a device"),
-        ("/dev/stdout", "is a symbolic link"),
+        // In a file system without room for files of one's own, in case the program is wrong.
+        ("/dev/pts/ptmx", "is a device"),
         ("folder/", "is a directory"),
         ("new/", "ends in no file's name"),
         ("..", "is a directory"),
     ] {
+        if name.starts_with('/') && !Path::new(name).exists() {
+            continue;
+        }
         for more in [
             format!("--out-z {name}"),
             format!("--out-z z --out-r {name}"),
@@ -171,9 +173,6 @@ fn what_is_no_regular_file_is_not_replaced() {
             refused(&folder, "solve", &format!("{SOLVE} {more}"), &[name, kind]);
         }
     }
-    use std::os::unix::fs::FileTypeExt;
-    assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
-
     folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     symlink("z", folder.0.join("film.svg")).unwrap();
     fifo(&folder.0.join("pipe.csv"));
@@ -303,13 +302,18 @@ fn files_are_written_all_or_none() {
 #[test]
 fn temporary_names_that_are_taken_are_left_alone() {
     let folder = sound("taken");
-    let stale = format!(".hlcp-{}-0.partial", std::process::id());
-    folder.write(&stale, "stale");
+    // More than all tests of this file take.
+    let stale = |k| format!(".hlcp-{}-{k}.partial", std::process::id());
+    for k in 0..500 {
+        folder.write(stale(k), "stale");
+    }
     let (z, r) = (folder.0.join("z"), folder.0.join("r"));
     market::write_vectors(&[(&z, &[1.0][..]), (&r, &[2.0])]).unwrap();
     assert_eq!(market::read_vector::<f64>(&r, 1).unwrap(), [2.0]);
-    assert_eq!(fs::read_to_string(folder.0.join(stale)).unwrap(), "stale");
-    assert_eq!(content(&folder.0).len(), 6);
+    for k in 0..500 {
+        assert_eq!(fs::read_to_string(folder.0.join(stale(k))).unwrap(), "stale");
+    }
+    assert_eq!(content(&folder.0).len(), 5 + 500);
 }
 
 #[test]
@@ -344,7 +348,10 @@ fn an_input_that_is_no_regular_file_does_not_block() {
             child.stderr.unwrap().read_to_string(&mut err).unwrap();
             assert_eq!(status.code(), Some(1), "--{option} {name}: {err}");
             assert_eq!(err.lines().count(), 1, "{err}");
-            assert!(err.contains(&format!("{name}: {kind}; an input is a regular file")), "{err}");
+            assert!(
+                err.contains(&format!("{name}: {kind}; give a regular file instead\n")),
+                "{err}"
+            );
         }
     }
     assert_eq!(fs::read_to_string(folder.0.join("z")).unwrap(), "precious z");

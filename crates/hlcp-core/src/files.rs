@@ -10,6 +10,7 @@ use std::{
     fs::{self, File, Metadata, OpenOptions},
     io::{self, BufWriter, ErrorKind, Write},
     path::{Path, PathBuf},
+    sync::atomic::{AtomicUsize, Ordering},
 };
 
 use thiserror::Error;
@@ -141,6 +142,10 @@ pub fn check_output(path: &Path) -> Result<(), FileError> {
 /// written; existing files are then as they were, and no temporary file is left. Should putting
 /// back a file fail as well, the message names the file that keeps its content. A process that is
 /// killed while it writes leaves files named `.hlcp-….partial`.
+///
+/// # Cost
+///
+/// Room for the old and the new files at once, and one wait for the disc per file.
 ///
 /// ```
 /// use hlcp_core::files::write_together;
@@ -275,14 +280,18 @@ impl Drop for Temporary {
     }
 }
 
+/// The number in the next temporary file's name. No name comes twice: what a dropped [`Temporary`]
+/// removes is never the file of another.
+static NEXT: AtomicUsize = AtomicUsize::new(0);
+
 /// What `make` makes under a name that is not in use, in the folder of `target`.
 fn beside<F>(target: &Path, make: impl Fn(&Path) -> io::Result<F>) -> io::Result<(Temporary, F)> {
-    let mut k = 0;
     loop {
-        let name = format!(".hlcp-{}-{k}.partial", std::process::id());
-        let path = target.with_file_name(name);
+        let (process, number) = (std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
+        let path = target.with_file_name(format!(".hlcp-{process}-{number}.partial"));
         match make(&path) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => k += 1,
+            // Left by a process that was killed.
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => return made.map(|made| (Temporary(path), made)),
         }
     }

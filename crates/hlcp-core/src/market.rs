@@ -23,8 +23,8 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`FileError`] for a file that cannot be opened; a banner other than the ones above; lines that are not
-/// UTF-8, too long or end in CRLF; sizes that are not numbers, not square, more entries than the file can
+/// [`FileError`] for a file that cannot be opened, or is no regular one; a banner other than the ones
+/// above; lines that are not UTF-8, too long or end in CRLF; sizes that are not numbers, not square, more entries than the file can
 /// hold or fewer than rows; entries that are out of range, above the diagonal of a symmetric matrix, given
 /// twice or not finite; and for fewer or more entries than declared.
 ///
@@ -203,12 +203,12 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 
 /// Writes each vector to its file, in the `array` format with every digit.
 ///
-/// A failure leaves existing files as they were, and replaced are regular files only, no symbolic
-/// links, as [`write_together`](files::write_together) says; it does not know which files are read.
+/// A regular file that exists is replaced. A failure leaves all existing files as they were.
 ///
 /// # Errors
 ///
-/// [`FileError`] for the file that could not be written, and for two vectors to one file.
+/// [`FileError`] as for [`write_together`](files::write_together): for a file that could not be
+/// written, for two vectors to one file, and for what is no regular file, such as a symbolic link.
 ///
 /// ```
 /// use hlcp_core::market;
@@ -243,8 +243,7 @@ impl<'p> Lines<'p> {
         let found = fs::metadata(path).map_err(|e| FileError::new(path, e))?;
         if !found.is_file() {
             let kind = files::kind(&found);
-            let reason = format!("is {kind}; an input is a regular file, so copy it to one");
-            return Err(FileError::new(path, reason));
+            return Err(FileError::new(path, format!("is {kind}; give a regular file instead")));
         }
         let file = File::open(path).map_err(|e| FileError::new(path, e))?;
         Ok(Self { path, length: found.len(), reader: BufReader::new(file), number: 0 })
