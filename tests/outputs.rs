@@ -154,7 +154,7 @@ fn what_is_no_regular_file_is_not_replaced() {
         ("folder", "is a directory"),
         ("fifo", "is a FIFO"),
         ("socket", "is a socket"),
-        ("link", "is a symbolic link; an output is a new file or a regular one, so name x0 itself"),
+        ("link", "is a symbolic link to x0; an output is a new file or a regular one"),
         ("dangling", "is a symbolic link"),
         // In a file system without room for files of one's own, in case the program is wrong.
         ("/dev/pts/ptmx", "is a device"),

@@ -227,11 +227,11 @@ fn target(path: &Path) -> Result<PathBuf, FileError> {
             opened.map_err(|e| FileError::unwritable(path, &e))?;
         }
         Ok(found) => {
-            let mut reason =
-                format!("is {}; an output is a new file or a regular one", kind(&found));
+            let mut kind = kind(&found).to_owned();
             if let Ok(to) = fs::read_link(path) {
-                reason += &format!(", so name {} itself", printable(to.display()));
+                kind += &format!(" to {}", printable(to.display()));
             }
+            let reason = format!("is {kind}; an output is a new file or a regular one");
             return Err(FileError::new(path, reason));
         }
         Err(error) if error.kind() == ErrorKind::NotFound => {}
