@@ -82,8 +82,8 @@ struct Arguments {
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400 of the film]
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     refine: Option<u16>,
-    /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist are replaced; symbolic
-    /// links, devices and the like, and the profile are refused
+    /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist
+    /// are replaced; refused are symbolic links, devices and the like, and the profile
     #[arg(long, default_value = "target/film")]
     out: PathBuf,
 }

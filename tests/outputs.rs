@@ -1,5 +1,5 @@
-//! Outputs and inputs of the programs: what is not to be replaced is not, what cannot be read does not block, what a file
-//! holds is printed harmlessly, and a reader may go away.
+//! Outputs and inputs of the programs: devices, links and inputs are not replaced, a FIFO does not
+//! block, text from a file is printed harmlessly, and a reader may go away.
 
 #[path = "common/command.rs"]
 mod command;
@@ -17,7 +17,7 @@ use command::{program, text};
 use folder::Folder;
 use hlcp_core::{files, market};
 
-/// A folder with a sound A, q and x0 of order 2, named so, and `z` and `r` that hold something precious.
+/// A folder with a sound A, q and x0 of order 2, named so, and precious text in `z` and `r`.
 fn sound(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("A", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 4\n2 2 3\n");
@@ -254,7 +254,7 @@ fn permissions_are_kept_and_what_is_read_only_is_spared() {
     chmod("closed", 0o755).unwrap();
 }
 
-/// Each of three writes fails in turn, or its rename does because a folder came into its place meanwhile.
+/// Each of three writes fails in turn, or its rename does because a folder came into its place.
 #[test]
 fn files_are_written_all_or_none() {
     for failing in 0..3 {
@@ -450,7 +450,8 @@ fn names_of_files_are_printed_escaped() {
     harmless(last, 300);
 }
 
-/// A reader that has gone away before the first line: no panic, no message, and the files are written all the same.
+/// A reader that has gone away before the first line: no panic, no message, and the files are
+/// written all the same.
 #[test]
 fn a_reader_that_goes_away_ends_a_program_quietly() {
     let folder = sound("pipe");

@@ -76,8 +76,9 @@ pub(crate) struct Arguments {
     /// The start x⁰ [default: all ones]
     #[arg(long)]
     pub(crate) x0: Option<PathBuf>,
-    /// Write z to this file, also of a solve that did not converge; needs --method. A regular file that exists is replaced;
-    /// a symbolic link, a device and the like, and the files given by --a, --b, --q and --x0 are refused
+    /// Write z to this file, also of a solve that did not converge; needs --method. A regular file
+    /// that exists is replaced; refused are a symbolic link, a device and the like, and the files
+    /// of --a, --b, --q and --x0
     #[arg(long, requires = "method")]
     pub(crate) out_z: Option<PathBuf>,
     /// Write r to this file, as --out-z does

@@ -57,7 +57,8 @@ impl FileError {
 /// use hlcp_core::files::printable;
 ///
 /// assert_eq!(printable("é = 'x'\r\n"), r"é = 'x'\r\n");
-/// assert_eq!(printable("\u{1b}]0;title\u{7}\u{2028}\u{202e}"), r"\u{1b}]0;title\u{7}\u{2028}\u{202e}");
+/// assert_eq!(printable("\u{1b}]0;new title\u{7}"), r"\u{1b}]0;new title\u{7}");
+/// assert_eq!(printable("\u{2028}\u{202e}"), r"\u{2028}\u{202e}");
 /// assert_eq!(printable(r"C:\new\u{7}"), r"C:\new\u{7}");
 /// ```
 pub fn printable(text: impl Display) -> String {
@@ -203,7 +204,7 @@ pub fn write_together<C>(
     Ok(())
 }
 
-/// Gives `target` its old content again, or none; text that says where the content is if that fails.
+/// Gives `target` its old content again, or none. If that fails, the text says where it is.
 fn put_back(target: &Path, kept: Option<Temporary>) -> String {
     let done = match &kept {
         Some(kept) => fs::rename(&kept.0, target),

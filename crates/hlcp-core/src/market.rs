@@ -23,10 +23,11 @@ use crate::{
 ///
 /// # Errors
 ///
-/// [`FileError`] for a file that cannot be opened, or is no regular one; a banner other than the ones
-/// above; lines that are not UTF-8, too long or end in CRLF; sizes that are not numbers, not square, more entries than the file can
-/// hold or fewer than rows; entries that are out of range, above the diagonal of a symmetric matrix, given
-/// twice or not finite; and for fewer or more entries than declared.
+/// [`FileError`] for a file that cannot be opened, or is no regular one; a banner other than the
+/// ones above; lines that are not UTF-8, too long or end in CRLF; sizes that are not numbers, not
+/// square, more entries than the file can hold or fewer than rows; entries that are out of range,
+/// above the diagonal of a symmetric matrix, given twice or not finite; and for fewer or more
+/// entries than declared.
 ///
 /// # Cost
 ///
