@@ -12,7 +12,7 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Rows};
+use hlcp_core::{Hlcp, Omega, Rows, files::printable};
 use hlcp_methods::{Limits, Named, Norm, Options, Parameters, Solver, Status};
 use hlcp_verify::{Example, Slider};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -21,6 +21,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 mod bounds;
 #[path = "paper/claims.rs"]
 mod claims;
+mod print;
 #[path = "paper/table.rs"]
 mod table;
 
@@ -209,12 +210,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     tables.push(table_6(&runs));
     tables.push(mesh_convergence(if arguments.quick { &[50, 100] } else { &[50, 100, 200, 400] })?);
     tables.push(claims::table(&runs));
-    for table in &tables {
-        println!("{}", table.text());
-    }
     if let Some(folder) = &arguments.out {
         table::write(folder, &tables)?;
-        println!("written to {}", folder.display());
+    }
+    for table in &tables {
+        print::line(table.text())?;
+    }
+    if let Some(folder) = &arguments.out {
+        print::line(format_args!("written to {}", printable(folder.display())))?;
     }
     Ok(())
 }

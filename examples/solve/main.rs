@@ -13,15 +13,23 @@
 
 mod arguments;
 mod choice;
+#[path = "../print/mod.rs"]
+mod print;
 mod report;
 mod scenes;
 
-use std::{error::Error, ops::ControlFlow, process::ExitCode, time::Duration};
+use std::{
+    error::Error,
+    io::{self, Write},
+    ops::ControlFlow,
+    process::ExitCode,
+    time::Duration,
+};
 
 use arguments::{Arguments, NormName, Precision};
 use choice::Choice;
 use clap::error::ErrorKind;
-use hlcp_core::{Hlcp, Omega, Rows, Scalar, market};
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, files::printable, market};
 use hlcp_methods::{Limits, Method, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, certify, convergence};
 use indicatif::ProgressBar;
@@ -32,22 +40,23 @@ fn main() -> ExitCode {
     let arguments = match Arguments::given() {
         Ok(arguments) => arguments,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp) => {
-            print!("{error}");
+            // Its reader has gone, or there is none to tell.
+            let _ = error.print();
             return ExitCode::SUCCESS;
         }
-        Err(error) => {
-            eprintln!("{}", one_line(&error));
-            return ExitCode::from(1);
-        }
+        Err(error) => return refuse(&one_line(&error)),
     };
     match in_pool(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(2),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(1)
-        }
+        Err(error) => refuse(&format!("error: {error}")),
     }
+}
+
+/// Says in one line what is wrong, which may hold the names of files.
+fn refuse(reason: &str) -> ExitCode {
+    let _ = writeln!(io::stderr(), "{}", printable(reason));
+    ExitCode::from(1)
 }
 
 /// Runs on as many threads as were asked for.
@@ -141,6 +150,13 @@ impl Run<'_> {
             } else {
                 None
             };
+            // Before anything is printed, because a reader that goes away ends the program.
+            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
+            let outputs: Vec<_> = outputs
+                .iter()
+                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
+                .collect();
+            market::write_vectors(&outputs)?;
             if arguments.json {
                 let mut object =
                     report::object(arguments, given, choice, precision, outcome, error);
@@ -151,24 +167,24 @@ impl Run<'_> {
                     object["certified_error_bound"] =
                         json!(certificate.as_ref().map(Certificate::error));
                 }
-                report::line(&object)?;
+                print::line(&object)?;
             } else {
                 if self.rows == 0 {
                     report::head(arguments, given.name, given.q.len())?;
                 }
                 report::row(&choice.name, precision, outcome, error)?;
                 for (key, value) in figures {
-                    report::line(&format_args!("          {key} {value:.6e}"))?;
+                    print::line(format_args!("          {key} {value:.6e}"))?;
                 }
                 if arguments.certify {
-                    report::line(&match choice.steps() {
+                    print::line(match choice.steps() {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
                             "  convergence: not proved, because the check does not cover the method"
                                 .into()
                         }
                     })?;
-                    report::line(&match certificate {
+                    print::line(match certificate {
                         Some(certificate) => format!("  {certificate}"),
                         None => "  solution unique: not proved; certified error: none".into(),
                     })?;
@@ -176,12 +192,6 @@ impl Run<'_> {
             }
             self.rows += 1;
             self.all_converged &= outcome.converged();
-            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
-            let outputs: Vec<_> = outputs
-                .iter()
-                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
-                .collect();
-            market::write_vectors(&outputs)?;
         }
         Ok(())
     }
@@ -199,7 +209,7 @@ fn march<T: Scalar, M: Method<T>, A, B>(
 ) -> Result<Outcome, Box<dyn Error>> {
     let bar = ProgressBar::new_spinner();
     let mut show = |progress: &Progress<'_, T>| {
-        if progress.iteration % 64 == 0 {
+        if progress.iteration.is_multiple_of(64) {
             bar.set_message(format!(
                 "{name}: iteration {}, residual {:.1e}",
                 progress.iteration, progress.residual.l2

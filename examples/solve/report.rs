@@ -1,6 +1,6 @@
 //! What is printed: a table with a head, or one JSON object.
 
-use std::io::{self, Write};
+use std::io;
 
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::Outcome;
@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use crate::{
     arguments::{Arguments, Precision, SHIFT, Scene},
     choice::Choice,
+    print,
     scenes::Given,
 };
 
@@ -52,14 +53,6 @@ pub(crate) fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
     Norms::of(&differences).linf
 }
 
-/// Prints a line; a reader that has gone away ends the program quietly.
-pub(crate) fn line(line: &impl std::fmt::Display) -> io::Result<()> {
-    match writeln!(io::stdout(), "{line}") {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
-        done => done,
-    }
-}
-
 /// Prints the head of the table.
 pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Result<()> {
     let Arguments { mu, nu, tau, gamma, .. } = arguments;
@@ -69,8 +62,8 @@ pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Resul
         }
         _ => String::new(),
     };
-    line(&format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
-    line(&format_args!(
+    print::line(format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
+    print::line(format_args!(
         "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>9} {:>11} {:>8}",
         "method",
         "precision",
@@ -94,7 +87,7 @@ pub(crate) fn row(
 ) -> io::Result<()> {
     let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
     let seconds = elapsed.as_secs_f64();
-    line(&format_args!(
+    print::line(format_args!(
         "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>9.1e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,

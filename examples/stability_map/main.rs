@@ -12,12 +12,14 @@
 
 #[path = "../chart/mod.rs"]
 mod chart;
+#[path = "../print/mod.rs"]
+mod print;
 
 use std::{error::Error, path::PathBuf};
 
 use chart::{Panel, provenance, write, write_csv};
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Rows, Scalar};
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, files::printable};
 use hlcp_methods::{Limits, Named, Options, Outcome, Parameters, Solver, Status};
 use hlcp_verify::{AorStep, Convergence, Disc, Example, Slider, convergence, theorem_2};
 use indicatif::ProgressBar;
@@ -119,7 +121,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         write_csv(&path, header, &rows)?;
     }
     bar.finish_and_clear();
-    println!("wrote the maps to {}", out.display());
+    print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
     Ok(())
 }
 

@@ -96,6 +96,7 @@ mod combine;
 #[cfg(feature = "nalgebra-sparse")]
 mod csr;
 mod error;
+pub mod files;
 mod forward;
 mod kernel;
 #[cfg(feature = "nalgebra-sparse")]
