@@ -1,0 +1,288 @@
+//! Decisions of a solve that must not depend on units, on how long a step takes, or on what a
+//! residual looks like in rounding.
+
+use std::{
+    ops::ControlFlow,
+    sync::atomic::{AtomicUsize, Ordering},
+    time::Duration,
+};
+
+use hlcp_core::{
+    Aor, Correction, Diagonal, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows,
+    Scaled, Splitting, Step,
+};
+use hlcp_methods::{
+    AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
+    Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
+};
+
+const M: usize = 24;
+
+/// A contact on a square, in the units that a factor of A and B and one of q make.
+fn posed(pair: f64, load: f64) -> (Scaled<f64, FivePoint<f64>>, Scaled<f64, Identity>, Vec<f64>) {
+    let a = FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let q = (0..M * M).map(|k| {
+        let at = |i: usize| i as f64 / M as f64 - 0.4;
+        let (x, y) = (at(k % M), at(k / M));
+        pair * load * (0.05 - x * x - 2.0 * y * y)
+    });
+    let b = Scaled { factor: pair, of: Identity { order: M * M } };
+    (Scaled { factor: pair, of: a }, b, q.collect())
+}
+
+type A<'a> = &'a Scaled<f64, FivePoint<f64>>;
+type B<'a> = &'a Scaled<f64, Identity>;
+type Boxed<'a> = Box<dyn Method<f64, A = A<'a>, B = B<'a>> + 'a>;
+
+fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
+    let p = || problem.clone();
+    let tmgs = || Tmms::mirrored(p(), Aor::gauss_seidel()).unwrap();
+    vec![
+        Box::new(Mms::new(p(), Aor::gauss_seidel()).unwrap()),
+        Box::new(tmgs()),
+        Box::new(AdaptiveSor::new(p()).unwrap()),
+        Box::new(Anderson::new(tmgs(), 5).unwrap()),
+        Box::new(Newton::new(tmgs(), Ssor)),
+        Box::new(Multigrid::new(p(), Cycle::W).unwrap()),
+        Box::new(FullMultigrid::new(Multigrid::new(p(), Cycle::F).unwrap())),
+        Box::new(Auto::new(p()).unwrap()),
+    ]
+}
+
+/// q in units of 1e±12, and A, B and q: powers of ten, so that no bit stays but every decision does.
+#[test]
+fn units_change_no_decision() {
+    let outcomes = |pair: f64, load: f64| -> Vec<Outcome> {
+        let (a, b, q) = posed(pair, load);
+        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+        let problem = Hlcp::new(&a, &b, omega).unwrap();
+        let solve = |method| Solver::new(method).solve(&q, Limits::default()).unwrap();
+        methods(&problem).into_iter().map(solve).collect()
+    };
+    let plain = outcomes(1.0, 1.0);
+    assert!(plain.iter().all(Outcome::converged));
+    for (pair, load) in [(1.0, 1e-12), (1.0, 1e12), (1e-12, 1.0), (1e12, 1.0), (1e-9, 1e-9)] {
+        for (plain, scaled) in plain.iter().zip(outcomes(pair, load)) {
+            assert_eq!(scaled.status, Status::Converged, "{pair:e} {load:e}: {scaled}");
+            // Rounding differs, and may move the end by an iteration in tens.
+            let moved = plain.iterations.abs_diff(scaled.iterations);
+            assert!(moved <= 1 + plain.iterations / 10, "{pair:e} {load:e}: {plain}, {scaled}");
+            assert!(scaled.relative.l2 <= 1e-10);
+        }
+    }
+}
+
+/// Counts the products with A; a walk over all rows counts as one.
+struct Counted<'c, O> {
+    of: O,
+    products: &'c AtomicUsize,
+}
+
+impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<'_, O> {
+    fn order(&self) -> usize {
+        self.of.order()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.products.fetch_add(1, Ordering::Relaxed);
+        self.of.apply(x, y);
+    }
+}
+
+impl<O: Diagonal<f64>> Diagonal<f64> for Counted<'_, O> {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.of.diagonal_entry(i)
+    }
+}
+
+impl<O: Rows<f64>> Rows<f64> for Counted<'_, O> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        if i == 0 {
+            self.products.fetch_add(1, Ordering::Relaxed);
+        }
+        self.of.visit_row(i, visit);
+    }
+}
+
+/// A preconditioner so weak that an inner solve takes hundreds of iterations unless it is stopped.
+#[test]
+fn inner_solves_end_with_the_time() {
+    let products = AtomicUsize::new(0);
+    let m = 40;
+    let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let a = Counted { of: a, products: &products };
+    let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
+    let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+    let weak = FromFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+    let mut solver = Solver::new(Newton::new(gs, Correction(weak)));
+    let q: Vec<f64> = (0..m * m).map(|k| (0.01 * k as f64).sin() - 0.3).collect();
+    let limits = Limits { iterations: 1, ..Limits::default() };
+    let whole = solver.solve(&q, limits).unwrap();
+    let (taken, inner) = (products.swap(0, Ordering::Relaxed), whole.linear_iterations);
+    assert!(taken > 40 && inner > Some(10), "{taken} products, {inner:?}");
+
+    let limits = Limits { time: Some(Duration::ZERO), ..Limits::default() };
+    let outcome = solver.solve(&q, limits).unwrap();
+    assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
+    // Two turns of the base, two defects, and the answer measured.
+    assert!(products.load(Ordering::Relaxed) <= 10);
+}
+
+/// Multigrid asks before each of its long sweeps, on its way down and in nested iteration.
+#[test]
+fn cycles_end_with_the_time() {
+    let m = 256;
+    let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
+    let multigrid = Multigrid::new(problem, Cycle::W).unwrap();
+    let q = vec![-1.0; m * m];
+    let mut full = FullMultigrid::new(multigrid.clone());
+    let mut plain = multigrid;
+    let methods: [&mut dyn Method<f64, A = _, B = _>; 2] = [&mut plain, &mut full];
+    for method in methods {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > 3
+        };
+        let mut y = vec![0.0; m * m];
+        let q = Rhs::new(&q).unwrap();
+        let norms = method.step(&q, &vec![1.0; m * m], &mut y, &mut Clock::new(&mut ask));
+        assert!(norms.l2.is_finite());
+        assert_eq!(asked, 4, "asked until the time is up, and no more");
+    }
+}
+
+/// An observer that says stop in the middle of a long step is heard then, and what the step left
+/// of the next iterate is not looked at.
+#[test]
+fn an_observer_stops_a_long_step() {
+    /// Lasts until its clock is up, and leaves nothing but NaN.
+    struct Long(Mms<f64, Identity, Identity, Aor<f64>>);
+
+    impl Method<f64> for Long {
+        type A = Identity;
+        type B = Identity;
+
+        fn problem(&self) -> &Hlcp<f64, Identity, Identity> {
+            self.0.problem()
+        }
+
+        fn step(
+            &mut self,
+            q: &Rhs<'_, f64>,
+            x: &[f64],
+            y: &mut Vec<f64>,
+            clock: &mut Clock<'_>,
+        ) -> hlcp_core::Norms {
+            let norms = self.0.step(q, x, y, clock);
+            while !clock.is_up() {}
+            y.fill(f64::NAN);
+            norms
+        }
+    }
+
+    let identity = Identity { order: 2 };
+    let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0)).unwrap();
+    let mut solver = Solver::new(Long(Mms::new(problem, Aor::gauss_seidel()).unwrap()));
+    let mut seen = 0;
+    let mut stop = |progress: &hlcp_methods::Progress<'_, f64>| {
+        assert_eq!((progress.iteration, progress.x), (0, &[0.25, 0.25][..]));
+        seen += 1;
+        if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let options = Options::from_x(&[0.25, 0.25]).observer(&mut stop);
+    let outcome = solver.solve(&[-3.0, 3.0], options).unwrap();
+    assert_eq!((outcome.status, outcome.iterations, outcome.answer), (Status::Stopped, 0, 0));
+    assert_eq!(solver.z(), [0.5, 0.5]);
+    assert!(outcome.residual.l2.is_finite());
+}
+
+/// Behind a pointer a step is worth what it is worth.
+#[test]
+fn boxed_steps_and_splittings_keep_their_sweeps() {
+    struct Twice;
+
+    impl Splitting<f64> for Twice {
+        fn solve(&self, rhs: &[f64], y: &mut [f64]) {
+            y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 2.0);
+        }
+
+        fn sweeps(&self) -> usize {
+            2
+        }
+    }
+
+    let problem =
+        || Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
+    let step: Box<dyn Step<f64, Identity, Identity>> = Box::new(Correction(&Twice));
+    let splitting: Box<dyn Splitting<f64>> = Box::new(Twice);
+    for outcome in [
+        Solver::new(Mms::new(problem(), step).unwrap()).solve(&[-3.0], Limits::default()),
+        Solver::new(Mms::new(problem(), Correction(splitting)).unwrap())
+            .solve(&[-3.0], Limits::default()),
+    ] {
+        let outcome = outcome.unwrap();
+        assert!(outcome.converged());
+        assert_eq!((outcome.iterations, outcome.sweeps), (1, 2));
+    }
+}
+
+/// A solved start has cost nothing.
+#[test]
+fn no_iteration_is_no_sweep() {
+    let (a, b, q) = posed(1.0, 1.0);
+    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+    let problem = Hlcp::new(&a, &b, omega).unwrap();
+    let mut solver = Solver::new(Multigrid::new(problem.clone(), Cycle::W).unwrap());
+    assert!(solver.solve(&q, Limits::relative(1e-13)).unwrap().converged());
+    let x = solver.x().to_vec();
+    for method in methods(&problem) {
+        let options = Options::from_x(&x).limits(Limits::relative(1e-9));
+        let outcome = Solver::new(method).solve(&q, options).unwrap();
+        let spent = (outcome.iterations, outcome.sweeps, outcome.linear_iterations.unwrap_or(0));
+        assert_eq!(spent, (0, 0, 0), "{outcome}");
+    }
+}
+
+/// A start so far away that its residual over ‖q‖ is beyond the largest number.
+#[test]
+fn walked_and_fused_sweeps_judge_a_far_start_alike() {
+    struct Walked(FivePoint<f64>);
+
+    impl LinearOperator<f64> for Walked {
+        fn order(&self) -> usize {
+            self.0.order()
+        }
+
+        fn apply(&self, x: &[f64], y: &mut [f64]) {
+            self.0.apply(x, y);
+        }
+    }
+
+    impl Diagonal<f64> for Walked {
+        fn diagonal_entry(&self, i: usize) -> f64 {
+            self.0.diagonal_entry(i)
+        }
+    }
+
+    impl Rows<f64> for Walked {
+        fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+            self.0.visit_row(i, visit);
+        }
+    }
+
+    for (entry, q, x0) in [(1e8, -1e-300, 1.0), (1.0, -1e-200, 1e110)] {
+        let a = FivePoint::new(1, 1, [0.0, 0.0, entry, 0.0, 0.0]).unwrap();
+        let omega = || Omega::Uniform(entry);
+        let fused = Hlcp::new(a, Identity { order: 1 }, omega()).unwrap();
+        let walked = Hlcp::new(Walked(a), Identity { order: 1 }, omega()).unwrap();
+        let gs = Aor::gauss_seidel();
+        let [fused, walked] = [
+            Solver::new(Mms::new(fused, gs).unwrap()).solve(&[q], Options::from_x(&[x0])).unwrap(),
+            Solver::new(Mms::new(walked, gs).unwrap()).solve(&[q], Options::from_x(&[x0])).unwrap(),
+        ];
+        assert_eq!(fused.status, Status::Converged, "{fused}");
+        assert_eq!((walked.status, walked.iterations), (fused.status, fused.iterations));
+    }
+}
