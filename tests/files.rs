@@ -43,7 +43,7 @@ fn a_scene_through_files() {
     for method in ["MGS", "AMGS", "TMGS", "MJ"] {
         let files =
             format!("--a {a} --b {b} --q {q} --out-z {} --out-r {}", z.display(), r.display());
-        let (by_files, status) = json(&format!("{files} --json --method {method}"));
+        let (by_files, status) = json(&format!("{files} --tol 1e-10 --json --method {method}"));
         let (by_scene, _) =
             json(&format!("--scene example2 --m 11 --mu 3 --nu 2 --json --method {method}"));
         assert_eq!((by_files["scene"].as_str(), status), (Some("file"), 0));

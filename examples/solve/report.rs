@@ -40,7 +40,6 @@ pub(crate) fn object<T, A, B>(
         "linear_iterations": outcome.linear_iterations,
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
-        "residual_over_q": outcome.relative.l2,
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
