@@ -1,5 +1,5 @@
 use crate::{
-    Error, LinearOperator, Norms, Omega, Rhs, Scalar,
+    Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
     scalar::to_f64,
@@ -55,6 +55,29 @@ pub struct Hlcp<T, A, B> {
     exchanged: bool,
     // Whether the threads of rayon's current pool share the work.
     parallel: bool,
+}
+
+impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
+    /// Poses the linear complementarity problem LCP(A, q), that is B = I, with Ω = D_A and γ = 1.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Empty`] for order 0; [`Error::NotPositive`] for the first diagonal entry that is
+    /// not positive and finite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Omega};
+    ///
+    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::lcp(a)?;
+    /// assert_eq!((problem.order(), problem.omega()), (9, &Omega::Uniform(4.0)));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn lcp(a: A) -> Result<Self, Error> {
+        let b = Identity { order: a.order() };
+        let omega = Omega::diagonal_ratio(T::one(), &a, &b)?;
+        Self::new(a, b, omega)
+    }
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {

@@ -3,7 +3,19 @@
 //!
 //! # The easy way
 //!
-//! Pose the problem with operators of `hlcp-core`, and let [`Auto`] choose:
+//! ```
+//! use hlcp_methods::{FivePoint, solve};
+//!
+//! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+//! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+//! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
+//! let answer = solve(&a, &b, &q)?;
+//! assert!(answer.outcome.converged() && answer.z[0] > 0.0 && answer.r[59] > 0.0);
+//! # Ok::<(), hlcp_methods::Error>(())
+//! ```
+//!
+//! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose the
+//! method; step by step that is:
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -84,10 +96,14 @@ mod named;
 mod newton;
 mod options;
 mod outcome;
+mod solve;
 mod solver;
 mod tmms;
 mod tolerance;
 mod watch;
+
+/// All of `hlcp-core`: a program that solves names one crate.
+pub use hlcp_core::*;
 
 pub use adaptive::AdaptiveSor;
 pub use amms::Amms;
@@ -103,6 +119,7 @@ pub use named::{NameError, Named, Parameters};
 pub use newton::{Jacobian, Newton};
 pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
+pub use solve::{Solution, solve};
 pub use solver::Solver;
 pub use tmms::Tmms;
 pub use watch::{GROWTH, PATIENCE};

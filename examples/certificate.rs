@@ -1,0 +1,33 @@
+//! A proved bound on the error of an answer, whatever computed it.
+//!
+//! ```text
+//! cargo run --release --example certificate
+//! ```
+//!
+//! Solves Example 2 of the paper to a few digits and to many, and certifies both answers.
+
+use std::error::Error;
+
+use hlcp_methods::{Aor, Hlcp, Limits, Mms, Omega, Solver};
+use hlcp_verify::{Example, certify};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let scene = Example { symmetric: false, m: 64, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b)?;
+    let problem = Hlcp::new(&scene.a, &scene.b, omega)?;
+    let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+    for tolerance in [1e-3, 1e-10] {
+        let outcome = solver.solve(&scene.q, Limits::relative(tolerance))?;
+        let (z, r) = (solver.z(), solver.r());
+        let bound =
+            certify(&scene.a, &scene.b, &scene.q, z, r)?.ok_or("no bound could be proved")?.error();
+        let error =
+            |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);
+        let truth = error(z, &scene.z).max(error(r, &scene.r));
+        println!("{outcome}\n  proved error ≤ {bound:.1e}, true error {truth:.1e}");
+        if bound < truth {
+            return Err("a proof that is false".into());
+        }
+    }
+    Ok(())
+}
