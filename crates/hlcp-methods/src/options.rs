@@ -127,8 +127,8 @@ impl<'o, T> Options<'o, T> {
 pub struct Progress<'s, T> {
     /// The number of iterations that led to the iterate; 0 for the start.
     pub iteration: usize,
-    /// The norms of `A z − B r + q` at the iterate, as the next step measured them. Within
-    /// a long step that has not measured them yet, those of the iterate before, and of `q` at first.
+    /// The norms of `A z − B r + q` at the iterate, as the next step measured them; NaN within
+    /// a long step that has not handed them on.
     pub residual: Norms,
     /// The time since the solve began.
     pub elapsed: Duration,

@@ -16,6 +16,9 @@ const BEAT: Duration = Duration::from_millis(20);
 /// rounding of its terms.
 const QUIET: usize = 25;
 
+/// The norms of a residual that was not measured.
+const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
+
 /// Iterates a [`Method`] and owns the vectors it takes.
 ///
 /// # Storage
@@ -199,7 +202,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         self.method.restart();
         self.watch.begin(limits.norm.of(q.norms()), self.method.has_memory());
         self.history.clear();
-        let (mut answer, mut norms) = (0, q.norms());
+        let mut answer = 0;
         for k in 0_usize.. {
             // The work that led here: the look at the last iterate is a step that leads nowhere.
             let work = self.method.work().unwrap_or(Work::sweeps(k));
@@ -208,7 +211,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 test.renew(self.method.problem(), q, &self.x);
             }
             let looked = self.method.residual(q, &self.x);
-            norms = looked.unwrap_or(norms);
+            let mut norms = looked.unwrap_or(UNKNOWN);
             let mut stepped = looked.is_none_or(|norms| !test.is_near(k, norms));
             if stepped {
                 norms = self.step(k, q, norms, pace);
