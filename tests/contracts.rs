@@ -10,7 +10,7 @@ use hlcp_core::{
     LinearOperator, Omega, Rhs, Rows, Scalar, Scaled, VaryingFivePoint,
 };
 use hlcp_methods::{
-    AdaptiveSor, Amms, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
+    AdaptiveSor, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
     Parameters, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
@@ -72,14 +72,14 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
             Box::new(Tmms::new(problem, closure(), Aor::gauss_seidel().backward())?)
         }
         "M backward with own parameters" => {
-            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
+            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
             Box::new(Mms::new(problem, aor.backward())?)
         }
         "M red-black" | "AM red-black" | "TM red-black" => {
-            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
+            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
             match row {
                 "M red-black" => Box::new(Mms::new(problem, aor)?),
-                "AM red-black" => Box::new(Amms::new(problem, aor)?),
+                "AM red-black" => Box::new(Mms::new(problem, aor.accelerated())?),
                 _ => Box::new(Tmms::mirrored(problem, aor)?),
             }
         }
@@ -90,9 +90,10 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
         "Newton with SSOR" => {
             Box::new(Newton::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, Ssor))
         }
-        "Newton with lines on AMGS" => {
-            Box::new(Newton::new(Amms::new(problem, Aor::gauss_seidel())?, TridiagonalPart::new()))
-        }
+        "Newton with lines on AMGS" => Box::new(Newton::new(
+            Mms::new(problem, Aor::gauss_seidel().accelerated())?,
+            TridiagonalPart::new(),
+        )),
         "adaptive SOR" => Box::new(AdaptiveSor::new(problem)?),
         "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),

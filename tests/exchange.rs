@@ -4,7 +4,7 @@ mod common;
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
-use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
+use hlcp_methods::{Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::oracle::{Dense, aor_splitting};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -81,8 +81,8 @@ proptest! {
         let stencils = Hlcp::new(a, b, omega.clone()).unwrap().with_gamma(1.4).unwrap();
         let matrices = Hlcp::new(dense(&a), dense(&b), omega).unwrap().with_gamma(1.4).unwrap();
         let q: Vec<f64> = (0..20).map(|i| f64::sin(1.7 * i as f64) + 0.1).collect();
-        let mut one = Solver::new(Amms::new(stencils.exchanged().unwrap(), aor).unwrap());
-        let mut two = Solver::new(Amms::new(matrices.exchanged().unwrap(), aor).unwrap());
+        let mut one = Solver::new(Mms::new(stencils.exchanged().unwrap(), aor.accelerated()).unwrap());
+        let mut two = Solver::new(Mms::new(matrices.exchanged().unwrap(), aor.accelerated()).unwrap());
         let outcomes = [
             one.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
             two.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),

@@ -136,15 +136,12 @@ impl Case {
 
     fn step<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> (Vec<f64>, Norms) {
         let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(self.gamma).unwrap();
-        let aor = Aor::of_pair(self.of_a, self.of_b).unwrap();
+        let aor = Aor::with_pairs(self.of_a, self.of_b).unwrap();
         let aor = if self.backward { aor.backward() } else { aor };
         let aor = if self.red_black { aor.red_black(self.nx).unwrap() } else { aor };
         let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let norms = if self.accelerated {
-            aor.accelerated_step(&problem, &q, &self.x, &mut y)
-        } else {
-            aor.step(&problem, &q, &self.x, &mut y, &mut vec![])
-        };
+        let aor = if self.accelerated { aor.accelerated() } else { aor };
+        let norms = aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
         (y, norms)
     }
 

@@ -8,8 +8,8 @@ use common::{assembled, by_tmgs};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
 use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{
-    AorStep, Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify,
-    classes::is_m, convergence,
+    Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify, classes::is_m,
+    convergence,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +25,7 @@ fn proved<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(a: &A, b: &B, q: &[f64]) {
     assert!(certify(a, b, q, &zero, &zero).unwrap().is_some());
     let omega = Omega::diagonal_ratio(1.0, a, b).unwrap();
     let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
-    let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+    let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     assert!(matches!(found, Convergence::Proved(..)), "{found}");
 }
 

@@ -5,8 +5,8 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use common::{assembled, by_tmgs};
-use hlcp_core::{Diagonal, Error, Hlcp, Omega};
-use hlcp_verify::{AorStep, Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
+use hlcp_core::{Aor, Diagonal, Error, Hlcp, Omega};
+use hlcp_verify::{Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
 /// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
@@ -260,7 +260,7 @@ fn the_bearings_solution_is_proved_unique() {
         assert!(matches!(certificate.witness, Witness::Left { .. }));
         let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
         let problem = Hlcp::new(a, b, omega).unwrap();
-        let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+        let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
         assert!(matches!(found, Convergence::NotProved(_)));
     }
 }

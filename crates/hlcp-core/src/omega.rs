@@ -1,4 +1,4 @@
-use crate::{Diagonal, Error, Scalar, error::positive, scalar::to_f64};
+use crate::{Diagonal, Error, Scalar, error::positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
 ///
@@ -40,7 +40,7 @@ impl<T: Scalar> Omega<T> {
         a: &impl Diagonal<T>,
         b: &impl Diagonal<T>,
     ) -> Result<Self, Error> {
-        positive("tau", to_f64(tau))?;
+        positive("tau", tau.wide())?;
         let n = a.order();
         if b.order() != n {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });
@@ -78,7 +78,7 @@ impl<T: Scalar> Omega<T> {
     /// Refuses an Ω that does not fit order `n`, or has an entry that is not positive and finite.
     pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
         match self {
-            Self::Uniform(omega) => positive("omega", to_f64(*omega)),
+            Self::Uniform(omega) => positive("omega", omega.wide()),
             Self::Each(omega) if omega.len() != n => {
                 Err(Error::Order { what: "omega", found: omega.len(), expected: n })
             }
@@ -99,6 +99,6 @@ pub(crate) fn positive_entry<T: Scalar>(
     if value > T::zero() && value.is_finite() {
         Ok(value)
     } else {
-        Err(Error::NotPositive { what, index, value: to_f64(value) })
+        Err(Error::NotPositive { what, index, value: value.wide() })
     }
 }

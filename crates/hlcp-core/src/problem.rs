@@ -2,7 +2,6 @@ use crate::{
     Error, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
-    scalar::to_f64,
     team::{self, Claims},
 };
 
@@ -102,10 +101,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn with_gamma(self, gamma: T) -> Result<Self, Error> {
-        positive("gamma", to_f64(gamma))?;
+        positive("gamma", gamma.wide())?;
         if !gamma.is_normal() {
             let range = "no smaller than the smallest normal number";
-            return Err(Error::Parameter { name: "gamma", value: to_f64(gamma), range });
+            return Err(Error::Parameter { name: "gamma", value: gamma.wide(), range });
         }
         Ok(Self { gamma, ..self })
     }

@@ -2,10 +2,7 @@
 
 use std::ops::Range;
 
-use crate::{
-    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
-    scalar::to_f64,
-};
+use crate::{Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally};
 
 /// Random signs by which an operator without rows is probed.
 const PROBES: u64 = 2;
@@ -45,8 +42,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
-        let epsilon = to_f64(T::epsilon());
-        let tiny = to_f64(T::min_positive_value()) * epsilon;
+        let epsilon = T::epsilon().wide();
+        let tiny = T::min_positive_value().wide() * epsilon;
         // What underflows counts as well, but a sum of zeros is exact.
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
         if let Some(rows) = Sweep::new(self).and_then(|sweep| sweep.row_sums()) {
@@ -75,9 +72,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return meter.norms();
         }
         let walked = (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (Sums::new(to_f64(q.entries()[i])), 0.0);
+            let (mut sums, mut count) = (Sums::new(q.entries()[i].wide()), 0.0);
             let known = self.terms(i, x, |entry, value| {
-                sums.add(to_f64(entry), to_f64(value));
+                sums.add(entry.wide(), value.wide());
                 count += 1.0;
             });
             meter.add((count + 8.0) * unit(sums.terms));
@@ -146,7 +143,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
-        let (mut at, epsilon) = (true, to_f64(T::epsilon()));
+        let (mut at, epsilon) = (true, T::epsilon().wide());
         self.exact_rows(q, x, |sums, count| {
             at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
         })
@@ -193,9 +190,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         let sign = self.q_factor() / self.gamma();
         (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (ExactSums::new(to_f64(sign * q.entries()[i])), 0.0);
+            let (mut sums, mut count) = (ExactSums::new((sign * q.entries()[i]).wide()), 0.0);
             let known = self.terms(i, x, |entry, value| {
-                sums.add(to_f64(entry), to_f64(value));
+                sums.add(entry.wide(), value.wide());
                 count += 1.0;
             });
             take(&sums, count);
@@ -251,7 +248,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             }
             terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
         }
-        let unit = ASSUMED * to_f64(T::epsilon());
+        let unit = ASSUMED * T::epsilon().wide();
         Norms { l2: unit * terms.l2, linf: unit * terms.linf }
     }
 }
@@ -365,7 +362,7 @@ impl<T: Scalar> Sweep<'_, T> {
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
             let (from, length) = (j * nx + start, STRETCH.min(nx - start));
             for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
-                *sum = S::new(to_f64(sign * q));
+                *sum = S::new((sign * q).wide());
             }
             for (c, points, neighbours) in a.directions(nx, j, start, length, x.len()) {
                 let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
@@ -383,7 +380,7 @@ impl<T: Scalar> Sweep<'_, T> {
     fn row_sums(&self) -> Option<[f64; 2]> {
         let sum = |coefficients: [Coefficients<'_, T>; 5]| {
             let constant = |c: Coefficients<'_, T>| match c {
-                Coefficients::Constant(c) => Some(to_f64(c.abs())),
+                Coefficients::Constant(c) => Some(c.abs().wide()),
                 Coefficients::Each(_) => None,
             };
             coefficients.into_iter().map(constant).sum::<Option<f64>>()
@@ -406,11 +403,11 @@ fn add_products<T: Scalar, S: RowSum>(
     match c {
         Coefficients::Constant(c) if c == T::zero() => {}
         Coefficients::Constant(c) => {
-            sums.for_each(|(sum, value)| sum.add(to_f64(sign * c), to_f64(value)));
+            sums.for_each(|(sum, value)| sum.add((sign * c).wide(), value.wide()));
         }
         Coefficients::Each(c) => {
             for ((sum, value), &c) in sums.zip(&c[points]) {
-                sum.add(to_f64(sign * c), to_f64(value));
+                sum.add((sign * c).wide(), value.wide());
             }
         }
     }

@@ -1,9 +1,6 @@
 use std::ops::Deref;
 
-use crate::{
-    Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry,
-    scalar::to_f64,
-};
+use crate::{Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry};
 
 /// A splitting `A + BΩ = M − N`, known by one solve with `M`.
 ///
@@ -290,7 +287,7 @@ pub(crate) fn positive_pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
     ];
     for (what, value) in entries {
         if !value.is_finite() {
-            return Err(Error::NotFinite { what, index: i, value: to_f64(value) });
+            return Err(Error::NotFinite { what, index: i, value: value.wide() });
         }
     }
     let pivot = positive_entry("diagonal of M", i, pivot(problem, i, over_a, over_b))?;

@@ -231,7 +231,7 @@ impl<T: Scalar> BiCgStab<T> {
     ) -> Inner {
         let Self { residual, shadow, p, v, t, hat, scratch } = self;
         // In units of the right-hand side, whose squares might overflow or vanish.
-        let unit = to_scalar::<T>(Norms::of(rhs).l2);
+        let unit = T::of(Norms::of(rhs).l2);
         if unit == T::zero() {
             s.fill(T::zero());
             return Inner { iterations: 0, residual: 0.0 };
@@ -247,8 +247,8 @@ impl<T: Scalar> BiCgStab<T> {
         let mut inner = Inner { iterations: 0, residual: 1.0 };
         while inner.iterations < limit && inner.residual > tolerance && !clock.is_up() {
             let next = dot(shadow, residual);
-            let beta = to_scalar::<T>(next / rho * (alpha / omega));
-            let old = to_scalar::<T>(omega);
+            let beta = T::of(next / rho * (alpha / omega));
+            let old = T::of(omega);
             for ((p, &residual), &v) in p.iter_mut().zip(&*residual).zip(&*v) {
                 *p = residual + beta * (*p - old * v);
             }
@@ -283,17 +283,12 @@ impl<T: Scalar> BiCgStab<T> {
     }
 }
 
-fn to_scalar<T: Scalar>(value: f64) -> T {
-    T::from(value).unwrap_or_else(T::nan)
-}
-
 /// `uᵀv` in double precision, in lanes that a processor sums side by side.
 pub(crate) fn dot<T: Scalar>(u: &[T], v: &[T]) -> f64 {
-    let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
     let mut lanes = [0.0; 8];
     for (u, v) in u.chunks(8).zip(v.chunks(8)) {
         for (lane, (&u, &v)) in lanes.iter_mut().zip(u.iter().zip(v)) {
-            *lane += to_f64(u) * to_f64(v);
+            *lane += u.wide() * v.wide();
         }
     }
     lanes.iter().sum()
@@ -301,7 +296,7 @@ pub(crate) fn dot<T: Scalar>(u: &[T], v: &[T]) -> f64 {
 
 /// `y += c u`.
 pub(crate) fn add<T: Scalar>(y: &mut [T], c: f64, u: &[T]) {
-    let c = to_scalar::<T>(c);
+    let c = T::of(c);
     for (y, &u) in y.iter_mut().zip(u) {
         *y += c * u;
     }

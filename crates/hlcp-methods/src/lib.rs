@@ -30,7 +30,7 @@
 //!
 //! | method | take it | asks for |
 //! |---|---|---|
-//! | [`Mms`], [`Amms`], [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products for [`Mms`] and [`Tmms`] with a splitting of your own, rows otherwise |
+//! | [`Mms`] (AMMS too), [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products with a splitting of your own, rows otherwise |
 //! | [`AdaptiveSor`] | when no α is known: it finds one as it goes | rows |
 //! | [`Multigrid`], [`FullMultigrid`] | on grids where `z` and `r` are positive on regions: the work per unknown does not grow | five-point operators |
 //! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
@@ -47,11 +47,11 @@
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-//! use hlcp_methods::{Amms, Limits, Options, Solver};
+//! use hlcp_methods::{Mms, Options, Solver};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
 //! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
-//! let mut solver = Solver::new(Amms::new(problem, Aor::sor(1.3)?)?);
+//! let mut solver = Solver::new(Mms::new(problem, Aor::sor(1.3)?.accelerated())?);
 //! let mut iterations = vec![];
 //! for day in 0..4 {
 //!     let load = |k: usize| ((k % 32) as f32 / 10.0).cos() + 0.01 * day as f32;
@@ -71,7 +71,6 @@
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
-mod amms;
 mod anderson;
 mod auto;
 mod krylov;
@@ -90,7 +89,6 @@ mod tolerance;
 mod watch;
 
 pub use adaptive::AdaptiveSor;
-pub use amms::Amms;
 pub use anderson::Anderson;
 pub use auto::Auto;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};

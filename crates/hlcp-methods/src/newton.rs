@@ -253,7 +253,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether it makes unknowns active,
     /// and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[bool; 2]> {
-        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let goal = (forcing.max(T::epsilon().wide()), INNER);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);

@@ -150,5 +150,5 @@ fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T]) -> bool {
     let largest = |max: T, v: T| max.max(v.abs());
     let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
     let size = x.iter().copied().fold(T::zero(), largest);
-    T::from(ROUNDING).is_some_and(|rounding| moved <= rounding * T::epsilon() * size)
+    moved <= T::of(ROUNDING) * T::epsilon() * size
 }
