@@ -241,7 +241,7 @@ fn bad_parameters_are_refused_with_their_value() {
     }
     for (nx, ny) in [(0, 4), (4, 0), (usize::MAX / 2, 3)] {
         let scene = JournalBearing { nx, ny, ecc: 0.1, b: 2.0 };
-        assert!(matches!(scene.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+        assert_eq!(scene.pose::<f64>().unwrap_err(), Error::Grid { nx, ny });
     }
     for m in [0, 1, 2] {
         assert!(parameter(Obstacle { m }.pose::<f64>().unwrap_err(), "m", m as f64));

@@ -292,7 +292,7 @@ fn bad_parameters_are_refused_with_their_value() {
         assert_eq!((name, value), (parameter, number));
     }
     let empty = Bearing2d { nx: 0, ..plain };
-    assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+    assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Grid { nx: 0, .. }));
     let overflowing = Bearing2d { aspect: 1e-200, ..plain };
     assert!(matches!(overflowing.pose::<f64>().unwrap_err(), Error::NotFinite { .. }));
 }

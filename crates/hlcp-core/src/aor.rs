@@ -249,7 +249,7 @@ impl<T: Scalar> Aor<T> {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         let fits =
             |sweep: &Sweep<'_, T>| self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0]);
-        if let Some(fused) = Sweep::new(problem).filter(fits) {
+        if let Some(fused) = problem.sweep().filter(fits) {
             let fused = fused.directed(self.backward, self.red_black.is_some());
             return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
         }
@@ -333,7 +333,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
             finite_row("row of B", problem.b(), i)
         };
         let n = problem.order();
-        match Sweep::new(problem).filter(Sweep::is_constant) {
+        match problem.sweep().filter(Sweep::is_constant) {
             // The first rows with a western and with a southern neighbour have all there is.
             Some(sweep) => {
                 [0, 1, sweep.grid()[0]].into_iter().filter(|&i| i < n).try_for_each(check)

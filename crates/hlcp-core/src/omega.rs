@@ -23,7 +23,8 @@ impl<T: Scalar> Omega<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for τ; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
+    /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
+    /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
     /// they have none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first
     /// ratio, that is zero, negative or not finite.
     ///
@@ -41,6 +42,8 @@ impl<T: Scalar> Omega<T> {
         b: &impl Diagonal<T>,
     ) -> Result<Self, Error> {
         positive("tau", tau.wide())?;
+        a.check("A")?;
+        b.check("B")?;
         let n = a.order();
         if b.order() != n {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });

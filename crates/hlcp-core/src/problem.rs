@@ -61,9 +61,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
+    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
     /// of another order than its own; [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
+        a.check("A")?;
+        b.check("B")?;
         let n = a.order();
         if n == 0 {
             return Err(Error::Empty { what: "A" });
@@ -165,11 +167,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Self { parallel: true, ..self }
     }
 
-    /// Whether threads of rayon's current pool share the work.
-    pub(crate) fn is_parallel(&self) -> bool {
-        self.parallel
-    }
-
     /// The order `n`.
     pub fn order(&self) -> usize {
         self.a.order()
@@ -196,6 +193,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
             _ => Ok(a.or(b).unwrap_or([self.order(), 1])),
         }
+    }
+
+    /// The sweep over both operators, if they are five-point ones on one grid.
+    pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
+        let views = [self.a.as_five_point()?, self.b.as_five_point()?];
+        let factors = [self.gamma, self.q_factor()];
+        Some(Sweep::new(self.grid().ok()?, views, &self.omega, factors, self.parallel))
     }
 
     /// The operator `A`, after an exchange the posed problem's `B`.
@@ -349,7 +353,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
         let (az, br) = halves(scratch, z.len());

@@ -46,7 +46,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let tiny = T::min_positive_value().wide() * epsilon;
         // What underflows counts as well, but a sum of zeros is exact.
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
-        if let Some(rows) = Sweep::new(self).and_then(|sweep| sweep.row_sums()) {
+        if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
             let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
             let mut entries = [[T::zero(); STRETCH]; 2];
             for (start, x) in x.chunks(STRETCH).enumerate().map(|(k, x)| (k * STRETCH, x)) {
@@ -65,7 +65,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
         }
         let mut meter = q.meter(T::one());
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             sweep.sum_terms(self, q, x, |sums: &Sums| {
                 meter.add((10.0 + 8.0) * unit(sums.terms));
             });
@@ -184,7 +184,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// the rows are known.
     fn exact_rows(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&ExactSums, f64)) -> bool {
         self.assert_orders([q.entries().len(), x.len()]);
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
             return true;
         }

@@ -46,20 +46,10 @@ impl<T: Scalar> FivePoint<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for a grid without points, [`Error::Parameter`] for more than an index can count;
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
     /// [`Error::NotFinite`] for the first coefficient that is NaN or infinite.
     pub fn new(nx: usize, ny: usize, coefficients: [T; 5]) -> Result<Self, Error> {
-        match nx.checked_mul(ny) {
-            None => {
-                return Err(Error::Parameter {
-                    name: "the number of grid points",
-                    value: nx as f64 * ny as f64,
-                    range: "one that an index can count",
-                });
-            }
-            Some(0) => return Err(Error::Empty { what: "the grid" }),
-            Some(_) => {}
-        }
+        points::<T>(nx, ny)?;
         crate::all_finite("coefficients [south, west, centre, east, north]", &coefficients)?;
         let [south, west, centre, east, north] = coefficients;
         Ok(Self { nx, ny, south, west, centre, east, north })
@@ -69,6 +59,13 @@ impl<T: Scalar> FivePoint<T> {
         let coefficients = [self.south, self.west, self.centre, self.east, self.north];
         FivePointView::new(self.nx, self.ny, coefficients.map(Coefficients::Constant))
     }
+}
+
+/// Returns the number of points of a grid, for each of which an array can hold a number.
+pub(crate) fn points<T>(nx: usize, ny: usize) -> Result<usize, Error> {
+    let most = isize::MAX as usize / size_of::<T>();
+    let fits = |points: &usize| (1..=most).contains(points);
+    nx.checked_mul(ny).filter(fits).ok_or(Error::Grid { nx, ny })
 }
 
 impl<T: Scalar> LinearOperator<T> for FivePoint<T> {

@@ -98,6 +98,7 @@ impl fmt::Display for Certificate {
 ///
 /// # Errors
 ///
+/// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses;
 /// [`Error::Order`] when something does not fit `a`, [`Error::NotFinite`] for an entry of `q`, `z` or `r`.
 ///
 /// ```
@@ -209,6 +210,8 @@ fn check<T: Scalar>(
     q: &[T],
     [z, r]: [&[T]; 2],
 ) -> Result<(), Error> {
+    a.check("A")?;
+    b.check("B")?;
     let expected = a.order();
     for (what, found) in [("B", b.order()), ("q", q.len()), ("z", z.len()), ("r", r.len())] {
         if found != expected {

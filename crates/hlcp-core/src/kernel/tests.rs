@@ -194,7 +194,7 @@ fn four<T: Scalar>(
     x: &[T],
 ) {
     let problem = Hlcp::new(a, b, omega).and_then(|p| p.with_gamma(gamma)).expect("a problem");
-    let sweep = Sweep::new(&problem).expect("five-point operators");
+    let sweep = problem.sweep().expect("five-point operators");
     agrees::<T, false, false>(sweep, q, x);
     agrees::<T, false, true>(sweep, q, x);
     agrees::<T, true, false>(sweep, q, x);

@@ -59,7 +59,7 @@ impl JournalBearing {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Empty`] for a grid without
+    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Grid`] for a grid without
     /// points.
     pub fn pose<T: Scalar>(
         &self,
