@@ -6,8 +6,8 @@
 mod counting;
 
 use hlcp_core::{
-    Aor, Coefficients, Correction, Diagonal, Error, FivePoint, FivePointView, FromFn, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs, Rows, Scalar, Scaled, VaryingFivePoint,
+    Aor, Coefficients, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi, LinearOperator,
+    Omega, Rhs, Rows, Scalar, Scaled, SplittingFn, SplittingStep, VaryingFivePoint,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
@@ -60,7 +60,7 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
     let to = |v: f64| T::from(v).unwrap();
     // Twice the largest pivot of the table's problem.
     let closure = || {
-        Correction(FromFn(move |rhs: &[T], y: &mut [T]| {
+        SplittingStep(SplittingFn(move |rhs: &[T], y: &mut [T]| {
             y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / to(26.0));
         }))
     };
@@ -494,8 +494,8 @@ impl hlcp_core::Splitting<f64> for Thrice {
 fn sweeps_are_those_of_the_splittings() {
     let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
     let problem = || Hlcp::new(a, b, omega()).unwrap();
-    let mut mms = Mms::new(problem(), Correction(Thrice)).unwrap();
-    let mut tmms = Tmms::new(problem(), Correction(Thrice), Aor::gauss_seidel()).unwrap();
+    let mut mms = Mms::new(problem(), SplittingStep(Thrice)).unwrap();
+    let mut tmms = Tmms::new(problem(), SplittingStep(Thrice), Aor::gauss_seidel()).unwrap();
     let q = planted_q(&a, &b);
     let seven = |method: &mut dyn Method<f64, A = FivePoint<f64>, B = FivePoint<f64>>| {
         let [mut x, mut y, mut spare] = [[0.6; N], [0.0; N], [0.0; N]].map(Vec::from);

@@ -105,8 +105,8 @@ proptest! {
         for problem in [posed(&p.dense), posed(&p.dense).exchanged().unwrap()] {
             let n = p.z.len();
             let [mut x, mut z, mut r] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-            problem.modulus(p.z.as_slice(), p.r.as_slice(), &mut x);
-            problem.recover(&x, &mut z, &mut r);
+            problem.x_from_solution(p.z.as_slice(), p.r.as_slice(), &mut x);
+            problem.solution_from_x(&x, &mut z, &mut r);
             for i in 0..n {
                 prop_assert!((z[i] - p.z[i]).abs() <= 4.0 * f64::EPSILON * p.z[i]);
                 prop_assert!((r[i] - p.r[i]).abs() <= 4.0 * f64::EPSILON * p.r[i]);

@@ -171,12 +171,12 @@ impl Case {
                 (j + 1 < self.ny).then_some(k + nx),
             ];
             let pivot =
-                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.at(k) / self.of_b[0];
+                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.entry(k) / self.of_b[0];
             let (mut of_defect, mut size, mut inherited) = (self.gamma * self.q[k].abs(), 0.0, 0.0);
             for (direction, at) in around.into_iter().enumerate() {
                 let Some(at) = at else { continue };
                 let a = self.a[k][direction].abs();
-                let b = self.b[k][direction].abs() * self.omega.at(at);
+                let b = self.b[k][direction].abs() * self.omega.entry(at);
                 of_defect += 2.0 * (a + b) * self.x[at].abs();
                 if ((colour(at), at) < (colour(k), k)) != self.backward && at != k {
                     let triangle = (self.of_a[1] / self.of_a[0]).abs() * a

@@ -298,7 +298,7 @@ impl<T: Scalar> Aor<T> {
                 }
             });
             b.visit_row(i, &mut |j, b| {
-                let (x, b_omega) = (x[j], b * omega.at(j));
+                let (x, b_omega) = (x[j], b * omega.entry(j));
                 f -= b_omega * (x.abs() - x);
                 if passed(j, i) {
                     moved += of_b.triangle * b_omega * (y[j] - x);
@@ -311,7 +311,7 @@ impl<T: Scalar> Aor<T> {
             // The reciprocal depends on no other row, so it stays off the chain from row to row.
             y[i] = x[i] - (f + moved) * pivot(problem, i, of_a.diagonal, of_b.diagonal).recip();
         }
-        meter.norms().over(gamma)
+        meter.norms().divided_by(gamma)
     }
 
     fn relaxations(&self) -> [Relaxation<T>; 2] {

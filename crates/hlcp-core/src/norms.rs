@@ -39,9 +39,9 @@ impl Norms {
     /// ```
     /// use hlcp_core::Norms;
     ///
-    /// assert_eq!(Norms::of(&[3.0, -4.0]).over(2.0), Norms { l2: 2.5, linf: 2.0 });
+    /// assert_eq!(Norms::of(&[3.0, -4.0]).divided_by(2.0), Norms { l2: 2.5, linf: 2.0 });
     /// ```
-    pub fn over<T: Scalar>(self, gamma: T) -> Self {
+    pub fn divided_by<T: Scalar>(self, gamma: T) -> Self {
         let gamma = gamma.wide();
         Self { l2: self.l2 / gamma, linf: self.linf / gamma }
     }
@@ -101,7 +101,7 @@ impl Meter {
     pub(crate) fn norms_of<T: Scalar>(&self, sum: &Tally<T>, gamma: T) -> Norms {
         let squares: f64 = sum.squares.iter().sum();
         let largest = sum.largest.iter().copied().fold(T::zero(), larger);
-        self.finish(squares, largest.wide()).over(gamma)
+        self.finish(squares, largest.wide()).divided_by(gamma)
     }
 
     pub(crate) fn norms(&self) -> Norms {

@@ -6,7 +6,7 @@ use crate::{Diagonal, Error, Scalar, error::positive};
 /// use hlcp_core::Omega;
 ///
 /// let omega = Omega::Each(vec![2.0, 0.5]);
-/// assert_eq!((omega.at(1), Omega::Uniform(3.0).at(1)), (0.5, 3.0));
+/// assert_eq!((omega.entry(1), Omega::Uniform(3.0).entry(1)), (0.5, 3.0));
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Omega<T> {
@@ -71,7 +71,7 @@ impl<T: Scalar> Omega<T> {
     ///
     /// When `i` is not below the length of an [`Each`](Self::Each).
     #[inline]
-    pub fn at(&self, i: usize) -> T {
+    pub fn entry(&self, i: usize) -> T {
         match self {
             Self::Uniform(omega) => *omega,
             Self::Each(omega) => omega[i],

@@ -39,7 +39,7 @@ const PORTION: usize = 4096;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(1.5))?;
 ///
 /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-/// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+/// problem.solution_from_x(&[1.0, -2.0], &mut z, &mut r);
 /// assert_eq!((z, r), ([2.0, 0.0], [0.0, 6.0]));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -98,7 +98,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let identity = Identity { order: 2 };
     /// let problem = Hlcp::new(identity, identity, Omega::Uniform(3.0))?.with_gamma(4.0)?;
     /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-    /// problem.recover(&[4.0, -8.0], &mut z, &mut r); // what (1, −2) is with γ = 1
+    /// problem.solution_from_x(&[4.0, -8.0], &mut z, &mut r); // what (1, −2) is with γ = 1
     /// assert_eq!((z, r), ([2.0, 0.0], [0.0, 12.0]));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -129,7 +129,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!(problem.omega(), &Omega::Uniform(4.0));
     ///
     /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-    /// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+    /// problem.solution_from_x(&[1.0, -2.0], &mut z, &mut r);
     /// assert_eq!((z, r), ([0.0, 16.0], [2.0, 0.0])); // a positive x is an r of the problem as posed
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -146,7 +146,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The same problem, worked on by the threads of rayon's current pool; without this call, by the caller's alone.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the call, and rayon's
-    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`recover`](Self::recover) and
+    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`solution_from_x`](Self::solution_from_x) and
     /// [`residual`](Self::residual) then share their work when both operators are five-point ones on one grid, of 16384
     /// points or more; a lexicographic sweep as a pipeline over bands of rows. All results are the same for any number
     /// of threads, to the bit. A sweep allocates one row of the grid and what rayon allocates to wake its threads.
@@ -158,7 +158,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let problem = Hlcp::new(a, Identity { order: 40_000 }, Omega::Uniform(4.0))?.in_parallel();
     /// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
     /// let (x, mut z, mut r) = (vec![-1.5; 40_000], vec![0.0; 40_000], vec![0.0; 40_000]);
-    /// pool.install(|| problem.recover(&x, &mut z, &mut r));
+    /// pool.install(|| problem.solution_from_x(&x, &mut z, &mut r));
     /// assert_eq!((z[0], r[39_999]), (0.0, 12.0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
@@ -235,7 +235,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless all three slices have length `n`.
-    pub fn recover(&self, x: &[T], z: &mut [T], r: &mut [T]) {
+    pub fn solution_from_x(&self, x: &[T], z: &mut [T], r: &mut [T]) {
         self.assert_orders([x.len(), z.len(), r.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let portions = x.chunks(PORTION).zip(z.chunks_mut(PORTION)).zip(r.chunks_mut(PORTION));
@@ -275,16 +275,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
     /// let problem = Hlcp::new(a, a, Omega::Uniform(1.5))?;
     /// let mut x = [0.0; 2];
-    /// problem.modulus(&[2.0, 0.0], &[0.0, 6.0], &mut x);
+    /// problem.x_from_solution(&[2.0, 0.0], &[0.0, 6.0], &mut x);
     /// assert_eq!(x, [1.0, -2.0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn modulus(&self, z: &[T], r: &[T], x: &mut [T]) {
+    pub fn x_from_solution(&self, z: &[T], r: &[T], x: &mut [T]) {
         self.assert_orders([z.len(), r.len(), x.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let half = self.gamma / (T::one() + T::one());
         for (i, x) in x.iter_mut().enumerate() {
-            *x = half * (z[i] - r[i] / self.omega.at(i));
+            *x = half * (z[i] - r[i] / self.omega.entry(i));
         }
     }
 
@@ -318,7 +318,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         self.a.apply(part, f);
         for (i, (v, &x)) in part.iter_mut().zip(x).enumerate() {
-            *v = self.omega.at(i) * (x.abs() - x);
+            *v = self.omega.entry(i) * (x.abs() - x);
         }
         self.b.apply(part, product);
         for ((f, &bv), &q) in f.iter_mut().zip(&*product).zip(q) {
@@ -328,7 +328,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
-    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`recover`](Self::recover) writes
+    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`solution_from_x`](Self::solution_from_x) writes
     /// meets those.
     ///
     /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.

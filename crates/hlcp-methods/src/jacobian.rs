@@ -56,7 +56,7 @@ impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, 
         }
         self.problem.a().apply(part, y);
         for (j, (part, &s)) in part.iter_mut().zip(s).enumerate() {
-            let omega = self.problem.omega().at(j);
+            let omega = self.problem.omega().entry(j);
             *part = if self.is_active(j) { T::zero() } else { omega * (s + s) };
         }
         self.problem.b().apply(part, product);
@@ -110,7 +110,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
         });
         self.problem.b().visit_row(i, &mut |j, b| {
             if !self.is_active(j) {
-                visit(j, self.problem.omega().at(j) * (b + b));
+                visit(j, self.problem.omega().entry(j) * (b + b));
             }
         });
     }

@@ -79,6 +79,7 @@ mod limits;
 mod method;
 mod mixed;
 mod mms;
+mod monitor;
 mod multigrid;
 mod named;
 mod newton;
@@ -87,7 +88,6 @@ mod outcome;
 mod solver;
 mod tmms;
 mod tolerance;
-mod watch;
 
 pub use adaptive::AdaptiveSor;
 pub use anderson::Anderson;
@@ -98,6 +98,7 @@ pub use limits::{Limits, Norm, Tolerance};
 pub use method::{Method, Work};
 pub use mixed::solve_mixed;
 pub use mms::Mms;
+pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{NameError, Named, Parameters};
 pub use newton::Newton;
@@ -105,7 +106,6 @@ pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
 pub use solver::Solver;
 pub use tmms::Tmms;
-pub use watch::{GROWTH, PATIENCE};
 
 /// The programs of the READMEs, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

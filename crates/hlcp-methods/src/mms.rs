@@ -17,7 +17,7 @@ use crate::{Clock, Method, Work};
 /// # Cost
 ///
 /// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and no
-/// storage; with a [`Correction`](hlcp_core::Correction) one product with each, one solve with `M` and
+/// storage; with a [`SplittingStep`](hlcp_core::SplittingStep) one product with each, one solve with `M` and
 /// `2n` numbers.
 ///
 /// # Convergence

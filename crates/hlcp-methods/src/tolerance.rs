@@ -68,7 +68,7 @@ impl Test {
         let (mut z, mut r) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
         for (i, x) in x.chunks(8).enumerate() {
             for (l, &x) in x.iter().enumerate() {
-                let (x, omega) = (x.wide(), problem.omega().at(8 * i + l).wide());
+                let (x, omega) = (x.wide(), problem.omega().entry(8 * i + l).wide());
                 for (sums, v) in [(&mut z, x.max(0.0)), (&mut r, omega * (-x).max(0.0))] {
                     sums[0][l] += v * v;
                     sums[1][l] = f64::max(sums[1][l], v);

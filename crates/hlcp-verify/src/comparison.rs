@@ -67,7 +67,7 @@ pub(crate) enum Weights<'a, T> {
 impl<T: Scalar> Weights<'_, T> {
     pub(crate) fn at(&self, i: usize) -> f64 {
         match self {
-            Self::Given(omega) => omega.at(i).wide(),
+            Self::Given(omega) => omega.entry(i).wide(),
             Self::Chosen(omega) => omega[i],
         }
     }

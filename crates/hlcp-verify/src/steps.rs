@@ -90,7 +90,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
             while next < row.len() && row[next].0 < j {
                 next += 1;
             }
-            let b_omega = Interval::exactly(b).times(self.problem.omega().at(j).wide());
+            let b_omega = Interval::exactly(b).times(self.problem.omega().entry(j).wide());
             match row.get_mut(next) {
                 Some(entry) if entry.0 == j => entry.2 = b_omega,
                 _ => row.insert(next, (j, 0.0, b_omega)),

@@ -424,7 +424,7 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
                 return;
             }
             let a = of_a.binary_search_by_key(&column, |a| a.0).map_or(0.0, |at| of_a[at].1);
-            let size = compare_product(b.abs(), problem.omega().at(column).wide(), a.abs());
+            let size = compare_product(b.abs(), problem.omega().entry(column).wide(), a.abs());
             // The product of the two might underflow.
             if a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0 || size.is_some_and(|order| order.is_gt()) {
                 first = Answer::No(Failure::Entry { row, column });
