@@ -378,7 +378,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 }
 
 /// Two slices of length `n` of one vector, which grows once.
-fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
+pub(crate) fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
     if scratch.len() < 2 * n {
         scratch.resize(2 * n, T::zero());
     }

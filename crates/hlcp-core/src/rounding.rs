@@ -2,7 +2,10 @@
 
 use std::ops::Range;
 
-use crate::{Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally};
+use crate::{
+    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
+    problem::halves,
+};
 
 /// Random signs by which an operator without rows is probed.
 const PROBES: u64 = 2;
@@ -168,10 +171,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
-        if scratch.len() < 2 * n {
-            scratch.resize(2 * n, T::zero());
-        }
-        let (signs, product) = scratch[..2 * n].split_at_mut(n);
+        let (signs, product) = halves(scratch, n);
         signs.iter_mut().zip(random_signs(1)).for_each(|(entry, sign)| *entry = sign);
         let mut length = |operator: &dyn LinearOperator<T>| {
             operator.apply(signs, product);
@@ -220,10 +220,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The rounding as the terms' root mean squares have it, which random signs show.
     fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         let n = x.len();
-        if scratch.len() < 2 * n {
-            scratch.resize(2 * n, T::zero());
-        }
-        let (part, product) = scratch[..2 * n].split_at_mut(n);
+        let (part, product) = halves(scratch, n);
         let mut terms = q.norms();
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };

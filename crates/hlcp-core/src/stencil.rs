@@ -32,11 +32,7 @@ pub struct FivePoint<T> {
     // Invariant: nx, ny ≥ 1 and the coefficients are finite.
     nx: usize,
     ny: usize,
-    south: T,
-    west: T,
-    centre: T,
-    east: T,
-    north: T,
+    coefficients: [T; 5],
 }
 
 impl<T: Scalar> FivePoint<T> {
@@ -51,13 +47,11 @@ impl<T: Scalar> FivePoint<T> {
     pub fn new(nx: usize, ny: usize, coefficients: [T; 5]) -> Result<Self, Error> {
         points::<T>(nx, ny)?;
         crate::all_finite("coefficients [south, west, centre, east, north]", &coefficients)?;
-        let [south, west, centre, east, north] = coefficients;
-        Ok(Self { nx, ny, south, west, centre, east, north })
+        Ok(Self { nx, ny, coefficients })
     }
 
     fn view(&self) -> FivePointView<'static, T> {
-        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
-        FivePointView::new(self.nx, self.ny, coefficients.map(Coefficients::Constant))
+        FivePointView::new(self.nx, self.ny, self.coefficients.map(Coefficients::Constant))
     }
 }
 
@@ -74,8 +68,7 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        self.view().apply(self.nx, x, y);
+        self.view().apply([self.nx, self.ny], x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
@@ -90,14 +83,14 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
 
 impl<T: Scalar> Diagonal<T> for FivePoint<T> {
     fn diagonal_entry(&self, _: usize) -> T {
-        self.centre
+        self.coefficients[2]
     }
 }
 
 impl<T: Scalar> Rows<T> for FivePoint<T> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
-        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
-        visit_neighbours(self.nx, self.order(), k, |direction| coefficients[direction], visit);
+        let coefficient = |direction: usize| self.coefficients[direction];
+        visit_neighbours(self.nx, self.order(), k, coefficient, visit);
     }
 }
