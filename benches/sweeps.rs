@@ -101,7 +101,7 @@ impl<T: Scalar> Scene<T> {
                 let red_black = aor.red_black(*m).expect("a grid");
                 done(red_black.step(&problem, &rhs, x, y, scratch));
             }
-            Sweep::Amms => done(aor.accelerated_step(&problem, &rhs, x, y)),
+            Sweep::Amms => done(aor.accelerated().step(&problem, &rhs, x, y, &mut vec![])),
             Sweep::Residual => done(problem.residual(&rhs, x, y, scratch)),
             Sweep::Obvious => done(obvious(*m, q, x, y)),
             Sweep::Walked => done(aor.step(&walked, &rhs, x, y, scratch)),

@@ -14,7 +14,7 @@ mod print;
 use std::error::Error;
 
 use hlcp_core::{
-    Aor, Correction, Diagonal, FromFn, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows,
+    Aor, Diagonal, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows, SplittingFn, SplittingStep,
 };
 use hlcp_methods::{Limits, Method, Mms, Options, Solver, Tmms};
 
@@ -98,10 +98,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let omega = Omega::Uniform(string.diagonal_entry(0));
     let problem = Hlcp::new(string, Identity { order: string.points }, omega)?;
 
-    let scaling = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+    let scaling = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / (4.0 * string.stiffness()));
     });
-    solve("products", Mms::new(problem.clone(), Correction(scaling))?)?;
+    solve("products", Mms::new(problem.clone(), SplittingStep(scaling))?)?;
     solve("diagonal", Mms::new(problem.clone(), Jacobi)?)?;
     solve("rows", Tmms::mirrored(problem, Aor::gauss_seidel())?)
 }

@@ -276,7 +276,7 @@ fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn 
         let fine = |v: &[f64]| -> Vec<f64> {
             (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect()
         };
-        problem.modulus(&fine(&z), &fine(&r), &mut start);
+        problem.x_from_solution(&fine(&z), &fine(&r), &mut start);
     }
     let base = Mms::new(problem, Aor::gauss_seidel())?;
     let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));

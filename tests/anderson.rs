@@ -202,12 +202,12 @@ impl LinearOperator<f64> for Tired {
 
 #[test]
 fn nan_ends_in_divergence() {
-    use hlcp_core::{Correction, FromFn};
-    let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+    use hlcp_core::{SplittingFn, SplittingStep};
+    let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 19.0);
     });
     let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let base = Mms::new(problem, Correction(slow)).unwrap();
+    let base = Mms::new(problem, SplittingStep(slow)).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
     let outcome = anderson
         .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))

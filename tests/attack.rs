@@ -674,7 +674,7 @@ fn rounding<T: Scalar, O: Rows<T>>(case: &Case, problem: &Hlcp<T, O, O>, x: &[T]
         let mut size = q.abs();
         let size_of = |entry: T, j: usize| 2.0 * to_f64(entry.abs()) * to_f64(x[j].abs()) / gamma;
         problem.a().visit_row(i, &mut |j, a| size += size_of(a, j));
-        let omega = |j| to_f64(problem.omega().at(j));
+        let omega = |j| to_f64(problem.omega().entry(j));
         problem.b().visit_row(i, &mut |j, b| size += omega(j) * size_of(b, j));
         squares += size * size;
     }

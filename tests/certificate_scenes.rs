@@ -2,7 +2,7 @@
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega};
 use hlcp_methods::{Limits, Options, Solver, Tmms};
-use hlcp_verify::{AorStep, Convergence, Disc, Slider, Witness, certify, convergence};
+use hlcp_verify::{Convergence, Disc, Slider, Witness, certify, convergence};
 
 /// Convergence is not proved; uniqueness is, by the sum witness.
 #[test]
@@ -11,7 +11,7 @@ fn the_slider_is_unique_and_its_convergence_not_proved() {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
         let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
         let problem = Hlcp::new(a, b, omega).unwrap();
-        for step in [AorStep::new(1.0, 1.0), AorStep::new(1.0, 0.0)] {
+        for step in [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 0.0).unwrap()] {
             assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
         }
         // Any guess will do; at z = r = 0 the defect is q.

@@ -6,11 +6,11 @@
 mod counting;
 
 use hlcp_core::{
-    Aor, Coefficients, Correction, Diagonal, Error, FivePoint, FivePointView, FromFn, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs, Rows, Scalar, Scaled, VaryingFivePoint,
+    Aor, Coefficients, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi, LinearOperator,
+    Omega, Rhs, Rows, Scalar, Scaled, SplittingFn, SplittingStep, VaryingFivePoint,
 };
 use hlcp_methods::{
-    AdaptiveSor, Amms, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
+    AdaptiveSor, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
     Parameters, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
@@ -60,7 +60,7 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
     let to = |v: f64| T::from(v).unwrap();
     // Twice the largest pivot of the table's problem.
     let closure = || {
-        Correction(FromFn(move |rhs: &[T], y: &mut [T]| {
+        SplittingStep(SplittingFn(move |rhs: &[T], y: &mut [T]| {
             y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / to(26.0));
         }))
     };
@@ -72,14 +72,14 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
             Box::new(Tmms::new(problem, closure(), Aor::gauss_seidel().backward())?)
         }
         "M backward with own parameters" => {
-            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
+            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
             Box::new(Mms::new(problem, aor.backward())?)
         }
         "M red-black" | "AM red-black" | "TM red-black" => {
-            let aor = Aor::of_pair([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
+            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
             match row {
                 "M red-black" => Box::new(Mms::new(problem, aor)?),
-                "AM red-black" => Box::new(Amms::new(problem, aor)?),
+                "AM red-black" => Box::new(Mms::new(problem, aor.accelerated())?),
                 _ => Box::new(Tmms::mirrored(problem, aor)?),
             }
         }
@@ -90,9 +90,10 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
         "Newton with SSOR" => {
             Box::new(Newton::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, Ssor))
         }
-        "Newton with lines on AMGS" => {
-            Box::new(Newton::new(Amms::new(problem, Aor::gauss_seidel())?, TridiagonalPart::new()))
-        }
+        "Newton with lines on AMGS" => Box::new(Newton::new(
+            Mms::new(problem, Aor::gauss_seidel().accelerated())?,
+            TridiagonalPart::new(),
+        )),
         "adaptive SOR" => Box::new(AdaptiveSor::new(problem)?),
         "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
@@ -493,8 +494,8 @@ impl hlcp_core::Splitting<f64> for Thrice {
 fn sweeps_are_those_of_the_splittings() {
     let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
     let problem = || Hlcp::new(a, b, omega()).unwrap();
-    let mut mms = Mms::new(problem(), Correction(Thrice)).unwrap();
-    let mut tmms = Tmms::new(problem(), Correction(Thrice), Aor::gauss_seidel()).unwrap();
+    let mut mms = Mms::new(problem(), SplittingStep(Thrice)).unwrap();
+    let mut tmms = Tmms::new(problem(), SplittingStep(Thrice), Aor::gauss_seidel()).unwrap();
     let q = planted_q(&a, &b);
     let seven = |method: &mut dyn Method<f64, A = FivePoint<f64>, B = FivePoint<f64>>| {
         let [mut x, mut y, mut spare] = [[0.6; N], [0.0; N], [0.0; N]].map(Vec::from);

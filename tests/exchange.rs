@@ -4,7 +4,7 @@ mod common;
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
-use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
+use hlcp_methods::{Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::oracle::{Dense, aor_splitting};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -81,8 +81,8 @@ proptest! {
         let stencils = Hlcp::new(a, b, omega.clone()).unwrap().with_gamma(1.4).unwrap();
         let matrices = Hlcp::new(dense(&a), dense(&b), omega).unwrap().with_gamma(1.4).unwrap();
         let q: Vec<f64> = (0..20).map(|i| f64::sin(1.7 * i as f64) + 0.1).collect();
-        let mut one = Solver::new(Amms::new(stencils.exchanged().unwrap(), aor).unwrap());
-        let mut two = Solver::new(Amms::new(matrices.exchanged().unwrap(), aor).unwrap());
+        let mut one = Solver::new(Mms::new(stencils.exchanged().unwrap(), aor.accelerated()).unwrap());
+        let mut two = Solver::new(Mms::new(matrices.exchanged().unwrap(), aor.accelerated()).unwrap());
         let outcomes = [
             one.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
             two.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
@@ -105,8 +105,8 @@ proptest! {
         for problem in [posed(&p.dense), posed(&p.dense).exchanged().unwrap()] {
             let n = p.z.len();
             let [mut x, mut z, mut r] = [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
-            problem.modulus(p.z.as_slice(), p.r.as_slice(), &mut x);
-            problem.recover(&x, &mut z, &mut r);
+            problem.x_from_solution(p.z.as_slice(), p.r.as_slice(), &mut x);
+            problem.solution_from_x(&x, &mut z, &mut r);
             for i in 0..n {
                 prop_assert!((z[i] - p.z[i]).abs() <= 4.0 * f64::EPSILON * p.z[i]);
                 prop_assert!((r[i] - p.r[i]).abs() <= 4.0 * f64::EPSILON * p.r[i]);

@@ -102,7 +102,7 @@ fn an_h_plus_pair_without_ii() {
     }
     for (z, r) in &solutions {
         let mut x = [0.0; 2];
-        posed(&p.dense).modulus(z.as_slice(), r.as_slice(), &mut x);
+        posed(&p.dense).x_from_solution(z.as_slice(), r.as_slice(), &mut x);
         let (outcome, _) = solve(method(), q, &x, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations == 0, "{outcome}");
     }

@@ -136,15 +136,12 @@ impl Case {
 
     fn step<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> (Vec<f64>, Norms) {
         let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(self.gamma).unwrap();
-        let aor = Aor::of_pair(self.of_a, self.of_b).unwrap();
+        let aor = Aor::with_pairs(self.of_a, self.of_b).unwrap();
         let aor = if self.backward { aor.backward() } else { aor };
         let aor = if self.red_black { aor.red_black(self.nx).unwrap() } else { aor };
         let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let norms = if self.accelerated {
-            aor.accelerated_step(&problem, &q, &self.x, &mut y)
-        } else {
-            aor.step(&problem, &q, &self.x, &mut y, &mut vec![])
-        };
+        let aor = if self.accelerated { aor.accelerated() } else { aor };
+        let norms = aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
         (y, norms)
     }
 
@@ -174,12 +171,12 @@ impl Case {
                 (j + 1 < self.ny).then_some(k + nx),
             ];
             let pivot =
-                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.at(k) / self.of_b[0];
+                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.entry(k) / self.of_b[0];
             let (mut of_defect, mut size, mut inherited) = (self.gamma * self.q[k].abs(), 0.0, 0.0);
             for (direction, at) in around.into_iter().enumerate() {
                 let Some(at) = at else { continue };
                 let a = self.a[k][direction].abs();
-                let b = self.b[k][direction].abs() * self.omega.at(at);
+                let b = self.b[k][direction].abs() * self.omega.entry(at);
                 of_defect += 2.0 * (a + b) * self.x[at].abs();
                 if ((colour(at), at) < (colour(k), k)) != self.backward && at != k {
                     let triangle = (self.of_a[1] / self.of_a[0]).abs() * a

@@ -5,7 +5,7 @@ mod common;
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{Aor, Jacobi, Rhs, Step};
-use hlcp_methods::{Amms, Clock, Method, Mms, Tmms};
+use hlcp_methods::{Clock, Method, Mms, Tmms};
 use hlcp_verify::oracle::{Dense, Iteration, aor_splitting};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -22,7 +22,7 @@ struct Parameters {
 
 impl Parameters {
     fn library(self) -> Aor<f64> {
-        let aor = Aor::of_pair(self.a, self.b).expect("generators make valid parameters");
+        let aor = Aor::with_pairs(self.a, self.b).expect("generators make valid parameters");
         if self.backward { aor.backward() } else { aor }
     }
 
@@ -147,7 +147,7 @@ proptest! {
     fn amms_is_section_4(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
         let start = p.x().map(|x| x.sin() + start);
         let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
-        let mut amms = Amms::new(posed(&p.dense), aor.library()).unwrap();
+        let mut amms = Mms::new(posed(&p.dense), aor.library().accelerated()).unwrap();
         lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
     }
 
@@ -173,7 +173,7 @@ proptest! {
         let library = aor.library().red_black(nx).unwrap();
         let mut mms = Mms::new(posed(&p.dense), library).unwrap();
         lockstep_in(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
-        let mut amms = Amms::new(posed(&p.dense), library).unwrap();
+        let mut amms = Mms::new(posed(&p.dense), library.accelerated()).unwrap();
         let textbook = [sorted.amms(aor.a, aor.b, aor.backward)];
         lockstep_in(&order, &mut amms, &textbook, &p.dense.q, &start)?;
     }
@@ -190,9 +190,9 @@ proptest! {
 
         let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
         let (mut y, mut scratch) = (vec![f64::NAN; x.len()], vec![]);
-        let steps: [&dyn Step<f64, Matrix, Matrix>; 2] = [&aor.library(), &Jacobi];
+        let (plain, accelerated) = (aor.library(), aor.library().accelerated());
+        let steps: [&dyn Step<f64, Matrix, Matrix>; 3] = [&plain, &accelerated, &Jacobi];
         let mut all = steps.map(|s| s.step(&problem, &q, x.as_slice(), &mut y, &mut scratch)).to_vec();
-        all.push(aor.library().accelerated_step(&problem, &q, x.as_slice(), &mut y));
         all.push(problem.residual(&q, z.as_slice(), r.as_slice(), &mut scratch));
         for norms in all {
             prop_assert!((norms.l2 - residual.norm()).abs() <= rounding);
@@ -255,7 +255,7 @@ proptest! {
         same(Aor::sor(1.0).unwrap(), Aor::gauss_seidel())?;
         same(Aor::jacobi(), aor(1.0, 0.0))?;
         same(Aor::jacobi(), Aor::jacobi().backward())?;
-        same(Aor::of_pair([alpha, 0.7], [alpha, 0.7]).unwrap(), aor(alpha, 0.7))?;
+        same(Aor::with_pairs([alpha, 0.7], [alpha, 0.7]).unwrap(), aor(alpha, 0.7))?;
     }
 
     /// A planted solution is a fixed point of every step, to rounding.
@@ -267,11 +267,9 @@ proptest! {
             let mut drift = Drift(0.0);
             drift.step(&textbook, &x, &x);
             let mut y = vec![f64::NAN; x.len()];
-            let norms = if textbook.modulus.amax() == 0.0 {
-                aor.library().step(&problem, &q, x.as_slice(), &mut y, &mut vec![])
-            } else {
-                aor.library().accelerated_step(&problem, &q, x.as_slice(), &mut y)
-            };
+            let plain = textbook.modulus.amax() == 0.0;
+            let step = if plain { aor.library() } else { aor.library().accelerated() };
+            let norms = step.step(&problem, &q, x.as_slice(), &mut y, &mut vec![]);
             prop_assert!(norms.linf <= 1e-12 * q.norms().linf.max(1.0));
             prop_assert!((DVector::from_vec(y) - &x).amax() <= drift.0);
         }

@@ -9,8 +9,8 @@ use std::{
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{
-    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Norms,
-    Omega, Rhs, Rows, Scalar, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
+    Scalar, SplittingFn, SplittingStep, Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Outcome, Preconditioner, Solver,
@@ -152,7 +152,7 @@ proptest! {
         let preconditioners: [fn() -> Boxed; 4] = [
             || Box::new(Ssor),
             || Box::new(TridiagonalPart::new()),
-            || Box::new(Correction(FromFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs)))),
+            || Box::new(SplittingStep(SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs)))),
             || Box::new(Broken),
         ];
         for preconditioner in preconditioners {
@@ -205,10 +205,10 @@ fn a_cycle_of_active_sets_is_broken() {
     let step = 0.1 * m.try_inverse().unwrap();
     let base = || {
         let step = step.clone();
-        let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+        let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
             y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
         });
-        Mms::new(posed(&dense), Correction(damped)).unwrap()
+        Mms::new(posed(&dense), SplittingStep(damped)).unwrap()
     };
     let mut newton = Solver::new(Newton::new(base(), Ssor)).with_history(1000);
     let (q, mut iterates) = (dense.q.as_slice(), vec![]);
@@ -243,10 +243,10 @@ fn what_comes_back_need_not_come_back_for_ever() {
             let dense = Dense { gamma, omega: DVector::from_element(3, omega), ..carousel() };
             let step =
                 damping * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
-            let damped = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+            let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
                 y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
             });
-            let base = Mms::new(posed(&dense), Correction(damped)).unwrap();
+            let base = Mms::new(posed(&dense), SplittingStep(damped)).unwrap();
             let mut newton = Solver::new(Newton::new(base, Ssor));
             for start in [[0.9, -0.7, -0.8], [1.0, -1.0, -1.0], [2.0, 1.0, -1.0]] {
                 let outcome = newton
@@ -318,18 +318,18 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let dense = carousel();
     let step = 0.03 * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
     let (turns, solves) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let damped = FromFn(|rhs: &[f64], y: &mut [f64]| {
+    let damped = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         turns.fetch_add(1, Relaxed);
         y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
     });
-    let none = Correction(FromFn(|rhs: &[f64], y: &mut [f64]| {
+    let none = SplittingStep(SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         solves.fetch_add(1, Relaxed);
         y.copy_from_slice(rhs);
     }));
     let a = Counted(Matrix(dense.a.clone()), 0.into());
     let omega = Omega::Uniform(dense.omega[0]);
     let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
-    let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), Correction(damped)).unwrap();
+    let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), SplittingStep(damped)).unwrap();
     let mut newton = Solver::new(Newton::new(Fading(base, 0), none));
     let mut solve = || {
         for count in [&a.1, &solves, &turns] {
@@ -372,13 +372,13 @@ fn a_singular_jacobian_is_left_behind() {
 #[test]
 fn to_and_fro_is_no_way() {
     let turns = AtomicUsize::new(0);
-    let still = FromFn(|_: &[f64], y: &mut [f64]| {
+    let still = SplittingFn(|_: &[f64], y: &mut [f64]| {
         turns.fetch_add(1, Relaxed);
         y.fill(0.0);
     });
     let minus = DiagonalMatrix::new(vec![-1.0]).unwrap();
     let problem = Hlcp::new(Identity { order: 1 }, minus, Omega::Uniform(1.3)).unwrap();
-    let base = Mms::new(problem, Correction(still)).unwrap();
+    let base = Mms::new(problem, SplittingStep(still)).unwrap();
     let limits = Limits { iterations: 100, ..Limits::absolute(1e-10) };
     let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
     let outcome = newton.solve(&[1.0], Options::from_x(&[0.4]).limits(limits)).unwrap();
@@ -418,13 +418,13 @@ impl LinearOperator<f64> for Tired {
 #[test]
 fn an_operator_of_products_and_one_that_turns_nan() {
     for sound in (0..12).chain([usize::MAX]) {
-        let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+        let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
             y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
         });
         let problem =
             Hlcp::new(Tired(0.into(), sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
-        let base = Mms::new(problem, Correction(slow)).unwrap();
-        let mut newton = Solver::new(Newton::new(base, Correction(slow)));
+        let base = Mms::new(problem, SplittingStep(slow)).unwrap();
+        let mut newton = Solver::new(Newton::new(base, SplittingStep(slow)));
         let outcome = newton
             .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
             .unwrap();
@@ -445,8 +445,8 @@ fn what_is_solved_exactly_ends_at_once() {
     let b = DiagonalMatrix::new(vec![1.5, 0.4, 2.2]).unwrap();
     let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 4.0, 1.7])).unwrap();
     // A base that goes nowhere settles nothing.
-    let still = FromFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
-    let base = Mms::new(problem, Correction(still)).unwrap();
+    let still = SplittingFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
+    let base = Mms::new(problem, SplittingStep(still)).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
     let outcome = newton
         .solve(

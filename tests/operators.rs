@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use common::Matrix;
 use hlcp_core::{
-    DiagonalMatrix, FivePoint, Identity, LinearOperator, Rows, Scaled, Shifted, Sum,
-    VaryingFivePoint,
+    DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rows, Scaled, Shifted,
+    Sum, VaryingFivePoint,
 };
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
@@ -130,9 +130,20 @@ proptest! {
 }
 
 #[test]
-fn what_is_not_square_has_no_order() {
+fn what_is_not_square_is_refused_however_it_is_wrapped() {
+    let square = Identity { order: 2 };
+    let posed = |a: &dyn LinearOperator<f64>| Hlcp::new(a, square, Omega::Uniform(1.0)).err();
+    let other_place = |b: &dyn LinearOperator<f64>| Hlcp::new(square, b, Omega::Uniform(1.0)).err();
     let wide = CsrMatrix::<f64>::zeros(2, 3);
-    assert_eq!(wide.order(), 0);
-    assert_eq!(LinearOperator::<f64>::order(&Sum(Identity { order: 2 }, Identity { order: 3 })), 0);
+    let not_square = |what| Some(Error::NotSquare { what, rows: 2, columns: 3 });
+    assert_eq!(posed(&wide), not_square("A"));
+    assert_eq!(other_place(&wide), not_square("B"));
+    assert_eq!(posed(&Scaled { factor: 2.0, of: &wide }), not_square("A"));
+    assert_eq!(posed(&Shifted { by: 2.0, of: Box::new(&wide) }), not_square("A"));
+    assert_eq!(posed(&Sum(square, Arc::new(&wide))), not_square("A"));
+    let sum = Sum(square, Identity { order: 3 });
+    assert_eq!(posed(&sum), Some(Error::Summands { what: "A", orders: [2, 3] }));
+    let ratio = Omega::diagonal_ratio(1.0, &square, &wide);
+    assert_eq!(ratio.err(), not_square("B"));
     assert!(DiagonalMatrix::new(vec![2.0, f64::NAN]).is_err());
 }

@@ -6,8 +6,8 @@ use std::{ops::ControlFlow, time::Duration};
 
 use common::Matrix;
 use hlcp_core::{
-    Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, Jacobi, LinearOperator,
-    Norms, Omega, Rhs, Scalar, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Norms, Omega, Rhs,
+    Scalar, SplittingFn, SplittingStep, Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Divergence, GROWTH, Limits, Method, Mms, Norm, Options, Outcome, PATIENCE, Solver,
@@ -57,7 +57,8 @@ fn divergence_by_growth_hands_back_the_best_iterate() {
 #[test]
 fn the_best_iterate_of_the_middle_comes_back() {
     // Row 0 contracts fast, row 1 grows slowly from almost nothing.
-    let scale = FromFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8));
+    let scale =
+        SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8));
     let a = DiagonalMatrix::new(vec![1.1, 0.9]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Each(vec![1.1, 0.9])).unwrap();
     for steps in [1, 2] {
@@ -74,10 +75,10 @@ fn the_best_iterate_of_the_middle_comes_back() {
             best_comes_back(&solver, outcome);
         };
         if steps == 1 {
-            check(Box::new(Mms::new(problem.clone(), Correction(scale)).unwrap()));
+            check(Box::new(Mms::new(problem.clone(), SplittingStep(scale)).unwrap()));
         } else {
             check(Box::new(
-                Tmms::new(problem.clone(), Correction(scale), Correction(scale)).unwrap(),
+                Tmms::new(problem.clone(), SplittingStep(scale), SplittingStep(scale)).unwrap(),
             ));
         }
     }
@@ -101,11 +102,11 @@ impl LinearOperator<f64> for Tired {
 
 #[test]
 fn divergence_by_nan_says_where_and_when() {
-    let slow = FromFn(|rhs: &[f64], y: &mut [f64]| {
+    let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
     });
     let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, Correction(slow)).unwrap());
+    let mut solver = Solver::new(Mms::new(problem, SplittingStep(slow)).unwrap());
     let outcome = solver
         .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
         .unwrap();
@@ -114,10 +115,11 @@ fn divergence_by_nan_says_where_and_when() {
     assert_eq!((outcome.iterations, outcome.answer), (2, 1));
     assert!(!outcome.converged() && outcome.residual.l2.is_nan()); // measured, by an operator gone bad
 
-    let breaks = FromFn(|_: &[f64], y: &mut [f64]| y.copy_from_slice(&[0.0, 0.0, f64::INFINITY]));
+    let breaks =
+        SplittingFn(|_: &[f64], y: &mut [f64]| y.copy_from_slice(&[0.0, 0.0, f64::INFINITY]));
     let a = DiagonalMatrix::new(vec![2.5; 3]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, Correction(breaks)).unwrap());
+    let mut solver = Solver::new(Mms::new(problem, SplittingStep(breaks)).unwrap());
     let outcome = solver
         .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
         .unwrap();
@@ -343,10 +345,11 @@ fn a_tolerance_that_overflows_is_refused() {
 
 #[test]
 fn a_residual_beside_a_larger_q_is_no_zero() {
-    let steps = FromFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0));
+    let steps =
+        SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0));
     let problem =
         Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, Correction(steps)).unwrap());
+    let mut solver = Solver::new(Mms::new(problem, SplittingStep(steps)).unwrap());
     let limits = Limits { iterations: 1, ..Limits::absolute(0.0) };
     let outcome =
         solver.solve(&[-1.0, -1e-170], Options::from_x(&[0.0, 0.0]).limits(limits)).unwrap();
@@ -460,12 +463,12 @@ fn a_cycle_behind_a_false_suspicion() {
     });
     let problem = Hlcp::new(Matrix(matrix), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
     // Jacobi for the flow, and twice its step for the last row, which then alternates.
-    let steps = FromFn(move |rhs: &[f64], y: &mut [f64]| {
+    let steps = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
         for (i, (y, rhs)) in y.iter_mut().zip(rhs).enumerate() {
             *y = rhs / if i + 1 < n { 4.0 } else { 2.0 };
         }
     });
-    let mut solver = Solver::new(Mms::new(problem, Correction(steps)).unwrap());
+    let mut solver = Solver::new(Mms::new(problem, SplittingStep(steps)).unwrap());
     let (mut q, mut x0) = (vec![0.0; n], vec![1.0; n]);
     (q[0], q[n - 1], x0[0], x0[n - 1]) = (-4.0, -3.0, 3.0, 0.25);
     let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();

@@ -4,7 +4,7 @@ mod common;
 
 use common::{planted, posed};
 use hlcp_core::{Aor, Jacobi};
-use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Options, Solver, Tmms};
+use hlcp_methods::{Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::Planted;
 use proptest::prelude::*;
 
@@ -48,8 +48,8 @@ proptest! {
         reaches(Mms::new(problem(), Jacobi).unwrap(), &p)?;
         reaches(Mms::new(problem(), gs).unwrap(), &p)?;
         reaches(Mms::new(problem(), aor.backward()).unwrap(), &p)?;
-        reaches(Amms::new(problem(), gs).unwrap(), &p)?;
-        reaches(Amms::new(problem(), aor).unwrap(), &p)?;
+        reaches(Mms::new(problem(), gs.accelerated()).unwrap(), &p)?;
+        reaches(Mms::new(problem(), aor.accelerated()).unwrap(), &p)?;
         reaches(Tmms::mirrored(problem(), aor).unwrap(), &p)?;
         reaches(Tmms::new(problem(), gs, Jacobi).unwrap(), &p)?;
     }

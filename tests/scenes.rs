@@ -8,8 +8,8 @@ use common::{assembled, by_tmgs};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
 use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{
-    AorStep, Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify,
-    classes::is_m, convergence,
+    Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify, classes::is_m,
+    convergence,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -25,7 +25,7 @@ fn proved<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(a: &A, b: &B, q: &[f64]) {
     assert!(certify(a, b, q, &zero, &zero).unwrap().is_some());
     let omega = Omega::diagonal_ratio(1.0, a, b).unwrap();
     let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
-    let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+    let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     assert!(matches!(found, Convergence::Proved(..)), "{found}");
 }
 
@@ -241,7 +241,7 @@ fn bad_parameters_are_refused_with_their_value() {
     }
     for (nx, ny) in [(0, 4), (4, 0), (usize::MAX / 2, 3)] {
         let scene = JournalBearing { nx, ny, ecc: 0.1, b: 2.0 };
-        assert!(matches!(scene.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+        assert_eq!(scene.pose::<f64>().unwrap_err(), Error::Grid { nx, ny });
     }
     for m in [0, 1, 2] {
         assert!(parameter(Obstacle { m }.pose::<f64>().unwrap_err(), "m", m as f64));

@@ -5,7 +5,7 @@ mod common;
 use common::assembled;
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Scalar};
 use hlcp_methods::{Limits, Mms, Options, Solver};
-use hlcp_verify::{AmericanPut, AorStep, Convergence, Proof, classes::is_m, convergence};
+use hlcp_verify::{AmericanPut, Convergence, Proof, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
 /// The `z` of every LCP in turn, and the iterations they took; from the last answer, or each from the same start.
@@ -169,7 +169,7 @@ fn convergence_is_proved() {
     let (a, b) = put.pose::<f64>().unwrap();
     assert!(is_m(&a).is_yes());
     let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
-    let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+    let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     let Convergence::Proved(proof, _) = found else { panic!("{found}") };
     assert!(matches!(proof, Proof::Theorem1 | Proof::Theorem2), "{proof:?}");
 }

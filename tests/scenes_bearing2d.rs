@@ -5,8 +5,8 @@ mod common;
 use std::f64::consts::{PI, TAU};
 
 use common::{assembled, by_tmgs};
-use hlcp_core::{Diagonal, Error, Hlcp, Omega};
-use hlcp_verify::{AorStep, Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
+use hlcp_core::{Aor, Diagonal, Error, Hlcp, Omega};
+use hlcp_verify::{Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
 /// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
@@ -260,7 +260,7 @@ fn the_bearings_solution_is_proved_unique() {
         assert!(matches!(certificate.witness, Witness::Left { .. }));
         let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
         let problem = Hlcp::new(a, b, omega).unwrap();
-        let found = convergence(&problem, &[AorStep::new(1.0, 1.0)]);
+        let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
         assert!(matches!(found, Convergence::NotProved(_)));
     }
 }
@@ -292,7 +292,7 @@ fn bad_parameters_are_refused_with_their_value() {
         assert_eq!((name, value), (parameter, number));
     }
     let empty = Bearing2d { nx: 0, ..plain };
-    assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Empty { .. }));
+    assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Grid { nx: 0, .. }));
     let overflowing = Bearing2d { aspect: 1e-200, ..plain };
     assert!(matches!(overflowing.pose::<f64>().unwrap_err(), Error::NotFinite { .. }));
 }

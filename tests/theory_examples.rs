@@ -1,9 +1,9 @@
 //! The convergence theorems on the paper's examples: Table 2, closed forms, and the proved regions of (α, τ).
 
-use hlcp_core::{FivePoint, Hlcp, Omega};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
 use hlcp_verify::{
-    AorStep, Convergence, Example, Proof, alpha_bound, convergence, relaxed_alpha_bound,
-    relaxed_theorem, theorem_2,
+    Convergence, Example, Proof, alpha_bound, convergence, relaxed_alpha_bound, relaxed_theorem,
+    theorem_2,
 };
 
 fn example(
@@ -98,7 +98,7 @@ fn the_proved_regions_of_alpha_and_tau() {
             (last + 1e-9, true, false),
         ] {
             let problem = example(symmetric, few, [mu, nu], tau);
-            let steps = [AorStep::new(1.0, 1.0), AorStep::new(1.0, 1.0).backward()];
+            let steps = [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 1.0).unwrap().backward()];
             assert_eq!(relaxed_theorem(&problem, &steps).is_yes(), proved, "{mu} {nu} {tau}");
             assert_eq!(theorem_2(&problem, &steps).applies(), paper, "{mu} {nu} {tau}");
         }
@@ -136,7 +136,10 @@ fn the_proved_region_of_the_relaxed_theorem_is_larger() {
     ];
     for (shifts, tau, alpha, paper, relaxed) in known {
         let problem = example(true, 16, shifts, tau);
-        let steps = [AorStep::new(alpha, 0.9 * alpha), AorStep::new(alpha, 0.9 * alpha).backward()];
+        let steps = [
+            Aor::new(alpha, 0.9 * alpha).unwrap(),
+            Aor::new(alpha, 0.9 * alpha).unwrap().backward(),
+        ];
         let found =
             [theorem_2(&problem, &steps).applies(), relaxed_theorem(&problem, &steps).is_yes()];
         assert_eq!(found, [paper, relaxed], "{shifts:?}, tau {tau}, alpha {alpha}");
@@ -147,7 +150,7 @@ fn the_proved_region_of_the_relaxed_theorem_is_larger() {
 #[test]
 fn a_witness_covers_beta_above_alpha() {
     let problem = example(true, 16, [4.0; 2], 1.0);
-    let steps = [AorStep::new(0.9, 1.1), AorStep::new(0.8, 1.0).backward()];
+    let steps = [Aor::new(0.9, 1.1).unwrap(), Aor::new(0.8, 1.0).unwrap().backward()];
     assert!(!relaxed_theorem(&problem, &steps).is_yes());
     assert!(matches!(convergence(&problem, &steps), Convergence::Proved(Proof::Witness, _)));
 }
@@ -156,7 +159,7 @@ fn a_witness_covers_beta_above_alpha() {
 #[test]
 fn a_priori_counts() {
     let Convergence::Proved(_, c) =
-        convergence(&example(true, 32, [4.0; 2], 1.0), &[AorStep::new(1.0, 1.0)])
+        convergence(&example(true, 32, [4.0; 2], 1.0), &[Aor::new(1.0, 1.0).unwrap()])
     else {
         panic!("Theorem 2")
     };

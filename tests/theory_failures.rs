@@ -3,8 +3,9 @@
 mod common;
 
 use common::posed;
+use hlcp_core::Aor;
 use hlcp_verify::{
-    AorStep, Planted,
+    Planted,
     classes::{Answer, Failure},
     oracle::aor_splitting,
     theorem_1, theorem_2,
@@ -12,11 +13,11 @@ use hlcp_verify::{
 use nalgebra::{dmatrix, dvector};
 
 /// Whether 200 iterations of the textbook steps end away from the solution of `p`, having started 0.3 from it.
-fn stays_away(p: &Planted, steps: &[AorStep]) -> bool {
+fn stays_away(p: &Planted, steps: &[Aor<f64>]) -> bool {
     let mut x = p.x().map(|x| x + 0.3);
     for _ in 0..200 {
         for step in steps {
-            let of = |matrix| aor_splitting(matrix, step.a, step.backward);
+            let of = |matrix| aor_splitting(matrix, step.pairs()[0], step.precedes(1, 0));
             x = p.dense.mms(of(&p.dense.a), of(&p.dense.b)).step(&x);
         }
     }
@@ -28,7 +29,7 @@ fn stays_away(p: &Planted, steps: &[AorStep]) -> bool {
 fn without_the_sizes_of_ii() {
     let (a, b) = (dmatrix![1.6, 1.2; 2.65, 2.2], dmatrix![2.0, 0.54; 4.1, 1.83]);
     let p = Planted::new(a, b, &[-7.02, -4.34], dvector![1.95, 1.55], 1.0);
-    let theorem = theorem_1(&posed(&p.dense), &[AorStep::new(0.55, 0.41)]);
+    let theorem = theorem_1(&posed(&p.dense), &[Aor::new(0.55, 0.41).unwrap()]);
     assert!(theorem.a_is_h_plus.is_yes() && theorem.b_is_h_plus.is_yes());
     assert!(theorem.compatible.is_yes() && theorem.omega.is_yes());
     assert_eq!(theorem.signs_and_sizes, Answer::No(Failure::Entry { row: 1, column: 0 }));
@@ -40,7 +41,7 @@ fn without_the_sizes_of_ii() {
 fn without_condition_8() {
     let (a, b) = (dmatrix![1.3, 1.15; 1.15, 1.3], dmatrix![0.46, 0.025; 0.65, 0.115]);
     let p = Planted::new(a, b, &[3.8, 1.1], dvector![0.7, 2.25], 1.0);
-    let theorem = theorem_1(&posed(&p.dense), &[AorStep::new(0.85, 0.3)]);
+    let theorem = theorem_1(&posed(&p.dense), &[Aor::new(0.85, 0.3).unwrap()]);
     assert!(theorem.a_is_h_plus.is_yes() && theorem.b_is_h_plus.is_yes());
     assert!(theorem.compatible.is_yes() && theorem.signs_and_sizes.is_yes());
     assert!(matches!(theorem.omega, Answer::No(_)));
@@ -52,7 +53,7 @@ fn without_condition_8() {
 fn without_compatible_splittings() {
     let (a, b) = (dmatrix![3.8, 1.75; -1.95, 3.5], dmatrix![4.8, 0.58; -0.85, 2.3]);
     let p = Planted::new(a, b, &[4.6, 0.2], dvector![1.95, 1.8], 1.0);
-    let steps = [AorStep::new(0.9, 8.2)];
+    let steps = [Aor::new(0.9, 8.2).unwrap()];
     let theorem = theorem_1(&posed(&p.dense), &steps);
     assert!(theorem.a_is_h_plus.is_yes() && theorem.b_is_h_plus.is_yes());
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes());
@@ -65,7 +66,7 @@ fn without_compatible_splittings() {
 fn without_a_positive_beta() {
     let (a, b) = (dmatrix![1.85, 1.9; 1.5, 2.95], dmatrix![1.27, 0.68; 0.19, 1.33]);
     let p = Planted::new(a, b, &[0.3, 0.3], dvector![2.3, 2.5], 1.0);
-    let steps = [AorStep::new(0.95, -3.6), AorStep::new(0.95, -3.6).backward()];
+    let steps = [Aor::new(0.95, -3.6).unwrap(), Aor::new(0.95, -3.6).unwrap().backward()];
     let theorem = theorem_2(&posed(&p.dense), &steps);
     assert!(theorem.a_is_h_plus.is_yes() && theorem.b_is_h_plus.is_yes());
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes() && theorem.alpha.is_yes());

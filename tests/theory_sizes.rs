@@ -7,9 +7,9 @@ mod common;
 
 use common::Matrix;
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
-use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Options, Solver, Tmms};
+use hlcp_methods::{Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
-    AorStep, Contraction, Convergence, Proof, alpha_bound,
+    Contraction, Convergence, Proof, alpha_bound,
     classes::{Answer, is_m},
     convergence, relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
 };
@@ -163,24 +163,24 @@ impl Pair {
 
     /// Not less than |x⁺ − x*| for |x − x*| = `e`: substitution in ⟨M⟩ y = (|N| + |BΩ − A|) e, of (14) and (15), with
     /// |BΩ − A| on the left in the swept triangle for AMMS.
-    fn majorant(&self, step: &AorStep, e: &[f64]) -> Vec<f64> {
+    fn majorant(&self, step: &Aor<f64>, e: &[f64]) -> Vec<f64> {
         let n = self.order();
-        let [alpha, beta] = step.a;
+        let ([[alpha, beta], _], backward) = (step.pairs(), step.precedes(1, 0));
         let mut y = vec![0.0; n];
         for k in 0..n {
-            let i = if step.backward { n - 1 - k } else { k };
+            let i = if backward { n - 1 - k } else { k };
             let [a, w] = [&self.a, &self.b].map(|m| m[i][m[i].len() - 1]);
             let w = w * self.omega[i];
             let mut sum = ((1.0 / alpha - 1.0).abs() * (a + w) + (w - a).abs()) * e[i];
             for (j, a, b) in self.off(i) {
                 let w = b * self.omega[j];
                 let modulus = (w - a).abs();
-                if (j < i) == step.backward {
+                if (j < i) == backward {
                     sum += ((a + w).abs() + modulus) * e[j];
                 } else {
                     sum += (beta / alpha - 1.0).abs() * (a + w).abs() * e[j]
                         + beta / alpha * (a + w).abs() * y[j];
-                    sum += modulus * if step.accelerated { y[j] } else { e[j] };
+                    sum += modulus * if step.is_accelerated() { y[j] } else { e[j] };
                 }
             }
             y[i] = sum / ((a + w) / alpha);
@@ -220,16 +220,12 @@ fn norm(x: &[f64], y: &[f64], d: &[f64]) -> f64 {
 fn holds<A: Rows<f64>>(
     p: &Pair,
     pose: impl Fn() -> Hlcp<f64, A, A>,
-    steps: &[AorStep],
+    steps: &[Aor<f64>],
     Contraction { factor, d }: &Contraction,
     enough: u64,
 ) -> Result<(), TestCaseError> {
     let (n, star, q, problem) = (p.order(), p.x(), p.q(), pose());
     let rhs = Rhs::new(&q).unwrap();
-    let aor = |step: &AorStep| {
-        let aor = Aor::new(step.a[0], step.a[1]).unwrap();
-        if step.backward { aor.backward() } else { aor }
-    };
     let start: Vec<f64> = star.iter().map(|x| 7.0 * x.cos() - 40.0 * x.sin()).collect();
     let first = norm(&start, &star, d);
     // A step loses at most some 30 roundings of terms that (⟨M⟩ + |N| + |BΩ − A|)d bounds, and so does q.
@@ -241,11 +237,7 @@ fn holds<A: Rows<f64>>(
         let before = norm(&x, &star, d);
         for step in steps {
             let e: Vec<f64> = x.iter().zip(&star).map(|(x, star)| (x - star).abs()).collect();
-            if step.accelerated {
-                aor(step).accelerated_step(&problem, &rhs, &x, &mut y);
-            } else {
-                aor(step).step(&problem, &rhs, &x, &mut y, &mut vec![]);
-            }
+            step.step(&problem, &rhs, &x, &mut y, &mut vec![]);
             std::mem::swap(&mut x, &mut y);
             for (i, bound) in p.majorant(step, &e).into_iter().enumerate() {
                 prop_assert!((x[i] - star[i]).abs() <= bound + floor * d[i], "row {i} of {n}");
@@ -260,9 +252,8 @@ fn holds<A: Rows<f64>>(
     prop_assert!(radius < 1.0 && radius <= factor * (1.0 + 1e-12), "{radius} {factor}");
 
     let mut method: Box<dyn Method<f64, A = A, B = A> + '_> = match steps {
-        [step] if step.accelerated => Box::new(Amms::new(problem, aor(step)).unwrap()),
-        [step] => Box::new(Mms::new(problem, aor(step)).unwrap()),
-        [one, two] => Box::new(Tmms::new(problem, aor(one), aor(two)).unwrap()),
+        [step] => Box::new(Mms::new(problem, *step).unwrap()),
+        [one, two] => Box::new(Tmms::new(problem, *one, *two).unwrap()),
         _ => unreachable!(),
     };
     let mut x = start.clone();
@@ -289,8 +280,8 @@ fn holds<A: Rows<f64>>(
 }
 
 /// One step, or it and its mirror image.
-fn steps(alpha: f64, share: f64, two: bool) -> Vec<AorStep> {
-    let step = AorStep::new(alpha, alpha * share);
+fn steps(alpha: f64, share: f64, two: bool) -> Vec<Aor<f64>> {
+    let step = Aor::new(alpha, alpha * share).unwrap();
     if two { vec![step, step.backward()] } else { vec![step] }
 }
 
@@ -298,7 +289,7 @@ fn steps(alpha: f64, share: f64, two: bool) -> Vec<AorStep> {
 fn judge<A: Rows<f64>>(
     p: &Pair,
     pose: impl Fn() -> Hlcp<f64, A, A>,
-    steps: &[AorStep],
+    steps: &[Aor<f64>],
     theorem: impl Fn(&Hlcp<f64, A, A>) -> Result<Proof, TestCaseError>,
 ) -> Result<(), TestCaseError> {
     let problem = pose();
@@ -349,7 +340,7 @@ fn relaxed_holds<A: Rows<f64>>(
     if fast {
         inside = inside
             .into_iter()
-            .map(if two { |s: AorStep| s.accelerated().backward() } else { AorStep::accelerated })
+            .map(if two { |s: Aor<f64>| s.accelerated().backward() } else { Aor::accelerated })
             .collect();
     }
     judge(p, pose, &inside, |problem| {

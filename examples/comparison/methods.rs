@@ -7,8 +7,8 @@ use std::{
 
 use hlcp_core::{Aor, Hlcp, Norms, Omega, Rows};
 use hlcp_methods::{
-    Amms, Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Options,
-    Solver, Ssor, Status, Tmms, TridiagonalPart,
+    Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Options, Solver,
+    Ssor, Status, Tmms, TridiagonalPart,
 };
 use hlcp_verify::certify_with;
 
@@ -55,7 +55,7 @@ pub(crate) fn method<'p, A: Rows<f64>, B: Rows<f64>>(
     let tmgs = |problem| Tmms::mirrored(problem, Aor::gauss_seidel());
     Ok(match name {
         "MGS" => Box::new(Mms::new(problem, Aor::gauss_seidel())?),
-        "AMGS" | "AMSOR" => Box::new(Amms::new(problem, Aor::sor(alpha)?)?),
+        "AMGS" | "AMSOR" => Box::new(Mms::new(problem, Aor::sor(alpha)?.accelerated())?),
         "TMGS" => Box::new(tmgs(problem)?),
         "ANDERSON" => Box::new(Anderson::new(tmgs(problem)?, 10)?),
         "NEWTON" if setting.tridiagonal => {

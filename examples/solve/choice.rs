@@ -2,12 +2,11 @@
 
 use std::error::Error;
 
-use hlcp_core::{Hlcp, Rows, Scalar};
+use hlcp_core::{Aor, Hlcp, LinearOperator, Rows, Scalar};
 use hlcp_methods::{
     Anderson, Auto, Cycle, FullMultigrid, Method, Multigrid, Named, Newton, Parameters, Ssor,
     TridiagonalPart,
 };
-use hlcp_verify::AorStep;
 
 use crate::arguments::Arguments;
 
@@ -88,19 +87,17 @@ impl Choice {
         }
     }
 
-    /// The steps of one iteration, as the theorems take them, of a method that has such steps; in red–black order the triangles
-    /// are others.
-    pub(crate) fn steps(&self) -> Option<Vec<AorStep>> {
-        let Kind::Paper(named) = &self.kind else { return None };
-        if named.is_red_black() {
-            return None;
-        }
-        let [alpha, beta] = named.first();
-        let first = AorStep::new(alpha, beta);
-        if named.is_accelerated() {
-            return Some(vec![first.accelerated()]);
-        }
-        let second = named.second().map(|[alpha, beta]| AorStep::new(alpha, beta).backward());
-        Some(std::iter::once(first).chain(second).collect())
+    /// The steps of one iteration, as the theorems take them, of a method that has such steps.
+    pub(crate) fn steps<T, A, B>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+    ) -> Result<Option<Vec<Aor<T>>>, hlcp_core::Error>
+    where
+        T: Scalar,
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
+        let Kind::Paper(named) = &self.kind else { return Ok(None) };
+        named.steps(problem).map(Some)
     }
 }

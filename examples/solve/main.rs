@@ -177,7 +177,7 @@ impl Run<'_> {
                     print::line(format_args!("          {key} {value:.6e}"))?;
                 }
                 if arguments.certify {
-                    print::line(match choice.steps() {
+                    print::line(match choice.steps(&problem)? {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
                             "  convergence: not proved, because the check does not cover the method"

@@ -19,9 +19,9 @@ use std::{error::Error, path::PathBuf};
 
 use chart::{Panel, provenance, write, write_csv};
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Rows, Scalar, files::printable};
+use hlcp_core::{Aor, Hlcp, Omega, Rows, Scalar, files::printable};
 use hlcp_methods::{Limits, Named, Options, Outcome, Parameters, Solver, Status};
-use hlcp_verify::{AorStep, Convergence, Disc, Example, Slider, convergence, theorem_2};
+use hlcp_verify::{Convergence, Disc, Example, Slider, convergence, theorem_2};
 use indicatif::ProgressBar;
 use kuva::plot::MarkerShape;
 
@@ -234,7 +234,7 @@ fn solve<T: Scalar>(
 fn known(posed: &Posed<f64>, [alpha, beta, tau]: [f64; 3]) -> Result<Known, Box<dyn Error>> {
     let omega = Omega::diagonal_ratio(tau, &posed.a, &posed.b)?;
     let problem = Hlcp::new(&posed.a, &posed.b, omega)?;
-    let steps = [AorStep::new(alpha, beta)];
+    let steps = [Aor::new(alpha, beta)?];
     let witness = matches!(convergence(&problem, &steps), Convergence::Proved(..));
     Ok(Known { witness, theorem_2: witness && theorem_2(&problem, &steps).applies() })
 }

@@ -4,7 +4,6 @@ use crate::{
     Error, Hlcp, Norms, Rhs, Rows, Scalar, Step,
     error::positive,
     kernel::{Relaxation, Sweep},
-    scalar::to_f64,
     splitting::{pivot, positive_pivot},
 };
 
@@ -33,7 +32,7 @@ use crate::{
 /// # Cost
 ///
 /// A step is one walk over the rows of `A` and of `B`, and yields the norms of its input for nothing. No
-/// scratch; the value itself is five numbers, and `Copy`. When both operators answer
+/// scratch; the value itself is a few numbers, and `Copy`. When both operators answer
 /// [`as_five_point`](crate::LinearOperator::as_five_point) on one grid, the walk is one vectorised pass over
 /// memory; its iterates differ from the walk's by rounding alone.
 ///
@@ -51,22 +50,24 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Aor<T> {
-    // Invariant: the α are positive and finite, the β finite.
-    a: Relaxation<T>,
-    b: Relaxation<T>,
+    // (α, β) for A and for B. Invariant: α is positive, and α, 1/α, β and β/α are finite.
+    pairs: [[T; 2]; 2],
     backward: bool,
+    accelerated: bool,
     // The length of a row of the grid, for the red–black order.
     red_black: Option<NonZeroUsize>,
 }
 
-impl<T: Scalar> Relaxation<T> {
-    fn new(alpha: T, beta: T) -> Result<Self, Error> {
-        positive("alpha", to_f64(alpha))?;
-        if !beta.is_finite() {
-            return Err(Error::Parameter { name: "beta", value: to_f64(beta), range: "finite" });
+/// Refuses an (α, β) of which no splitting can be made.
+fn check<T: Scalar>([alpha, beta]: [T; 2]) -> Result<(), Error> {
+    positive("alpha", alpha.wide())?;
+    let quotients = [("beta", beta), ("1/alpha", alpha.recip()), ("beta/alpha", beta / alpha)];
+    for (name, value) in quotients {
+        if !value.is_finite() {
+            return Err(Error::Parameter { name, value: value.wide(), range: "finite" });
         }
-        Ok(Self { diagonal: alpha.recip(), triangle: beta / alpha })
     }
+    Ok(())
 }
 
 impl<T: Scalar> Aor<T> {
@@ -74,28 +75,30 @@ impl<T: Scalar> Aor<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless α is positive and finite and β is finite.
+    /// [`Error::Parameter`] unless α is positive, and α, β, 1/α and β/α are finite.
     pub fn new(alpha: T, beta: T) -> Result<Self, Error> {
-        Self::of_pair([alpha, beta], [alpha, beta])
+        Self::with_pairs([alpha, beta], [alpha, beta])
     }
 
     /// Forward AOR with (α, β) of its own for `A` and for `B`, as in equation (5).
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless both α are positive and finite and both β are finite.
+    /// As [`new`](Self::new), for either pair.
     ///
     /// ```
-    /// let pair = hlcp_core::Aor::of_pair([1.2, 0.9], [1.1, 1.1])?;
+    /// let aor = hlcp_core::Aor::with_pairs([1.2, 0.9], [1.1, 1.1])?;
+    /// assert_eq!(aor.pairs(), [[1.2, 0.9], [1.1, 1.1]]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn of_pair(a: [T; 2], b: [T; 2]) -> Result<Self, Error> {
-        Ok(Self {
-            a: Relaxation::new(a[0], a[1])?,
-            b: Relaxation::new(b[0], b[1])?,
-            backward: false,
-            red_black: None,
-        })
+    pub fn with_pairs(a: [T; 2], b: [T; 2]) -> Result<Self, Error> {
+        check(a)?;
+        check(b)?;
+        Ok(Self::forward_with([a, b]))
+    }
+
+    fn forward_with(pairs: [[T; 2]; 2]) -> Self {
+        Self { pairs, backward: false, accelerated: false, red_black: None }
     }
 
     /// Forward SOR.
@@ -118,14 +121,12 @@ impl<T: Scalar> Aor<T> {
 
     /// Forward Gauss–Seidel.
     pub fn gauss_seidel() -> Self {
-        let one = Relaxation { diagonal: T::one(), triangle: T::one() };
-        Self { a: one, b: one, backward: false, red_black: None }
+        Self::forward_with([[T::one(); 2]; 2])
     }
 
     /// Jacobi, which knows no direction.
     pub fn jacobi() -> Self {
-        let one = Relaxation { diagonal: T::one(), triangle: T::zero() };
-        Self { a: one, b: one, backward: false, red_black: None }
+        Self::forward_with([[T::one(), T::zero()]; 2])
     }
 
     /// The same parameters in the backward direction: `U` in the place of `L`.
@@ -177,24 +178,64 @@ impl<T: Scalar> Aor<T> {
         Self { backward: false, ..self }
     }
 
-    /// The accelerated step of AMMS (section 4 of the paper): as [`step`](Step::step), with |yⱼ| in the
-    /// place of |xⱼ| wherever the sweep has passed already,
+    /// The step of the accelerated method, AMMS (section 4 of the paper), with the same splitting.
+    ///
+    /// `Mms` with it is AMMS. Its second splitting is `M_A₂ = D_A − U_A`, `M_B₂ = D_B − U_B`, and
+    /// with the first one, of this family, an iteration solves
+    ///
+    /// ```text
+    /// (M_B₁Ω + M_A₁) x⁺ + (N_B₂Ω − N_A₂)|x⁺| = (N_B₁Ω + N_A₁) x + (M_B₂Ω − M_A₂)|x| − γ q .
+    /// ```
+    ///
+    /// Since `N_A₂ = L_A` and `N_B₂ = L_B` are strictly lower triangular, the solve is a
+    /// substitution: the plain step with |yⱼ| in the place of |xⱼ| wherever the sweep has passed,
     ///
     /// ```text
     /// mᵢᵢ (yᵢ − xᵢ) = − Fᵢ(x) − Σ_{j<i} [ mᵢⱼ (yⱼ − xⱼ) + (aᵢⱼ − bᵢⱼ ωⱼ)(|yⱼ| − |xⱼ|) ] .
     /// ```
     ///
-    /// # Panics
+    /// Backward, `U` takes the place of `L` throughout. The cost is that of the plain step.
     ///
-    /// Unless `q`, `x` and `y` have the problem's order.
-    pub fn accelerated_step<A: Rows<T>, B: Rows<T>>(
-        &self,
-        problem: &Hlcp<T, A, B>,
-        q: &Rhs<'_, T>,
-        x: &[T],
-        y: &mut [T],
-    ) -> Norms {
-        self.sweep::<A, B, true>(problem, q, x, y)
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Step};
+    ///
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+    /// let (q, mut y) = ([-8.0, 2.0], [0.0; 2]);
+    /// let amgs = Aor::gauss_seidel().accelerated();
+    /// amgs.step(&problem, &Rhs::new(&q)?, &[0.0; 2], &mut y, &mut vec![]);
+    /// assert_eq!(y, [1.0, 0.0]); // 8y₁ = −2 + y₀ + |y₀|, where the plain step has |x₀| = 0
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn accelerated(self) -> Self {
+        Self { accelerated: true, ..self }
+    }
+
+    /// Returns (α, β) for `A` and for `B`.
+    pub fn pairs(&self) -> [[T; 2]; 2] {
+        self.pairs
+    }
+
+    /// Returns whether the step is that of AMMS.
+    pub fn is_accelerated(&self) -> bool {
+        self.accelerated
+    }
+
+    /// Returns whether a sweep relaxes row `j` before row `i`: whether entry (i, j) is in the
+    /// triangle `L` of the splitting, in the step's direction and order.
+    ///
+    /// ```
+    /// use hlcp_core::Aor;
+    ///
+    /// let aor = Aor::<f64>::gauss_seidel();
+    /// assert!(aor.precedes(1, 2) && aor.backward().precedes(2, 1));
+    /// // On a grid with three points to a row, 1 is black and 2 is red.
+    /// assert!(aor.red_black(3)?.precedes(2, 1));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn precedes(&self, j: usize, i: usize) -> bool {
+        let place = |i: usize| (self.red_black.is_some_and(|nx| is_black(i, nx.get())), i);
+        if self.backward { place(j) > place(i) } else { place(j) < place(i) }
     }
 
     fn sweep<A: Rows<T>, B: Rows<T>, const ACCELERATED: bool>(
@@ -208,9 +249,9 @@ impl<T: Scalar> Aor<T> {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         let fits =
             |sweep: &Sweep<'_, T>| self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0]);
-        if let Some(fused) = Sweep::new(problem).filter(fits) {
+        if let Some(fused) = problem.sweep().filter(fits) {
             let fused = fused.directed(self.backward, self.red_black.is_some());
-            return fused.run::<ACCELERATED>([self.a, self.b], q, x, y);
+            return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
         }
         let rows = 0..n;
         match (self.red_black, self.backward) {
@@ -219,14 +260,13 @@ impl<T: Scalar> Aor<T> {
                 self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows.rev(), |j, i| j > i)
             }
             (Some(nx), backward) => {
-                let black = |&i: &usize| !(i / nx + i % nx).is_multiple_of(2);
+                let black = |&i: &usize| is_black(i, nx.get());
                 let rows = (0..n).filter(|i| !black(i)).chain((0..n).filter(black));
-                let before = |j, i| (black(&j), j) < (black(&i), i);
+                let passed = |j, i| self.precedes(j, i);
                 if backward {
-                    let after = |j, i| before(i, j);
-                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows.rev(), after)
+                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows.rev(), passed)
                 } else {
-                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows, before)
+                    self.walk::<A, B, ACCELERATED>(problem, q, x, y, rows, passed)
                 }
             }
         }
@@ -243,6 +283,7 @@ impl<T: Scalar> Aor<T> {
         passed: impl Fn(usize, usize) -> bool,
     ) -> Norms {
         let (a, b, omega, gamma) = (problem.a(), problem.b(), problem.omega(), problem.gamma());
+        let [of_a, of_b] = self.relaxations();
         let mut meter = q.meter(gamma);
         for i in rows {
             let (mut f, mut moved) = (problem.q_factor() * q.entries()[i], T::zero());
@@ -250,17 +291,17 @@ impl<T: Scalar> Aor<T> {
                 let x = x[j];
                 f += a * (x.abs() + x);
                 if passed(j, i) {
-                    moved += self.a.triangle * a * (y[j] - x);
+                    moved += of_a.triangle * a * (y[j] - x);
                     if ACCELERATED {
                         moved += a * (y[j].abs() - x.abs());
                     }
                 }
             });
             b.visit_row(i, &mut |j, b| {
-                let (x, b_omega) = (x[j], b * omega.at(j));
+                let (x, b_omega) = (x[j], b * omega.entry(j));
                 f -= b_omega * (x.abs() - x);
                 if passed(j, i) {
-                    moved += self.b.triangle * b_omega * (y[j] - x);
+                    moved += of_b.triangle * b_omega * (y[j] - x);
                     if ACCELERATED {
                         moved -= b_omega * (y[j].abs() - x.abs());
                     }
@@ -268,26 +309,31 @@ impl<T: Scalar> Aor<T> {
             });
             meter.add(f);
             // The reciprocal depends on no other row, so it stays off the chain from row to row.
-            y[i] = x[i] - (f + moved) * self.pivot(problem, i).recip();
+            y[i] = x[i] - (f + moved) * pivot(problem, i, of_a.diagonal, of_b.diagonal).recip();
         }
-        meter.norms().over(gamma)
+        meter.norms().divided_by(gamma)
     }
 
-    #[inline]
-    fn pivot<A: Rows<T>, B: Rows<T>>(&self, problem: &Hlcp<T, A, B>, i: usize) -> T {
-        pivot(problem, i, self.a.diagonal, self.b.diagonal)
+    fn relaxations(&self) -> [Relaxation<T>; 2] {
+        self.pairs.map(Relaxation::new)
     }
+}
+
+/// Returns whether point `i` of a grid with `nx` points to a row is black.
+fn is_black(i: usize, nx: usize) -> bool {
+    !(i / nx + i % nx).is_multiple_of(2)
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+        let [of_a, of_b] = self.relaxations();
         let check = |i| {
-            positive_pivot(problem, i, self.a.diagonal, self.b.diagonal)?;
+            positive_pivot(problem, i, of_a.diagonal, of_b.diagonal)?;
             finite_row("row of A", problem.a(), i)?;
             finite_row("row of B", problem.b(), i)
         };
         let n = problem.order();
-        match Sweep::new(problem).filter(Sweep::is_constant) {
+        match problem.sweep().filter(Sweep::is_constant) {
             // The first rows with a western and with a southern neighbour have all there is.
             Some(sweep) => {
                 [0, 1, sweep.grid()[0]].into_iter().filter(|&i| i < n).try_for_each(check)
@@ -304,7 +350,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         y: &mut [T],
         _: &mut Vec<T>,
     ) -> Norms {
-        self.sweep::<A, B, false>(problem, q, x, y)
+        if self.accelerated {
+            self.sweep::<A, B, true>(problem, q, x, y)
+        } else {
+            self.sweep::<A, B, false>(problem, q, x, y)
+        }
     }
 }
 
@@ -317,7 +367,7 @@ fn finite_row<T: Scalar>(
     let mut bad = None;
     operator.visit_row(index, &mut |_, value| {
         if !value.is_finite() && bad.is_none() {
-            bad = Some(Error::NotFinite { what, index, value: to_f64(value) });
+            bad = Some(Error::NotFinite { what, index, value: value.wide() });
         }
     });
     bad.map_or(Ok(()), Err)

@@ -137,6 +137,10 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
         y.iter_mut().for_each(|y| *y *= self.factor);
     }
 
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        self.of.check(what)
+    }
+
     /// Where the operator's coefficients are constant.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         let view = self.of.as_five_point()?;
@@ -189,6 +193,10 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Shifted<T, O> {
         for (y, &x) in y.iter_mut().zip(x) {
             *y += self.by * x;
         }
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        self.of.check(what)
     }
 
     /// Where the operator's diagonal is constant.
@@ -250,9 +258,10 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
 pub struct Sum<L, R>(pub L, pub R);
 
 impl<T: Scalar, L: LinearOperator<T>, R: LinearOperator<T>> LinearOperator<T> for Sum<L, R> {
-    /// The order of both, or 0 when they differ, so that no problem is posed with the sum.
+    /// The order of both; where they differ, that of the first, and [`check`](Self::check) refuses
+    /// the sum.
     fn order(&self) -> usize {
-        if self.0.order() == self.1.order() { self.0.order() } else { 0 }
+        self.0.order()
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
@@ -262,6 +271,13 @@ impl<T: Scalar, L: LinearOperator<T>, R: LinearOperator<T>> LinearOperator<T> fo
         for (y, second) in y.iter_mut().zip(second) {
             *y += second;
         }
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        self.0.check(what)?;
+        self.1.check(what)?;
+        let orders = [self.0.order(), self.1.order()];
+        if orders[0] == orders[1] { Ok(()) } else { Err(Error::Summands { what, orders }) }
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {

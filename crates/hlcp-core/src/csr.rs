@@ -1,10 +1,10 @@
 use nalgebra_sparse::CsrMatrix;
 
-use crate::{Diagonal, LinearOperator, Rows, Scalar};
+use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
 
 /// An assembled matrix is one more operator, on every rung.
 ///
-/// A matrix that is not square counts as one of order 0, which [`Hlcp::new`](crate::Hlcp::new) refuses.
+/// A matrix that is not square is refused by its [`check`](LinearOperator::check).
 ///
 /// ```
 /// use hlcp_core::{Diagonal, LinearOperator};
@@ -19,7 +19,7 @@ use crate::{Diagonal, LinearOperator, Rows, Scalar};
 /// ```
 impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
     fn order(&self) -> usize {
-        if self.nrows() == self.ncols() { self.nrows() } else { 0 }
+        self.nrows()
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
@@ -29,6 +29,11 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
             let entries = row.col_indices().iter().zip(row.values());
             *y = entries.fold(T::zero(), |sum, (&j, &a)| sum + a * x[j]);
         }
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        let (rows, columns) = (self.nrows(), self.ncols());
+        if rows == columns { Ok(()) } else { Err(Error::NotSquare { what, rows, columns }) }
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {

@@ -14,13 +14,43 @@ use thiserror::Error;
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The problem has no unknowns, or a grid has no points.
-    #[error(
-        "{what} has order 0 (which a matrix that is not square is given); a problem needs at least one unknown"
-    )]
+    /// The problem has no unknowns.
+    #[error("{what} has order 0, but a problem needs at least one unknown")]
     Empty {
         /// What is empty.
         what: &'static str,
+    },
+    /// A grid has no points, or more than an array can hold.
+    #[error(
+        "the grid has {nx} x {ny} points, but it needs at least one, and at most as many as an array can hold"
+    )]
+    Grid {
+        /// The points in a row.
+        nx: usize,
+        /// The rows.
+        ny: usize,
+    },
+    /// A matrix is not square.
+    #[error("{what} has {rows} rows and {columns} columns, but it must be square")]
+    NotSquare {
+        /// The operator that the matrix is given for.
+        what: &'static str,
+        /// Its rows.
+        rows: usize,
+        /// Its columns.
+        columns: usize,
+    },
+    /// An operator is a sum of operators of two orders.
+    #[error(
+        "{what} is a sum of operators of orders {} and {}, but these must agree",
+        orders[0],
+        orders[1]
+    )]
+    Summands {
+        /// The operator that the sum is given for.
+        what: &'static str,
+        /// The orders of the two.
+        orders: [usize; 2],
     },
     /// Two things that must share an order do not.
     #[error("{what} has order {found}, but the problem has order {expected}")]
@@ -52,10 +82,12 @@ pub enum Error {
         /// The entry.
         value: f64,
     },
-    /// An operator does not answer [`as_five_point`](crate::LinearOperator::as_five_point), or not on the grid of the
-    /// other one.
+    /// An operator does not answer [`as_five_point`](crate::LinearOperator::as_five_point), or not
+    /// on the grid of the other one.
     #[error(
-        "{what} is not known as a five-point operator on a grid, or not on that of the other operator"
+        "{what} is not known as a five-point operator on the grid of the other one, which this \
+         method needs; build it as one, or take a method that needs no grid, such as TMMS in \
+         lexicographic order"
     )]
     NotFivePoint {
         /// The operator.

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::{Diagonal, FivePointView, LinearOperator, Rows, Scalar};
+use crate::{Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar};
 
 impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
     fn order(&self) -> usize {
@@ -13,6 +13,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         (**self).apply(x, y);
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        (**self).check(what)
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
@@ -45,6 +49,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Box<O> {
         (**self).apply(x, y);
     }
 
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        (**self).check(what)
+    }
+
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         (**self).as_five_point()
     }
@@ -73,6 +81,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Arc<O> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         (**self).apply(x, y);
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        (**self).check(what)
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {

@@ -26,7 +26,7 @@
 //!
 //! | trait | to tell | opens |
 //! |---|---|---|
-//! | [`LinearOperator`] | order and product | a [`Correction`] with a [`Splitting`] of your own |
+//! | [`LinearOperator`] | order and product | a [`SplittingStep`] with a [`Splitting`] of your own |
 //! | [`Diagonal`] | an entry of the diagonal | [`Jacobi`], [`Omega::diagonal_ratio`] |
 //! | [`Rows`] | a row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
 //!
@@ -122,7 +122,7 @@ pub use omega::Omega;
 pub use operator::{Diagonal, LinearOperator, Rows};
 pub use problem::Hlcp;
 pub use scalar::Scalar;
-pub use splitting::{Correction, FromFn, Jacobi, Splitting, Step};
+pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
 pub use stencil::FivePoint;
 pub use tridiagonal::Tridiagonal;
 pub use varying::VaryingFivePoint;

@@ -337,9 +337,10 @@ impl<'p> Lines<'p> {
     fn value<T: Scalar>(&self, words: &mut SplitWhitespace<'_>) -> Result<T, FileError> {
         let value: f64 = self.number(words.next(), "value")?;
         self.no_more(words)?;
-        match T::from(value) {
-            Some(value) if value.is_finite() => Ok(value),
-            _ => Err(self.fault(format!("{value} is not a finite number in this precision"))),
+        if T::of(value).is_finite() {
+            Ok(T::of(value))
+        } else {
+            Err(self.fault(format!("{value} is not a finite number in this precision")))
         }
     }
 

@@ -1,4 +1,4 @@
-use crate::{Error, Scalar, scalar::to_f64};
+use crate::{Error, Scalar};
 
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
@@ -29,7 +29,7 @@ impl Norms {
     /// ```
     pub fn of<T: Scalar>(v: &[T]) -> Self {
         let largest = v.iter().fold(T::zero(), |max, &v| max.max(v.abs()));
-        let mut meter = Meter::for_size(to_f64(largest), v.len());
+        let mut meter = Meter::for_size(largest.wide(), v.len());
         v.iter().for_each(|&v| meter.add(v));
         meter.norms()
     }
@@ -39,10 +39,10 @@ impl Norms {
     /// ```
     /// use hlcp_core::Norms;
     ///
-    /// assert_eq!(Norms::of(&[3.0, -4.0]).over(2.0), Norms { l2: 2.5, linf: 2.0 });
+    /// assert_eq!(Norms::of(&[3.0, -4.0]).divided_by(2.0), Norms { l2: 2.5, linf: 2.0 });
     /// ```
-    pub fn over<T: Scalar>(self, gamma: T) -> Self {
-        let gamma = to_f64(gamma);
+    pub fn divided_by<T: Scalar>(self, gamma: T) -> Self {
+        let gamma = gamma.wide();
         Self { l2: self.l2 / gamma, linf: self.linf / gamma }
     }
 }
@@ -71,7 +71,7 @@ impl Meter {
     pub(crate) fn add<T: Scalar>(&mut self, v: T) {
         self.squares += self.square(v);
         // A NaN is dropped here and kept by the sum.
-        self.largest = self.largest.max(to_f64(v).abs());
+        self.largest = self.largest.max(v.wide().abs());
     }
 
     /// Adds the squares of a stretch, and compares its entries with the largest.
@@ -93,7 +93,7 @@ impl Meter {
     /// The square in units of the meter.
     #[inline(always)]
     fn square<T: Scalar>(&self, v: T) -> f64 {
-        let v = to_f64(v) * self.inverse;
+        let v = v.wide() * self.inverse;
         v * v
     }
 
@@ -101,7 +101,7 @@ impl Meter {
     pub(crate) fn norms_of<T: Scalar>(&self, sum: &Tally<T>, gamma: T) -> Norms {
         let squares: f64 = sum.squares.iter().sum();
         let largest = sum.largest.iter().copied().fold(T::zero(), larger);
-        self.finish(squares, to_f64(largest)).over(gamma)
+        self.finish(squares, largest.wide()).divided_by(gamma)
     }
 
     pub(crate) fn norms(&self) -> Norms {
@@ -220,7 +220,7 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 
     /// A meter for vectors of the size of `γ q`.
     pub(crate) fn meter(&self, gamma: T) -> Meter {
-        Meter::for_size(self.norms.linf * to_f64(gamma), self.q.len())
+        Meter::for_size(self.norms.linf * gamma.wide(), self.q.len())
     }
 }
 
@@ -239,7 +239,7 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 /// ```
 pub fn all_finite<T: Scalar>(what: &'static str, v: &[T]) -> Result<(), Error> {
     match v.iter().position(|v| !v.is_finite()) {
-        Some(index) => Err(Error::NotFinite { what, index, value: to_f64(v[index]) }),
+        Some(index) => Err(Error::NotFinite { what, index, value: v[index].wide() }),
         None => Ok(()),
     }
 }

@@ -1,4 +1,4 @@
-use crate::{Diagonal, Error, Scalar, error::positive, scalar::to_f64};
+use crate::{Diagonal, Error, Scalar, error::positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
 ///
@@ -6,7 +6,7 @@ use crate::{Diagonal, Error, Scalar, error::positive, scalar::to_f64};
 /// use hlcp_core::Omega;
 ///
 /// let omega = Omega::Each(vec![2.0, 0.5]);
-/// assert_eq!((omega.at(1), Omega::Uniform(3.0).at(1)), (0.5, 3.0));
+/// assert_eq!((omega.entry(1), Omega::Uniform(3.0).entry(1)), (0.5, 3.0));
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Omega<T> {
@@ -23,7 +23,8 @@ impl<T: Scalar> Omega<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for τ; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
+    /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
+    /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
     /// they have none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first
     /// ratio, that is zero, negative or not finite.
     ///
@@ -40,7 +41,9 @@ impl<T: Scalar> Omega<T> {
         a: &impl Diagonal<T>,
         b: &impl Diagonal<T>,
     ) -> Result<Self, Error> {
-        positive("tau", to_f64(tau))?;
+        positive("tau", tau.wide())?;
+        a.check("A")?;
+        b.check("B")?;
         let n = a.order();
         if b.order() != n {
             return Err(Error::Order { what: "B", found: b.order(), expected: n });
@@ -68,7 +71,7 @@ impl<T: Scalar> Omega<T> {
     ///
     /// When `i` is not below the length of an [`Each`](Self::Each).
     #[inline]
-    pub fn at(&self, i: usize) -> T {
+    pub fn entry(&self, i: usize) -> T {
         match self {
             Self::Uniform(omega) => *omega,
             Self::Each(omega) => omega[i],
@@ -78,7 +81,7 @@ impl<T: Scalar> Omega<T> {
     /// Refuses an Ω that does not fit order `n`, or has an entry that is not positive and finite.
     pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
         match self {
-            Self::Uniform(omega) => positive("omega", to_f64(*omega)),
+            Self::Uniform(omega) => positive("omega", omega.wide()),
             Self::Each(omega) if omega.len() != n => {
                 Err(Error::Order { what: "omega", found: omega.len(), expected: n })
             }
@@ -99,6 +102,6 @@ pub(crate) fn positive_entry<T: Scalar>(
     if value > T::zero() && value.is_finite() {
         Ok(value)
     } else {
-        Err(Error::NotPositive { what, index, value: to_f64(value) })
+        Err(Error::NotPositive { what, index, value: value.wide() })
     }
 }

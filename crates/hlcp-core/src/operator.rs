@@ -1,4 +1,4 @@
-use crate::{FivePointView, Scalar};
+use crate::{Error, FivePointView, Scalar};
 
 /// A square linear map on `Tⁿ`, known through its action `x ↦ A x` alone.
 ///
@@ -39,6 +39,26 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     ///
     /// May panic unless both slices have length [`order`](Self::order).
     fn apply(&self, x: &[T], y: &mut [T]);
+
+    /// Refuses an operator that is no map from `Tⁿ` to itself; `what` is its name in the error.
+    ///
+    /// [`Hlcp::new`](crate::Hlcp::new) asks it. A type that cannot hold anything else, as most
+    /// cannot, takes the default, which refuses nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotSquare`] and [`Error::Summands`].
+    ///
+    /// ```
+    /// use hlcp_core::{Error, LinearOperator};
+    /// use nalgebra_sparse::CsrMatrix;
+    ///
+    /// let wide = CsrMatrix::<f64>::zeros(2, 3);
+    /// assert_eq!(wide.check("A"), Err(Error::NotSquare { what: "A", rows: 2, columns: 3 }));
+    /// ```
+    fn check(&self, _what: &'static str) -> Result<(), Error> {
+        Ok(())
+    }
 
     /// The five-point operator that this one is, if it is one.
     ///

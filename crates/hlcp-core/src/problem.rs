@@ -2,7 +2,6 @@ use crate::{
     Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
-    scalar::to_f64,
     team::{self, Claims},
 };
 
@@ -40,7 +39,7 @@ const PORTION: usize = 4096;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(1.5))?;
 ///
 /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-/// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+/// problem.solution_from_x(&[1.0, -2.0], &mut z, &mut r);
 /// assert_eq!((z, r), ([2.0, 0.0], [0.0, 6.0]));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -85,9 +84,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
+    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
     /// of another order than its own; [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
+        a.check("A")?;
+        b.check("B")?;
         let n = a.order();
         if n == 0 {
             return Err(Error::Empty { what: "A" });
@@ -120,15 +121,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let identity = Identity { order: 2 };
     /// let problem = Hlcp::new(identity, identity, Omega::Uniform(3.0))?.with_gamma(4.0)?;
     /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-    /// problem.recover(&[4.0, -8.0], &mut z, &mut r); // what (1, −2) is with γ = 1
+    /// problem.solution_from_x(&[4.0, -8.0], &mut z, &mut r); // what (1, −2) is with γ = 1
     /// assert_eq!((z, r), ([2.0, 0.0], [0.0, 12.0]));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn with_gamma(self, gamma: T) -> Result<Self, Error> {
-        positive("gamma", to_f64(gamma))?;
+        positive("gamma", gamma.wide())?;
         if !gamma.is_normal() {
             let range = "no smaller than the smallest normal number";
-            return Err(Error::Parameter { name: "gamma", value: to_f64(gamma), range });
+            return Err(Error::Parameter { name: "gamma", value: gamma.wide(), range });
         }
         Ok(Self { gamma, ..self })
     }
@@ -151,7 +152,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!(problem.omega(), &Omega::Uniform(4.0));
     ///
     /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
-    /// problem.recover(&[1.0, -2.0], &mut z, &mut r);
+    /// problem.solution_from_x(&[1.0, -2.0], &mut z, &mut r);
     /// assert_eq!((z, r), ([0.0, 16.0], [2.0, 0.0])); // a positive x is an r of the problem as posed
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -168,7 +169,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The same problem, worked on by the threads of rayon's current pool; without this call, by the caller's alone.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the call, and rayon's
-    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`recover`](Self::recover) and
+    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`solution_from_x`](Self::solution_from_x) and
     /// [`residual`](Self::residual) then share their work when both operators are five-point ones on one grid, of 16384
     /// points or more; a lexicographic sweep as a pipeline over bands of rows. All results are the same for any number
     /// of threads, to the bit. A sweep allocates one row of the grid and what rayon allocates to wake its threads.
@@ -180,18 +181,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let problem = Hlcp::new(a, Identity { order: 40_000 }, Omega::Uniform(4.0))?.in_parallel();
     /// let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
     /// let (x, mut z, mut r) = (vec![-1.5; 40_000], vec![0.0; 40_000], vec![0.0; 40_000]);
-    /// pool.install(|| problem.recover(&x, &mut z, &mut r));
+    /// pool.install(|| problem.solution_from_x(&x, &mut z, &mut r));
     /// assert_eq!((z[0], r[39_999]), (0.0, 12.0));
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     #[cfg(feature = "rayon")]
     pub fn in_parallel(self) -> Self {
         Self { parallel: true, ..self }
-    }
-
-    /// Whether threads of rayon's current pool share the work.
-    pub(crate) fn is_parallel(&self) -> bool {
-        self.parallel
     }
 
     /// The order `n`.
@@ -220,6 +216,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
             _ => Ok(a.or(b).unwrap_or([self.order(), 1])),
         }
+    }
+
+    /// The sweep over both operators, if they are five-point ones on one grid.
+    pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
+        let views = [self.a.as_five_point()?, self.b.as_five_point()?];
+        let factors = [self.gamma, self.q_factor()];
+        Some(Sweep::new(self.grid().ok()?, views, &self.omega, factors, self.parallel))
     }
 
     /// The operator `A`, after an exchange the posed problem's `B`.
@@ -255,7 +258,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless all three slices have length `n`.
-    pub fn recover(&self, x: &[T], z: &mut [T], r: &mut [T]) {
+    pub fn solution_from_x(&self, x: &[T], z: &mut [T], r: &mut [T]) {
         self.assert_orders([x.len(), z.len(), r.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let portions = x.chunks(PORTION).zip(z.chunks_mut(PORTION)).zip(r.chunks_mut(PORTION));
@@ -295,16 +298,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
     /// let problem = Hlcp::new(a, a, Omega::Uniform(1.5))?;
     /// let mut x = [0.0; 2];
-    /// problem.modulus(&[2.0, 0.0], &[0.0, 6.0], &mut x);
+    /// problem.x_from_solution(&[2.0, 0.0], &[0.0, 6.0], &mut x);
     /// assert_eq!(x, [1.0, -2.0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn modulus(&self, z: &[T], r: &[T], x: &mut [T]) {
+    pub fn x_from_solution(&self, z: &[T], r: &[T], x: &mut [T]) {
         self.assert_orders([z.len(), r.len(), x.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let half = self.gamma / (T::one() + T::one());
         for (i, x) in x.iter_mut().enumerate() {
-            *x = half * (z[i] - r[i] / self.omega.at(i));
+            *x = half * (z[i] - r[i] / self.omega.entry(i));
         }
     }
 
@@ -338,7 +341,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         self.a.apply(part, f);
         for (i, (v, &x)) in part.iter_mut().zip(x).enumerate() {
-            *v = self.omega.at(i) * (x.abs() - x);
+            *v = self.omega.entry(i) * (x.abs() - x);
         }
         self.b.apply(part, product);
         for ((f, &bv), &q) in f.iter_mut().zip(&*product).zip(q) {
@@ -348,7 +351,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
-    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`recover`](Self::recover) writes
+    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`solution_from_x`](Self::solution_from_x) writes
     /// meets those.
     ///
     /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
@@ -373,7 +376,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
         let (az, br) = halves(scratch, z.len());
@@ -398,7 +401,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 }
 
 /// Two slices of length `n` of one vector, which grows once.
-fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
+pub(crate) fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
     if scratch.len() < 2 * n {
         scratch.resize(2 * n, T::zero());
     }

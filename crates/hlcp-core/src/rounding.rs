@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
-    scalar::to_f64,
+    problem::halves,
 };
 
 /// Random signs by which an operator without rows is probed.
@@ -15,7 +15,7 @@ const ASSUMED: f64 = 8.0;
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns bounds on the rounding in the norms of `A z − B r + q` at the `z` and `r` that
-    /// [`recover`](Self::recover) makes of `x`, however the residual is evaluated in `T`.
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, however the residual is evaluated in `T`.
     ///
     /// An entry of the residual sums `k` terms. Evaluated in any order it is within
     /// `(k + 8) ε (|q| + |A|z + |B|r)` of its exact value, recovery included (Higham, *Accuracy and
@@ -45,11 +45,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
-        let epsilon = to_f64(T::epsilon());
-        let tiny = to_f64(T::min_positive_value()) * epsilon;
+        let epsilon = T::epsilon().wide();
+        let tiny = T::min_positive_value().wide() * epsilon;
         // What underflows counts as well, but a sum of zeros is exact.
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
-        if let Some(rows) = Sweep::new(self).and_then(|sweep| sweep.row_sums()) {
+        if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
             let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
             let mut entries = [[T::zero(); STRETCH]; 2];
             for (start, x) in x.chunks(STRETCH).enumerate().map(|(k, x)| (k * STRETCH, x)) {
@@ -68,16 +68,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
         }
         let mut meter = q.meter(T::one());
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             sweep.sum_terms(self, q, x, |sums: &Sums| {
                 meter.add((10.0 + 8.0) * unit(sums.terms));
             });
             return meter.norms();
         }
         let walked = (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (Sums::new(to_f64(q.entries()[i])), 0.0);
+            let (mut sums, mut count) = (Sums::new(q.entries()[i].wide()), 0.0);
             let known = self.terms(i, x, |entry, value| {
-                sums.add(to_f64(entry), to_f64(value));
+                sums.add(entry.wide(), value.wide());
                 count += 1.0;
             });
             meter.add((count + 8.0) * unit(sums.terms));
@@ -87,7 +87,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
-    /// [`recover`](Self::recover) makes of `x`, or `None` if an operator does not know its rows.
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, or `None` if an operator does not know its rows.
     ///
     /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
     /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
@@ -146,7 +146,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
-        let (mut at, epsilon) = (true, to_f64(T::epsilon()));
+        let (mut at, epsilon) = (true, T::epsilon().wide());
         self.exact_rows(q, x, |sums, count| {
             at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
         })
@@ -171,10 +171,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
-        if scratch.len() < 2 * n {
-            scratch.resize(2 * n, T::zero());
-        }
-        let (signs, product) = scratch[..2 * n].split_at_mut(n);
+        let (signs, product) = halves(scratch, n);
         signs.iter_mut().zip(random_signs(1)).for_each(|(entry, sign)| *entry = sign);
         let mut length = |operator: &dyn LinearOperator<T>| {
             operator.apply(signs, product);
@@ -187,15 +184,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// the rows are known.
     fn exact_rows(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&ExactSums, f64)) -> bool {
         self.assert_orders([q.entries().len(), x.len()]);
-        if let Some(sweep) = Sweep::new(self) {
+        if let Some(sweep) = self.sweep() {
             sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
             return true;
         }
         let sign = self.q_factor() / self.gamma();
         (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (ExactSums::new(to_f64(sign * q.entries()[i])), 0.0);
+            let (mut sums, mut count) = (ExactSums::new((sign * q.entries()[i]).wide()), 0.0);
             let known = self.terms(i, x, |entry, value| {
-                sums.add(to_f64(entry), to_f64(value));
+                sums.add(entry.wide(), value.wide());
                 count += 1.0;
             });
             take(&sums, count);
@@ -210,23 +207,20 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
     }
 
-    /// The entry of `z` that [`recover`](Self::recover) makes of `x`; of `r` after an exchange.
+    /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after an exchange.
     fn z_entry(&self, x: T) -> T {
         (x.abs() + x) / self.gamma()
     }
 
-    /// The entry of `r` that [`recover`](Self::recover) makes of `x`; of `z` after an exchange.
+    /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
-        self.omega().at(j) * (x.abs() - x) / self.gamma()
+        self.omega().entry(j) * (x.abs() - x) / self.gamma()
     }
 
     /// The rounding as the terms' root mean squares have it, which random signs show.
     fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         let n = x.len();
-        if scratch.len() < 2 * n {
-            scratch.resize(2 * n, T::zero());
-        }
-        let (part, product) = scratch[..2 * n].split_at_mut(n);
+        let (part, product) = halves(scratch, n);
         let mut terms = q.norms();
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };
@@ -251,7 +245,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             }
             terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
         }
-        let unit = ASSUMED * to_f64(T::epsilon());
+        let unit = ASSUMED * T::epsilon().wide();
         Norms { l2: unit * terms.l2, linf: unit * terms.linf }
     }
 }
@@ -365,7 +359,7 @@ impl<T: Scalar> Sweep<'_, T> {
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
             let (from, length) = (j * nx + start, STRETCH.min(nx - start));
             for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
-                *sum = S::new(to_f64(sign * q));
+                *sum = S::new((sign * q).wide());
             }
             for (c, points, neighbours) in a.directions(nx, j, start, length, x.len()) {
                 let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
@@ -383,7 +377,7 @@ impl<T: Scalar> Sweep<'_, T> {
     fn row_sums(&self) -> Option<[f64; 2]> {
         let sum = |coefficients: [Coefficients<'_, T>; 5]| {
             let constant = |c: Coefficients<'_, T>| match c {
-                Coefficients::Constant(c) => Some(to_f64(c.abs())),
+                Coefficients::Constant(c) => Some(c.abs().wide()),
                 Coefficients::Each(_) => None,
             };
             coefficients.into_iter().map(constant).sum::<Option<f64>>()
@@ -406,11 +400,11 @@ fn add_products<T: Scalar, S: RowSum>(
     match c {
         Coefficients::Constant(c) if c == T::zero() => {}
         Coefficients::Constant(c) => {
-            sums.for_each(|(sum, value)| sum.add(to_f64(sign * c), to_f64(value)));
+            sums.for_each(|(sum, value)| sum.add((sign * c).wide(), value.wide()));
         }
         Coefficients::Each(c) => {
             for ((sum, value), &c) in sums.zip(&c[points]) {
-                sum.add(to_f64(sign * c), to_f64(value));
+                sum.add((sign * c).wide(), value.wide());
             }
         }
     }

@@ -1,15 +1,12 @@
 use std::ops::Deref;
 
-use crate::{
-    Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry,
-    scalar::to_f64,
-};
+use crate::{Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry};
 
 /// A splitting `A + BΩ = M − N`, known by one solve with `M`.
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
 /// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap it in
-/// [`Correction`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton` as a preconditioner.
+/// [`SplittingStep`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton` as a preconditioner.
 ///
 /// ```
 /// use hlcp_core::Splitting;
@@ -68,7 +65,7 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     /// # Errors
     ///
     /// The first row with an entry that is not finite or a pivot that is not positive, with its index. A
-    /// [`Correction`] knows no rows and refuses nothing.
+    /// [`SplittingStep`] knows no rows and refuses nothing.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
 
     /// How many sweeps over the unknowns the step is worth.
@@ -134,26 +131,26 @@ impl<T: Scalar, A, B, P: Deref<Target: Step<T, A, B>> + Send + Sync> Step<T, A, 
 /// One product with `A`, one with `B`, one solve with `M`; `2n` numbers of scratch.
 ///
 /// ```
-/// use hlcp_core::{Correction, FivePoint, FromFn, Hlcp, Omega, Rhs, Step};
+/// use hlcp_core::{SplittingStep, FivePoint, SplittingFn, Hlcp, Omega, Rhs, Step};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?;
-/// let eighth = FromFn(|rhs: &[f64], y: &mut [f64]| {
+/// let eighth = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
 ///     for (y, rhs) in y.iter_mut().zip(rhs) {
 ///         *y = rhs / 8.0;
 ///     }
 /// });
 ///
 /// let (q, mut y) = ([-3.0, -3.0], [0.0; 2]);
-/// let norms = Correction(eighth).step(&problem, &Rhs::new(&q)?, &[0.5, 0.5], &mut y, &mut vec![]);
+/// let norms = SplittingStep(eighth).step(&problem, &Rhs::new(&q)?, &[0.5, 0.5], &mut y, &mut vec![]);
 /// assert_eq!((y, norms.linf), ([0.5, 0.5], 0.0)); // z = (1, 1), r = 0 is the solution
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub struct Correction<S>(pub S);
+pub struct SplittingStep<S>(pub S);
 
-impl<T, A, B, S> Step<T, A, B> for Correction<S>
+impl<T, A, B, S> Step<T, A, B> for SplittingStep<S>
 where
     T: Scalar,
     A: LinearOperator<T>,
@@ -199,23 +196,23 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     for (y, &x) in y.iter_mut().zip(x) {
         *y = x - *y;
     }
-    meter.norms().over(problem.gamma())
+    meter.norms().divided_by(problem.gamma())
 }
 
 /// A closure `(rhs, y)` as a [`Splitting`].
 ///
 /// ```
-/// use hlcp_core::{FromFn, Splitting};
+/// use hlcp_core::{SplittingFn, Splitting};
 ///
-/// let half = FromFn(|rhs: &[f32], y: &mut [f32]| y[0] = rhs[0] / 2.0);
+/// let half = SplittingFn(|rhs: &[f32], y: &mut [f32]| y[0] = rhs[0] / 2.0);
 /// let mut y = [0.0];
 /// half.solve(&[3.0], &mut y);
 /// assert_eq!(y, [1.5]);
 /// ```
 #[derive(Debug, Clone, Copy)]
-pub struct FromFn<F>(pub F);
+pub struct SplittingFn<F>(pub F);
 
-impl<T: Scalar, F: Fn(&[T], &mut [T]) + Send + Sync> Splitting<T> for FromFn<F> {
+impl<T: Scalar, F: Fn(&[T], &mut [T]) + Send + Sync> Splitting<T> for SplittingFn<F> {
     fn solve(&self, rhs: &[T], y: &mut [T]) {
         (self.0)(rhs, y);
     }
@@ -274,7 +271,7 @@ pub(crate) fn pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
     over_b: T,
 ) -> T {
     problem.a().diagonal_entry(i) * over_a
-        + problem.b().diagonal_entry(i) * problem.omega().at(i) * over_b
+        + problem.b().diagonal_entry(i) * problem.omega().entry(i) * over_b
 }
 
 /// Refuses diagonal entries that are not finite and pivots that are not positive.
@@ -290,7 +287,7 @@ pub(crate) fn positive_pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
     ];
     for (what, value) in entries {
         if !value.is_finite() {
-            return Err(Error::NotFinite { what, index: i, value: to_f64(value) });
+            return Err(Error::NotFinite { what, index: i, value: value.wide() });
         }
     }
     let pivot = positive_entry("diagonal of M", i, pivot(problem, i, over_a, over_b))?;

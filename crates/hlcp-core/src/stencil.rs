@@ -32,11 +32,7 @@ pub struct FivePoint<T> {
     // Invariant: nx, ny ≥ 1 and the coefficients are finite.
     nx: usize,
     ny: usize,
-    south: T,
-    west: T,
-    centre: T,
-    east: T,
-    north: T,
+    coefficients: [T; 5],
 }
 
 impl<T: Scalar> FivePoint<T> {
@@ -46,29 +42,24 @@ impl<T: Scalar> FivePoint<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for a grid without points, [`Error::Parameter`] for more than an index can count;
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
     /// [`Error::NotFinite`] for the first coefficient that is NaN or infinite.
     pub fn new(nx: usize, ny: usize, coefficients: [T; 5]) -> Result<Self, Error> {
-        match nx.checked_mul(ny) {
-            None => {
-                return Err(Error::Parameter {
-                    name: "the number of grid points",
-                    value: nx as f64 * ny as f64,
-                    range: "one that an index can count",
-                });
-            }
-            Some(0) => return Err(Error::Empty { what: "the grid" }),
-            Some(_) => {}
-        }
+        points::<T>(nx, ny)?;
         crate::all_finite("coefficients [south, west, centre, east, north]", &coefficients)?;
-        let [south, west, centre, east, north] = coefficients;
-        Ok(Self { nx, ny, south, west, centre, east, north })
+        Ok(Self { nx, ny, coefficients })
     }
 
     fn view(&self) -> FivePointView<'static, T> {
-        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
-        FivePointView::new(self.nx, self.ny, coefficients.map(Coefficients::Constant))
+        FivePointView::new(self.nx, self.ny, self.coefficients.map(Coefficients::Constant))
     }
+}
+
+/// Returns the number of points of a grid, for each of which an array can hold a number.
+pub(crate) fn points<T>(nx: usize, ny: usize) -> Result<usize, Error> {
+    let most = isize::MAX as usize / size_of::<T>();
+    let fits = |points: &usize| (1..=most).contains(points);
+    nx.checked_mul(ny).filter(fits).ok_or(Error::Grid { nx, ny })
 }
 
 impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
@@ -77,8 +68,7 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        self.view().apply(self.nx, x, y);
+        self.view().apply([self.nx, self.ny], x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
@@ -93,14 +83,14 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
 
 impl<T: Scalar> Diagonal<T> for FivePoint<T> {
     fn diagonal_entry(&self, _: usize) -> T {
-        self.centre
+        self.coefficients[2]
     }
 }
 
 impl<T: Scalar> Rows<T> for FivePoint<T> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
-        let coefficients = [self.south, self.west, self.centre, self.east, self.north];
-        visit_neighbours(self.nx, self.order(), k, |direction| coefficients[direction], visit);
+        let coefficient = |direction: usize| self.coefficients[direction];
+        visit_neighbours(self.nx, self.order(), k, coefficient, visit);
     }
 }

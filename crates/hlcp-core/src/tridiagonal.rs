@@ -1,6 +1,6 @@
 use std::fmt;
 
-use crate::{Diagonal, Error, LinearOperator, Rows, Scalar, scalar::to_f64};
+use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
 
 /// A tridiagonal operator whose rows are a function of their index.
 ///
@@ -59,11 +59,7 @@ impl<F> Tridiagonal<F> {
         for index in 0..order {
             let entries = operator.inside(index);
             if let Some(&bad) = entries.iter().find(|entry| !entry.is_finite()) {
-                return Err(Error::NotFinite {
-                    what: "tridiagonal row",
-                    index,
-                    value: to_f64(bad),
-                });
+                return Err(Error::NotFinite { what: "tridiagonal row", index, value: bad.wide() });
             }
         }
         Ok(operator)

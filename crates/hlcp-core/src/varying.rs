@@ -2,7 +2,7 @@ use std::borrow::Cow;
 
 use crate::{
     Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar, all_finite,
-    view::visit_neighbours,
+    stencil::points, view::visit_neighbours,
 };
 
 /// A five-point operator on an `nx × ny` grid whose coefficients vary from point to point.
@@ -57,7 +57,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for a grid without points, or with more than memory can address; [`Error::Order`] for a
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold; [`Error::Order`] for a
     /// list that has not one entry for each point; [`Error::NotFinite`] for the first coefficient that is NaN or
     /// infinite.
     ///
@@ -96,7 +96,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for a grid without points, or with more than memory can address; [`Error::NotFinite`]
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold; [`Error::NotFinite`]
     /// for a coefficient that is NaN or infinite.
     pub fn from_fn(
         nx: usize,
@@ -128,22 +128,13 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     }
 }
 
-/// The number of points of a grid, one number each of which an array can hold.
-fn points<T>(nx: usize, ny: usize) -> Result<usize, Error> {
-    let fits = |&n: &usize| {
-        n > 0 && n.checked_mul(size_of::<T>()).is_some_and(|bytes| bytes <= isize::MAX as usize)
-    };
-    nx.checked_mul(ny).filter(fits).ok_or(Error::Empty { what: "the grid" })
-}
-
 impl<T: Scalar> LinearOperator<T> for VaryingFivePoint<'_, T> {
     fn order(&self) -> usize {
         self.nx * self.ny
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!((x.len(), y.len()), (self.order(), self.order()), "vectors of the grid's order");
-        self.view().apply(self.nx, x, y);
+        self.view().apply([self.nx, self.ny], x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {

@@ -106,8 +106,9 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         self.coefficients
     }
 
-    /// Overwrites `y` with the product with `x`, on a grid of `nx` columns.
-    pub(crate) fn apply(&self, nx: usize, x: &[T], y: &mut [T]) {
+    /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
+    pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
+        assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");
         for (j, y) in y.chunks_exact_mut(nx).enumerate() {
             self.product(nx, j, 0, x, y);
         }

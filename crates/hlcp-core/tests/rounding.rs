@@ -135,7 +135,7 @@ fn holds<T: Scalar>(
     let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
     let (mut z, mut r, mut scratch) = (vec![T::zero(); n], vec![T::zero(); n], vec![]);
     for round in 0..3 {
-        problem.recover(&x, &mut z, &mut r);
+        problem.solution_from_x(&x, &mut z, &mut r);
         let (q, truth) = (Rhs::new(&q).unwrap(), norms([&a, &b], &q, &z, &r));
         let computed = problem.residual(&q, &z, &r, &mut scratch);
         let rounding = problem.rounding(&q, &x, &mut scratch);

@@ -13,7 +13,7 @@ use crate::{Clock, Method};
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` a sweep, as [`Amms`](crate::Amms); no storage.
+/// One walk over the rows of `A` and `B` a sweep, as [`Mms`](crate::Mms); no storage.
 ///
 /// # Convergence
 ///
@@ -83,13 +83,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for AdaptiveSor<T, A, B> {
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, _: &mut Clock<'_>) -> Norms {
-        let alpha = T::from(self.alpha()).and_then(|alpha| Aor::sor(alpha).ok());
-        let sor = alpha.unwrap_or(Aor::gauss_seidel());
-        let norms = if self.is_accelerated() {
-            sor.accelerated_step(&self.problem, q, x, y)
-        } else {
-            sor.step(&self.problem, q, x, y, &mut Vec::new())
-        };
+        let sor = Aor::sor(T::of(self.alpha())).unwrap_or(Aor::gauss_seidel());
+        let step = if self.is_accelerated() { sor.accelerated() } else { sor };
+        let norms = step.step(&self.problem, q, x, y, &mut Vec::new());
         self.search.see(norms.l2);
         norms
     }

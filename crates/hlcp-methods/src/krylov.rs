@@ -1,12 +1,12 @@
 //! Linear systems with J(x): the inner solver of Newton's method, and what may precondition it.
 
-use hlcp_core::{Correction, Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting};
+use hlcp_core::{Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting, SplittingStep};
 
 use crate::{Clock, Jacobian};
 
 /// An approximate inverse of [`Jacobian`]s: what [`Newton`](crate::Newton) preconditions its inner solver with.
 ///
-/// [`Ssor`] and [`TridiagonalPart`] walk rows; a [`Correction`] brings any [`Splitting`] of `A + BΩ`, that is an `M` that
+/// [`Ssor`] and [`TridiagonalPart`] walk rows; a [`SplittingStep`] brings any [`Splitting`] of `A + BΩ`, that is an `M` that
 /// ignores which columns are active; and a multigrid cycle for the linear system is an implementation away.
 ///
 /// ```
@@ -24,7 +24,7 @@ use crate::{Clock, Jacobian};
 ///             let d = if active {
 ///                 problem.a().diagonal_entry(i)
 ///             } else {
-///                 problem.b().diagonal_entry(i) * problem.omega().at(i)
+///                 problem.b().diagonal_entry(i) * problem.omega().entry(i)
 ///             };
 ///             *y = rhs / (two * d);
 ///         }
@@ -54,7 +54,7 @@ impl<T: Scalar, A, B, P: Preconditioner<T, A, B> + ?Sized> Preconditioner<T, A, 
     }
 }
 
-impl<T: Scalar, A, B, S: Splitting<T>> Preconditioner<T, A, B> for Correction<S> {
+impl<T: Scalar, A, B, S: Splitting<T>> Preconditioner<T, A, B> for SplittingStep<S> {
     fn solve(&mut self, _: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
         self.0.solve(rhs, y);
     }
@@ -231,7 +231,7 @@ impl<T: Scalar> BiCgStab<T> {
     ) -> Inner {
         let Self { residual, shadow, p, v, t, hat, scratch } = self;
         // In units of the right-hand side, whose squares might overflow or vanish.
-        let unit = to_scalar::<T>(Norms::of(rhs).l2);
+        let unit = T::of(Norms::of(rhs).l2);
         if unit == T::zero() {
             s.fill(T::zero());
             return Inner { iterations: 0, residual: 0.0 };
@@ -247,8 +247,8 @@ impl<T: Scalar> BiCgStab<T> {
         let mut inner = Inner { iterations: 0, residual: 1.0 };
         while inner.iterations < limit && inner.residual > tolerance && !clock.is_up() {
             let next = dot(shadow, residual);
-            let beta = to_scalar::<T>(next / rho * (alpha / omega));
-            let old = to_scalar::<T>(omega);
+            let beta = T::of(next / rho * (alpha / omega));
+            let old = T::of(omega);
             for ((p, &residual), &v) in p.iter_mut().zip(&*residual).zip(&*v) {
                 *p = residual + beta * (*p - old * v);
             }
@@ -283,17 +283,12 @@ impl<T: Scalar> BiCgStab<T> {
     }
 }
 
-fn to_scalar<T: Scalar>(value: f64) -> T {
-    T::from(value).unwrap_or_else(T::nan)
-}
-
 /// `uᵀv` in double precision, in lanes that a processor sums side by side.
 pub(crate) fn dot<T: Scalar>(u: &[T], v: &[T]) -> f64 {
-    let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
     let mut lanes = [0.0; 8];
     for (u, v) in u.chunks(8).zip(v.chunks(8)) {
         for (lane, (&u, &v)) in lanes.iter_mut().zip(u.iter().zip(v)) {
-            *lane += to_f64(u) * to_f64(v);
+            *lane += u.wide() * v.wide();
         }
     }
     lanes.iter().sum()
@@ -301,7 +296,7 @@ pub(crate) fn dot<T: Scalar>(u: &[T], v: &[T]) -> f64 {
 
 /// `y += c u`.
 pub(crate) fn add<T: Scalar>(y: &mut [T], c: f64, u: &[T]) {
-    let c = to_scalar::<T>(c);
+    let c = T::of(c);
     for (y, &u) in y.iter_mut().zip(u) {
         *y += c * u;
     }
@@ -309,7 +304,7 @@ pub(crate) fn add<T: Scalar>(y: &mut [T], c: f64, u: &[T]) {
 
 #[cfg(test)]
 mod tests {
-    use hlcp_core::{FivePoint, FromFn, Hlcp, Omega};
+    use hlcp_core::{FivePoint, Hlcp, Omega, SplittingFn};
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
@@ -340,9 +335,9 @@ mod tests {
             values.max() / values.min()
         };
         let expected = dense.lu().solve(&DVector::from_column_slice(&rhs)).unwrap();
-        let identity = FromFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+        let identity = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
         let preconditioners: [Box<dyn Preconditioner<f64, _, _>>; 3] =
-            [Box::new(Ssor), Box::new(TridiagonalPart::new()), Box::new(Correction(identity))];
+            [Box::new(Ssor), Box::new(TridiagonalPart::new()), Box::new(SplittingStep(identity))];
         for mut preconditioner in preconditioners {
             for tolerance in [1e-2, 1e-6, 1e-12] {
                 let mut s = vec![f64::NAN; 20];

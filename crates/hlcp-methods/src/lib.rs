@@ -42,7 +42,7 @@
 //!
 //! | method | take it | asks for |
 //! |---|---|---|
-//! | [`Mms`], [`Amms`], [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products for [`Mms`] and [`Tmms`] with a splitting of your own, rows otherwise |
+//! | [`Mms`] (AMMS too), [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products with a splitting of your own, rows otherwise |
 //! | [`AdaptiveSor`] | when no α is known: it finds one as it goes | rows |
 //! | [`Multigrid`], [`FullMultigrid`] | on grids where `z` and `r` are positive on regions: the work per unknown does not grow | five-point operators |
 //! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
@@ -59,11 +59,11 @@
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-//! use hlcp_methods::{Amms, Limits, Options, Solver};
+//! use hlcp_methods::{Mms, Options, Solver};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
 //! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
-//! let mut solver = Solver::new(Amms::new(problem, Aor::sor(1.3)?)?);
+//! let mut solver = Solver::new(Mms::new(problem, Aor::sor(1.3)?.accelerated())?);
 //! let mut iterations = vec![];
 //! for day in 0..4 {
 //!     let load = |k: usize| ((k % 32) as f32 / 10.0).cos() + 0.01 * day as f32;
@@ -83,14 +83,15 @@
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
-mod amms;
 mod anderson;
 mod auto;
+mod jacobian;
 mod krylov;
 mod limits;
 mod method;
 mod mixed;
 mod mms;
+mod monitor;
 mod multigrid;
 mod named;
 mod newton;
@@ -100,29 +101,28 @@ mod solve;
 mod solver;
 mod tmms;
 mod tolerance;
-mod watch;
 
 /// All of `hlcp-core`: a program that solves names one crate.
 pub use hlcp_core::*;
 
 pub use adaptive::AdaptiveSor;
-pub use amms::Amms;
 pub use anderson::Anderson;
 pub use auto::Auto;
+pub use jacobian::Jacobian;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm, Tolerance};
 pub use method::{Method, Work};
 pub use mixed::solve_mixed;
 pub use mms::Mms;
+pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{NameError, Named, Parameters};
-pub use newton::{Jacobian, Newton};
+pub use newton::Newton;
 pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
 pub use solve::{Solution, solve};
 pub use solver::Solver;
 pub use tmms::Tmms;
-pub use watch::{GROWTH, PATIENCE};
 
 /// The programs of the READMEs, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

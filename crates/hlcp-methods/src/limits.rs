@@ -152,7 +152,7 @@ impl Limits {
 
     /// Returns `rounding·ε` of the precision `T`.
     pub(crate) fn roundings<T: Scalar>(&self) -> f64 {
-        let epsilon = T::epsilon().to_f64().unwrap_or(0.0);
+        let epsilon = T::epsilon().wide();
         self.rounding.unwrap_or(if epsilon > 1e-12 { 4.0 } else { 0.0 }) * epsilon
     }
 }

@@ -17,7 +17,7 @@ use crate::{Clock, Method, Work};
 /// # Cost
 ///
 /// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and no
-/// storage; with a [`Correction`](hlcp_core::Correction) one product with each, one solve with `M` and
+/// storage; with a [`SplittingStep`](hlcp_core::SplittingStep) one product with each, one solve with `M` and
 /// `2n` numbers.
 ///
 /// # Convergence
@@ -30,23 +30,32 @@ use crate::{Clock, Method, Work};
 /// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, where
 ///   `A = D_A − C_A` (Corollary 1).
 ///
+/// # The accelerated method, AMMS
+///
+/// With [`Aor::accelerated`](hlcp_core::Aor::accelerated) for the step this is AMMS: |x⁺| takes the
+/// place of |x| wherever the sweep has passed. The cost is the same. The paper states no theorem
+/// for it and refers to its source; the relaxed theorem of `docs/theory.md` covers it.
+///
 /// # Source
 ///
-/// Method 1 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
+/// Method 1 and, for AMMS, section 4 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
 /// horizontal linear complementarity problems*, Numerical Algorithms, who take it from F. Mezzadri and
 /// E. Galligani.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Limits, Mms, Options, Solver};
+/// use hlcp_methods::{Mms, Options, Solver};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
 /// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-/// let mut msor = Solver::new(Mms::new(Hlcp::new(a, b, omega)?, Aor::sor(1.2)?)?);
+/// let problem = Hlcp::new(a, b, omega)?;
+/// let mut msor = Solver::new(Mms::new(problem.clone(), Aor::sor(1.2)?)?);
+/// let mut amsor = Solver::new(Mms::new(problem, Aor::sor(1.2)?.accelerated())?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
-/// assert!(msor.solve(&q, Options::from_x(&[1.0; 64]))?.converged());
+/// assert!(msor.solve(&q, Options::default())?.converged());
+/// assert!(amsor.solve(&q, Options::default())?.converged());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]

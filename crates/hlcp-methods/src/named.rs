@@ -1,6 +1,6 @@
-use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
+use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
-use crate::{Amms, Method, Mms, Tmms};
+use crate::{Method, Mms, Tmms};
 
 /// The three families of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -222,6 +222,41 @@ impl Named {
         self.family == Family::Amms
     }
 
+    /// The steps of one iteration on `problem`, as the theorems of `hlcp-verify` take them.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for parameters out of range, [`Error::NotFivePoint`] for a red–black
+    /// order without a grid.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+    /// use hlcp_methods::{Named, Parameters};
+    ///
+    /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, a, Omega::Uniform(1.0))?;
+    /// let steps = Named::parse("TMGS", Parameters::default())?.steps(&problem)?;
+    /// assert_eq!(steps, [Aor::gauss_seidel(), Aor::gauss_seidel().backward()]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn steps<T, A, B>(&self, problem: &Hlcp<T, A, B>) -> Result<Vec<Aor<T>>, Error>
+    where
+        T: Scalar,
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
+        let aor = |[alpha, beta]: [f64; 2]| {
+            let aor = Aor::new(T::of(alpha), T::of(beta))?;
+            if self.red_black { aor.red_black(problem.grid()?[0]) } else { Ok(aor) }
+        };
+        let first = aor(self.first)?;
+        Ok(match self.family {
+            Family::Mms => vec![first],
+            Family::Amms => vec![first.accelerated()],
+            Family::Tmms => vec![first, aor(self.second)?.backward()],
+        })
+    }
+
     /// The method on `problem`.
     ///
     /// # Errors
@@ -247,16 +282,10 @@ impl Named {
         A: Rows<T> + 'p,
         B: Rows<T> + 'p,
     {
-        let aor = |[alpha, beta]: [f64; 2]| {
-            let to = |v| T::from(v).unwrap_or_else(T::nan);
-            let aor = Aor::new(to(alpha), to(beta))?;
-            if self.red_black { aor.red_black(problem.grid()?[0]) } else { Ok(aor) }
-        };
-        let (first, second) = (aor(self.first)?, aor(self.second)?);
-        Ok(match self.family {
-            Family::Mms => Box::new(Mms::new(problem, first)?),
-            Family::Amms => Box::new(Amms::new(problem, first)?),
-            Family::Tmms => Box::new(Tmms::new(problem, first, second.backward())?),
+        let steps = self.steps(&problem)?;
+        Ok(match steps[..] {
+            [first, second] => Box::new(Tmms::new(problem, first, second)?),
+            _ => Box::new(Mms::new(problem, steps[0])?),
         })
     }
 }

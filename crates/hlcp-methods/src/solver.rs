@@ -4,9 +4,9 @@ use hlcp_core::{Error, Norms, Rhs, Scalar, all_finite};
 
 use crate::{
     Clock, Limits, Method, Observer, Options, Outcome, Progress, Status, Work,
+    monitor::{Monitor, Stop},
     options::Start,
     tolerance::Test,
-    watch::{Alarm, Watch},
 };
 
 /// How often an observer is asked within one long step.
@@ -51,7 +51,7 @@ pub struct Solver<T, M> {
     /// During a solve the best iterate where that is not x, afterwards r.
     best: Vec<T>,
     scratch: Vec<T>,
-    watch: Watch<T>,
+    monitor: Monitor<T>,
     history: Vec<Norms>,
     history_limit: usize,
 }
@@ -66,7 +66,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             next: zeros.clone(),
             best: zeros,
             scratch: Vec::new(),
-            watch: Watch::new(),
+            monitor: Monitor::new(),
             history: Vec::new(),
             history_limit: 0,
         }
@@ -166,7 +166,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             Start::Solution([z, r]) => {
                 check("z0", z)?;
                 check("r0", r)?;
-                self.method.problem().modulus(z, r, &mut self.x);
+                self.method.problem().x_from_solution(z, r, &mut self.x);
                 check("x0", &self.x)?;
             }
         }
@@ -200,7 +200,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     fn iterate(&mut self, q: &Rhs<'_, T>, test: &mut Test, pace: &mut Pace<'_, '_, T>) -> End {
         let limits = pace.limits;
         self.method.restart();
-        self.watch.begin(limits.norm.of(q.norms()), self.method.has_memory());
+        self.monitor.begin(limits.norm.of(q.norms()), self.method.has_memory());
         self.history.clear();
         let mut answer = 0;
         for k in 0_usize.. {
@@ -243,16 +243,16 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             // A step that was cut short leaves nothing that means anything in `next`.
             let cut = pace.ended;
             let residual = limits.norm.of(norms);
-            let best = self.watch.is_best(k, residual, lost);
+            let best = self.monitor.is_best(k, residual, lost);
             if best {
                 answer = k;
             }
             self.note(k, norms, pace);
-            let alarm = || self.watch.alarm(k, residual, &self.x, &self.next);
-            let status = match cut.map_or_else(alarm, |_| None) {
-                Some(Alarm::Diverging(divergence)) => Status::Diverged(divergence),
-                Some(Alarm::Resting) => Status::Stagnated,
-                Some(Alarm::Repeating { period }) => Status::Cycling { period },
+            let stop = || self.monitor.stop(k, residual, &self.x, &self.next);
+            let status = match cut.map_or_else(stop, |_| None) {
+                Some(Stop::Diverging(divergence)) => Status::Diverged(divergence),
+                Some(Stop::Resting) => Status::Stagnated,
+                Some(Stop::Repeating { period }) => Status::Cycling { period },
                 None if test.is_hidden() || self.is_at_rounding(k, q) => Status::Stagnated,
                 None if pace.ended == Some(Status::Stopped) => Status::Stopped,
                 None if k >= limits.iterations => Status::IterationLimit,
@@ -314,7 +314,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// Returns whether the iterates have brought nothing for long, and no row of the residual is more
     /// than the rounding of its terms.
     fn is_at_rounding(&self, k: usize, q: &Rhs<'_, T>) -> bool {
-        let quiet = self.watch.quiet(k);
+        let quiet = self.monitor.quiet(k);
         quiet > 0
             && quiet.is_multiple_of(QUIET)
             && self.method.problem().is_at_rounding(q, &self.x) == Some(true)
@@ -333,7 +333,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// infinite if an entry is, which does not show in the residual where a column is zero.
     fn recover(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.method.problem();
-        problem.recover(&self.x, &mut self.next, &mut self.best);
+        problem.solution_from_x(&self.x, &mut self.next, &mut self.best);
         if [&self.next, &self.best].into_iter().flatten().any(|entry| entry.is_infinite()) {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
         }

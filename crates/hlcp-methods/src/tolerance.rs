@@ -64,12 +64,11 @@ impl Test {
         if self.roundings == 0.0 {
             return;
         }
-        let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
         // Lanes side by side, which a processor sums at once.
         let (mut z, mut r) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
         for (i, x) in x.chunks(8).enumerate() {
             for (l, &x) in x.iter().enumerate() {
-                let (x, omega) = (to_f64(x), to_f64(problem.omega().at(8 * i + l)));
+                let (x, omega) = (x.wide(), problem.omega().entry(8 * i + l).wide());
                 for (sums, v) in [(&mut z, x.max(0.0)), (&mut r, omega * (-x).max(0.0))] {
                     sums[0][l] += v * v;
                     sums[1][l] = f64::max(sums[1][l], v);
@@ -80,7 +79,7 @@ impl Test {
             Norm::L2 => squares.iter().sum::<f64>().sqrt(),
             Norm::LInf => largest.into_iter().fold(0.0, f64::max),
         });
-        let terms = 2.0 * (self.rows[0] * z + self.rows[1] * r) / to_f64(problem.gamma());
+        let terms = 2.0 * (self.rows[0] * z + self.rows[1] * r) / problem.gamma().wide();
         let size = self.norm.of(q.norms()) + terms;
         self.size = if size.is_finite() { size } else { 0.0 };
     }

@@ -6,7 +6,7 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 
 use crate::{
     classes::{Answer, radius_below_one},
-    comparison::{Transposed, wide},
+    comparison::Transposed,
     pair::Pair,
     perron::{Comparison, solve},
     rounding::{Sum, div_up, down, larger, mul_up, up},
@@ -98,6 +98,7 @@ impl fmt::Display for Certificate {
 ///
 /// # Errors
 ///
+/// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses;
 /// [`Error::Order`] when something does not fit `a`, [`Error::NotFinite`] for an entry of `q`, `z` or `r`.
 ///
 /// ```
@@ -120,7 +121,7 @@ pub fn certify<T: Scalar>(
 ) -> Result<Option<Certificate>, Error> {
     check(a, b, q, [z, r])?;
     let omega: Vec<f64> =
-        (0..a.order()).map(|i| wide(a.diagonal_entry(i)) / wide(b.diagonal_entry(i))).collect();
+        (0..a.order()).map(|i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide()).collect();
     if !positive_diagonals(a, b) || !positive(&omega) {
         return Ok(None);
     }
@@ -209,6 +210,8 @@ fn check<T: Scalar>(
     q: &[T],
     [z, r]: [&[T]; 2],
 ) -> Result<(), Error> {
+    a.check("A")?;
+    b.check("B")?;
     let expected = a.order();
     for (what, found) in [("B", b.order()), ("q", q.len()), ("z", z.len()), ("r", r.len())] {
         if found != expected {
@@ -245,8 +248,8 @@ fn certificate<T: Scalar>(
     for (bounds, near, given) in [(&mut of_z, near_z, z), (&mut of_r, near_r, r)] {
         for ((bound, near), &given) in bounds.iter_mut().zip(near).zip(given) {
             // What was moved was set to 0: moved exactly by its modulus.
-            if near != wide(given) {
-                *bound = (*bound + wide(given).abs()).next_up();
+            if near != given.wide() {
+                *bound = (*bound + given.wide().abs()).next_up();
             }
         }
     }
@@ -255,7 +258,7 @@ fn certificate<T: Scalar>(
 
 /// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.
 fn complementary<T: Scalar>(z: &[T], r: &[T], omega: &[f64]) -> [Vec<f64>; 2] {
-    let all = || z.iter().zip(r).zip(omega).map(|((&z, &r), omega)| [wide(z), wide(r), *omega]);
+    let all = || z.iter().zip(r).zip(omega).map(|((&z, &r), omega)| [z.wide(), r.wide(), *omega]);
     let keep = |keep: bool, value: f64| if keep && value > 0.0 { value } else { 0.0 };
     let near_z = all().map(|[z, r, omega]| keep(z * omega >= r, z)).collect();
     [near_z, all().map(|[z, r, omega]| keep(z * omega < r, r)).collect()]

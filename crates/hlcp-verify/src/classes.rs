@@ -14,7 +14,7 @@ use std::fmt;
 use hlcp_core::{Rows, Scalar};
 
 use crate::{
-    comparison::{Modulus, visit, wide},
+    comparison::{Modulus, visit},
     perron::{Bracket, Comparison, noda},
     rounding::Sum,
 };
@@ -203,7 +203,7 @@ pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 
 /// The first row whose `part` of the diagonal entry is not positive and finite.
 fn unsound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Option<usize> {
-    let entry = |i: usize| part(wide(a.diagonal_entry(i)));
+    let entry = |i: usize| part(a.diagonal_entry(i).wide());
     (0..a.order()).find(|&i| !(entry(i) > 0.0 && entry(i).is_finite()))
 }
 

@@ -7,16 +7,11 @@ use crate::{
     rounding::{larger, mul_down, mul_up, smaller},
 };
 
-/// A scalar as `f64`; exact for `f32` and `f64`.
-pub(crate) fn wide<T: Scalar>(value: T) -> f64 {
-    value.to_f64().unwrap_or(f64::NAN)
-}
-
 /// Walks row `i` in double precision.
 ///
 /// An infinite entry comes as NaN, of which nothing is proved: infinity rounds down to a number.
 pub(crate) fn visit<T: Scalar>(a: &impl Rows<T>, i: usize, mut each: impl FnMut(usize, f64)) {
-    a.visit_row(i, &mut |j, v| each(j, if v.is_finite() { wide(v) } else { f64::NAN }));
+    a.visit_row(i, &mut |j, v| each(j, if v.is_finite() { v.wide() } else { f64::NAN }));
 }
 
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.
@@ -72,7 +67,7 @@ pub(crate) enum Weights<'a, T> {
 impl<T: Scalar> Weights<'_, T> {
     pub(crate) fn at(&self, i: usize) -> f64 {
         match self {
-            Self::Given(omega) => wide(omega.at(i)),
+            Self::Given(omega) => omega.entry(i).wide(),
             Self::Chosen(omega) => omega[i],
         }
     }

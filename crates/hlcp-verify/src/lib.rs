@@ -26,14 +26,14 @@
 //! [`relaxed_alpha_bound`] say how large α may be, and [`classes`] whether a matrix is Z, M, H or H₊.
 //!
 //! ```
-//! use hlcp_core::{FivePoint, Hlcp, Omega};
-//! use hlcp_verify::{AorStep, Convergence, alpha_bound, convergence};
+//! use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+//! use hlcp_verify::{Convergence, alpha_bound, convergence};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(32, 32, [0.0, -1.0, 8.0, -1.0, 0.0])?;
 //! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
 //! let problem = Hlcp::new(a, b, omega)?;
-//! let tmsor = [AorStep::new(1.2, 1.2), AorStep::new(1.2, 1.2).backward()];
+//! let tmsor = [Aor::sor(1.2)?, Aor::sor(1.2)?.backward()];
 //! let Convergence::Proved(theorem, contraction) = convergence(&problem, &tmsor) else { panic!() };
 //! println!("{theorem:?}: the error falls by {} an iteration or faster", contraction.factor);
 //! assert!(alpha_bound(&problem).reciprocal()[0] > 1.33);
@@ -67,7 +67,7 @@ pub use certificate::{Certificate, Witness, certify, certify_with};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
-pub use steps::{AorStep, Contraction};
+pub use steps::Contraction;
 pub use theory::{
     Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,
     relaxed_theorem, theorem_1, theorem_2,

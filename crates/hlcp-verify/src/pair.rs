@@ -6,7 +6,7 @@ use hlcp_core::{
 };
 
 use crate::{
-    comparison::{Against, Coupled, Weights, visit, wide},
+    comparison::{Against, Coupled, Weights, visit},
     rounding::{Sum, mul_down, mul_up, up},
 };
 
@@ -61,7 +61,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Pair<'a, T, A, B> {
         }
         let row = |(i, &q): (usize, &T)| {
             let mut sum = Sum::default();
-            sum.add(wide(q), 1.0);
+            sum.add(q.wide(), 1.0);
             visit(self.coupled.a, i, |j, a| sum.add(a, z[j]));
             visit(self.coupled.b, i, |j, b| sum.add(-b, r[j]));
             sum.interval().magnitude()
@@ -119,7 +119,7 @@ impl Stencil {
         let mut defect = Vec::with_capacity(q.len());
         for (j, q) in q.chunks_exact(nx).enumerate() {
             for ((p, n), &q) in p.iter_mut().zip(&mut n).zip(q) {
-                let q = wide(q);
+                let q = q.wide();
                 (*p, *n) = (q.max(0.0), (-q).max(0.0));
             }
             for (x, k) in [(z, 0), (r, 1)] {
@@ -140,7 +140,7 @@ fn constant<T: Scalar>(coefficients: [Coefficients<'_, T>; 5]) -> Option<[f64; 5
     let mut all = [0.0; 5];
     for (to, coefficient) in all.iter_mut().zip(coefficients) {
         let Constant(value) = coefficient else { return None };
-        *to = Some(wide(value)).filter(|value| value.is_finite())?;
+        *to = Some(value.wide()).filter(|value| value.is_finite())?;
     }
     Some(all)
 }

@@ -1,63 +1,12 @@
 //! The inequality that every proof of convergence comes down to, for one or several AOR steps.
 
-use hlcp_core::{Hlcp, Rows, Scalar};
+use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 
 use crate::{
-    comparison::{visit, wide},
+    comparison::visit,
     perron::Comparison,
     rounding::{Interval, Sum, div_up, mul_up},
 };
-
-/// One step of a method: the parameters of its AOR splittings and what it does with them.
-///
-/// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_verify::{AorStep, relaxed_theorem, theorem_1};
-///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
-/// let gs = AorStep::new(1.0, 1.0);
-/// let (tmgs, amgs) = ([gs, gs.backward()], [gs.accelerated()]); // two steps an iteration, and one
-/// assert!(theorem_1(&problem, &tmgs).applies() && !theorem_1(&problem, &amgs).applies());
-/// assert!(relaxed_theorem(&problem, &amgs).is_yes());
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AorStep {
-    /// (α, β) for `A`.
-    pub a: [f64; 2],
-    /// (α, β) for `B`.
-    pub b: [f64; 2],
-    /// `U` in the place of `L`.
-    pub backward: bool,
-    /// A step of AMMS.
-    pub accelerated: bool,
-}
-
-impl AorStep {
-    /// A forward step of MMS or TMMS with the same (α, β) for `A` and `B`.
-    pub fn new(alpha: f64, beta: f64) -> Self {
-        Self { a: [alpha, beta], b: [alpha, beta], backward: false, accelerated: false }
-    }
-
-    /// The same step in the backward direction.
-    pub fn backward(self) -> Self {
-        Self { backward: true, ..self }
-    }
-
-    /// Whether `M` is: `1/α` and `β/α` are numbers.
-    pub(crate) fn defined(&self) -> bool {
-        let defined = |[alpha, beta]: [f64; 2]| {
-            [alpha, 1.0 / alpha, beta, beta / alpha].iter().all(|p| p.is_finite())
-        };
-        defined(self.a) && defined(self.b)
-    }
-
-    /// The same step with |x⁺| in the swept triangle, as in AMMS.
-    pub fn accelerated(self) -> Self {
-        Self { accelerated: true, ..self }
-    }
-}
 
 /// How fast a method approaches the solution: with `‖x‖_d = maxᵢ |xᵢ|/dᵢ`, one iteration multiplies
 /// `‖x − x*‖_d` by at most the factor.
@@ -113,7 +62,7 @@ fn power_up(base: f64, k: u64) -> f64 {
 /// `D − G = ⟨M⟩ − |N| − |BΩ − A|` of each step.
 pub(crate) struct Steps<'a, T, A, B> {
     problem: &'a Hlcp<T, A, B>,
-    steps: &'a [AorStep],
+    steps: &'a [Aor<T>],
 }
 
 /// Where an entry of one step's matrices stands.
@@ -126,13 +75,14 @@ struct Entry {
 }
 
 impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
-    pub(crate) fn new(problem: &'a Hlcp<T, A, B>, steps: &'a [AorStep]) -> Self {
+    pub(crate) fn new(problem: &'a Hlcp<T, A, B>, steps: &'a [Aor<T>]) -> Self {
         Self { problem, steps }
     }
 
-    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`; NaN unless the step is defined.
+    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
     fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
         let step = &self.steps[k];
+        let [pair_a, pair_b] = step.pairs().map(|pair| pair.map(T::wide));
         let mut row: Vec<(usize, f64, Interval)> = vec![];
         visit(self.problem.a(), i, |j, a| row.push((j, a, Interval::exactly(0.0))));
         let mut next = 0;
@@ -140,7 +90,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
             while next < row.len() && row[next].0 < j {
                 next += 1;
             }
-            let b_omega = Interval::exactly(b).times(wide(self.problem.omega().at(j)));
+            let b_omega = Interval::exactly(b).times(self.problem.omega().entry(j).wide());
             match row.get_mut(next) {
                 Some(entry) if entry.0 == j => entry.2 = b_omega,
                 _ => row.insert(next, (j, 0.0, b_omega)),
@@ -155,17 +105,17 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
         let mut pivot = 0.0;
         for (column, a, b_omega) in row {
             let modulus = b_omega.minus(Interval::exactly(a)).magnitude();
-            let passed = if step.backward { column > i } else { column < i };
+            let passed = step.precedes(column, i);
             if column == i {
-                let (of_a, of_b) = (over(step.a), over(step.b));
+                let (of_a, of_b) = (over(pair_a), over(pair_b));
                 pivot = mixed(of_a, of_b, a, b_omega).mignitude();
                 let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
                 each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
             } else if passed {
-                let (of_a, of_b) = (slope(step.a), slope(step.b));
+                let (of_a, of_b) = (slope(pair_a), slope(pair_b));
                 let m = mixed(of_a, of_b, a, b_omega).magnitude();
                 let n = mixed(of_a.minus(one), of_b.minus(one), a, b_omega).magnitude();
-                let [new, old] = if step.accelerated {
+                let [new, old] = if step.is_accelerated() {
                     [(m + modulus).next_up(), n]
                 } else {
                     [m, (n + modulus).next_up()]
@@ -176,7 +126,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
                 each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
             }
         }
-        if step.defined() { pivot } else { f64::NAN }
+        pivot
     }
 
     /// The factor of one iteration for the weights `d`; `None` unless it is proved to be below 1.

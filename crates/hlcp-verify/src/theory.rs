@@ -2,25 +2,25 @@
 
 use std::fmt;
 
-use hlcp_core::{Hlcp, Rows, Scalar};
+use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 
 use crate::{
     classes::{Answer, Failure, all_entries, is_h_plus, radius_below_one},
-    comparison::{Against, Coupled, Weights, visit, wide},
+    comparison::{Against, Coupled, Weights, visit},
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
-    steps::{AorStep, Contraction, Steps},
+    steps::{Contraction, Steps},
 };
 
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_verify::{AorStep, classes::{Answer, Failure}, theorem_1};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{classes::{Answer, Failure}, theorem_1};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
-/// let msor = theorem_1(&problem, &[AorStep::new(1.2, 1.2)]);
+/// let msor = theorem_1(&problem, &[Aor::new(1.2, 1.2)?]);
 /// assert!(msor.a_is_h_plus.is_yes() && msor.signs_and_sizes.is_yes() && msor.omega.is_yes());
 /// // What fails: a splitting is H-compatible on the diagonal for α ≤ 1 alone.
 /// assert_eq!(msor.compatible, Answer::No(Failure::Entry { row: 0, column: 0 }));
@@ -55,18 +55,18 @@ impl Theorem1 {
 /// Checks Theorem 1 for the steps of a method (one for MMS, two for TMMS).
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega};
-/// use hlcp_verify::{AorStep, theorem_1};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_verify::theorem_1;
 ///
 /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(0.8))?;
-/// assert!(theorem_1(&problem, &[AorStep::new(1.0, 1.0)]).applies());
+/// assert!(theorem_1(&problem, &[Aor::gauss_seidel()]).applies());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn theorem_1<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    steps: &[AorStep],
+    steps: &[Aor<T>],
 ) -> Theorem1 {
     Theorem1 {
         a_is_h_plus: is_h_plus(problem.a()),
@@ -80,14 +80,14 @@ pub fn theorem_1<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// The hypotheses of Theorem 2 and Corollary 1 of the paper, each with its own answer.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_verify::{AorStep, theorem_2};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::theorem_2;
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
 /// // The bound (16) is 8/(4 + 1) = 1.6.
-/// assert!(theorem_2(&problem, &[AorStep::new(1.5, 1.0)]).applies());
-/// let large = theorem_2(&problem, &[AorStep::new(1.7, 1.0)]);
+/// assert!(theorem_2(&problem, &[Aor::new(1.5, 1.0)?]).applies());
+/// let large = theorem_2(&problem, &[Aor::new(1.7, 1.0)?]);
 /// assert!(large.parameters.is_yes() && !large.alpha.is_yes() && !large.applies());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -122,12 +122,12 @@ impl Theorem2 {
 /// Checks Theorem 2 (two steps) and Corollary 1 (one step).
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega};
-/// use hlcp_verify::{AorStep, theorem_2};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_verify::theorem_2;
 ///
 /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-/// let tmaor = [AorStep::new(1.2, 1.1), AorStep::new(1.2, 1.1).backward()];
+/// let tmaor = [Aor::new(1.2, 1.1)?, Aor::new(1.2, 1.1)?.backward()];
 /// let at = |tau| Ok::<_, hlcp_core::Error>(Hlcp::new(a, b, Omega::diagonal_ratio(tau, &a, &b)?)?);
 /// assert!(theorem_2(&at(1.0)?, &tmaor).applies());
 /// // Above 1 the sizes fail, below 1 the diagonals do: the theorem covers τ = 1 alone.
@@ -137,14 +137,14 @@ impl Theorem2 {
 /// ```
 pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    steps: &[AorStep],
+    steps: &[Aor<T>],
 ) -> Theorem2 {
-    let first = steps.first().copied().unwrap_or(AorStep::new(f64::NAN, f64::NAN));
-    let [alpha, beta] = first.a;
-    let same = |step: &AorStep| step.a == first.a && step.b == first.a && !step.accelerated;
+    let pairs = |step: &Aor<T>| step.pairs().map(|pair| pair.map(T::wide));
+    let [alpha, beta] = steps.first().map_or([f64::NAN; 2], |step| pairs(step)[0]);
+    let same = |step: &Aor<T>| pairs(step) == [[alpha, beta]; 2] && !step.is_accelerated();
     let parameters = if !steps.iter().all(same) {
         Answer::No(Failure::Parameter("one (alpha, beta) for A, B and all steps of MMS or TMMS"))
-    } else if !(0.0 < beta && beta <= alpha && first.defined()) {
+    } else if !(0.0 < beta && beta <= alpha) {
         Answer::No(Failure::Parameter("0 < beta <= alpha"))
     } else {
         Answer::Yes(())
@@ -207,26 +207,27 @@ fn narrow(z: &impl Comparison) -> Bracket {
 /// `d` for which all of them contract.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega};
-/// use hlcp_verify::{AorStep, relaxed_theorem};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_verify::relaxed_theorem;
 ///
 /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(4, 4, [0.0, 1.0, 8.0, 1.0, 0.0])?; // no sign condition
 /// let problem = Hlcp::new(a, b, Omega::Uniform(1.2))?; //       nor Ω = D_A D_B⁻¹
-/// assert!(relaxed_theorem(&problem, &[AorStep::new(1.2, 0.0)]).is_yes());
+/// assert!(relaxed_theorem(&problem, &[Aor::new(1.2, 0.0)?]).is_yes());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn relaxed_theorem<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    steps: &[AorStep],
+    steps: &[Aor<T>],
 ) -> Answer<Vec<f64>> {
-    let fits = |step: &AorStep| {
-        step.a == step.b && 0.0 <= step.a[1] && step.a[1] <= step.a[0] && step.a[0].is_finite()
+    let fits = |step: &Aor<T>| {
+        let [of_a, of_b] = step.pairs();
+        of_a == of_b && T::zero() <= of_a[1] && of_a[1] <= of_a[0]
     };
-    if steps.is_empty() || !steps.iter().all(|step| fits(step) && step.a[0] > 0.0) {
+    if steps.is_empty() || !steps.iter().all(fits) {
         return Answer::No(Failure::Parameter("one 0 <= beta <= alpha for A and B in each step"));
     }
-    let alpha = steps.iter().map(|step| step.a[0]).fold(1.0, f64::max);
+    let alpha = steps.iter().map(|step| step.pairs()[0][0].wide()).fold(1.0, f64::max);
     below_bound(&Coupled::of(problem, Against::Pair), alpha)
 }
 
@@ -251,8 +252,8 @@ fn below_bound(z: &impl Comparison, alpha: f64) -> Answer<Vec<f64>> {
 /// By what convergence to the only solution was proved.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_verify::{AorStep, Convergence, Proof, convergence};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::{Convergence, Proof, convergence};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let proof = |omega, step| -> Result<Option<Proof>, hlcp_core::Error> {
@@ -262,7 +263,7 @@ fn below_bound(z: &impl Comparison, alpha: f64) -> Answer<Vec<f64>> {
 ///         Convergence::NotProved(_) => None,
 ///     })
 /// };
-/// let gs = AorStep::new(1.0, 1.0);
+/// let gs = Aor::gauss_seidel();
 /// assert_eq!(proof(4.0, gs)?, Some(Proof::Theorem2));
 /// assert_eq!(proof(4.0, gs.accelerated())?, Some(Proof::Relaxed));
 /// assert_eq!(proof(2.0, gs)?, Some(Proof::Relaxed)); // Ω < D_A D_B⁻¹
@@ -284,12 +285,12 @@ pub enum Proof {
 /// What is proved of a method on a problem, for every `q` and every start.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_verify::{AorStep, convergence};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_verify::convergence;
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
-/// let said = |alpha| convergence(&problem, &[AorStep::new(alpha, 1.0)]).to_string();
+/// let said = |alpha| convergence(&problem, &[Aor::new(alpha, 1.0)?]).to_string();
 /// // ⟨M⟩d = (8, 7) and (|N| + |BΩ − A|)d = (2, 1) for d = (1, 1).
 /// assert_eq!(said(1.0), "convergence: proved by Theorem 2 (factor 0.250000)");
 /// assert!(said(2.0).contains("not proved, because a spectral radius is at least 0.625000")); // 2·5/8 > 1
@@ -330,13 +331,13 @@ impl fmt::Display for Convergence {
 /// `steps` are the steps of one iteration.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega};
-/// use hlcp_verify::{AorStep, Convergence, Proof, convergence};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+/// use hlcp_verify::{Convergence, Proof, convergence};
 ///
 /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(4, 4, [0.0, -1.0, 8.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(1.2))?;
-/// let Convergence::Proved(by, contraction) = convergence(&problem, &[AorStep::new(1.0, 1.0)]) else {
+/// let Convergence::Proved(by, contraction) = convergence(&problem, &[Aor::gauss_seidel()]) else {
 ///     panic!("gamma and the start do not matter")
 /// };
 /// assert_eq!(by, Proof::Relaxed);
@@ -345,7 +346,7 @@ impl fmt::Display for Convergence {
 /// ```
 pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    steps: &[AorStep],
+    steps: &[Aor<T>],
 ) -> Convergence {
     let all = Steps::new(problem, steps);
     // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched for once.
@@ -355,8 +356,10 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
     {
         // An H₊-matrix A follows from C, which is ⟨A⟩ where these two hold.
         let hypotheses = [signs_and_sizes(problem), omega_large(problem)];
-        let plain = |s: &AorStep| s.a == steps[0].a && s.a[1] > 0.0 && !s.accelerated;
-        let paper = steps.iter().all(plain)
+        let [pair, _] = steps[0].pairs();
+        let plain = |step: &Aor<T>| step.pairs()[0] == pair && !step.is_accelerated();
+        let paper = pair[1] > T::zero()
+            && steps.iter().all(plain)
             && hypotheses.iter().all(Answer::is_yes)
             && is_h_plus(problem.b()).is_yes();
         let proof = if paper { Proof::Theorem2 } else { Proof::Relaxed };
@@ -380,19 +383,23 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// for 0 ≤ β ≤ α, and always in the other one.
 fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    steps: &[AorStep],
+    steps: &[Aor<T>],
 ) -> Answer {
-    let fits = |step: &AorStep, [alpha, beta]: [f64; 2], i: usize, j: usize, entry: f64| {
-        let passed = if step.backward { j > i } else { j < i };
-        let holds = if i == j { alpha <= 1.0 } else { !passed || 0.0 <= beta && beta <= alpha };
-        entry == 0.0 || alpha > 0.0 && holds
-    };
     for step in steps {
-        if step.accelerated || !step.defined() {
-            return Answer::No(Failure::Parameter("finite ones of a step of MMS or TMMS"));
+        if step.is_accelerated() {
+            return Answer::No(Failure::Parameter("those of a step of MMS or TMMS"));
         }
-        let of_a = all_entries(problem.a(), |i, j, entry| fits(step, step.a, i, j, entry));
-        let of_b = all_entries(problem.b(), |i, j, entry| fits(step, step.b, i, j, entry));
+        let fits = |[alpha, beta]: [T; 2], i: usize, j: usize, entry: f64| {
+            entry == 0.0
+                || if i == j {
+                    alpha <= T::one()
+                } else {
+                    !step.precedes(j, i) || T::zero() <= beta && beta <= alpha
+                }
+        };
+        let [of_a, of_b] = step.pairs();
+        let of_a = all_entries(problem.a(), |i, j, entry| fits(of_a, i, j, entry));
+        let of_b = all_entries(problem.b(), |i, j, entry| fits(of_b, i, j, entry));
         for answer in [of_a, of_b] {
             if !answer.is_yes() {
                 return answer;
@@ -417,7 +424,7 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
                 return;
             }
             let a = of_a.binary_search_by_key(&column, |a| a.0).map_or(0.0, |at| of_a[at].1);
-            let size = compare_product(b.abs(), wide(problem.omega().at(column)), a.abs());
+            let size = compare_product(b.abs(), problem.omega().entry(column).wide(), a.abs());
             // The product of the two might underflow.
             if a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0 || size.is_some_and(|order| order.is_gt()) {
                 first = Answer::No(Failure::Entry { row, column });
@@ -436,7 +443,8 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
 fn omega_large<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Answer {
     let omega = Weights::Given(problem.omega());
     for row in 0..problem.order() {
-        let [a, b] = [wide(problem.a().diagonal_entry(row)), wide(problem.b().diagonal_entry(row))];
+        let [a, b] =
+            [problem.a().diagonal_entry(row).wide(), problem.b().diagonal_entry(row).wide()];
         match compare_product(omega.at(row), b, a) {
             Some(order) if order.is_ge() && b > 0.0 => {}
             Some(_) => return Answer::No(Failure::Entry { row, column: row }),

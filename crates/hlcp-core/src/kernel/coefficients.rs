@@ -12,6 +12,12 @@ pub(crate) struct Relaxation<T> {
     pub(crate) triangle: T,
 }
 
+impl<T: Scalar> Relaxation<T> {
+    pub(crate) fn new([alpha, beta]: [T; 2]) -> Self {
+        Self { diagonal: alpha.recip(), triangle: beta / alpha }
+    }
+}
+
 /// The factors of `v` and of `|v|`.
 pub(super) type Pair<T> = [T; 2];
 

@@ -37,7 +37,7 @@ use self::{
     tile::{Edge, Worker},
 };
 use crate::{
-    Coefficients, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
+    Coefficients, FivePointView, Norms, Omega, Rhs, Scalar,
     norms::{Meter, Tally},
     team::{self, Breaker, Claims, Sum, Turns},
 };
@@ -64,19 +64,21 @@ pub(crate) struct Sweep<'a, T> {
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
-    /// The sweep over a problem whose operators are five-point ones on one grid.
-    pub(crate) fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
-        problem: &'a Hlcp<T, A, B>,
-    ) -> Option<Self> {
-        let (a, b) = (problem.a().as_five_point()?, problem.b().as_five_point()?);
-        let [nx, ny] = problem.grid().ok()?;
-        let omega = match problem.omega() {
+    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points; `q_factor` is what
+    /// multiplies `q` in F.
+    pub(crate) fn new(
+        [nx, ny]: [usize; 2],
+        [a, b]: [FivePointView<'a, T>; 2],
+        omega: &'a Omega<T>,
+        [gamma, q_factor]: [T; 2],
+        parallel: bool,
+    ) -> Self {
+        let omega = match omega {
             Omega::Uniform(omega) => Coefficients::Constant(*omega),
             Omega::Each(omega) => Coefficients::Each(omega),
         };
         let grid = Grid { nx, ny, backward: false, red_black: false };
-        let (gamma, q_factor) = (problem.gamma(), problem.q_factor());
-        Some(Self { grid, a, b, omega, gamma, q_factor, parallel: problem.is_parallel() })
+        Self { grid, a, b, omega, gamma, q_factor, parallel }
     }
 
     /// The same sweep in the given direction, in lexicographic or in red–black order.

@@ -8,7 +8,7 @@ use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoin
 /// A number in −1..1 without pattern.
 fn noise<T: Scalar>(seed: usize) -> T {
     let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    T::from((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0).expect("a small number")
+    T::of((mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0)
 }
 
 fn list<T: Scalar>(n: usize, seed: usize) -> Vec<T> {
@@ -111,9 +111,10 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     q: &[T],
     x: &[T],
 ) {
-    let to = |v: f64| T::from(v).expect("a small number");
-    let relaxation = [[0.9, 1.1], [0.8, 0.7]]
-        .map(|[diagonal, triangle]| Relaxation { diagonal: to(diagonal), triangle: to(triangle) });
+    let relaxation = [[0.9, 1.1], [0.8, 0.7]].map(|[diagonal, triangle]| Relaxation {
+        diagonal: T::of(diagonal),
+        triangle: T::of(triangle),
+    });
     let lexicographic = sweep.directed(BACKWARD, false);
     let expected = point_by_point::<T, BACKWARD, ACCELERATED>(&lexicographic, relaxation, q, x);
     everywhere::<T, ACCELERATED>(lexicographic, relaxation, q, x, &expected);
@@ -163,21 +164,20 @@ fn pools() -> &'static [rayon::ThreadPool] {
 
 fn agrees_in_all_ways<T: Scalar>(nx: usize, ny: usize) {
     let n = nx * ny;
-    let to = |v: f64| T::from(v).expect("a small number");
     let (q, x) = (list::<T>(n, 1), list::<T>(n, 2));
-    let stencil = |c: [f64; 5]| FivePoint::new(nx, ny, c.map(to)).expect("a grid");
+    let stencil = |c: [f64; 5]| FivePoint::new(nx, ny, c.map(T::of)).expect("a grid");
     let varying = |centre: f64, seed| {
         let row = |i, j| {
             let around = noise::<T>(seed + 3 * i + 11 * j);
-            [around, to(0.3), to(centre) + around, to(-0.7) * around, to(-0.2)]
+            [around, T::of(0.3), T::of(centre) + around, T::of(-0.7) * around, T::of(-0.2)]
         };
         VaryingFivePoint::from_fn(nx, ny, row).expect("a grid")
     };
     let (a, b) = (stencil([-1.1, -0.9, 5.0, -0.7, 1.3]), stencil([0.2, -1.2, 4.0, 0.6, -0.4]));
     let (va, vb) = (varying(5.0, 3), varying(4.0, 4));
-    let uniform = || Omega::Uniform(to(1.3));
-    let each = || Omega::Each(list::<T>(n, 5).iter().map(|&w| to(1.5) + w).collect());
-    let gamma = to(1.7);
+    let uniform = || Omega::Uniform(T::of(1.3));
+    let each = || Omega::Each(list::<T>(n, 5).iter().map(|&w| T::of(1.5) + w).collect());
+    let gamma = T::of(1.7);
     four(&a, &b, uniform(), gamma, &q, &x);
     four(&a, &b, each(), gamma, &q, &x);
     four(&va, &b, uniform(), gamma, &q, &x);
@@ -194,7 +194,7 @@ fn four<T: Scalar>(
     x: &[T],
 ) {
     let problem = Hlcp::new(a, b, omega).and_then(|p| p.with_gamma(gamma)).expect("a problem");
-    let sweep = Sweep::new(&problem).expect("five-point operators");
+    let sweep = problem.sweep().expect("five-point operators");
     agrees::<T, false, false>(sweep, q, x);
     agrees::<T, false, true>(sweep, q, x);
     agrees::<T, true, false>(sweep, q, x);

@@ -190,7 +190,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// The norms of `A z − B r + q` at `x`.
     fn norms(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         let gamma = self.problem.gamma();
-        Norms::of(self.equation(q).defect(x)).over(gamma)
+        Norms::of(self.equation(q).defect(x)).divided_by(gamma)
     }
 
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
@@ -262,7 +262,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
             }
         }
         (self.pace, self.kept) = (pace, kept);
-        norms.over(gamma)
+        norms.divided_by(gamma)
     }
 }
 

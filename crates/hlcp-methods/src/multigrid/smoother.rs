@@ -91,7 +91,7 @@ impl<'a, T: Scalar> Pair<'a, T> {
             for (what, factor) in [("diagonal of 2A", a), ("diagonal of 2BΩ", b)] {
                 let positive = factor > T::zero() && factor.is_finite();
                 if !positive || !factor.recip().is_finite() {
-                    let value = factor.to_f64().unwrap_or(f64::NAN);
+                    let value = factor.wide();
                     return Err(Error::NotPositive { what, index: k, value });
                 }
             }

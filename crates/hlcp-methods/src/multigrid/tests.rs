@@ -245,7 +245,7 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
         next = coarser(&level.problem, level.grid(), &Rediscretise).unwrap();
         levels.push(level);
     }
-    let omega = (0..n).map(|i| problem.omega().at(i)).collect();
+    let omega = (0..n).map(|i| problem.omega().entry(i)).collect();
     let mut grids = vec![(grid, Oracle { a: dense(problem.a()), b: dense(problem.b()), omega })];
     for level in &levels {
         let (p, (fine, above)) = (&level.problem, &grids[grids.len() - 1]);

@@ -27,7 +27,7 @@ impl<T: Scalar> Axis<T> {
             _ => fine / 2 - 1,
         };
         let (fine_cells, coarse_cells) = (fine + 1, coarse + 1);
-        let number = |v: usize| T::from(v).unwrap_or_else(T::nan);
+        let number = |v: usize| T::of(v as f64);
         // Fine node i is i/(fine + 1) along; in coarse spacings i (coarse + 1)/(fine + 1).
         let place = |i: usize| {
             let (whole, rest) = (i * coarse_cells / fine_cells, i * coarse_cells % fine_cells);
@@ -83,7 +83,7 @@ impl<T: Scalar> Axis<T> {
         let count = self.coarse.min(4);
         // Of the nodes below − 2 to below + 1, those of the axis.
         let first = below.saturating_sub(2).min(self.coarse - count);
-        let number = |v: usize| T::from(v).unwrap_or_else(T::nan);
+        let number = |v: usize| T::of(v as f64);
         let at = number(below) + rest;
         (first..first + count).map(move |node| {
             let others = (first..first + count).filter(|&other| other != node);

@@ -1,6 +1,6 @@
 use hlcp_core::{Error, FivePoint, Identity, Scalar};
 
-use super::{check, narrow, positive, wide};
+use super::{check, positive};
 
 /// An American put, one LCP a time step.
 ///
@@ -89,7 +89,7 @@ impl AmericanPut {
         let range = "less than 2^31";
         check("the number of grid points", points, points < 2f64.powi(31), range)?;
         let [west, centre, east] = self.row();
-        let a = [0.0, west, 1.0 + centre, east, 0.0].map(narrow);
+        let a = [0.0, west, 1.0 + centre, east, 0.0].map(T::of);
         let order = points as usize;
         Ok((FivePoint::new(order, 1, a)?, Identity { order }))
     }
@@ -114,9 +114,9 @@ impl AmericanPut {
         for i in 0..n {
             let pay = |i: usize| self.payoff(i as f64 - 1.0);
             let gain = half(pay(i), pay(i + 1), pay(i + 2));
-            let before = if i > 0 { wide(z[i - 1]) } else { 0.0 };
-            let (here, after) = (wide(z[i]), z.get(i + 1).map_or(0.0, |&z| wide(z)));
-            q[i] = narrow(if k < START {
+            let before = if i > 0 { z[i - 1].wide() } else { 0.0 };
+            let (here, after) = (z[i].wide(), z.get(i + 1).map_or(0.0, |&z| z.wide()));
+            q[i] = T::of(if k < START {
                 gain - here
             } else {
                 2.0 * gain - here + half(before, here, after)
@@ -141,7 +141,7 @@ impl AmericanPut {
             return (1.0 - spot).max(0.0);
         }
         let value = |i: usize| {
-            let z = if (1..=n).contains(&i) { wide(z[i - 1]) } else { 0.0 };
+            let z = if (1..=n).contains(&i) { z[i - 1].wide() } else { 0.0 };
             self.payoff(i as f64 - 1.0) + z
         };
         let i = nearest as usize;

@@ -2,7 +2,7 @@ use std::f64::consts::{PI, TAU};
 
 use hlcp_core::{Error, Scalar, VaryingFivePoint};
 
-use super::{check, narrow, positive, wide};
+use super::{check, positive};
 
 /// `A`, `B` and `q`.
 type Film<T> = (VaryingFivePoint<'static, T>, VaryingFivePoint<'static, T>, Vec<T>);
@@ -80,7 +80,7 @@ impl Bearing2d {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove finite; [`Error::Empty`]
+    /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove finite; [`Error::Grid`]
     /// for a grid without points; [`Error::NotFinite`] for an aspect whose square overflows or vanishes.
     pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
@@ -89,14 +89,14 @@ impl Bearing2d {
         let hy = self.spacing()[1];
         let a = VaryingFivePoint::from_fn(self.nx, self.ny, |i, _| {
             let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
-            [-along, -west, west + east + 2.0 * along, -east, -along].map(narrow)
+            [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
         })?;
         let b = VaryingFivePoint::from_fn(self.nx, self.ny, |i, _| {
-            [0.0, -hy * self.face(i), hy * self.face(i + 1), 0.0, 0.0].map(narrow)
+            [0.0, -hy * self.face(i), hy * self.face(i + 1), 0.0, 0.0].map(T::of)
         })?;
         let wedge = |k: usize| {
             let i = k % self.nx;
-            narrow(hy * (self.face(i + 1) - self.face(i)))
+            T::of(hy * (self.face(i + 1) - self.face(i)))
         };
         Ok((a, b, (0..self.nx * self.ny).map(wedge).collect()))
     }
@@ -156,8 +156,8 @@ impl Bearing2d {
         let mut load = [0.0; 2];
         for (k, &z) in z.iter().enumerate() {
             let (sin, cos) = self.angle((k % self.nx) as f64).sin_cos();
-            load[0] -= wide(z) * cos * hx * hy;
-            load[1] += wide(z) * sin * hx * hy;
+            load[0] -= z.wide() * cos * hx * hy;
+            load[1] += z.wide() * sin * hx * hy;
         }
         load
     }
@@ -234,12 +234,12 @@ impl Bearing2d {
         let [mut drawn, mut returned, mut ends] = [0.0; 3];
         for j in 0..ny {
             let last = (j + 1) * nx - 1;
-            drawn += hy * self.face(0) - self.around(0) * wide(z[j * nx]);
+            drawn += hy * self.face(0) - self.around(0) * z[j * nx].wide();
             returned +=
-                hy * (1.0 - wide(r[last])) * self.face(nx) + self.around(nx) * wide(z[last]);
+                hy * (1.0 - r[last].wide()) * self.face(nx) + self.around(nx) * z[last].wide();
         }
         for i in 0..nx {
-            ends += self.along(i) * (wide(z[i]) + wide(z[(ny - 1) * nx + i]));
+            ends += self.along(i) * (z[i].wide() + z[(ny - 1) * nx + i].wide());
         }
         [drawn, returned, ends]
     }

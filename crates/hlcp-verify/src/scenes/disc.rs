@@ -1,6 +1,6 @@
 use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 
-use super::{Posed, narrow};
+use super::Posed;
 
 /// A contact in a disc: hard for every splitting method, with a known answer.
 ///
@@ -39,7 +39,7 @@ impl Disc {
     /// [`Error`] for a grid without nodes.
     pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         let stencil =
-            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(narrow));
+            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(T::of));
         let a = stencil([-1.0, -1.0, 4.0, -1.0, -1.0])?;
         let b = if self.lcp { [0.0, 0.0, 1.0, 0.0, 0.0] } else { [0.0, -1.0, 4.0, -1.0, 0.0] };
         let b = stencil(b)?;
@@ -49,8 +49,8 @@ impl Disc {
             0.16 - x * x - y * y
         };
         let force = if self.lcp { 10.0 * h * h } else { 1.0 };
-        let z = (0..a.order()).map(|k| narrow(20.0 * disc(k).max(0.0).powi(2))).collect();
-        let r = (0..a.order()).map(|k| narrow(force * (-disc(k)).max(0.0))).collect();
+        let z = (0..a.order()).map(|k| T::of(20.0 * disc(k).max(0.0).powi(2))).collect();
+        let r = (0..a.order()).map(|k| T::of(force * (-disc(k)).max(0.0))).collect();
         Ok(Posed::new(a, b, z, r))
     }
 }

@@ -1,7 +1,5 @@
 use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 
-use super::narrow;
-
 /// The paper's Examples 1 and 2: a pair of stencils on an `m × m` grid.
 ///
 /// With `S` tridiagonal, Example 1 (symmetric) has
@@ -118,11 +116,11 @@ impl Example {
     ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         let [lower, upper] = if self.symmetric { [-1.0, -1.0] } else { [-1.5, -0.5] };
         let stencil =
-            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(narrow));
+            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(T::of));
         let a = stencil([lower, lower, 4.0 + self.mu, upper, upper])?;
         let b = stencil([0.0, lower, 4.0 + self.nu, upper, 0.0])?;
         let alternating = |odd| {
-            let entry = |i| if (i % 2 == 1) == odd { narrow(value(i)) } else { T::zero() };
+            let entry = |i| if (i % 2 == 1) == odd { T::of(value(i)) } else { T::zero() };
             (0..a.order()).map(entry).collect::<Vec<T>>()
         };
         let (z, r) = (alternating(true), alternating(false));

@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use hlcp_core::{Error, Identity, Scalar, VaryingFivePoint};
 
-use super::{check, narrow, positive, wide};
+use super::{check, positive};
 
 /// The pressure in a journal bearing that cannot pull: the LCP of the optimisers' test sets.
 ///
@@ -59,7 +59,7 @@ impl JournalBearing {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Empty`] for a grid without
+    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Grid`] for a grid without
     /// points.
     pub fn pose<T: Scalar>(
         &self,
@@ -68,10 +68,10 @@ impl JournalBearing {
         positive("b", self.b)?;
         let a = VaryingFivePoint::from_fn(self.nx, self.ny, |i, _| {
             let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
-            [-along, -west, west + east + 2.0 * along, -east, -along].map(narrow)
+            [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
         })?;
         let order = self.nx * self.ny;
-        let q = (0..order).map(|k| narrow(-self.push(k % self.nx))).collect();
+        let q = (0..order).map(|k| T::of(-self.push(k % self.nx))).collect();
         Ok((a, Identity { order }, q))
     }
 
@@ -127,7 +127,7 @@ impl JournalBearing {
         // Zero on the boundary, which is where an index of 0 leads.
         let at = |i: usize, j: usize| {
             let inside = (1..=nx).contains(&i) && (1..=ny).contains(&j);
-            if inside { wide(z[(j - 1) * nx + i - 1]) } else { 0.0 }
+            if inside { z[(j - 1) * nx + i - 1].wide() } else { 0.0 }
         };
         let mut sum = 0.0;
         for j in 0..=ny {

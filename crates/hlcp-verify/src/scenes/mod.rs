@@ -1,8 +1,6 @@
 //! Problems with known answers, each a few numbers that define it.
 
-use hlcp_core::{Error, Scalar};
-
-use crate::comparison::wide;
+use hlcp_core::Error;
 
 mod american_put;
 mod bearing2d;
@@ -28,9 +26,4 @@ fn check(name: &'static str, value: f64, inside: bool, range: &'static str) -> R
 /// Refuses a parameter that is not positive and finite.
 fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     check(name, value, value > 0.0 && value.is_finite(), "positive and finite")
-}
-
-/// The nearest number of precision `T`.
-fn narrow<T: Scalar>(value: f64) -> T {
-    T::from(value).unwrap_or_else(T::nan)
 }

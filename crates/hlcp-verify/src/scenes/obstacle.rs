@@ -1,6 +1,6 @@
 use hlcp_core::{Error, FivePoint, Identity, Norms, Scalar};
 
-use super::{check, narrow, wide};
+use super::check;
 
 /// A membrane over a dome, with a radial exact solution: PETSc's obstacle problem.
 ///
@@ -67,7 +67,7 @@ impl Obstacle {
     pub fn pose<T: Scalar>(&self) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
         check("m", self.m as f64, self.m >= 3, "at least 3 nodes a side")?;
         let inner = self.m - 2;
-        let a = FivePoint::new(inner, inner, [-1.0, -1.0, 4.0, -1.0, -1.0].map(narrow))?;
+        let a = FivePoint::new(inner, inner, [-1.0, -1.0, 4.0, -1.0, -1.0].map(T::of))?;
         let q = |k: usize| {
             let [i, j] = [k % inner + 1, k / inner + 1];
             let around = [[i, j - 1], [i - 1, j], [i + 1, j], [i, j + 1]];
@@ -80,7 +80,7 @@ impl Obstacle {
                     Self::dome(x, y)
                 }
             };
-            narrow(4.0 * known([i, j]) - around.map(known).iter().sum::<f64>())
+            T::of(4.0 * known([i, j]) - around.map(known).iter().sum::<f64>())
         };
         Ok((a, Identity { order: inner * inner }, (0..inner * inner).map(q).collect()))
     }
@@ -114,7 +114,7 @@ impl Obstacle {
         assert_eq!(z.len(), inner * inner, "a height for each inner node");
         let error = |(k, &z): (usize, &T)| {
             let [x, y] = self.node(k % inner + 1, k / inner + 1);
-            (Self::dome(x, y) + wide(z) - Self::exact(x, y)).abs()
+            (Self::dome(x, y) + z.wide() - Self::exact(x, y)).abs()
         };
         let errors: Vec<f64> = z.iter().enumerate().map(error).collect();
         [errors.iter().sum::<f64>() / (self.m * self.m) as f64, Norms::of(&errors).linf]

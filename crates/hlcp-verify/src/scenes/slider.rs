@@ -1,7 +1,5 @@
 use hlcp_core::{Error, Norms, Rows, Scalar, Tridiagonal};
 
-use super::narrow;
-
 /// The paper's Example 3 in kind: the convergent–divergent slider of the lubrication literature.
 ///
 /// Between a fixed parabolic pad `h(x) = h_min + (h_max − h_min)(2x/L − 1)²` and a plane moving at speed
@@ -86,14 +84,14 @@ impl Slider {
         let a = Tridiagonal::new(order, move |i| {
             let conductance = |node: f64| slider.gap(node).powi(3) * (cells * cells);
             let [west, east] = [i as f64 + 0.5, i as f64 + 1.5].map(conductance);
-            [-west, west + east, -east].map(narrow)
+            [-west, west + east, -east].map(T::of)
         })?;
         let b = Tridiagonal::new(order, move |i| {
             let [before, here] = [i as f64, i as f64 + 1.0].map(|node| slider.gap(node) * cells);
-            [-before, here, 0.0].map(narrow)
+            [-before, here, 0.0].map(T::of)
         })?;
         let wedge = |i| (slider.gap(i as f64 + 1.0) - slider.gap(i as f64)) * cells;
-        Ok((a, b, (0..order).map(|i| narrow(wedge(i))).collect()))
+        Ok((a, b, (0..order).map(|i| T::of(wedge(i))).collect()))
     }
 
     /// `H` at a node, counted from the inlet at 0 to the outlet at `N`.

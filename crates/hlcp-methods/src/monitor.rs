@@ -19,7 +19,7 @@ const ROUNDING: f64 = 64.0;
 
 /// Why an iteration should go no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Alarm {
+pub(crate) enum Stop {
     Diverging(Divergence),
     Resting,
     Repeating { period: usize },
@@ -27,7 +27,7 @@ pub(crate) enum Alarm {
 
 /// The history of one iteration, in a few numbers.
 #[derive(Debug, Clone)]
-pub(crate) struct Watch<T> {
+pub(crate) struct Monitor<T> {
     scale: f64,
     /// Whether an iterate that comes back need not come back for ever.
     remembers: bool,
@@ -66,7 +66,7 @@ impl Mark {
     }
 }
 
-impl<T: Scalar> Watch<T> {
+impl<T: Scalar> Monitor<T> {
     pub(crate) fn new() -> Self {
         Self {
             scale: 0.0,
@@ -105,15 +105,15 @@ impl<T: Scalar> Watch<T> {
     }
 
     /// Looks at iterate `k`, its residual and the step that leads on from it.
-    pub(crate) fn alarm(&mut self, k: usize, residual: f64, x: &[T], next: &[T]) -> Option<Alarm> {
+    pub(crate) fn stop(&mut self, k: usize, residual: f64, x: &[T], next: &[T]) -> Option<Stop> {
         if !residual.is_finite() {
             let entry = x.iter().position(|x| !x.is_finite());
             let divergence =
                 entry.map_or(Divergence::Residual, |index| Divergence::Entry { index });
-            return Some(Alarm::Diverging(divergence));
+            return Some(Stop::Diverging(divergence));
         }
         if residual > GROWTH * self.scale {
-            return Some(Alarm::Diverging(Divergence::Growth));
+            return Some(Stop::Diverging(Divergence::Growth));
         }
         let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
@@ -123,13 +123,13 @@ impl<T: Scalar> Watch<T> {
             // Also within an iteration: two steps may undo each other.
             let resting = || !self.moved && moves_by_rounding(x, next);
             if x == self.anchor && resting() {
-                return Some(Alarm::Resting);
+                return Some(Stop::Resting);
             }
             if x == self.anchor && !self.remembers {
-                return Some(Alarm::Repeating { period: k - at });
+                return Some(Stop::Repeating { period: k - at });
             }
             if quiet > PATIENCE && k == at + 1 && resting() {
-                return Some(Alarm::Resting);
+                return Some(Stop::Resting);
             }
             if k - at > self.mark.span {
                 self.anchored_at = None;
@@ -150,5 +150,5 @@ fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T]) -> bool {
     let largest = |max: T, v: T| max.max(v.abs());
     let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
     let size = x.iter().copied().fold(T::zero(), largest);
-    T::from(ROUNDING).is_some_and(|rounding| moved <= rounding * T::epsilon() * size)
+    moved <= T::of(ROUNDING) * T::epsilon() * size
 }
