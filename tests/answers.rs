@@ -8,8 +8,8 @@ use std::{
 };
 
 use hlcp_core::{
-    Aor, Correction, Diagonal, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows,
-    Scaled, Splitting, Step,
+    Aor, Diagonal, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows, Scaled, Splitting,
+    SplittingFn, SplittingStep, Step,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
@@ -113,8 +113,8 @@ fn inner_solves_end_with_the_time() {
     let a = Counted { of: a, products: &products };
     let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
     let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-    let weak = FromFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
-    let mut solver = Solver::new(Newton::new(gs, Correction(weak)));
+    let weak = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+    let mut solver = Solver::new(Newton::new(gs, SplittingStep(weak)));
     let q: Vec<f64> = (0..m * m).map(|k| (0.01 * k as f64).sin() - 0.3).collect();
     let limits = Limits { iterations: 1, ..Limits::default() };
     let whole = solver.solve(&q, limits).unwrap();
@@ -215,11 +215,11 @@ fn boxed_steps_and_splittings_keep_their_sweeps() {
 
     let problem =
         || Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
-    let step: Box<dyn Step<f64, Identity, Identity>> = Box::new(Correction(&Twice));
+    let step: Box<dyn Step<f64, Identity, Identity>> = Box::new(SplittingStep(&Twice));
     let splitting: Box<dyn Splitting<f64>> = Box::new(Twice);
     for outcome in [
         Solver::new(Mms::new(problem(), step).unwrap()).solve(&[-3.0], Limits::default()),
-        Solver::new(Mms::new(problem(), Correction(splitting)).unwrap())
+        Solver::new(Mms::new(problem(), SplittingStep(splitting)).unwrap())
             .solve(&[-3.0], Limits::default()),
     ] {
         let outcome = outcome.unwrap();

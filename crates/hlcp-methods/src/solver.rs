@@ -198,88 +198,121 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// Iterates until the limits, the observer or the iterates say stop, and leaves the answer in
     /// `x`, `z` and `r`.
     fn iterate(&mut self, q: &Rhs<'_, T>, test: &mut Test, pace: &mut Pace<'_, '_, T>) -> End {
-        let limits = pace.limits;
         self.method.restart();
-        self.monitor.begin(limits.norm.of(q.norms()), self.method.has_memory());
+        self.monitor.begin(pace.limits.norm.of(q.norms()), self.method.has_memory());
         self.history.clear();
         let mut answer = 0;
         for k in 0_usize.. {
             // The work that led here: the look at the last iterate is a step that leads nowhere.
             let work = self.method.work().unwrap_or(Work::sweeps(k));
-            // Between powers of four an older size serves, until something passes.
-            if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
-                test.renew(self.method.problem(), q, &self.x);
-            }
-            let looked = self.method.residual(q, &self.x);
-            let mut norms = looked.unwrap_or(UNKNOWN);
-            let mut stepped = looked.is_none_or(|norms| !test.is_near(k, norms));
-            if stepped {
-                norms = self.step(k, q, norms, pace);
-            }
-            let mut lost = false;
-            if test.is_near(k, norms) {
-                let problem = self.method.problem();
-                match test.judge(problem, q, &self.x, norms, &mut self.scratch) {
-                    Ok(bound) => {
-                        // z and r take the room of the next and of the best iterate.
-                        let measured = self.recover(q);
-                        if let Some(residual) = test.confirm(measured, bound) {
-                            self.note(k, norms, pace);
-                            let status = Status::Converged;
-                            return End { status, iterations: k, answer: k, work, residual };
-                        }
-                        (norms, lost, stepped) = (measured, true, false);
-                        self.best.copy_from_slice(&self.x);
-                    }
-                    Err(bound) => {
-                        test.refused(k, bound);
-                        norms = bound;
-                    }
-                }
-            }
-            if !stepped {
-                let _ = self.step(k, q, norms, pace);
+            let Look { norms, accepted, lost } = self.look(k, q, test, pace);
+            if let Some(residual) = accepted {
+                self.note(k, norms, pace);
+                let status = Status::Converged;
+                return End { status, iterations: k, answer: k, work, residual };
             }
             // A step that was cut short leaves nothing that means anything in `next`.
-            let cut = pace.ended;
-            let residual = limits.norm.of(norms);
-            let best = self.monitor.is_best(k, residual, lost);
+            let cut = pace.ended.is_some();
+            let best = self.monitor.is_best(k, pace.limits.norm.of(norms), lost);
             if best {
                 answer = k;
             }
             self.note(k, norms, pace);
-            let stop = || self.monitor.stop(k, residual, &self.x, &self.next);
-            let status = match cut.map_or_else(stop, |_| None) {
-                Some(Stop::Diverging(divergence)) => Status::Diverged(divergence),
-                Some(Stop::Resting) => Status::Stagnated,
-                Some(Stop::Repeating { period }) => Status::Cycling { period },
-                None if test.is_hidden() || self.is_at_rounding(k, q) => Status::Stagnated,
-                None if pace.ended == Some(Status::Stopped) => Status::Stopped,
-                None if k >= limits.iterations => Status::IterationLimit,
-                None => match pace.ended {
-                    Some(status) => status,
-                    None => {
-                        self.advance(q, best);
-                        continue;
-                    }
-                },
+            let Some(status) = self.ends(k, q, norms, cut, test, pace) else {
+                self.advance(q, best);
+                continue;
             };
             if !best {
                 std::mem::swap(&mut self.x, &mut self.best);
             }
-            let measured = self.recover(q);
-            let problem = self.method.problem();
-            let (status, residual) = if test.is_near(usize::MAX, measured) {
-                match test.judge(problem, q, &self.x, measured, &mut self.scratch) {
-                    Ok(_) => (Status::Converged, measured),
-                    Err(bound) => (status, bound),
-                }
-            } else {
-                (status, measured)
-            };
+            let (status, residual) = self.settle(q, test, status);
             return End { status, iterations: k, answer, work, residual };
         }
         unreachable!("the iteration limit ends the loop")
+    }
+
+    /// Measures iterate `k`, which is in `x`, takes the step from it to `next`, and judges whether `x`
+    /// is the answer: then `z` and `r` have taken the room of `next` and `best`.
+    fn look(
+        &mut self,
+        k: usize,
+        q: &Rhs<'_, T>,
+        test: &mut Test,
+        pace: &mut Pace<'_, '_, T>,
+    ) -> Look {
+        // Between powers of four an older size of the terms serves, until something passes.
+        if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
+            test.renew(self.method.problem(), q, &self.x);
+        }
+        // A method whose steps are long may know the residual beforehand.
+        let known = self.method.residual(q, &self.x);
+        let (mut norms, stepped) = match known.filter(|&norms| test.is_near(k, norms)) {
+            Some(norms) => (norms, false),
+            None => (self.step(k, q, known.unwrap_or(UNKNOWN), pace), true),
+        };
+        if !test.is_near(k, norms) {
+            return Look { norms, accepted: None, lost: false };
+        }
+        let problem = self.method.problem();
+        let mut lost = false;
+        match test.judge(problem, q, &self.x, norms, &mut self.scratch) {
+            Ok(bound) => {
+                let measured = self.recover(q);
+                let accepted = test.confirm(measured, bound);
+                if accepted.is_some() {
+                    return Look { norms, accepted, lost };
+                }
+                // The product of an operator is not that of its rows: what was measured before was
+                // no residual, so x is as good as any.
+                (norms, lost) = (measured, true);
+                self.best.copy_from_slice(&self.x);
+            }
+            Err(bound) => {
+                test.refused(k, bound);
+                norms = bound;
+            }
+        }
+        if lost || !stepped {
+            let _ = self.step(k, q, norms, pace);
+        }
+        Look { norms, accepted: None, lost }
+    }
+
+    /// Returns how the iteration ends at iterate `k`, if it does.
+    fn ends(
+        &mut self,
+        k: usize,
+        q: &Rhs<'_, T>,
+        norms: Norms,
+        cut: bool,
+        test: &Test,
+        pace: &Pace<'_, '_, T>,
+    ) -> Option<Status> {
+        let residual = pace.limits.norm.of(norms);
+        let alarm = if cut { None } else { self.monitor.stop(k, residual, &self.x, &self.next) };
+        match alarm {
+            Some(Stop::Diverging(divergence)) => Some(Status::Diverged(divergence)),
+            Some(Stop::Resting) => Some(Status::Stagnated),
+            Some(Stop::Repeating { period }) => Some(Status::Cycling { period }),
+            None if test.is_hidden() || self.is_at_rounding(k, q) => Some(Status::Stagnated),
+            None if pace.ended == Some(Status::Stopped) => Some(Status::Stopped),
+            None if k >= pace.limits.iterations => Some(Status::IterationLimit),
+            None => pace.ended,
+        }
+    }
+
+    /// Recovers `z` and `r` of a solve that ends without having converged; returns the status, which
+    /// is `Converged` after all if they meet the tolerance, and their residual.
+    fn settle(&mut self, q: &Rhs<'_, T>, test: &mut Test, status: Status) -> (Status, Norms) {
+        let measured = self.recover(q);
+        if !test.is_near(usize::MAX, measured) {
+            return (status, measured);
+        }
+        let problem = self.method.problem();
+        match test.judge(problem, q, &self.x, measured, &mut self.scratch) {
+            Ok(_) => (Status::Converged, measured),
+            Err(bound) => (status, bound),
+        }
     }
 
     /// Takes the step from `x` to `next`, while the limits and the observer let it.
@@ -339,6 +372,16 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
         problem.residual(q, &self.next, &self.best, &mut self.scratch)
     }
+}
+
+/// What a look at an iterate has shown.
+struct Look {
+    /// The norms of its residual: upper bounds on the exact ones if it was refused.
+    norms: Norms,
+    /// The residual to report, if the iterate is the answer.
+    accepted: Option<Norms>,
+    /// Whether the best iterate before it was lost.
+    lost: bool,
 }
 
 /// How an iteration ended.
