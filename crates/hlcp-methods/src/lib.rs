@@ -99,7 +99,7 @@ pub use method::{Method, Work};
 pub use mixed::solve_mixed;
 pub use mms::Mms;
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
-pub use named::{NameError, Named, Parameters};
+pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::{Jacobian, Newton};
 pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
