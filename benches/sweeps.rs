@@ -7,7 +7,8 @@
 //! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread unless said. The chart of
 //! the cost per point goes to `docs/charts/cost-per-point.{csv,svg}`.
 
-#[path = "../examples/chart/mod.rs"]
+#[path = "../crates/hlcp-cli/src/chart.rs"]
+#[allow(dead_code, reason = "one chart is drawn with a part of it")]
 mod chart;
 #[path = "../tests/common/counting.rs"]
 mod counting;
@@ -396,7 +397,7 @@ fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
     println!("\nns per point\n\n| m |{}\n|---{}|", lines(), "|---".repeat(kinds.len()));
     let mut series = vec![];
     for (style, (name, ..)) in kinds.iter().enumerate() {
-        series.push(chart::Series { name: (*name).to_owned(), style, points: vec![] });
+        series.push(chart::Series::by_number(name, style, vec![]));
     }
     let mut rows = vec![];
     for m in [64, 128, 256, 512, 1024, 2048, 4096, 8192] {

@@ -9,8 +9,6 @@
 //! x = 1/4 to 3/4, and is a parabola up to there, which second differences follow exactly. The program ends
 //! with an error if a solve does not find that.
 
-mod print;
-
 use std::error::Error;
 
 use hlcp_core::{
@@ -86,9 +84,7 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(), Box<dyn Error>> {
     let error =
         solver.z().iter().enumerate().map(|(i, z)| (z - height(i)).abs()).fold(0.0, f64::max);
     let contact = solver.r().iter().filter(|r| **r > 0.0).count();
-    print::line(format_args!(
-        "{name:<10} {outcome}; error {error:.1e}, {contact} of {n} points on the floor"
-    ))?;
+    println!("{name:<10} {outcome}; error {error:.1e}, {contact} of {n} points on the floor");
     if outcome.converged() && error < 1e-10 { Ok(()) } else { Err("a wrong answer".into()) }
 }
 

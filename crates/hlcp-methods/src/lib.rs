@@ -116,7 +116,7 @@ pub use mixed::solve_mixed;
 pub use mms::Mms;
 pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
-pub use named::{NameError, Named, Parameters};
+pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};

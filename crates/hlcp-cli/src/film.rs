@@ -1,0 +1,450 @@
+//! `hlcp film`: the pressure in a lubricating film of your own, and where it cavitates.
+//!
+//! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a semicolon or blanks, in units of
+//! your choice; lines that begin with `#` are passed over. Between two points the gap is a straight line, which is cut into pieces,
+//! none longer than 1/400 of the film unless `--refine` says how many. A plane moves below it with the given speed in the direction
+//! of x, the film is full at the first point, and both ends are at the ambient pressure. Written are a picture, `target/film.svg`,
+//! and the numbers, `target/film.csv`; printed are peak, load, friction, flow, and where the film ruptures and forms again.
+//!
+//! Without arguments it takes the pad of the library's slider, and ends with an error if peak or rupture are not the known ones.
+//!
+//! # What is solved
+//!
+//! The Reynolds equation with mass-conserving cavitation: with the pressure `p` above the cavitation pressure and the void
+//! fraction `r`, what flows is `Φ = ½U(1 − r)h − h³/(12μ) dp/dx`, the same everywhere, and `p, r ≥ 0`, `p r = 0`. Between two
+//! points `h` is a straight line, for which a full film's flux is known exactly: with the harmonic mean `H = 2h₁h₂/(h₁ + h₂)`,
+//!
+//! ```text
+//! Φ = ½U (1 − r) H − (p₂ − p₁) H h₁h₂/(12μ Δx) ,    r of the point before.
+//! ```
+//!
+//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B` bidiagonal, both M-matrices. Newton's
+//! method solves it in a few steps, from the solution at every other point.
+
+use std::{
+    error::Error,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use hlcp_core::{
+    Aor, Hlcp, Omega, Tridiagonal,
+    files::{self, FileError, excerpt, printable},
+};
+use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
+use hlcp_verify::Slider;
+
+use crate::{
+    chart::{self, Panel},
+    print, say,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp film
+  hlcp film pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039";
+const UNITS: &str = "Units";
+const CONDITIONS: &str = "Conditions";
+
+/// Compute pressure and cavitation in a lubricating film from a profile of its gap
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// A text file with two columns, x and h [default: a parabolic pad with a known answer]
+    #[arg(requires_all = ["speed", "viscosity"])]
+    profile: Option<PathBuf>,
+    /// The unit of x in metres
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 0.0254", ""))]
+    x_unit: f64,
+    /// The unit of h in metres
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 1e-6", ""))]
+    h_unit: f64,
+    /// The unit of pressures in pascals
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in pascals, e.g. 1e5", ""))]
+    p_unit: f64,
+    /// The speed of the plane in m/s
+    #[arg(long, help_heading = CONDITIONS, requires = "profile", allow_hyphen_values = true)]
+    #[arg(value_parser = positive(SPEED, "; if the plane moves against x, turn the profile round"))]
+    speed: Option<f64>,
+    /// The viscosity in Pa s
+    #[arg(long, help_heading = CONDITIONS, requires = "profile", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in Pa s, e.g. 0.039", ""))]
+    viscosity: Option<f64>,
+    /// The pressure at both ends, in units of --p-unit
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    ambient: f64,
+    /// The pressure at which the film cavitates, in units of --p-unit
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    cavitation: f64,
+    /// How many pieces each stretch between two points is cut into [default: none longer than 1/400 of the film]
+    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
+    refine: Option<u16>,
+    /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist
+    /// are replaced; refused are symbolic links, devices and the like, and the profile
+    #[arg(long, default_value = "target/film")]
+    out: PathBuf,
+}
+
+const SPEED: &str = "in m/s without the unit, e.g. 2 for 7.2 km/h";
+
+/// A parser of positive numbers that answers anything else with the unit, and a number that is not
+/// positive with a way out.
+fn positive(
+    unit: &'static str,
+    way_out: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        Ok(_) => Err(format!("not a positive number; {unit}{way_out}")),
+        Err(_) => Err(format!("not a positive number; {unit}")),
+    }
+}
+
+/// Gaps that are wider than this everywhere were hardly meant, in metres.
+const WIDE: f64 = 1e-3;
+
+/// Solves for the film, writes its picture and its numbers, and prints its figures.
+pub(crate) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+    // Both files are named by `with_extension`, which is to take no part of the name away.
+    arguments.out.as_mut_os_string().push(".svg");
+    let profile = match &arguments.profile {
+        Some(path) => {
+            let text = fs::read_to_string(path)
+                .map_err(|e| format!("{}: {e}", printable(path.display())))?;
+            spare(path, &arguments.out)?;
+            Profile::parse(path, &text)?
+        }
+        None => {
+            (arguments.x_unit, arguments.h_unit, arguments.p_unit) = (1e-3, 1e-6, 1e6);
+            Profile::parse(Path::new("pad.csv"), include_str!("../data/pad.csv"))?
+        }
+    };
+    let [svg, csv] = &["svg", "csv"].map(|extension| arguments.out.with_extension(extension));
+    if let Some(folder) = svg.parent() {
+        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", printable(folder.display())))?;
+    }
+    files::check_output(svg)?;
+    files::check_output(csv)?;
+    let profile = profile.refined(arguments.refine);
+    let film = Film::solve(&profile, &arguments)?;
+    // Before more is printed, because a reader that goes away ends the program.
+    let texts = film.drawn(&profile, &arguments);
+    files::write_together(&[(svg, &texts[0]), (csv, &texts[1])], |text, file| {
+        file.write_all(text.as_bytes())
+    })?;
+    film.report(&profile, &arguments)?;
+    let thin = profile.h.iter().copied().fold(f64::INFINITY, f64::min) * arguments.h_unit;
+    if thin > WIDE {
+        let length = (profile.x[profile.x.len() - 1] - profile.x[0]) * arguments.x_unit;
+        say(format!(
+            "warning: the gap is at least {thin} m and the film {length} m long; if these are \
+             other units, name them by --h-unit and --x-unit, e.g. --h-unit 1e-6 for \u{b5}m"
+        ));
+    }
+    let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
+    print::line(format_args!("wrote {svg} and {csv}"))?;
+    if arguments.profile.is_none() { film.check(&profile) } else { Ok(()) }
+}
+
+/// Refuses to write over the profile.
+fn spare(profile: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
+    let is_profile = |extension| files::same_file(&out.with_extension(extension), profile);
+    if !["svg", "csv"].into_iter().any(is_profile) {
+        return Ok(());
+    }
+    let (out, profile) = (out.with_extension(""), printable(profile.display()));
+    let out = printable(out.display());
+    Err(format!("--out {out} would overwrite the profile {profile}; give another name").into())
+}
+
+/// Points of a gap, in the user's units.
+struct Profile {
+    x: Vec<f64>,
+    h: Vec<f64>,
+}
+
+impl Profile {
+    /// The two columns of `text`, which was read from `path`.
+    fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
+        let fault = |line, reason| Err(FileError { path: path.to_owned(), line, reason });
+        let (mut x, mut h) = (vec![], vec![]);
+        let lines = text.trim_start_matches('\u{feff}').lines();
+        for (number, line) in
+            (1..).zip(lines).filter(|(_, line)| !line.trim_start().starts_with('#'))
+        {
+            let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
+            let words: Vec<&str> = line.split(separated).filter(|word| !word.is_empty()).collect();
+            let [place, gap] = words[..] else {
+                if words.is_empty() {
+                    continue;
+                }
+                return fault(
+                    Some(number),
+                    format!("{} columns where x and h are wanted", words.len()),
+                );
+            };
+            let mut values = [0.0; 2];
+            for (value, word) in values.iter_mut().zip([place, gap]) {
+                match word.parse() {
+                    Ok(number) if f64::is_finite(number) => *value = number,
+                    _ => {
+                        let hint = if x.is_empty() { "; begin a heading with #" } else { "" };
+                        return fault(
+                            Some(number),
+                            format!("'{}' is not a finite number{hint}", excerpt(word)),
+                        );
+                    }
+                }
+            }
+            let [place, gap] = values;
+            if let Some(last) = x.last().filter(|&&last| place <= last) {
+                let hint = if place == *last {
+                    "; for a step, put two points very close together"
+                } else {
+                    ""
+                };
+                return fault(
+                    Some(number),
+                    format!("x = {place} does not exceed the x before it, {last}{hint}"),
+                );
+            }
+            if gap <= 0.0 {
+                return fault(Some(number), format!("the gap h = {gap} is not positive"));
+            }
+            x.push(place);
+            h.push(gap);
+        }
+        if x.len() < 2 {
+            return fault(None, format!("a profile has at least 2 points, this one {}", x.len()));
+        }
+        Ok(Self { x, h })
+    }
+
+    /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of the film.
+    ///
+    /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane wedge is 7e-6 off if the gap
+    /// narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and a rupture is known to 1/400 of the film.
+    fn refined(self, refine: Option<u16>) -> Self {
+        let length = self.x[self.x.len() - 1] - self.x[0];
+        let by_length = |x: &[f64]| ((x[1] - x[0]) / length * 400.0).ceil().max(1.0) as usize;
+        let pieces: Vec<usize> =
+            self.x.windows(2).map(|x| refine.map_or_else(|| by_length(x), usize::from)).collect();
+        let cut = |v: &[f64]| -> Vec<f64> {
+            let inner = v.windows(2).zip(&pieces).flat_map(|(ends, &pieces)| {
+                (0..pieces).map(move |k| ends[0] + (ends[1] - ends[0]) * k as f64 / pieces as f64)
+            });
+            inner.chain(v.last().copied()).collect()
+        };
+        Self { x: cut(&self.x), h: cut(&self.h) }
+    }
+}
+
+/// A solution without units: pressure and void at the points, and what flows through the pieces.
+struct Pieces {
+    z: Vec<f64>,
+    r: Vec<f64>,
+    flow: Vec<f64>,
+}
+
+/// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both ends.
+fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn Error>> {
+    // Row i is the balance of point i + 1, between the pieces i and i + 1.
+    let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
+    let n = gap.len() - 1;
+    let c: Vec<f64> = (0..=n).map(|k| gap[k] * h[k] * h[k + 1] / (x[k + 1] - x[k])).collect();
+    let a = Tridiagonal::new(n, |i| [-c[i], c[i] + c[i + 1], -c[i + 1]])?;
+    let b = Tridiagonal::new(n, |i| [-gap[i], gap[i + 1], 0.0])?;
+    let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
+    q[0] -= c[0] * ends;
+    q[n - 1] -= c[n] * ends;
+
+    let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    let mut start = vec![1.0; n];
+    if n > 60 {
+        // A solution at every other point says where about the film is full.
+        let coarse = |v: &[f64]| -> Vec<f64> {
+            let kept = (0..v.len()).filter(|i| i % 2 == 0 || i + 1 == v.len());
+            kept.map(|i| v[i]).collect()
+        };
+        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends)?;
+        let fine = |v: &[f64]| -> Vec<f64> {
+            (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect()
+        };
+        problem.x_from_solution(&fine(&z), &fine(&r), &mut start);
+    }
+    let base = Mms::new(problem, Aor::gauss_seidel())?;
+    let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
+    let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-10) };
+    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;
+
+    let z = [&[ends], solver.z(), &[ends]].concat();
+    // The film is full at the inlet, and at the outlet if there is pressure.
+    let last = if ends > 0.0 { 0.0 } else { solver.r()[n - 1] };
+    let r = [&[0.0], solver.r(), &[last]].concat();
+    let flow = (0..=n).map(|k| (1.0 - r[k]) * gap[k] - c[k] * (z[k + 1] - z[k])).collect();
+    Ok((Pieces { z, r, flow }, outcome))
+}
+
+/// A solution at the points of a profile, in metres, pascals and seconds.
+struct Film {
+    x: Vec<f64>,
+    p: Vec<f64>,
+    /// The void fraction of the piece that begins at a point.
+    void: Vec<f64>,
+    /// The flow through each piece, by width.
+    flow: Vec<f64>,
+    friction: f64,
+}
+
+impl Film {
+    fn solve(profile: &Profile, arguments: &Arguments) -> Result<Self, Box<dyn Error>> {
+        if profile.x.len() < 3 {
+            return Err(
+                "there is no point between the ends to solve for; --refine 2 or more".into()
+            );
+        }
+        let speed = arguments.speed.unwrap_or(Slider::SPEED);
+        let viscosity = arguments.viscosity.unwrap_or(Slider::VISCOSITY);
+        let x: Vec<f64> = profile.x.iter().map(|x| x * arguments.x_unit).collect();
+        let h: Vec<f64> = profile.h.iter().map(|h| h * arguments.h_unit).collect();
+        // Lengths in those of the film, gaps in the smallest, pressures in 6μUL/h².
+        let length = x[x.len() - 1] - x[0];
+        let thin = h.iter().copied().fold(f64::INFINITY, f64::min);
+        let unit = 6.0 * viscosity * speed * length / (thin * thin);
+        let cavitation = arguments.cavitation * arguments.p_unit;
+        let ends = (arguments.ambient * arguments.p_unit - cavitation) / unit;
+        if !(ends >= 0.0 && ends.is_finite()) {
+            return Err("--ambient is below --cavitation, or not a finite number".into());
+        }
+        let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
+        let (Pieces { z, r: void, flow }, outcome) =
+            pieces(&scaled(&x, length), &scaled(&h, thin), ends)?;
+        print::line(format_args!("{} unknowns: {outcome}", x.len() - 2))?;
+        if !outcome.converged() {
+            return Err("no solution was found; --refine or a smoother profile may help".into());
+        }
+        let flow = flow.iter().map(|flow| flow * speed * thin / 2.0).collect();
+        let p: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
+        // On the plane, with the middle gap of each piece.
+        let shear = |k: usize| {
+            let middle = (h[k] + h[k + 1]) / 2.0;
+            (1.0 - void[k]) * viscosity * speed / middle * (x[k + 1] - x[k])
+                + middle / 2.0 * (p[k + 1] - p[k])
+        };
+        let friction = (0..x.len() - 1).map(shear).sum();
+        Ok(Self { x, p, void, flow, friction })
+    }
+
+    /// The point of the largest pressure.
+    fn peak(&self) -> usize {
+        (0..self.p.len()).fold(0, |peak, i| if self.p[i] > self.p[peak] { i } else { peak })
+    }
+
+    /// The points where a full film has ruptured, or a broken one has formed again; the front itself is at most a piece away.
+    fn fronts(&self, rupture: bool) -> Vec<usize> {
+        let full = |i: usize| self.void[i] == 0.0;
+        (1..self.x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != rupture).collect()
+    }
+
+    fn report(&self, profile: &Profile, arguments: &Arguments) -> io::Result<()> {
+        let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
+        let peak = self.peak();
+        print::line(format_args!(
+            "peak pressure     {:.6} {p} at x = {:.6} {x}",
+            self.p[peak] / arguments.p_unit,
+            profile.x[peak]
+        ))?;
+        let ambient = arguments.ambient * arguments.p_unit;
+        let over = |k: usize| (self.p[k] + self.p[k + 1]) / 2.0 - ambient;
+        let load: f64 = (0..self.flow.len()).map(|k| over(k) * (self.x[k + 1] - self.x[k])).sum();
+        print::line(format_args!("load              {load:.6e} N/m over the ambient pressure"))?;
+        print::line(format_args!("friction          {:.6e} N/m on the plane", self.friction))?;
+        for (front, rupture) in [("ruptures", true), ("forms again", false)] {
+            for i in self.fronts(rupture) {
+                let x_front = profile.x[i];
+                print::line(format_args!(
+                    "the film {front} at x = {x_front:.6} {x}, to within a piece"
+                ))?;
+            }
+        }
+        let [least, most] = [f64::min, f64::max]
+            .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        print::line(format_args!(
+            "flow              {most:.6e} m²/s, the same everywhere but for {:.1e}",
+            most - least
+        ))
+    }
+
+    /// The picture and the numbers, as SVG and CSV.
+    fn drawn(&self, profile: &Profile, arguments: &Arguments) -> [String; 2] {
+        let pressures: Vec<f64> = self.p.iter().map(|p| p / arguments.p_unit).collect();
+        let units = [(arguments.x_unit, "m"), (arguments.h_unit, "m"), (arguments.p_unit, "Pa")];
+        let [x, h, p] = units.map(|(value, base)| unit(value, base));
+        let rows: Vec<String> = (0..self.x.len())
+            .map(|i| format!("{},{},{},{}", profile.x[i], profile.h[i], pressures[i], self.void[i]))
+            .collect();
+        let csv = chart::csv(&format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows);
+
+        // No more points than can be seen.
+        let thin = self.x.len().div_ceil(600);
+        let line = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+            let drawn = (0..self.x.len()).filter(|i| i % thin == 0 || i + 1 == self.x.len());
+            drawn.map(|i| (profile.x[i], value(i))).collect()
+        };
+        let along = (profile.x[0], profile.x[self.x.len() - 1]);
+        let highest = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max);
+        let (low, high) = (arguments.cavitation, highest(&pressures));
+        let high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
+        let axes = [format!("x ({x})"), format!("p ({p})"), format!("h ({h})")];
+        let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], along, (low, high)).outline(
+            "pressure",
+            "#0072B2",
+            "",
+            &line(&|i| pressures[i]),
+        );
+        let gaps =
+            Panel::new("Film", [&axes[0], &axes[2]], along, (0.0, 1.05 * highest(&profile.h)))
+                .outline("gap h", "#000000", "", &line(&|i| profile.h[i]))
+                .outline(
+                    "filled, (1 − r) h",
+                    "#D55E00",
+                    "6 4",
+                    &line(&|i| (1.0 - self.void[i]) * profile.h[i]),
+                );
+        let caption = "Reynolds equation with mass-conserving cavitation";
+        [chart::svg(2, vec![pressure, gaps], caption), csv]
+    }
+
+    /// Holds the pad's peak and rupture against those of the continuous problem.
+    fn check(&self, profile: &Profile) -> Result<(), Box<dyn Error>> {
+        print::line(format_args!(
+            "known: peak {:.6} MPa, rupture at x = {:.6} mm",
+            Slider::PEAK * 1e-6,
+            Slider::RUPTURE * 1e3
+        ))?;
+        // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap; 1e-3 is room.
+        let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
+        let near = |i: usize| (self.x[i] - Slider::RUPTURE).abs() <= self.x[i] - self.x[i - 1];
+        let rupture = matches!(self.fronts(true)[..], [i] if near(i));
+        if peak && rupture {
+            Ok(())
+        } else {
+            let points = self.fronts(true).iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
+            Err(format!("the pad's peak is wrong, or it ruptures at {points:?}").into())
+        }
+    }
+}
+
+/// A unit that is `value` of a `base`, as it stands behind a number.
+fn unit(value: f64, base: &str) -> String {
+    let prefixes =
+        [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
+    match prefixes.iter().find(|(prefix, _)| *prefix == value) {
+        Some((_, prefix)) => format!("{prefix}{base}"),
+        None => format!("× {value:e} {base}"),
+    }
+}

@@ -1,0 +1,307 @@
+//! `hlcp gallery`: pictures of the scenes' solutions.
+//!
+//! Solves each scene on a modest grid by TMGS and writes `gallery-NAME.svg`, with the data drawn in
+//! `gallery-NAME.csv` beside it. Ends with an error if a solve does not converge.
+
+use std::{
+    error::Error,
+    f64::consts::TAU,
+    path::{Path, PathBuf},
+};
+
+use clap::Args;
+use hlcp_methods::{Limits, Options, Parameters};
+use hlcp_verify::{AmericanPut, Obstacle, Slider};
+
+use crate::{
+    chart::{self, Panel},
+    print,
+    scenes::Scene,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp gallery
+  hlcp gallery --out target/charts";
+
+/// Draw the scenes' solutions
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The folder the pictures go to
+    #[arg(long, default_value = "docs/charts")]
+    out: PathBuf,
+}
+
+type Drawn = Result<(), Box<dyn Error>>;
+
+// Okabe and Ito's colours.
+const BLUE: &str = "#0072B2";
+const RED: &str = "#D55E00";
+const GREEN: &str = "#009E73";
+const PINK: &str = "#CC79A7";
+
+pub(crate) fn run(Arguments { out }: &Arguments) -> Drawn {
+    slider(&out.join("gallery-slider"))?;
+    disc(&out.join("gallery-disc-lcp"), "disc-lcp")?;
+    disc(&out.join("gallery-disc-hlcp"), "disc-hlcp")?;
+    journal_bearing(&out.join("gallery-journal-bearing"))?;
+    obstacle(&out.join("gallery-obstacle"))?;
+    bearing2d(&out.join("gallery-bearing2d"), 0.0, "at the widest gap")?;
+    bearing2d(&out.join("gallery-bearing2d-groove"), 3.8, "218° after the widest gap")?;
+    american_put(&out.join("gallery-american-put"))
+}
+
+/// `z` and `r`, to a residual of 1e-8 ‖q‖, which no picture shows.
+fn solved(name: &str, numbers: &[(&'static str, f64)]) -> Result<[Vec<f64>; 2], Box<dyn Error>> {
+    let problem = Scene::of(name).pose(numbers)?;
+    let mut solver = problem.solver("TMGS", Parameters::default(), 1.0)?;
+    let start = problem.start();
+    let options = Options::from_x(&start).limits(Limits::relative(1e-8));
+    let outcome = solver.solve(&problem.q, options)?;
+    print::line(format_args!("{name}: TMGS {outcome}"))?;
+    if !outcome.converged() {
+        return Err(format!("{name}: {outcome}").into());
+    }
+    for (figure, value) in (problem.figures)(solver.z(), solver.r()) {
+        print::line(format_args!("{name}: {figure} {value:.4e}"))?;
+    }
+    Ok([solver.z().to_vec(), solver.r().to_vec()])
+}
+
+/// Values on the inner points of a grid over a rectangle, for drawing.
+struct Field<'f> {
+    nx: usize,
+    x: (f64, f64),
+    y: (f64, f64),
+    values: &'f [f64],
+}
+
+/// Columns and rows of a drawn field.
+const CELLS: [usize; 2] = [48, 32];
+
+impl Field<'_> {
+    /// The value at the inner point nearest to the middle of each drawn cell, with that point's coordinates.
+    fn cells(&self) -> Vec<Vec<[f64; 3]>> {
+        let ny = self.values.len() / self.nx;
+        let nearest = |k: usize, of: usize, points: usize| {
+            let place = (k as f64 + 0.5) / of as f64 * (points + 1) as f64;
+            (place.round() as usize).clamp(1, points)
+        };
+        let at = |i: usize, points: usize, (low, high): (f64, f64)| {
+            low + (high - low) * i as f64 / (points + 1) as f64
+        };
+        let cell = |row: usize, column: usize| {
+            let (i, j) = (nearest(column, CELLS[0], self.nx), nearest(row, CELLS[1], ny));
+            let value = self.values[(j - 1) * self.nx + i - 1];
+            [at(i, self.nx, self.x), at(j, ny, self.y), value]
+        };
+        (0..CELLS[1]).map(|row| (0..CELLS[0]).map(|column| cell(row, column)).collect()).collect()
+    }
+
+    /// The field in colours, zeros in grey.
+    fn panel(&self, title: &str, axes: [&str; 2], what: &str) -> Panel {
+        let largest = self.values.iter().copied().fold(0.0, f64::max);
+        let shade = |[.., v]: &[f64; 3]| if *v > 0.0 { *v } else { f64::NAN };
+        let rows: Vec<Vec<f64>> =
+            self.cells().iter().map(|row| row.iter().map(shade).collect()).collect();
+        Panel::field(title, axes, [self.x, self.y], &rows, (what, 0.0, largest))
+    }
+
+    /// Where the positive stretch of each row begins, unless at the first point, and where it ends.
+    fn film(&self) -> Vec<Vec<(f64, f64)>> {
+        let rows = self.values.len() / self.nx;
+        let step = [(self.x, self.nx), (self.y, rows)]
+            .map(|((low, high), points)| (high - low) / (points + 1) as f64);
+        let edge = |find: &dyn Fn(&[f64]) -> Option<f64>| -> Vec<(f64, f64)> {
+            let y = |j: usize| self.y.0 + (j + 1) as f64 * step[1];
+            let found = self.values.chunks(self.nx).enumerate();
+            found.filter_map(|(j, row)| Some((self.x.0 + find(row)? * step[0], y(j)))).collect()
+        };
+        let begin = |row: &[f64]| row.iter().position(|&z| z > 0.0).filter(|&i| i > 0);
+        let end = |row: &[f64]| row.iter().rposition(|&z| z > 0.0);
+        let edges = [
+            edge(&|row| begin(row).map(|i| i as f64 + 0.5)),
+            edge(&|row| end(row).map(|i| i as f64 + 1.5)),
+        ];
+        edges.into_iter().filter(|edge| !edge.is_empty()).collect()
+    }
+
+    /// The drawn cells as lines of a CSV file that begin with `name`.
+    fn csv(&self, name: &str) -> Vec<String> {
+        let line = |[x, y, v]: &[f64; 3]| format!("{name},{x:.4},{y:.4},{v:.4e}");
+        self.cells().iter().flatten().map(line).collect()
+    }
+}
+
+fn slider(path: &Path) -> Drawn {
+    let [z, r] = solved("slider", &[("m", 128.0)])?;
+    let millimetres = |i: usize| (i + 1) as f64 * Slider::LENGTH * 1e3 / 128.0;
+    let pressure = |i: usize| z[i] * Slider::PRESSURE_UNIT * 1e-6;
+    let line = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        (0..z.len()).map(|i| (millimetres(i), value(i))).collect()
+    };
+    let rupture = Slider::RUPTURE * 1e3;
+    let along = (0.0, Slider::LENGTH * 1e3);
+    let full = Panel::new("Pressure", ["x in mm", "p in MPa"], along, (0.0, 4.0))
+        .outline("computed", BLUE, "", &line(&pressure))
+        .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 4.0)]);
+    let broken = Panel::new("Void", ["x in mm", "void fraction r"], along, (0.0, 0.5))
+        .outline("computed", BLUE, "", &line(&|i| r[i]))
+        .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 0.5)]);
+    chart::write(path, 2, vec![full, broken], &caption("Slider, 128 cells."))?;
+    let rows: Vec<String> = (0..z.len())
+        .map(|i| format!("{:.4},{:.5},{:.5}", millimetres(i), pressure(i), r[i]))
+        .collect();
+    chart::write_csv(path, "x in mm,p in MPa,void fraction", &rows)
+}
+
+fn disc(path: &Path, name: &str) -> Drawn {
+    let [z, r] = solved(name, &[("m", 63.0)])?;
+    let edge = circle([0.5, 0.5], 0.4);
+    let field = |values| Field { nx: 63, x: (0.0, 1.0), y: (0.0, 1.0), values };
+    let panel = |values, unknown: &str| {
+        let what = format!("{unknown}, grey where it is 0");
+        let panel = field(values).panel(&format!("{unknown} of {name}"), ["x", "y"], &what);
+        panel.outline("exact edge of the contact", RED, "6 4", &edge)
+    };
+    let words = format!("Scene {name}, 63 × 63 points.");
+    chart::write(path, 2, vec![panel(&z, "z"), panel(&r, "r")], &caption(&words))?;
+    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
+    chart::write_csv(path, "field,x,y,value", &rows)
+}
+
+fn circle([x, y]: [f64; 2], radius: f64) -> Vec<(f64, f64)> {
+    let place = |k: i32| (f64::from(k) / 60.0 * TAU).sin_cos();
+    (0..=60).map(place).map(|(sin, cos)| (x + radius * cos, y + radius * sin)).collect()
+}
+
+fn journal_bearing(path: &Path) -> Drawn {
+    let numbers = [("nx", 63.0), ("ny", 63.0), ("ecc", 0.9), ("b-length", 3.0)];
+    let [z, r] = solved("journal-bearing", &numbers)?;
+    let field = |values| Field { nx: 63, x: (0.0, TAU), y: (0.0, 6.0), values };
+    let axes = ["ξ in rad from the widest gap", "length over radius"];
+    let panel = |values, title, what| {
+        let panel = field(values).panel(title, axes, what);
+        field(&z)
+            .film()
+            .iter()
+            .fold(panel, |panel, edge| panel.outline("edge of the pressure", "#000000", "", edge))
+    };
+    let panels = vec![
+        panel(&z, "Pressure", "dimensionless pressure z, grey where it is 0"),
+        panel(&r, "Pull that is cut off", "r, grey where it is 0"),
+    ];
+    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
+    let words = "Journal bearing (LCP), ε = 0.9, b = 3, 63 × 63 points.";
+    chart::write(path, 2, panels, &caption(words))?;
+    chart::write_csv(path, "field,xi in rad,length over radius,value", &rows)
+}
+
+fn obstacle(path: &Path) -> Drawn {
+    let [z, _] = solved("obstacle", &[("m", 65.0)])?;
+    let place = |i: usize| 4.0 * (i + 1) as f64 / 64.0 - 2.0;
+    let at = |k: usize| [place(k % 63), place(k / 63)];
+    let off = |k: usize| {
+        let [x, y] = at(k);
+        (Obstacle::dome(x, y) + z[k] - Obstacle::exact(x, y)).abs()
+    };
+    let errors: Vec<f64> = (0..z.len()).map(off).collect();
+    let field = |values| Field { nx: 63, x: (-2.0, 2.0), y: (-2.0, 2.0), values };
+    let edge = circle([0.0, 0.0], Obstacle::CONTACT);
+    let panel = |values, title, what| {
+        let panel = field(values).panel(title, ["x", "y"], what);
+        panel.outline("exact edge of the contact", RED, "6 4", &edge)
+    };
+    let panels = vec![
+        panel(&z, "Height above the dome", "z, grey where the membrane rests"),
+        panel(&errors, "Error of the height", "|u − exact u|, grey where it is 0"),
+    ];
+    let rows = [field(&z).csv("z"), field(&errors).csv("error")].concat();
+    chart::write(path, 2, panels, &caption("Obstacle, 65 × 65 nodes."))?;
+    chart::write_csv(path, "field,x,y,value", &rows)
+}
+
+fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
+    let numbers = [("nx", 95.0), ("ny", 31.0), ("groove", groove.to_degrees())];
+    let [z, r] = solved("bearing2d", &numbers)?;
+    let field = |values| Field { nx: 95, x: (0.0, TAU), y: (-1.0, 1.0), values };
+    let axes = ["angle from the groove in rad", "2 × length from the middle / L"];
+    let panel = |values, title, what| {
+        let panel = field(values).panel(title, axes, what);
+        field(&z)
+            .film()
+            .iter()
+            .fold(panel, |panel, edge| panel.outline("edge of the full film", "#000000", "", edge))
+    };
+    let panels = vec![
+        panel(&z, "Pressure", "z in 6μΩ(R/c)², grey where it is 0"),
+        panel(&r, "Void", "void fraction r, grey where it is 0"),
+    ];
+    let words = format!(
+        "Bearing with mass-conserving cavitation, ε = 0.6, L/D = 1, groove {place}, 95 × 31 points."
+    );
+    chart::write(path, 2, panels, &caption(&words))?;
+    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
+    chart::write_csv(path, "field,angle from the groove in rad,axial place,value", &rows)
+}
+
+fn american_put(path: &Path) -> Drawn {
+    let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 48, steps: 96 };
+    let problem = Scene::of("american-put").pose(&[("m", 48.0), ("steps", 96.0)])?;
+    let mut solver = problem.solver("TMGS", Parameters::default(), 1.0)?;
+    let mut q = problem.q.clone();
+    let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
+    let prices = |z: &[f64]| -> Vec<(f64, f64)> {
+        spots.iter().map(|&spot| (spot, put.price(z, spot))).collect()
+    };
+    let mut values =
+        Panel::new("Price of the put", ["spot / strike", "price / strike"], (0.7, 1.3), (0.0, 0.3))
+            .outline("at maturity", "#000000", "2 3", &prices(solver.z()));
+    let (mut edge, mut rows, mut iterations) = (vec![(0.0, 1.0)], vec![], 0);
+    for k in 0..put.lcps() {
+        put.q(k, solver.z(), &mut q);
+        let outcome = solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10)))?;
+        if !outcome.converged() {
+            return Err(format!("American put, LCP {k}: {outcome}").into());
+        }
+        iterations += outcome.iterations;
+        // The first four take half a step each.
+        let years = (if k < 4 { (k + 1) as f64 / 2.0 } else { (k - 1) as f64 }) / 96.0;
+        edge.push((years, put.exercise(solver.z())));
+        rows.push(format!("exercise,{years:.5},{:.5}", put.exercise(solver.z())));
+        for (before, name, colour, dash) in
+            [(0.25, "three months before it", RED, "6 4"), (1.0, "a year before it", BLUE, "")]
+        {
+            if years == before {
+                let line = prices(solver.z());
+                rows.extend(line.iter().map(|(spot, price)| format!("{name},{spot},{price:.6}")));
+                values = values.outline(name, colour, dash, &line);
+            }
+        }
+    }
+    print::line(format_args!(
+        "American put: {} LCPs, {iterations} TMGS iterations, price {:.4} for spot 36 and strike 40",
+        put.lcps(),
+        40.0 * put.price(solver.z(), 0.9)
+    ))?;
+    let axes = ["time to maturity in years", "spot / strike"];
+    let perpetual = 0.06 / (0.06 + 0.5 * 0.2 * 0.2);
+    let exercise = Panel::new("Where it is exercised", axes, (0.0, 1.0), (0.7, 1.0))
+        .outline("exercised at and below", GREEN, "", &edge)
+        .outline(
+            "the same, of the perpetual put",
+            PINK,
+            "8 3 2 3",
+            &[(0.0, perpetual), (1.0, perpetual)],
+        );
+    let words =
+        "American put: rate 6 %, volatility 20 %, 48 points to a standard deviation, 96 steps.";
+    chart::write(path, 2, vec![values, exercise], &caption(words))?;
+    chart::write_csv(path, "line,spot over strike or years,price or spot over strike", &rows)
+}
+
+fn caption(words: &str) -> String {
+    let command = "cargo run --release -- gallery --out docs/charts";
+    format!("{words}\n{}", chart::provenance(command))
+}

@@ -1,0 +1,120 @@
+//! The command `hlcp`: solves scenes and problems from files, computes lubricating films, and
+//! draws the charts and tables of the repository.
+//!
+//! The exit status is 0 for success, 2 for a solve that did not converge, and 1 for bad input and
+//! for a reproduction that finds its own result wrong; a command line of another command than
+//! `solve` that cannot be read is 2 as well.
+
+mod chart;
+mod comparison;
+mod figures;
+mod film;
+mod gallery;
+mod paper;
+mod print;
+mod progress;
+mod scenes;
+mod solve;
+mod speed_vs_accuracy;
+mod stability_map;
+
+use std::{
+    error::Error,
+    io::{self, Write},
+    path::PathBuf,
+    process::ExitCode,
+};
+
+use clap::{Args, Parser, Subcommand};
+use hlcp_core::files::printable;
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp solve --scene bearing2d --method AUTO
+  hlcp solve --help";
+
+/// Horizontal linear complementarity problems: A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0
+#[derive(Debug, Parser)]
+#[command(name = "hlcp", version, after_help = EXAMPLES)]
+struct CommandLine {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Solve(Box<solve::Arguments>),
+    Film(film::Arguments),
+    Paper(paper::Arguments),
+    SpeedVsAccuracy(speed_vs_accuracy::Arguments),
+    StabilityMap(stability_map::Arguments),
+    Comparison(comparison::Arguments),
+    Gallery(gallery::Arguments),
+    Scenes(figures::Arguments),
+}
+
+/// What the charts have in common.
+#[derive(Debug, Args)]
+struct Charts {
+    /// Small problems, measured once
+    #[arg(long)]
+    quick: bool,
+    /// The folder for the charts and their data
+    #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
+    out: PathBuf,
+}
+
+fn main() -> ExitCode {
+    let done = match CommandLine::try_parse() {
+        Ok(CommandLine { command }) => run(command),
+        Err(error) => return refuse(&error),
+    };
+    match done {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(2),
+        Err(error) => {
+            say(format!("error: {error}"));
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Runs the command; whether all that was to converge did.
+fn run(command: Command) -> Result<bool, Box<dyn Error>> {
+    match command {
+        Command::Solve(arguments) => return solve::run(&arguments),
+        Command::Film(arguments) => film::run(arguments)?,
+        Command::Paper(arguments) => paper::run(&arguments)?,
+        Command::SpeedVsAccuracy(arguments) => speed_vs_accuracy::run(&arguments)?,
+        Command::StabilityMap(arguments) => stability_map::run(&arguments)?,
+        Command::Comparison(arguments) => comparison::run(&arguments)?,
+        Command::Gallery(arguments) => gallery::run(&arguments)?,
+        Command::Scenes(_) => figures::run()?,
+    }
+    Ok(true)
+}
+
+/// Prints the help or the version, or says what is wrong with the command line: in one line of
+/// `solve`, whose callers are programs.
+fn refuse(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        // Its reader has gone, or there is none to tell.
+        let _ = error.print();
+        return ExitCode::SUCCESS;
+    }
+    let text = error.to_string();
+    if std::env::args_os().nth(1).is_none_or(|command| command != "solve") {
+        text.lines().for_each(say);
+        return ExitCode::from(2);
+    }
+    let reason =
+        text.lines().take_while(|line| !line.starts_with("Usage") && !line.starts_with("For"));
+    let words = reason.map(str::trim).filter(|line| !line.is_empty());
+    say(words.collect::<Vec<_>>().join(" "));
+    ExitCode::from(1)
+}
+
+/// Says in one line on stderr what may hold the names of files.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr(), "{}", printable(line));
+}

@@ -1,0 +1,207 @@
+//! The command line, and what it can be refused for before anything is read or solved.
+
+use std::{error::Error, path::PathBuf};
+
+use clap::{Args, ValueEnum};
+use hlcp_core::files;
+use hlcp_methods::Parameters;
+
+use crate::scenes::Given;
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp solve --scene disc-lcp --m 1023 --method FMG
+  hlcp solve --a A.mtx --b B.mtx --q q.mtx --method AUTO --out-z z.mtx --out-r r.mtx
+
+Matrix Market files come from SciPy
+  from scipy.io import mmwrite
+  mmwrite('A.mtx', A); mmwrite('B.mtx', B); mmwrite('q.mtx', q.reshape(-1, 1))
+and from MATLAB or Octave, for a sparse matrix A and a column q,
+  [i, j, v] = find(A); f = fopen('A.mtx', 'w');
+  fprintf(f, '%%%%MatrixMarket matrix coordinate real general\\n%d %d %d\\n', size(A), nnz(A));
+  fprintf(f, '%d %d %.17g\\n', [i, j, v]'); fclose(f);
+  f = fopen('q.txt', 'w'); fprintf(f, '%.17g\\n', q); fclose(f);
+
+The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
+
+/// Solve a scene, or a problem from Matrix Market files, by any method
+///
+/// Without arguments: Example 1 (μ = ν = 4) on a 512 × 512 grid by MGS, AMGS and TMGS in both
+/// precisions. Scenes are matrix-free. Without --b a problem from files is the linear
+/// complementarity problem, B = I.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    // First: it looks at `--a` before that is taken.
+    #[command(flatten)]
+    pub(crate) given: Given,
+    /// A matrix A from a Matrix Market file, instead of a scene
+    #[arg(long, help_heading = FILES, requires = "q", conflicts_with = "scene")]
+    pub(crate) a: Option<PathBuf>,
+    /// The matrix B [default: the identity, which makes the problem an LCP]
+    #[arg(long, help_heading = FILES, requires = "a")]
+    pub(crate) b: Option<PathBuf>,
+    /// The vector q: a Matrix Market file, or one number a line
+    #[arg(long, help_heading = FILES, requires = "a")]
+    pub(crate) q: Option<PathBuf>,
+    /// The start x⁰ [default: all ones]
+    #[arg(long, help_heading = FILES)]
+    pub(crate) x0: Option<PathBuf>,
+    /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
+    /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGW MGF FMG,
+    /// multigrid; NEWTON; ANDERSON; ADAPTIVE, SOR that finds α; AUTO, which chooses
+    #[arg(long, help_heading = METHOD)]
+    pub(crate) method: Option<String>,
+    /// The method that ANDERSON accelerates and NEWTON falls back on [default: TMGS]
+    #[arg(long, help_heading = METHOD, requires = "method")]
+    pub(crate) base: Option<String>,
+    /// How many earlier iterates ANDERSON mixes [default: 10]
+    #[arg(long, help_heading = METHOD, requires = "method")]
+    pub(crate) window: Option<u16>,
+    /// Relaxation α, of the first step where there are two
+    #[arg(long, help_heading = METHOD, allow_hyphen_values = true)]
+    pub(crate) alpha: Option<f64>,
+    /// Acceleration β, of the first step where there are two
+    #[arg(long, help_heading = METHOD, allow_hyphen_values = true)]
+    pub(crate) beta: Option<f64>,
+    /// α of the second step
+    #[arg(long, help_heading = METHOD, allow_hyphen_values = true)]
+    pub(crate) alpha2: Option<f64>,
+    /// β of the second step
+    #[arg(long, help_heading = METHOD, allow_hyphen_values = true)]
+    pub(crate) beta2: Option<f64>,
+    /// The factor τ of Ω = τ D_A D_B⁻¹, which scales r in the modulus variable
+    #[arg(long, help_heading = METHOD, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) tau: f64,
+    /// The scale γ of the modulus variable
+    #[arg(long, help_heading = METHOD, default_value_t = 1.0, allow_hyphen_values = true)]
+    pub(crate) gamma: f64,
+    /// The precision [default: f64 with --method, both without]
+    #[arg(long, help_heading = METHOD, value_enum)]
+    precision: Option<Precision>,
+    /// How many threads share the sweeps
+    #[arg(long, help_heading = METHOD, default_value_t = 1, allow_hyphen_values = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: u16,
+    /// Absolute tolerance for ‖A z − B r + q‖, in the units of q [default: of scenes 1e-10; of the
+    /// slider and of files there is none, see --rtol; in f32 as well what rounding allows]
+    #[arg(long, help_heading = STOPPING, allow_hyphen_values = true, conflicts_with = "rtol")]
+    pub(crate) tol: Option<f64>,
+    /// Tolerance for ‖A z − B r + q‖ relative to ‖q‖ [default: 1e-10 for the slider and for files]
+    #[arg(long, help_heading = STOPPING, allow_hyphen_values = true)]
+    pub(crate) rtol: Option<f64>,
+    /// The norm of the stopping test
+    #[arg(long, help_heading = STOPPING, value_enum, default_value_t = NormName::L2)]
+    pub(crate) norm: NormName,
+    /// The largest number of iterations
+    #[arg(long, help_heading = STOPPING, default_value_t = 30_000, allow_hyphen_values = true)]
+    pub(crate) max_iterations: usize,
+    /// The longest time of one solve, in seconds
+    #[arg(long, help_heading = STOPPING, allow_hyphen_values = true)]
+    pub(crate) max_seconds: Option<f64>,
+    /// Write z to this file, also of a solve that did not converge; needs --method. A regular file
+    /// that exists is replaced; refused are a symbolic link, a device and the like, and the files
+    /// of --a, --b, --q and --x0
+    #[arg(long, help_heading = OUTPUT, requires = "method")]
+    pub(crate) out_z: Option<PathBuf>,
+    /// Write r to this file, as --out-z does
+    #[arg(long, help_heading = OUTPUT, requires = "method")]
+    pub(crate) out_r: Option<PathBuf>,
+    /// Solve this often and report the median of the times
+    #[arg(long, help_heading = OUTPUT, default_value_t = 1, allow_hyphen_values = true)]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
+    pub(crate) repeats: u16,
+    /// Print one JSON object instead of a table; needs --method
+    #[arg(long, help_heading = OUTPUT, requires = "method")]
+    pub(crate) json: bool,
+    /// Prove what can be proved: convergence, uniqueness, and a bound on the error
+    #[arg(long, help_heading = OUTPUT)]
+    pub(crate) certify: bool,
+}
+
+const FILES: &str = "Files";
+const METHOD: &str = "Method";
+const STOPPING: &str = "Stopping";
+const OUTPUT: &str = "Output";
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum NormName {
+    L2,
+    Linf,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
+    F64,
+    F32,
+}
+
+impl Precision {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::F64 => "f64",
+            Self::F32 => "f32",
+        }
+    }
+}
+
+impl Arguments {
+    /// Refuses what contradicts itself, and outputs that cannot be written.
+    pub(crate) fn check(&self) -> Result<(), Box<dyn Error>> {
+        if self.method.is_none() && self.parameters() != Parameters::default() {
+            return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
+        }
+        if let (Some(z), Some(r)) = (&self.out_z, &self.out_r)
+            && files::same_file(z, r)
+        {
+            return Err("--out-z and --out-r name the same file".into());
+        }
+        let inputs = [("--a", &self.a), ("--b", &self.b), ("--q", &self.q), ("--x0", &self.x0)];
+        for (out, path) in [("--out-z", &self.out_z), ("--out-r", &self.out_r)] {
+            let Some(path) = path else { continue };
+            let read = |(_, input): &&(_, &Option<PathBuf>)| {
+                input.as_ref().is_some_and(|input| files::same_file(path, input))
+            };
+            if let Some((input, _)) = inputs.iter().find(read) {
+                let path = files::printable(path.display());
+                return Err(format!(
+                    "{out} {path} would overwrite the file of {input}; give another name"
+                )
+                .into());
+            }
+            files::check_output(path)?;
+        }
+        if self.precisions().contains(&Precision::F32) {
+            let given = [
+                ("tau", Some(self.tau)),
+                ("gamma", Some(self.gamma)),
+                ("tol", self.tol),
+                ("rtol", self.rtol),
+            ];
+            for (name, value) in given {
+                if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
+                    return Err(format!(
+                        "--{name} {value:e} does not fit f32; use --precision f64"
+                    )
+                    .into());
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The parameters of the method, as far as they are given.
+    pub(crate) fn parameters(&self) -> Parameters<'_> {
+        let Self { alpha, beta, alpha2, beta2, .. } = *self;
+        let (base, window) = (self.base.as_deref(), self.window.map(usize::from));
+        Parameters { alpha, beta, alpha2, beta2, base, window }
+    }
+
+    pub(crate) fn precisions(&self) -> Vec<Precision> {
+        match (self.precision, &self.method) {
+            (Some(precision), _) => vec![precision],
+            (None, Some(_)) => vec![Precision::F64],
+            (None, None) => vec![Precision::F64, Precision::F32],
+        }
+    }
+}

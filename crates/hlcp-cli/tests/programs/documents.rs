@@ -1,0 +1,174 @@
+//! What the documents say a reader can type, typed; and where their links point.
+
+use std::{
+    collections::BTreeSet,
+    fs,
+    path::{Path, PathBuf},
+};
+
+use crate::{command::hlcp, examples};
+
+/// Commands whose full run takes minutes; here they run with `--quick`.
+const LONG: [&str; 4] = ["paper", "speed-vs-accuracy", "stability-map", "comparison"];
+
+/// Every Markdown file of the repository.
+fn documents() -> Vec<PathBuf> {
+    let root = examples::root();
+    let mut folders = vec![root.to_owned()];
+    let mut found = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(&folder).expect("a folder of the repository") {
+            let path = entry.expect("an entry").path();
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() && name != "target" && !name.starts_with('.') {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "md") {
+                found.push(path);
+            }
+        }
+    }
+    found
+}
+
+/// The commands between backticks and in fenced blocks, without comments and prompts.
+fn commands(text: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut fenced = false;
+    for line in text.lines() {
+        if line.trim_start().starts_with("```") {
+            fenced = !fenced;
+        } else if fenced {
+            found.push(line.split(" #").next().unwrap_or_default());
+        } else {
+            found.extend(line.split('`').skip(1).step_by(2));
+        }
+    }
+    let typed = |command: &&str| {
+        ["cargo ", "scripts/", "hlcp "].iter().any(|start| command.starts_with(start))
+    };
+    found.into_iter().map(str::trim).filter(typed).map(String::from).collect()
+}
+
+/// A folder with a small problem as files, under the names that the documents use.
+fn workplace(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(folder.join("docs/results")).expect("a folder under target");
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let same = folder.join("crates/hlcp-cli/data");
+    fs::create_dir_all(&same).expect("a folder under target");
+    for name in ["A.mtx", "B.mtx", "q.mtx", "pad.csv"] {
+        for folder in [&folder, &same] {
+            fs::copy(data.join(name), folder.join(name)).expect("a sample");
+        }
+    }
+    fs::copy(data.join("q.mtx"), folder.join("q.txt")).expect("a sample");
+    folder
+}
+
+/// The folders with the tests of a package.
+fn test_folders() -> Vec<PathBuf> {
+    let root = examples::root();
+    let crates = fs::read_dir(root.join("crates")).expect("a folder of the repository");
+    let of_crates = crates.map(|entry| entry.expect("an entry").path().join("tests"));
+    of_crates.chain([root.join("tests")]).collect()
+}
+
+#[test]
+fn what_the_documents_say_to_type_works() {
+    let folder = workplace("documents");
+    let root = examples::root();
+    let all: BTreeSet<String> = documents()
+        .iter()
+        .flat_map(|path| commands(&fs::read_to_string(path).expect("a document is text")))
+        .collect();
+    assert!(all.len() >= 8, "found only {all:?}");
+    for command in all {
+        let words: Vec<&str> = command.split_whitespace().collect();
+        match words[..] {
+            ["cargo", "run", "--release", "--example", "NAME"] => {}
+            ["cargo", "run", "--release", "--example", name] => examples::runs(name),
+            ["cargo", "run", "--release", "--", ref rest @ ..]
+            | ["cargo", "run", "--release", "--features", "faer", "--", ref rest @ ..]
+            | ["hlcp", ref rest @ ..] => {
+                let mut program = hlcp(rest[0], &rest[1..].join(" "));
+                program.current_dir(&folder);
+                if LONG.contains(&rest[0]) && !rest.contains(&"--quick") {
+                    program.arg("--quick");
+                }
+                let output = program.output().unwrap_or_else(|e| panic!("{command}: {e}"));
+                let err = String::from_utf8_lossy(&output.stderr);
+                assert!(output.status.success(), "{command}: {err}");
+            }
+            ["cargo", "install", "--path", path] => {
+                assert!(root.join(path).join("Cargo.toml").exists(), "{command}");
+            }
+            ["cargo", "test", ref rest @ ..] if rest.contains(&"--test") => {
+                let name = rest.iter().skip_while(|word| **word != "--test").nth(1);
+                let name = name.unwrap_or_else(|| panic!("{command}"));
+                let exists = test_folders().iter().any(|folder| {
+                    let file = folder.join(format!("{name}.rs"));
+                    file.exists() || folder.join(name).join("main.rs").exists()
+                });
+                assert!(exists, "{command}");
+            }
+            ["cargo", "bench", "--bench", name, ..] => {
+                assert!(root.join(format!("benches/{name}.rs")).exists(), "{command}");
+            }
+            ["cargo", "test" | "doc", ..] => {}
+            ["cargo", "build", "--release", "-p", name] | ["cargo", "tree", .., name] => {
+                let known = name == "NAME" || root.join("crates").join(name).exists();
+                assert!(known, "{command}");
+            }
+            [script] if script.starts_with("scripts/") => {
+                assert!(root.join(script).exists(), "{command}");
+            }
+            ["scripts/check", "--but-tests"] => {}
+            _ => panic!("no test runs `{command}`"),
+        }
+    }
+}
+
+/// The examples that the help of a command ends with, but for those that take minutes.
+fn help_examples(command: &str) -> Vec<String> {
+    let output = hlcp(command, "--help").output().expect("the command starts");
+    let help = String::from_utf8(output.stdout).expect("the help is UTF-8");
+    let lines = help.lines().skip_while(|line| *line != "Examples:").skip(1);
+    let found = lines.map_while(|line| line.strip_prefix("  hlcp ")).map(String::from);
+    found.collect()
+}
+
+#[test]
+fn the_help_of_each_command_has_examples_that_work() {
+    let folder = workplace("help");
+    for command in ["solve", "film", "gallery"].into_iter().chain(LONG) {
+        let examples = help_examples(command);
+        assert_eq!(examples.len(), 2, "{command}: {examples:?}");
+        for example in examples.iter().filter(|_| !LONG.contains(&command)) {
+            let arguments = example.strip_prefix(command).expect("it is the command's");
+            let mut program = hlcp(command, arguments);
+            let output = program.current_dir(&folder).output().expect("the command starts");
+            let err = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{example}: {err}");
+        }
+    }
+}
+
+#[test]
+fn links_lead_somewhere() {
+    let mut count = 0;
+    for path in documents() {
+        let text = fs::read_to_string(&path).expect("a document is text");
+        let links = text.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        let pictures = text.split("src=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        for target in links.chain(pictures) {
+            let file = target.split('#').next().unwrap_or_default();
+            if file.is_empty() || file.contains("://") {
+                continue;
+            }
+            let folder = path.parent().expect("a file is in a folder");
+            assert!(folder.join(file).exists(), "{}: {target}", path.display());
+            count += 1;
+        }
+    }
+    assert!(count >= 10, "found only {count}");
+}

@@ -1,0 +1,274 @@
+//! Problems as Matrix Market files: read to the entry, refused without harm.
+
+use std::{fs, path::Path};
+
+use hlcp_core::{Rows, market};
+use hlcp_verify::Example;
+use proptest::{collection::vec, prelude::*};
+
+use crate::{
+    command::{json, refused},
+    folder::Folder,
+};
+
+fn market_text(operator: &impl Rows<f64>) -> String {
+    let mut lines = vec![];
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |j, a| lines.push(format!("{} {} {a:e}", i + 1, j + 1)));
+    }
+    let n = operator.order();
+    format!(
+        "%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n{}\n",
+        lines.len(),
+        lines.join("\n")
+    )
+}
+
+fn numbers(v: &[f64]) -> String {
+    v.iter().map(|v| format!("{v:e}\n")).collect()
+}
+
+/// The samples are Example 1 for m = 4, and what is solved from them is its solution.
+#[test]
+fn the_sample_files_are_example_1() {
+    let scene = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 }.pose::<f64>().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
+    let sample = |name| fs::read_to_string(data.join(name)).unwrap();
+    assert_eq!(sample("A.mtx"), market_text(&scene.a));
+    assert_eq!(sample("B.mtx"), market_text(&scene.b));
+    let folder = Folder::new("samples");
+    let [q, z, r] = ["q.mtx", "z.mtx", "r.mtx"].map(|name| folder.0.join(name));
+    market::write_vectors(&[(&q, &scene.q)]).unwrap();
+    assert_eq!(sample("q.mtx"), fs::read_to_string(&q).unwrap());
+    let files = ["A.mtx", "B.mtx", "q.mtx"].map(|name| data.join(name).display().to_string());
+    let [a, b, q] = files;
+    let out = format!("--out-z {} --out-r {}", z.display(), r.display());
+    let (_, status) = json(&format!("--a {a} --b {b} --q {q} --method AUTO --json {out}"));
+    assert_eq!(status, 0);
+    for (path, known) in [(z, scene.z), (r, scene.r)] {
+        let found = market::read_vector::<f64>(&path, 16).unwrap();
+        assert!(found.iter().zip(&known).all(|(v, known)| (v - known).abs() <= 1e-9));
+    }
+}
+
+/// A scene through files takes the iterations it takes as stencils, and its answer comes back to the last bit.
+#[test]
+fn a_scene_through_files() {
+    let folder = Folder::new("scene");
+    let scene = Example { symmetric: false, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
+    let a = folder.write("A.mtx", market_text(&scene.a));
+    let b = folder.write("B.mtx", market_text(&scene.b));
+    let q = folder.write("q.txt", numbers(&scene.q));
+    let (z, r) = (folder.0.join("z.mtx"), folder.0.join("r.mtx"));
+    let (a, b, q) = (a.display(), b.display(), q.display());
+    for method in ["MGS", "AMGS", "TMGS", "MJ"] {
+        let files =
+            format!("--a {a} --b {b} --q {q} --out-z {} --out-r {}", z.display(), r.display());
+        let (by_files, status) = json(&format!("{files} --tol 1e-10 --json --method {method}"));
+        let (by_scene, _) =
+            json(&format!("--scene example2 --m 11 --mu 3 --nu 2 --json --method {method}"));
+        assert_eq!((by_files["scene"].as_str(), status), (Some("file"), 0));
+        assert!(by_files["error_linf"].is_null());
+        assert_eq!(by_files["n"], 121);
+        assert_eq!(by_files["iterations"], by_scene["iterations"]);
+        let z = market::read_vector::<f64>(&z, 121).unwrap();
+        let r = market::read_vector::<f64>(&r, 121).unwrap();
+        for i in 0..121 {
+            assert!((z[i] - scene.z[i]).abs() <= 1e-10 && (r[i] - scene.r[i]).abs() <= 1e-10);
+        }
+    }
+    let x0 = folder.write("x0.txt", numbers(&[0.5; 121]));
+    let (warm, _) =
+        json(&format!("--a {a} --b {b} --q {q} --x0 {} --method MGS --json", x0.display()));
+    assert_eq!(warm["outcome"], "converged");
+}
+
+#[test]
+fn what_a_matrix_may_look_like() {
+    let folder = Folder::new("forms");
+    let read = |text: &str| {
+        let path = folder.write("a.mtx", text);
+        let matrix = market::read_matrix::<f64>(&path).unwrap();
+        let row = |i| {
+            let mut row = vec![];
+            matrix.visit_row(i, &mut |j, a| row.push((j, a)));
+            row
+        };
+        [row(0), row(1)]
+    };
+    let expected = [vec![(0, 4.0), (1, -1.0)], vec![(0, -1.0), (1, 3.0)]];
+    let general = "%%MatrixMarket matrix coordinate real general\n% note\n\n2 2 4\n1 2 -1.0\n2 1 -1e0\n2 2 3\n1 1 4\n";
+    assert_eq!(read(general), expected);
+    assert_eq!(read(general.trim_end()), expected);
+    let symmetric = "%%matrixmarket MATRIX coordinate Integer symmetric\n2 2 3\n1 1 4\n2 1 -1\n2 2 3\n\n% end\n";
+    assert_eq!(read(symmetric), expected);
+
+    let vector = |text: &str| market::read_vector::<f64>(&folder.write("q.mtx", text), 3).unwrap();
+    assert_eq!(
+        vector("%%MatrixMarket matrix array real general\n3 1\n1.5\n0\n-2\n"),
+        [1.5, 0.0, -2.0]
+    );
+    assert_eq!(
+        vector("%%MatrixMarket matrix array integer general\n3 1\n1\n0\n-2"),
+        [1.0, 0.0, -2.0]
+    );
+    assert_eq!(
+        vector("%%MatrixMarket matrix coordinate real general\n3 1 2\n3 1 -2\n1 1 1.5\n"),
+        [1.5, 0.0, -2.0]
+    );
+    assert_eq!(vector("1.5\n\n% note\n0\n-2\n"), [1.5, 0.0, -2.0]);
+    assert_eq!(vector("% note\n\n1.5\n0\n-2\n"), [1.5, 0.0, -2.0]);
+}
+
+const HEAD: &str = "%%MatrixMarket matrix coordinate real general\n";
+
+/// Files with something wrong in A, and a word of the line that says so.
+const BAD: [(&str, &str); 22] = [
+    ("", "banner"),
+    ("2 2 2\n1 1 1\n2 2 1\n", "is not"),
+    ("%%MatrixMarket matrix coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
+    ("%%MatrixMarket matrix coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
+    ("%%MatrixMarket matrix array real general\n2 2\n1\n0\n0\n1\n", "is not"),
+    (
+        "%%MatrixMarket matrix coordinate real general\n1000000000000 1000000000000 3\n1 1 1\n",
+        "has no diagonal",
+    ),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 1000000000000\n1 1 1\n", "can hold"),
+    (
+        "%%MatrixMarket matrix coordinate real general\n99999999999999999999 1 3\n1 1 1\n",
+        "99999999999999999999",
+    ),
+    ("%%MatrixMarket matrix coordinate real general\n-2 2 3\n1 1 1\n", "-2"),
+    ("%%MatrixMarket matrix coordinate real general\n2 3 2\n1 1 1\n2 2 1\n", "2 × 3"),
+    ("%%MatrixMarket matrix coordinate real general\n0 0 0\n", "0 × 0"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2\n1 1 1\n2 2 1\n", "wanted"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 2 9\n1 1 1\n2 2 1\n", "'9'"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 3\n1 1 1\n2 2 1\n", "entry 3 of 3"),
+    (
+        "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n2 2 1\n1 2 1\n",
+        "after the last entry",
+    ),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n3 2 1\n", "(3, 2)"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1\n2 0 1\n", "(2, 0)"),
+    (
+        "%%MatrixMarket matrix coordinate real general\n2 2 3\n1 1 1\n2 2 1\n1 1 2\n",
+        "(1, 1) is given twice",
+    ),
+    (
+        "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n",
+        "above the diagonal",
+    ),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 NaN\n2 2 1\n", "NaN"),
+    ("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1e999\n2 2 1\n", "inf"),
+    ("%%MatrixMarket matrix coordinate real general\r\n2 2 2\r\n1 1 1\r\n2 2 1\r\n", "CRLF"),
+];
+
+#[test]
+fn bad_files_are_refused_in_one_line_and_harm_nothing() {
+    let folder = Folder::new("bad");
+    let sound = folder.write("sound.mtx", format!("{HEAD}2 2 2\n1 1 4\n2 2 3\n"));
+    let q = folder.write("q.txt", "-1\n2\n");
+    let z = folder.write("z.mtx", "precious");
+    let command = |a: &Path, b: &Path, q: &Path| {
+        let [a, b, q, z] = [a, b, q, &z].map(|p| p.display());
+        format!("--a {a} --b {b} --q {q} --method MGS --out-z {z}")
+    };
+    for (text, named) in BAD {
+        let bad = folder.write("bad.mtx", text);
+        refused(&command(&bad, &sound, &q), named);
+        refused(&command(&sound, &bad, &q), named);
+    }
+    let not_text =
+        folder.write("bytes.mtx", [HEAD.as_bytes(), b"2 2 2\n1 1 \xff\n2 2 1\n"].concat());
+    refused(&command(&not_text, &sound, &q), "UTF-8");
+    let endless = folder.write("line.mtx", "%".repeat(1 << 17));
+    refused(&command(&endless, &sound, &q), "longer than");
+    refused(&command(&folder.0, &sound, &q), folder.0.to_str().unwrap());
+    refused(&command(&folder.0.join("none"), &sound, &q), "none");
+
+    for (text, named) in [
+        ("", "banner"),
+        ("1.25\n", "entry 2 of 2"),
+        ("1\n2\n3\n", "after the last entry"),
+        ("1\nx\n", "'x'"),
+        ("1\nnan\n", "NaN"),
+        ("1\r\n2\r\n", "CRLF"),
+        ("%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n", "3 × 1 where 2 × 1"),
+        ("%%MatrixMarket matrix array real general\n1000000000000 1\n1\n", "1000000000000 × 1"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 2\n1 1 1\n1 1 2\n", "given twice"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 1\n3 1 1\n", "(3, 1)"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 1\n2 2 1\n", "(2, 2)"),
+        ("%%MatrixMarket matrix array real general\n2 2\n1\n2\n", "2 × 2 where 2 × 1"),
+        ("%%MatrixMarket matrix coordinate real general\n2 1 4000000000\n2 1 1\n", "can hold"),
+    ] {
+        refused(&command(&sound, &sound, &folder.write("bad.txt", text)), named);
+    }
+    let wide = folder.write("wide.mtx", format!("{HEAD}3 3 3\n1 1 4\n2 2 3\n3 3 1\n"));
+    refused(&command(&sound, &wide, &q), "order 3");
+    assert_eq!(fs::read_to_string(&z).unwrap(), "precious");
+
+    let same = format!("--a {} --q {} --method MGS", sound.display(), q.display());
+    refused(&format!("{same} --out-z {0} --out-r {0}", z.display()), "the same file");
+    assert_eq!(fs::read_to_string(&z).unwrap(), "precious");
+
+    // An output that cannot be written is bad input too, and neither output is touched.
+    let [a, q, z] = [&sound, &q, &z].map(|p| p.display());
+    let nowhere = folder.0.join("no/where.mtx");
+    refused(
+        &format!("--a {a} --q {q} --method MGS --out-z {z} --out-r {}", nowhere.display()),
+        "where.mtx",
+    );
+    assert_eq!(fs::read_to_string(folder.0.join("z.mtx")).unwrap(), "precious");
+    let left_over = |e: &fs::DirEntry| e.file_name().to_string_lossy().contains("partial");
+    assert!(!fs::read_dir(&folder.0).unwrap().any(|e| left_over(&e.unwrap())));
+}
+
+const SYMBOLS: &[u8] = b"0123456789 -+.eEnN%\n\r\t";
+
+/// A sound file with random damage.
+fn mutated() -> impl Strategy<Value = Vec<u8>> {
+    let sound = [
+        format!("{HEAD}3 3 5\n1 1 4\n2 2 3.5\n3 3 1e1\n1 3 -0.5\n3 1 -1\n"),
+        "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\n1 1 4\n2 1 -1\n2 2 3\n".into(),
+        "%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n".into(),
+        "1\n-2\n3.25\n".into(),
+    ];
+    let damage = (any::<prop::sample::Index>(), 0_u8..4, any::<u8>());
+    (prop::sample::select(sound.to_vec()), vec(damage, 0..6)).prop_map(|(text, damages)| {
+        let mut bytes = text.into_bytes();
+        for (at, kind, byte) in damages {
+            if bytes.is_empty() {
+                break;
+            }
+            let at = at.index(bytes.len());
+            match kind {
+                0 => bytes[at] = byte,
+                1 => bytes.insert(at, SYMBOLS[byte as usize % SYMBOLS.len()]),
+                2 => drop(bytes.remove(at)),
+                _ => bytes.truncate(at),
+            }
+        }
+        bytes
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Whatever is in a file, reading it gives finite numbers of the declared kind or an error, never a panic.
+    #[test]
+    fn damaged_files_never_panic(bytes in mutated()) {
+        let folder = Folder::new(&format!("fuzz-{:?}", std::thread::current().id()).replace(['(', ')'], ""));
+        let path = folder.write("file.mtx", &bytes);
+        if let Ok(matrix) = market::read_matrix::<f64>(&path) {
+            prop_assert!(matrix.nrows() <= bytes.len() && matrix.nrows() == matrix.ncols());
+            prop_assert!(matrix.values().iter().all(|v| v.is_finite()));
+        }
+        for order in 1..5 {
+            if let Ok(vector) = market::read_vector::<f32>(&path, order) {
+                prop_assert_eq!(vector.len(), order);
+                prop_assert!(vector.iter().all(|v| v.is_finite()));
+            }
+        }
+    }
+}

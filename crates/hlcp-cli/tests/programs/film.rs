@@ -1,0 +1,379 @@
+//! `hlcp film`, run as an engineer runs it, against closed forms and against what flows in and out.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Output,
+};
+
+use hlcp_verify::Slider;
+
+use crate::command::hlcp;
+
+/// Runs `hlcp film` in a folder of its own under `name`, with the profile in a file.
+fn film(name: &str, profile: Option<&str>, arguments: &str) -> (Output, PathBuf) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film").join(name);
+    fs::create_dir_all(&folder).expect("a folder under target");
+    let mut program = hlcp("film", arguments);
+    program.current_dir(&folder);
+    if let Some(text) = profile {
+        fs::write(folder.join("profile.csv"), text).expect("a file under target");
+        program.arg("profile.csv");
+    }
+    (program.output().expect("the command starts"), folder.join("target"))
+}
+
+/// A point: x, h, p and void fraction.
+type Point = [f64; 4];
+
+/// What a successful run prints, and the points it writes.
+fn solved(name: &str, profile: Option<&str>, arguments: &str) -> (String, Vec<Point>) {
+    let (output, folder) = film(name, profile, arguments);
+    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let svg = fs::read_to_string(folder.join("film.svg")).expect("a picture");
+    assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{name}");
+    let csv = fs::read_to_string(folder.join("film.csv")).expect("the numbers");
+    let point = |line: &str| {
+        let numbers: Vec<f64> = line.split(',').map(|v| v.parse().expect("a number")).collect();
+        numbers.try_into().expect("four columns")
+    };
+    let points = csv.lines().skip(1).map(point).collect();
+    (String::from_utf8(output.stdout).expect("the output is UTF-8"), points)
+}
+
+/// The number after `what` in a printed line.
+fn printed(text: &str, what: &str) -> f64 {
+    let line = text.lines().find_map(|line| line.strip_prefix(what));
+    let word = line.and_then(|rest| rest.split_whitespace().next());
+    word.and_then(|word| word.parse().ok()).unwrap_or_else(|| panic!("no {what} in {text}"))
+}
+
+const SPEED: f64 = 3.7;
+const VISCOSITY: f64 = 0.041;
+
+/// What flows through each piece, from integrals over a straight gap: with I₂ = ∫dx/h² and I₃ = ∫dx/h³ the Reynolds
+/// equation `½U(1 − r)h − h³/(12μ) p′ = Φ` gives `Φ = (6μU(1 − r)I₂ − Δp)/(12μI₃)`.
+fn flows(points: &[Point]) -> Vec<f64> {
+    let flow = |pair: &[Point]| {
+        let [[x, h, p, void], [x1, h1, p1, _]] = [pair[0], pair[1]];
+        let i2 = (x1 - x) / (h * h1);
+        let i3 = (x1 - x) * (1.0 / (h * h1 * h1) + 1.0 / (h * h * h1)) / 2.0;
+        (6.0 * VISCOSITY * SPEED * (1.0 - void) * i2 - (p1 - p)) / (12.0 * VISCOSITY * i3)
+    };
+    points.windows(2).map(flow).collect()
+}
+
+#[test]
+fn the_pad_has_the_sliders_peak_and_rupture() {
+    let (text, points) = solved("pad", None, "");
+    let peak = points.iter().map(|point| point[2]).fold(0.0, f64::max);
+    assert!((peak * 1e6 / Slider::PEAK - 1.0).abs() <= 1e-3, "{text}");
+    let broken = points.iter().position(|point| point[3] > 0.0).unwrap();
+    let piece = points[broken][0] - points[broken - 1][0];
+    assert!((points[broken][0] * 1e-3 - Slider::RUPTURE).abs() <= piece * 1e-3, "{text}");
+    assert!(text.contains("the film ruptures") && !text.contains("forms again"), "{text}");
+
+    // The sample file is that pad.
+    let sample = include_str!("../../data/pad.csv");
+    let arguments = "--x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039";
+    assert_eq!(solved("sample", Some(sample), arguments).1, points);
+}
+
+/// A bumpy profile, unevenly spaced: x in mm, h in µm.
+fn bumpy() -> Vec<[f64; 2]> {
+    let place = |i: i32| f64::from(i) + 0.3 * f64::sin(1.7 * f64::from(i));
+    let gap = |x: f64| 40.0 + 0.02 * x + 17.0 * f64::sin(0.31 * x + 0.4);
+    (0..60).map(|i| [place(i), gap(place(i))]).collect()
+}
+
+fn text(points: &[[f64; 2]], [x_unit, h_unit]: [f64; 2]) -> String {
+    points.iter().map(|[x, h]| format!("{:e};{:e}\n", x * x_unit, h * h_unit)).collect()
+}
+
+#[test]
+fn other_units_give_the_same_pascals() {
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let small =
+        format!("{flags} --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e5 --ambient 1.5 --cavitation 0.4");
+    let (_, small) = solved("small", Some(&text(&bumpy(), [1.0, 1.0])), &small);
+    let si = format!("{flags} --ambient 150000 --cavitation 40000");
+    let (_, si) = solved("si", Some(&text(&bumpy(), [1e-3, 1e-6])), &si);
+    let peak = si.iter().map(|point| point[2]).fold(0.0, f64::max);
+    assert!(peak > 1e6, "{peak}");
+    for (small, si) in small.iter().zip(&si) {
+        // Both are solved to 1e-10 of the same numbers, but for the rounding of the units.
+        assert!((small[2] * 1e5 - si[2]).abs() <= 1e-8 * peak);
+        assert!((small[3] - si[3]).abs() <= 1e-8);
+    }
+}
+
+#[test]
+fn what_flows_in_flows_out() {
+    let profile = text(&bumpy(), [1e-3, 1e-6]);
+    for (name, ambient) in [("starved", "0"), ("flooded", "2e5")] {
+        let flags =
+            format!("--speed {SPEED} --viscosity {VISCOSITY} --ambient {ambient} --refine 1");
+        let (report, points) = solved(name, Some(&profile), &flags);
+        let flows = flows(&points);
+        let flow = flows.iter().sum::<f64>() / flows.len() as f64;
+        assert!((printed(&report, "flow") / flow - 1.0).abs() <= 1e-6, "{name}: {report}");
+        for (k, one) in flows.iter().enumerate() {
+            // The residual's 1e-10, summed over the points, and the rounding of the pressures' differences.
+            assert!((one - flow).abs() <= 1e-8 * flow, "{name}, piece {k}: {one} {flow}");
+        }
+        let ambient: f64 = ambient.parse().unwrap();
+        assert!((points[0][2] - ambient).abs() <= 1e-12 * ambient && points[59][2] == points[0][2]);
+        for [.., p, void] in points {
+            assert!(
+                p >= 0.0 && (0.0..1.0).contains(&void) && p * void == 0.0,
+                "{name}: {p} {void}"
+            );
+        }
+        assert!(report.contains("the film ruptures"), "{name}: {report}");
+        // A film that has broken forms again where the gap closes, or before an end with pressure.
+        assert!(report.contains("the film forms again"), "{name}: {report}");
+    }
+}
+
+#[test]
+fn a_plane_wedge_is_exact_at_its_points() {
+    // h = h₀(1 + K(1 − s)) with s = x/L, unevenly spaced; Cameron's formulas.
+    let (length, thin, k) = (0.05, 2e-5, 1.3);
+    let places = [0.0, 0.11, 0.19, 0.42, 0.5, 0.77, 0.93, 1.0];
+    let wedge: Vec<[f64; 2]> =
+        places.iter().map(|s| [s * length, thin * (1.0 + k * (1.0 - s))]).collect();
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY} --refine 40");
+    let (report, points) = solved("wedge", Some(&text(&wedge, [1.0, 1.0])), &flags);
+    assert_eq!(points.len(), 7 * 40 + 1);
+    let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
+    for [x, h, p, void] in points {
+        let s = x / length;
+        let exact = unit * k * s * (1.0 - s) * (thin / h).powi(2) / (2.0 + k);
+        // The balance holds to 1e-10 at each of 279 points, and the pressure sums what is off.
+        assert!((p - exact).abs() <= 1e-7 * unit && void == 0.0, "at {s}: {p} for {exact}");
+    }
+    let load = unit * length * (k.ln_1p() - 2.0 * k / (2.0 + k)) / (k * k);
+    let friction = VISCOSITY * SPEED * length / thin * (4.0 * k.ln_1p() / k - 6.0 / (2.0 + k));
+    // The sums are of second order in the 280 pieces.
+    assert!((printed(&report, "load") / load - 1.0).abs() <= 1e-3, "{report} {load}");
+    assert!((printed(&report, "friction") / friction - 1.0).abs() <= 1e-3, "{report} {friction}");
+}
+
+/// Whether no piece is longer than 1/400 of the film, and the given points are among those written.
+fn is_cut(points: &[Point], given: &[[f64; 2]]) -> bool {
+    let length = given[given.len() - 1][0] - given[0][0];
+    let fine =
+        points.windows(2).all(|pair| pair[1][0] - pair[0][0] <= length / 400.0 * (1.0 + 1e-9));
+    fine && given.iter().all(|[x, h]| points.iter().any(|point| point[..2] == [*x, *h]))
+}
+
+#[test]
+fn a_plane_wedge_of_two_points_has_its_load() {
+    let (length, thin) = (0.05, 2e-5);
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    for k in [0.5, 9.0] {
+        let gap = |s: f64| thin * (1.0 + k * (1.0 - s));
+        let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
+        let load = unit * length * (f64::ln_1p(k) - 2.0 * k / (2.0 + k)) / (k * k);
+        // Euler and Maclaurin: the sum over the points is off by Δx²/12 times the difference of dp/dx between the ends.
+        let ends = unit * length * k / (2.0 + k) * (1.0 + (1.0 + k).powi(-2));
+        let off = ends / (12.0 * 400.0 * 400.0);
+        for places in [&[0.0, 1.0][..], &[0.0, 0.37, 1.0]] {
+            let wedge: Vec<[f64; 2]> = places.iter().map(|&s| [s * length, gap(s)]).collect();
+            let (report, points) = solved("few", Some(&text(&wedge, [1.0, 1.0])), &flags);
+            assert!(is_cut(&points, &wedge), "{report}");
+            // Half as much again for the terms of higher order and the six digits printed.
+            assert!((printed(&report, "load") - load).abs() <= 1.5 * off, "{report} {load} {off}");
+        }
+    }
+}
+
+#[test]
+fn a_gap_of_three_points_narrows_and_widens() {
+    let vee: [[f64; 2]; 3] = [[0.0, 31e-6], [9e-3, 19e-6], [20e-3, 34e-6]];
+    let [falling, rising] =
+        [0, 1].map(|k| ((vee[k + 1][1] - vee[k][1]) / (vee[k + 1][0] - vee[k][0])).abs());
+    // With dp/dx = 6μU(h − c)/h³ on a straight gap, the pressures gained between two gaps at slope 1; c is the gap at the
+    // peak and, where p and dp/dx vanish, at the rupture.
+    let gained = |c: f64, from: f64, to: f64| {
+        let antiderivative = |h: f64| c / (2.0 * h * h) - 1.0 / h;
+        6.0 * VISCOSITY * SPEED * (antiderivative(from) - antiderivative(to))
+    };
+    let [wide, thin] = [vee[0][1], vee[1][1]];
+    let (mut low, mut high) = (thin, wide);
+    for _ in 0..60 {
+        let c = low.midpoint(high);
+        let left = gained(c, wide, thin) / falling + gained(c, c, thin) / rising;
+        if left > 0.0 { low = c } else { high = c }
+    }
+    let rupture = vee[1][0] + (low - thin) / rising;
+    let peak = gained(low, wide, low) / falling;
+
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let (report, points) = solved("vee", Some(&text(&vee, [1.0, 1.0])), &flags);
+    assert!(is_cut(&points, &vee), "{report}");
+    let piece = 20e-3 / 400.0;
+    assert!(
+        (printed(&report, "the film ruptures at x =") - rupture).abs() <= piece,
+        "{report} {rupture}"
+    );
+    // The peak lies between two points and the rupture within a piece: ½d²p/dx² Δx² for each.
+    let bend = 6.0 * VISCOSITY * SPEED * falling.max(rising) / low.powi(3);
+    assert!(
+        (printed(&report, "peak pressure") - peak).abs() <= bend * piece * piece,
+        "{report} {peak}"
+    );
+}
+
+#[test]
+fn two_points_very_close_together_are_a_step() {
+    // Rayleigh's step: the pressure is straight on both sides of it, and the flow the same.
+    let (length, ramp, [before, after]) = (0.02, 2e-8, [0.0141, 0.0059]);
+    let (wide, thin): (f64, f64) = (37e-6, 21e-6);
+    let step = [[0.0, wide], [before, wide], [before + ramp, thin], [length, thin]];
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let (report, points) = solved("step", Some(&text(&step, [1.0, 1.0])), &flags);
+    assert!(is_cut(&points, &step), "{report}");
+    let peak = 6.0 * VISCOSITY * SPEED * before * after * (wide - thin)
+        / (wide.powi(3) * after + thin.powi(3) * before);
+    // The ramp is a millionth of the film, and each side more than a quarter of it.
+    assert!((printed(&report, "peak pressure") / peak - 1.0).abs() <= 1e-5, "{report} {peak}");
+    let load = peak * length / 2.0;
+    assert!((printed(&report, "load") / load - 1.0).abs() <= 1e-5, "{report} {load}");
+}
+
+#[test]
+fn a_unit_without_a_name_is_a_factor() {
+    let flags =
+        format!("--speed {SPEED} --viscosity {VISCOSITY} --x-unit 0.0254 --p-unit 6894.757");
+    let (report, _) = solved("factor", Some("0 3e-5\n1 2e-5\n"), &flags);
+    let line = report.lines().find(|line| line.starts_with("peak pressure")).unwrap();
+    assert!(line.contains(" × 6.894757e3 Pa at x = ") && line.ends_with(" × 2.54e-2 m"), "{line}");
+    let svg = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/factor/target/film.svg");
+    let svg = fs::read_to_string(svg).unwrap();
+    for axis in ["x (× 2.54e-2 m)", "p (× 6.894757e3 Pa)", "h (m)"] {
+        assert!(svg.contains(axis), "{axis}");
+    }
+}
+
+#[test]
+fn a_diverging_wedge_cavitates_everywhere() {
+    let wedge: Vec<[f64; 2]> =
+        (0..12).map(|i| [f64::from(i * i) * 1e-4, 2e-5 + f64::from(i * i) * 3e-7]).collect();
+    let flags = format!(
+        "--speed {SPEED} --viscosity {VISCOSITY} --cavitation -8e4 --ambient -8e4 --refine 1"
+    );
+    let (report, points) = solved("diverging", Some(&text(&wedge, [1.0, 1.0])), &flags);
+    let mean = |k: usize| 2.0 / (1.0 / wedge[k][1] + 1.0 / wedge[k + 1][1]);
+    assert!(points.iter().all(|point| point[2] == -8e4), "{report}");
+    for (k, point) in points.iter().enumerate().take(11).skip(1) {
+        // What enters through the first piece fills the others to their mean gap.
+        assert!((point[3] - (1.0 - mean(0) / mean(k))).abs() <= 1e-9, "{report}");
+    }
+    assert!(report.contains("the film ruptures") && !report.contains("forms again"), "{report}");
+}
+
+#[test]
+fn wrong_input_is_refused_in_one_line() {
+    let cases = [
+        ("x,h\n0,1\n1,2\n2,3\n", "line 1: 'x' is not a finite number; begin a heading with #"),
+        ("# x h\n0,1\n\n2,2\n1,3\n", "line 5: x = 1 does not exceed the x before it, 2"),
+        ("0,1\n1,0\n2,3\n", "line 2: the gap h = 0 is not positive"),
+        ("0,1\n1,-4e-6\n2,3\n", "line 2: the gap h = -0.000004 is not positive"),
+        ("0 1\n1 NaN\n2 3\n", "line 2: 'NaN' is not a finite number"),
+        ("0;1\n1;1e999\n2;3\n", "line 2: '1e999' is not a finite number"),
+        ("0,1\n1,2,3\n2,3\n", "line 2: 3 columns where x and h are wanted"),
+        (
+            "0,1\n1,1\n1,2\n2,2\n",
+            "line 3: x = 1 does not exceed the x before it, 1; for a step, put two points very",
+        ),
+        ("0,1\n# the end\n", "profile.csv: a profile has at least 2 points, this one 1"),
+        ("", "profile.csv: a profile has at least 2 points, this one 0"),
+    ];
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    let refused = |profile: &str, flags: &str, what: &str| {
+        let (output, _) = film("refused", Some(profile), flags);
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{profile:?}: {err}");
+        assert_eq!(err.lines().count(), 1, "{profile:?}: {err}");
+        assert!(err.contains(what), "{profile:?}: {err}");
+    };
+    for (profile, what) in cases {
+        refused(profile, &flags, what);
+        if what.starts_with("line") {
+            refused(profile, &flags, "profile.csv");
+        }
+    }
+    let sound = "0,1\n1,2\n2,3\n";
+    refused(
+        sound,
+        &format!("{flags} --ambient 1 --cavitation 2"),
+        "--ambient is below --cavitation",
+    );
+    refused(sound, &format!("{flags} --ambient NaN"), "--ambient is below --cavitation");
+    refused("0,1\n1,2\n", &format!("{flags} --refine 1"), "--refine 2 or more");
+    let arguments = [
+        ("--speed 0 --viscosity 1", "'0' for '--speed <SPEED>': not a positive number"),
+        ("--speed -5 --viscosity 1", "turn the profile round"),
+        ("--speed 7.2km/h --viscosity 1", "in m/s without the unit, e.g. 2 for 7.2 km/h"),
+        (
+            "--speed 5 --viscosity -1e-2",
+            "'-1e-2' for '--viscosity <VISCOSITY>': not a positive number",
+        ),
+        ("--speed 5 --viscosity 1 --x-unit inch", "not a positive number; in metres, e.g. 0.0254"),
+        ("--speed 5 --viscosity 1 --h-unit -1", "not a positive number; in metres"),
+        ("--speed 5 --viscosity 1 --p-unit inf", "not a positive number; in pascals"),
+        ("--speed 5 --viscosity 1 --refine -3", "-3 is not in 1..=65535"),
+        ("", "--speed"),
+    ];
+    for (arguments, what) in arguments {
+        let (output, _) = film("refused", Some(sound), arguments);
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {err}");
+        assert!(err.contains(what), "{arguments}: {err}");
+    }
+}
+
+#[test]
+fn gaps_above_a_millimetre_are_solved_with_a_warning() {
+    let profile = text(&bumpy(), [1.0, 1.0]);
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    // The points are in millimetres and micrometres.
+    let (forgotten, _) = film("forgotten", Some(&profile), &flags);
+    let err = String::from_utf8_lossy(&forgotten.stderr);
+    assert_eq!((forgotten.status.code(), err.lines().count()), (Some(0), 1), "{err}");
+    assert!(err.contains("--h-unit") && err.contains("--x-unit"), "{err}");
+    let units = format!("{flags} --x-unit 1e-3 --h-unit 1e-6");
+    let (given, _) = film("given", Some(&profile), &units);
+    assert!(given.status.success() && given.stderr.is_empty());
+}
+
+#[test]
+fn the_profile_is_not_written_over() {
+    let profile = "0 3e-5\n0.01 2e-5\n";
+    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
+    for (file, out) in
+        [("profile.csv", "profile"), ("profile.csv", "../spared/profile"), ("pad.svg", "pad")]
+    {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/spared");
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join(file), profile).unwrap();
+        let (output, _) = film("spared", None, &format!("{file} {flags} --out {out}"));
+        let wanted =
+            format!("error: --out {out} would overwrite the profile {file}; give another name\n");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), wanted);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(output.stdout.is_empty());
+        assert_eq!(fs::read_to_string(folder.join(file)).unwrap(), profile);
+    }
+    // What follows a dot is part of the name.
+    for out in ["profile.2", "profile.csv"] {
+        let (output, folder) = film("spared", Some(profile), &format!("{flags} --out {out}"));
+        let printed = String::from_utf8_lossy(&output.stdout);
+        assert!(printed.contains(&format!("wrote {out}.svg and {out}.csv")), "{printed}");
+        for extension in ["svg", "csv"] {
+            assert!(folder.with_file_name(format!("{out}.{extension}")).exists(), "{out}");
+        }
+        assert_eq!(fs::read_to_string(folder.with_file_name("profile.csv")).unwrap(), profile);
+    }
+}

@@ -1,0 +1,80 @@
+//! The commands that draw run, and what they write is small.
+
+use std::{fs, path::PathBuf};
+
+use crate::{
+    command::{hlcp, text},
+    folder::Folder,
+};
+
+#[test]
+fn the_gallery_is_drawn() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("gallery");
+    let output = hlcp("gallery", "--out").arg(&folder).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let names = [
+        "slider",
+        "disc-lcp",
+        "disc-hlcp",
+        "journal-bearing",
+        "obstacle",
+        "bearing2d",
+        "bearing2d-groove",
+        "american-put",
+    ];
+    for name in names {
+        let file = |kind: &str| fs::read_to_string(folder.join(format!("gallery-{name}.{kind}")));
+        let (svg, csv) = (file("svg").expect("drawn"), file("csv").expect("written"));
+        assert!(svg.starts_with("<svg") && svg.len() < 300_000, "{name}: {} bytes", svg.len());
+        assert!(csv.lines().count() > 100 && csv.len() < 300_000, "{name}");
+        // A value that is no number would be drawn as nothing.
+        assert!(!csv.contains("NaN") && !csv.contains("inf"), "{name}");
+    }
+}
+
+const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached\n";
+
+#[test]
+fn measurements_of_ones_own_are_on_the_charts() {
+    let folder = Folder::new("added");
+    let rows = "\"Example 1 (4, 4), m = 32, 0/1\",mine,1e-2,3e-3,0.001,0.002,0.004,7,true\n\
+                \"slider, N = 24\",mine,1e-2,3e-3,0.001,0.002,0.004,,false\n";
+    let file = folder.write("mine.csv", format!("{COLUMNS}{rows}"));
+    let mut command = hlcp("speed-vs-accuracy", "--quick --add");
+    let output = command.arg(&file).arg("--out").arg(&folder.0).output().unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let read = |name: &str| fs::read_to_string(folder.0.join(name)).unwrap();
+    for chart in ["methods", "beyond"] {
+        let csv = read(&format!("{chart}.csv"));
+        let written = csv.lines().filter(|line| line.contains(",\"mine\",")).collect::<Vec<_>>();
+        assert_eq!(written.len(), 2, "{csv}");
+        assert!(written[0].ends_with(",3e-3,0.001000,0.002000,0.004000,7,true"), "{}", written[0]);
+        // What is written can be added in its turn.
+        assert_eq!(csv.lines().next(), COLUMNS.lines().next());
+        assert!(read(&format!("{chart}-seconds.svg")).contains(">mine<"));
+    }
+    assert!(!read("precisions.csv").contains("mine"));
+}
+
+#[test]
+fn measurements_that_fit_no_chart_are_refused_with_their_line() {
+    let folder = Folder::new("unfit");
+    for (row, named) in [
+        (
+            "slider,mine,1,1,1,1,1,1,true",
+            "there is no problem 'slider' here; they are Example 1 (4",
+        ),
+        ("mine,1,1,1,1,1,1,true", "8 columns where there must be 9"),
+        ("\"slider, N = 24\",mine,1,-1,1,1,1,1,true", "true error is '-1', not a number of 0"),
+        ("\"slider, N = 24\",mine,1,1,1,nan,1,1,true", "seconds median is 'nan'"),
+        ("\"slider, N = 24\",mine,1,1,1,1,1,1,yes", "reached must be true or false"),
+    ] {
+        let file = folder.write("mine.csv", format!("{COLUMNS}{row}\n"));
+        let mut command = hlcp("speed-vs-accuracy", "--quick --out nowhere --add");
+        let output = command.current_dir(&folder.0).arg(&file).output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!((output.status.code(), err.lines().count()), (Some(1), 1), "{err}");
+        assert!(err.contains("mine.csv, line 2: ") && err.contains(named), "{err}");
+        assert!(!folder.0.join("nowhere").exists());
+    }
+}

@@ -1,0 +1,13 @@
+//! The command `hlcp` and the documents, tested as a user meets them.
+
+mod command;
+mod documents;
+mod examples;
+mod files;
+mod film;
+mod folder;
+mod gallery;
+mod outputs;
+mod paper;
+mod siconos;
+mod solve;

@@ -1,0 +1,343 @@
+//! The iteration counts behind the tables of `docs/paper.md`: recorded at m = 128, and confirmed on small
+//! grids by the dense textbook methods.
+
+use hlcp_core::{Hlcp, Omega, Rows};
+use hlcp_methods::{Limits, Method, Named, Options, Parameters, Solver};
+use hlcp_verify::{
+    Example, Slider,
+    oracle::{Dense, Iteration, aor_splitting},
+};
+use nalgebra::{DMatrix, DVector};
+
+/// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν = 0, and
+/// on Example 2 with μ = ν = 4.
+type Row = (f64, [f64; 2], [[usize; 3]; 3]);
+
+/// m = 128, start e, γ = 1, absolute 2-norm 10⁻¹⁰.
+#[rustfmt::skip] // a table
+const COUNTS: [Row; 18] = [
+    (0.8, [1.2, 1.2], [[39, 33, 19], [72, 44, 35], [33, 25, 20]]),
+    (0.8, [1.0, 1.0], [[22, 22, 11], [75, 68, 38], [17, 17, 10]]),
+    (0.8, [0.8, 0.8], [[35, 35, 18], [111, 104, 56], [30, 30, 17]]),
+    (0.8, [1.3, 1.1], [[63, 47, 30], [202, 68, 91], [49, 36, 31]]),
+    (0.8, [1.1, 0.9], [[31, 27, 15], [71, 65, 36], [25, 21, 15]]),
+    (0.8, [0.9, 0.7], [[30, 30, 15], [103, 97, 52], [26, 26, 15]]),
+    (1.0, [1.2, 1.2], [[29, 26, 14], [58, 49, 30], [29, 20, 14]]),
+    (1.0, [1.0, 1.0], [[24, 22, 12], [83, 74, 42], [20, 16, 12]]),
+    (1.0, [0.8, 0.8], [[38, 36, 19], [120, 111, 60], [34, 31, 19]]),
+    (1.0, [1.3, 1.1], [[43, 37, 20], [85, 54, 40], [38, 27, 20]]),
+    (1.0, [1.1, 0.9], [[24, 22, 12], [79, 70, 40], [19, 17, 12]]),
+    (1.0, [0.9, 0.7], [[33, 31, 17], [111, 102, 56], [29, 26, 16]]),
+    (1.2, [1.2, 1.2], [[32, 27, 17], [66, 55, 36], [37, 26, 17]]),
+    (1.2, [1.0, 1.0], [[28, 26, 14], [92, 81, 46], [24, 20, 13]]),
+    (1.2, [0.8, 0.8], [[42, 40, 21], [131, 121, 66], [38, 35, 21]]),
+    (1.2, [1.3, 1.1], [[47, 38, 24], [66, 53, 40], [51, 33, 24]]),
+    (1.2, [1.1, 0.9], [[25, 22, 13], [86, 76, 44], [25, 18, 13]]),
+    (1.2, [0.9, 0.7], [[36, 34, 18], [120, 110, 60], [33, 30, 18]]),
+];
+
+const SCENES: [(bool, f64); 3] = [(true, 4.0), (true, 0.0), (false, 4.0)];
+
+/// The slider of 128 cells: start e, γ = 1, relative 2-norm 10⁻¹⁰, τ = 1.
+const SLIDER_COUNTS: [(&str, usize); 13] = [
+    ("MJ", 29196),
+    ("TMJ", 14598),
+    ("TMJSOR1", 13345),
+    ("TMJSOR2", 12360),
+    ("TMJSOR3", 11457),
+    ("TMJSOR4", 10624),
+    ("MGS", 7093),
+    ("AMGS", 14446),
+    ("TMGSJ", 5704),
+    ("TMGSSOR1", 5531),
+    ("TMGS", 5356),
+    ("TMGSSOR2", 5181),
+    ("TMGSSOR3", 5005),
+];
+
+/// A residual that lands on the threshold may fall on either side of it; far down a slow iteration, where
+/// the residual shrinks by one part in a thousand a step, so may a few. The slider's residual carries
+/// roundings of ε‖A‖‖z‖ ≈ 10⁻¹³ ‖q‖ there, a thousandth of the tolerance.
+fn same_count(found: usize, expected: usize) -> bool {
+    found.abs_diff(expected) <= 1 + expected / 10_000
+}
+
+fn named(name: &str, pair: Option<[f64; 2]>) -> Named {
+    let [alpha, beta] = [0, 1].map(|k| pair.map(|pair| pair[k]));
+    Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).unwrap()
+}
+
+/// The library's count; `None` where it does not converge.
+fn count<A: Rows<f64>, B: Rows<f64>>(
+    (a, b, q): (&A, &B, &[f64]),
+    tau: f64,
+    method: Named,
+    limits: &Limits,
+) -> Option<usize> {
+    let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
+    let method: Box<dyn Method<f64, A = _, B = _> + '_> =
+        method.on(Hlcp::new(a, b, omega).unwrap()).unwrap();
+    let mut solver = Solver::new(method);
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(*limits)).unwrap();
+    outcome.converged().then_some(outcome.iterations)
+}
+
+fn slider_limits() -> Limits {
+    Limits::relative(1e-10)
+}
+
+#[test]
+fn counts_of_tables_3_to_5() {
+    for (tau, pair, counts) in COUNTS {
+        for ((symmetric, shift), counts) in SCENES.into_iter().zip(counts) {
+            let scene = Example { symmetric, m: 128, mu: shift, nu: shift }.pose::<f64>().unwrap();
+            for (name, expected) in ["MAOR", "AMAOR", "TMAOR"].into_iter().zip(counts) {
+                let data = (&scene.a, &scene.b, &scene.q[..]);
+                let found = count(data, tau, named(name, Some(pair)), &Limits::absolute(1e-10));
+                assert!(
+                    found.is_some_and(|found| same_count(found, expected)),
+                    "{name} τ {tau} {pair:?} symmetric {symmetric} shift {shift}: {found:?} for {expected}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn counts_of_table_6() {
+    let (a, b, q) = Slider { cells: 128 }.pose::<f64>().unwrap();
+    for (name, expected) in SLIDER_COUNTS {
+        let found = count((&a, &b, &q), 1.0, named(name, None), &slider_limits());
+        assert!(found.is_some_and(|found| same_count(found, expected)), "{name}: {found:?}");
+    }
+    assert_eq!(count((&a, &b, &q), 1.0, named("AMJ", None), &slider_limits()), None);
+}
+
+/// The textbook's count: the paper's formulas with every matrix formed, and nothing of the library.
+fn textbook_count(dense: &Dense, steps: &[Iteration], tolerance: f64) -> usize {
+    let mut x = DVector::from_element(dense.q.len(), 1.0);
+    for k in 0..5_000 {
+        let (z, r) = (x.abs() + &x, dense.omega.component_mul(&(x.abs() - &x)));
+        if (&dense.a * z - &dense.b * r + &dense.q).norm() <= tolerance {
+            return k;
+        }
+        x = steps.iter().fold(x, |x, step| step.step(&x));
+    }
+    panic!("the textbook method does not converge");
+}
+
+/// The steps of a method: a pair for each, the second one backward.
+fn textbook(dense: &Dense, name: &str, first: [f64; 2], second: [f64; 2]) -> Vec<Iteration> {
+    let step = |pair, backward| {
+        let of = |matrix: &DMatrix<f64>| aor_splitting(matrix, pair, backward);
+        dense.mms(of(&dense.a), of(&dense.b))
+    };
+    match name.as_bytes() {
+        [b'A', ..] => vec![dense.amms(first, first, false)],
+        [b'T', ..] => vec![step(first, false), step(second, true)],
+        _ => vec![step(first, false)],
+    }
+}
+
+fn kronecker_line(m: usize, [below, on, above]: [f64; 3]) -> DMatrix<f64> {
+    DMatrix::from_fn(m, m, |i, j| match (i + 1).wrapping_sub(j) {
+        2 => below,
+        1 => on,
+        0 => above,
+        _ => 0.0,
+    })
+}
+
+/// Examples 1 and 2 from the paper's definitions, with Ω = τ D_A D_B⁻¹ and γ = 1.
+fn dense_example(symmetric: bool, m: usize, shift: f64, tau: f64) -> Dense {
+    let [below, above] = if symmetric { [-1.0, -1.0] } else { [-1.5, -0.5] };
+    let identity = |n: usize| DMatrix::<f64>::identity(n, n);
+    let b = identity(m).kronecker(&kronecker_line(m, [below, 4.0, above]));
+    let a = &b + kronecker_line(m, [below, 0.0, above]).kronecker(&identity(m));
+    let [a, b] = [a, b].map(|matrix| matrix + shift * identity(m * m));
+    let z = DVector::from_fn(m * m, |i, _| (i % 2) as f64);
+    let q = &b * z.map(|z| 1.0 - z) - &a * &z;
+    let omega = DVector::from_fn(m * m, |i, _| tau * a[(i, i)] / b[(i, i)]);
+    Dense { a, b, q, omega, gamma: 1.0 }
+}
+
+#[test]
+fn the_textbook_counts_the_same_on_a_small_grid() {
+    let m = 6;
+    for (tau, pair, _) in COUNTS {
+        for (symmetric, shift) in SCENES {
+            let dense = dense_example(symmetric, m, shift, tau);
+            let scene = Example { symmetric, m, mu: shift, nu: shift }.pose::<f64>().unwrap();
+            for name in ["MAOR", "AMAOR", "TMAOR"] {
+                let data = (&scene.a, &scene.b, &scene.q[..]);
+                let found = count(data, tau, named(name, Some(pair)), &Limits::absolute(1e-10));
+                let expected = textbook_count(&dense, &textbook(&dense, name, pair, pair), 1e-10);
+                assert!(
+                    found.is_some_and(|found| same_count(found, expected)),
+                    "{name} τ {tau} {pair:?} symmetric {symmetric} shift {shift}: {found:?} for {expected}"
+                );
+            }
+        }
+    }
+}
+
+/// The slider's matrices in SI units, from the discretised Reynolds equation.
+fn dense_slider(cells: usize) -> [DMatrix<f64>; 2] {
+    let (n, dx) = (cells - 1, Slider::LENGTH / cells as f64);
+    let h = |x: f64| {
+        let s = 2.0 * x / Slider::LENGTH - 1.0;
+        Slider::H_MIN + (Slider::H_MAX - Slider::H_MIN) * s.powi(2)
+    };
+    let conductance =
+        |x: f64| h(x).powi(3) / (6.0 * Slider::VISCOSITY * Slider::SPEED * dx.powi(2));
+    let x = |i: usize| (i + 1) as f64 * dx;
+    let a = DMatrix::from_fn(n, n, |i, j| match (i + 1).wrapping_sub(j) {
+        2 => -conductance(x(i) - dx / 2.0),
+        1 => conductance(x(i) - dx / 2.0) + conductance(x(i) + dx / 2.0),
+        0 => -conductance(x(i) + dx / 2.0),
+        _ => 0.0,
+    });
+    let b = DMatrix::from_fn(n, n, |i, j| match (i + 1).wrapping_sub(j) {
+        2 => -h(x(j)) / dx,
+        1 => h(x(j)) / dx,
+        _ => 0.0,
+    });
+    [a, b]
+}
+
+#[test]
+fn the_slider_is_the_reynolds_equation_and_the_textbook_counts_the_same() {
+    let cells = 24;
+    let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+    let n = q.len();
+    let row_unit = Slider::LENGTH / Slider::H_MIN;
+    let [dense_a, dense_b] = dense_slider(cells);
+    let dense_a = dense_a * (Slider::PRESSURE_UNIT * row_unit);
+    let dense_b = dense_b * row_unit;
+    let walked = |operator: &dyn Rows<f64>| {
+        let mut matrix = DMatrix::zeros(n, n);
+        for i in 0..n {
+            operator.visit_row(i, &mut |j, value| matrix[(i, j)] = value);
+        }
+        matrix
+    };
+    for (found, expected) in [(walked(&a), &dense_a), (walked(&b), &dense_b)] {
+        // Some twenty roundings an entry.
+        assert!(
+            (found - expected).abs().component_div(&expected.map(|v| v.abs().max(1e-300))).max()
+                <= 1e-14
+        );
+    }
+    // q is what a full film would need: with z = 0 and r = 0 the flux is h.
+    let inlet = 2.0 * cells as f64;
+    let full = &dense_b * DVector::from_element(n, 1.0)
+        - DVector::from_fn(n, |i, _| if i == 0 { inlet } else { 0.0 });
+    assert!((full - DVector::from_column_slice(&q)).amax() <= 1e-14 * inlet);
+
+    let omega = dense_a.diagonal().component_div(&dense_b.diagonal());
+    let dense =
+        Dense { a: dense_a, b: dense_b, q: DVector::from_column_slice(&q), omega, gamma: 1.0 };
+    for (name, _) in SLIDER_COUNTS {
+        let method = named(name, None);
+        let found = count((&a, &b, &q), 1.0, method, &slider_limits());
+        let steps =
+            textbook(&dense, name, method.first().unwrap(), method.second().unwrap_or_default());
+        let expected = textbook_count(&dense, &steps, 1e-10 * dense.q.norm());
+        assert!(
+            found.is_some_and(|found| same_count(found, expected)),
+            "{name}: {found:?} {expected}"
+        );
+    }
+}
+
+/// With s = 2X − 1, H = 1 + s² and H³ z' = H − H(X_c), both the rupture and the peak are integrals of H⁻²
+/// and H⁻³, and those have closed forms.
+#[test]
+fn the_slider_answer_solves_the_continuous_problem() {
+    let squared = |s: f64| s / (2.0 * (1.0 + s * s)) + s.atan() / 2.0;
+    let cubed = |s: f64| s / (4.0 * (1.0 + s * s).powi(2)) + 0.75 * squared(s);
+    let s_c = 2.0 * Slider::RUPTURE / Slider::LENGTH - 1.0;
+    let z =
+        |s: f64| (squared(s) - squared(-1.0) - (1.0 + s_c * s_c) * (cubed(s) - cubed(-1.0))) / 2.0;
+    // The constants carry 15 and 13 decimals.
+    assert!(z(s_c).abs() <= 1e-14, "{:e}", z(s_c));
+    assert!((z(-s_c) - Slider::PEAK / Slider::PRESSURE_UNIT).abs() <= 1e-13);
+    assert!([-1e-3, 1e-3].iter().all(|step| z(-s_c + step) < z(-s_c)));
+}
+
+/// First order in the peak pressure; the rupture point within a cell.
+#[test]
+fn the_slider_converges_to_the_continuous_problem() {
+    let errors = [100, 200, 400].map(|cells| {
+        let slider = Slider { cells };
+        let (a, b, q) = slider.pose::<f64>().unwrap();
+        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+        let mut mgs =
+            Solver::new(named("MGS", None).on(Hlcp::new(&a, &b, omega).unwrap()).unwrap());
+        let limits = Limits { iterations: 100_000, ..slider_limits() };
+        assert!(
+            mgs.solve(&q, Options::from_x(&vec![1.0; q.len()]).limits(limits)).unwrap().converged()
+        );
+        let rupture = slider.rupture(mgs.z());
+        assert!((rupture - Slider::RUPTURE).abs() <= Slider::LENGTH / cells as f64);
+        slider.peak(mgs.z()) - Slider::PEAK
+    });
+    for pair in errors.windows(2) {
+        // The second-order term is of the size of the first-order one times Δx/L.
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 1.0).abs() <= 0.05, "{errors:?}: order {order}");
+    }
+}
+
+#[test]
+fn a_slider_without_interior_nodes_is_refused() {
+    for cells in [0, 1] {
+        let error = Slider { cells }.pose::<f32>().map(drop).unwrap_err();
+        assert!(matches!(error, hlcp_core::Error::Empty { .. }), "{error}");
+    }
+    let (a, b, q) = Slider { cells: 2 }.pose::<f32>().unwrap();
+    assert_eq!((q.len(), count_entries(&a), count_entries(&b)), (1, 1, 1));
+}
+
+fn count_entries(operator: &impl Rows<f32>) -> usize {
+    let mut entries = 0;
+    (0..operator.order()).for_each(|i| operator.visit_row(i, &mut |_, _| entries += 1));
+    entries
+}
+
+/// (II), Ω ≥ D_A D_B⁻¹ and 0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)].
+fn theorem_2_covers(dense: &Dense, [alpha, beta]: [f64; 2]) -> bool {
+    let n = dense.q.len();
+    let (a, b, omega) = (&dense.a, &dense.b, &dense.omega);
+    let off_diagonal = (0..n * n).map(|k| (k / n, k % n)).filter(|(i, j)| i != j);
+    let second = off_diagonal.into_iter().all(|(i, j)| {
+        let (a, b) = (a[(i, j)], b[(i, j)]);
+        b.abs() * omega[j] <= a.abs() && (b == 0.0 || b.signum() == a.signum())
+    });
+    let large_omega = (0..n).all(|i| omega[i] >= a[(i, i)] / b[(i, i)]);
+    let matrix = DMatrix::from_fn(n, n, |i, j| {
+        let scale = a[(i, i)] + b[(i, i)] * omega[i];
+        if i == j { b[(i, i)] * omega[i] / scale } else { a[(i, j)].abs() / scale }
+    });
+    // αρ(T) < 1 exactly when I/α − T has a non-negative inverse.
+    let inverse = (DMatrix::identity(n, n) / alpha - matrix).try_inverse();
+    let in_range = inverse.is_some_and(|inverse| inverse.min() >= 0.0);
+    second && large_omega && 0.0 < beta && beta <= alpha && in_range
+}
+
+/// Of the 54 configurations the theorem covers 6, 3 and 6: those of τ = 1, without over-relaxation where
+/// μ = ν = 0. The others converge all the same, by the counts above.
+#[test]
+fn theorem_2_covers_fifteen_of_the_54_configurations() {
+    let covered = SCENES.map(|(symmetric, shift)| {
+        let covers = |(tau, pair, _): &&Row| {
+            theorem_2_covers(&dense_example(symmetric, 6, shift, *tau), *pair)
+        };
+        let rows: Vec<_> = COUNTS.iter().filter(covers).collect();
+        assert!(
+            rows.iter().all(|(tau, [alpha, _], _)| *tau == 1.0 && (*alpha <= 1.0 || shift > 0.0))
+        );
+        rows.len()
+    });
+    assert_eq!(covered, [6, 3, 6]);
+}

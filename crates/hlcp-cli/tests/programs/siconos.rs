@@ -1,0 +1,175 @@
+//! External problems with exact answers (see `../data/siconos-lcp/README.md`), solved through files by the command
+//! `solve`, as a user would.
+
+use std::{fs, path::Path};
+
+use hlcp_core::market;
+use nalgebra::DMatrix;
+use serde_json::Value;
+
+use crate::command::{json, refused};
+
+/// M and q of an LCP file.
+fn read(name: &str) -> (DMatrix<f64>, Vec<f64>) {
+    let text = fs::read_to_string(Path::new("tests/data/siconos-lcp").join(name)).unwrap();
+    let mut numbers = text.split_whitespace().map_while(|word| word.parse::<f64>().ok());
+    let mut number = || numbers.next().expect("the file goes on");
+    let n = number() as usize;
+    let dense = number() == 0.0;
+    let matrix = if dense {
+        (0..4).for_each(|_| _ = number());
+        DMatrix::from_fn(n, n, |_, _| number()) // filled by columns, as the file is
+    } else {
+        let [_, _, blocks] = [(); 3].map(|()| number() as usize);
+        let [rows, columns] = [(); 2].map(|()| number() as usize);
+        let row_ends: Vec<_> = (0..rows).map(|_| number() as usize).collect();
+        let column_ends: Vec<_> = (0..columns).map(|_| number() as usize).collect();
+        let [pointers, _] = [(); 2].map(|()| number() as usize);
+        let pointer: Vec<_> = (0..pointers).map(|_| number() as usize).collect();
+        let at: Vec<_> = (0..blocks).map(|_| number() as usize).collect();
+        let start = |ends: &[usize], k: usize| if k == 0 { 0 } else { ends[k - 1] };
+        let mut matrix = DMatrix::zeros(n, n);
+        for k in 0..blocks {
+            assert_eq!(number() as usize, k);
+            let row = pointer.iter().rposition(|&p| p <= k).unwrap();
+            for j in start(&column_ends, at[k])..column_ends[at[k]] {
+                for i in start(&row_ends, row)..row_ends[row] {
+                    matrix[(i, j)] = number();
+                }
+            }
+        }
+        matrix
+    };
+    let q = (0..n).map(|_| number()).collect();
+    (matrix, q)
+}
+
+/// Runs `solve` on a pair and returns the report, z and r; B is the identity where there is none.
+struct Files {
+    folder: std::path::PathBuf,
+    command: String,
+}
+
+impl Files {
+    fn new(name: &str, a: &DMatrix<f64>, b: Option<&DMatrix<f64>>, q: &[f64]) -> Self {
+        let folder = std::env::temp_dir().join(format!("hlcp-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let write = |file: &str, matrix: &DMatrix<f64>| {
+            let n = matrix.nrows();
+            let mut text =
+                format!("%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n", n * n);
+            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+                text += &format!("{} {} {:e}\n", i + 1, j + 1, matrix[(i, j)]);
+            }
+            fs::write(folder.join(file), text).unwrap();
+        };
+        write("A.mtx", a);
+        b.iter().for_each(|b| write("B.mtx", b));
+        fs::write(folder.join("q.txt"), q.iter().map(|q| format!("{q:e}\n")).collect::<String>())
+            .unwrap();
+        let at = |file: &str| folder.join(file).display().to_string();
+        let b = if b.is_some() { format!("--b {}", at("B.mtx")) } else { String::new() };
+        let command = format!(
+            "--a {} {b} --q {} --out-z {} --out-r {}",
+            at("A.mtx"),
+            at("q.txt"),
+            at("z.mtx"),
+            at("r.mtx")
+        );
+        Self { folder, command }
+    }
+
+    fn solve(&self, method: &str, order: usize) -> (Value, Vec<f64>, Vec<f64>) {
+        let (report, _) = json(&format!("{} --json --method {method}", self.command));
+        let read = |file| market::read_vector(&self.folder.join(file), order).unwrap();
+        (report, read("z.mtx"), read("r.mtx"))
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+const METHODS: [&str; 9] = ["MJ", "MGS", "AMJ", "AMGS", "TMJ", "TMGS", "MSOR3", "AMAOR3", "TMAOR3"];
+
+fn expected() -> Value {
+    let text = fs::read_to_string("tests/data/siconos-lcp/expected.json").unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[test]
+fn h_plus_files_are_solved_exactly_by_every_method() {
+    let mut files = 0;
+    for (name, facts) in expected().as_object().unwrap() {
+        if facts["h_plus"] != true {
+            continue;
+        }
+        files += 1;
+        let (matrix, q) = read(name);
+        let command = Files::new(name, &matrix, None, &q);
+        for method in METHODS {
+            let (report, z, r) = command.solve(method, q.len());
+            assert_eq!(report["outcome"], "converged", "{name} {method}");
+            // The modulus method's residual bounds the error through ‖M⁻¹‖, at most 3^6 here.
+            for (found, key) in [(z, "z"), (r, "w")] {
+                for (i, found) in found.iter().enumerate() {
+                    let exact = facts["solutions"][0][key][i].as_f64().unwrap();
+                    assert!((found - exact).abs() <= 729.0 * 1e-10, "{name} {method} {key}[{i}]");
+                }
+            }
+        }
+    }
+    assert_eq!(files, 4);
+}
+
+#[test]
+fn zero_diagonals_are_refused_with_their_index() {
+    for (name, index) in
+        [("lcp_CPS_2.dat", 0), ("lcp_CPS_4.dat", 3), ("lcp_Pang_isolated_sol_perturbed.dat", 0)]
+    {
+        let (matrix, q) = read(name);
+        let command = Files::new(name, &matrix, None, &q);
+        for method in METHODS {
+            let named = format!("diagonal of A[{index}] is 0");
+            refused(&format!("{} --method {method}", command.command), &named);
+        }
+    }
+}
+
+#[test]
+fn a_segment_of_solutions_is_met_in_one_of_its_points_or_not_at_all() {
+    let (matrix, q) = read("lcp_CPS_1.dat");
+    let command = Files::new("segment", &matrix, None, &q);
+    let mut met = 0;
+    for method in METHODS {
+        let (report, z, r) = command.solve(method, 2);
+        if report["outcome"] == "converged" {
+            met += 1;
+            assert!((z[0] + z[1] - 1.0).abs() <= 1e-10, "{method}");
+            assert!(r.iter().all(|&r| r <= 1e-10), "{method}");
+        }
+    }
+    assert!(met > 0);
+}
+
+/// Both matrices are H₊, and the problem has three solutions.
+#[test]
+fn of_three_solutions_one_is_met_or_none() {
+    let a = DMatrix::from_row_slice(2, 2, &[1.0, -2.0, 0.0, 1.0]);
+    let b = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -2.0, 1.0]);
+    let command = Files::new("three", &a, Some(&b), &[1.0, -1.0]);
+    let solutions =
+        [([0.0, 0.0], [1.0, 1.0]), ([1.0, 1.0], [0.0, 0.0]), ([0.0, 1.0 / 3.0], [1.0 / 3.0, 0.0])];
+    for method in METHODS {
+        let (report, z, r) = command.solve(method, 2);
+        if report["outcome"] == "converged" {
+            let near = |exact: &([f64; 2], [f64; 2])| {
+                (0..2)
+                    .all(|i| (z[i] - exact.0[i]).abs() <= 1e-9 && (r[i] - exact.1[i]).abs() <= 1e-9)
+            };
+            assert!(solutions.iter().any(near), "{method}: {z:?} {r:?}");
+        }
+    }
+}

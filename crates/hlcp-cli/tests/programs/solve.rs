@@ -1,0 +1,258 @@
+//! `hlcp solve`, run as a user runs it.
+
+use hlcp_verify::Slider;
+use serde_json::Value;
+
+use crate::command::{json, refused, solve, text};
+
+#[test]
+fn every_method_of_the_paper_by_name() {
+    let fixed = "MJ MGS AMJ AMGS TMJ TMGS MSOR1 MSOR2 MSOR3 MAOR1 MAOR2 MAOR3 AMSOR1 AMSOR2 AMSOR3 AMAOR1 AMAOR2 \
+                 AMAOR3 TMSOR1 TMSOR2 TMSOR3 TMAOR1 TMAOR2 TMAOR3 TMJSOR1 TMJSOR2 TMJSOR3 TMJSOR4 TMGSJ TMGSSOR1 \
+                 TMGSSOR2 TMGSSOR3"
+        .split_whitespace()
+        .map(String::from);
+    let open = ["M", "AM", "TM"].into_iter().flat_map(|family| {
+        [format!("{family}SOR --alpha 1.1"), format!("{family}AOR --alpha 1.1 --beta 0.9")]
+    });
+    for method in fixed.chain(open) {
+        for scene in ["example1", "example2"] {
+            let (report, status) =
+                json(&format!("--scene {scene} --m 12 --json --method {method}"));
+            assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0), "{method}");
+            assert!(report["error_linf"].as_f64().unwrap() <= 1e-10);
+            let two = i64::from(method.starts_with("TM")) + 1;
+            let count = |key: &str| report[key].as_i64().unwrap();
+            assert_eq!(count("sweeps"), two * count("iterations"));
+        }
+    }
+}
+
+#[test]
+fn the_report_has_its_keys_and_numbers() {
+    let arguments = "--scene example2 --m 9 --mu 3 --nu 2.5 --method tmaor --alpha 1.1 --beta 0.8 --tau 0.9 \
+                     --gamma 2.5 --json";
+    let (report, status) = json(arguments);
+    let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
+    let expected = "scene n method alpha beta tau gamma precision threads outcome iterations sweeps linear_iterations \
+                    residual_l2 residual_linf error_linf objective seconds";
+    assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
+    assert_eq!(status, 0);
+    for (key, value) in [
+        ("scene", Value::from("example2")),
+        ("n", 81.into()),
+        ("method", "TMAOR".into()),
+        ("alpha", 1.1.into()),
+        ("beta", 0.8.into()),
+        ("tau", 0.9.into()),
+        ("gamma", 2.5.into()),
+        ("precision", "f64".into()),
+    ] {
+        assert_eq!(report[key], value, "{key}");
+    }
+    assert!(report["residual_l2"].as_f64().unwrap() <= 1e-10);
+    assert!(report["residual_linf"].as_f64().unwrap() <= report["residual_l2"].as_f64().unwrap());
+}
+
+#[test]
+fn single_precision_reaches_its_default_tolerance() {
+    for scene in ["--scene example1", "--scene example2", "--scene example1 --mu 0 --nu 0"] {
+        for method in ["MGS", "AMGS", "TMGS", "TMAOR3"] {
+            let (report, status) =
+                json(&format!("{scene} --m 64 --precision f32 --json --method {method}"));
+            assert_eq!(
+                (&report["outcome"], status),
+                (&Value::from("converged"), 0),
+                "{scene} {method}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_norm_and_the_tolerance_of_the_test() {
+    let at = |norm: &str| json(&format!("--m 40 --method MGS --norm {norm} --tol 1e-6 --json")).0;
+    let (l2, linf) = (at("l2"), at("linf"));
+    assert!(l2["residual_l2"].as_f64().unwrap() <= 1e-6);
+    assert!(linf["residual_linf"].as_f64().unwrap() <= 1e-6);
+    assert!(linf["iterations"].as_i64() < l2["iterations"].as_i64());
+}
+
+#[test]
+fn not_converging_is_status_2_with_the_outcome_printed() {
+    let (report, status) = json("--m 20 --method MGS --max-iterations 3 --json");
+    assert_eq!(
+        (&report["outcome"], &report["iterations"], status),
+        (&"iteration_limit".into(), &3.into(), 2)
+    );
+    let (report, status) = json("--m 20 --mu 0 --nu 0 --method MSOR --alpha 3.5 --json");
+    assert_eq!((&report["outcome"], status), (&"diverged".into(), 2));
+    assert!(report["residual_l2"].as_f64().is_some_and(f64::is_finite));
+    // Below the rounding floor, which a γ that is no power of two keeps off zero.
+    let (report, status) =
+        json("--m 20 --method TMGS --precision f32 --gamma 0.7 --tau 1.1 --tol 1e-12 --json");
+    assert_eq!((&report["outcome"], status), (&"stagnated".into(), 2));
+    let output = solve("--m 20 --method MGS --max-iterations 3");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stdout).contains("iteration limit"));
+}
+
+#[test]
+fn without_a_method_three_of_them_in_both_precisions() {
+    let output = solve("--m 16");
+    assert_eq!(output.status.code(), Some(0));
+    let out = text(&output.stdout);
+    for method in ["MGS", "AMGS", "TMGS"] {
+        for precision in ["f64", "f32"] {
+            let row = |line: &&str| {
+                let mut words = line.split_whitespace();
+                words.next() == Some(method) && words.next() == Some(precision)
+            };
+            assert_eq!(out.lines().filter(row).count(), 1, "{method} {precision}:\n{out}");
+        }
+    }
+}
+
+#[test]
+fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
+    for (arguments, named) in [
+        ("--method TMAR", "'TMAOR'"),
+        ("--method MSOR", "MSOR needs --alpha: 1 is Gauss-Seidel, 1.1 to 1.4"),
+        ("--method FOO", "no method 'FOO'; the names are M, AM or TM before J"),
+        ("--method MGS --alpha 1.2", "MGS takes no --alpha (given: 1.2); use MSOR"),
+        ("--method MGS --alpha2 1.2", "alpha2"),
+        ("--method AUTO --alpha 1.2", "AUTO takes no --alpha"),
+        ("--alpha 1.2", "--method"),
+        ("--json", "--method"),
+        ("--m 0", "0"),
+        ("--m 99999", "99999"),
+        ("--m x", "'x'"),
+        ("--repeats 0", "0"),
+        ("--threads 0", "0"),
+        ("--method MGS --base TMGS", "--base"),
+        ("--method MGS --window 3", "--window"),
+        ("--method ANDERSON --window 0", "window is 0"),
+        ("--method ANDERSON --base MSOR", "alpha"),
+        ("--method NEWTON --base NEWTON", "NEWTON"),
+        ("--scene journal-bearing --m 8", "--m"),
+        ("--scene obstacle --m 2", "m is 2"),
+        ("--scene disc-lcp --nx 8", "--nx"),
+        ("--scene disc-lcp --solution generic", "--solution"),
+        ("--scene slider --groove 10", "--groove is an option of bearing2d, not of slider"),
+        ("--scene obstacle --mu 2", "--mu is an option of example1, example2, not of obstacle"),
+        ("--scene bearing2d --b-length 3", "--b-length is an option of journal-bearing"),
+        ("--scene journal-bearing --aspect 2", "--aspect"),
+        ("--m 8 --rate 0.06", "--rate is an option of american-put"), // the default, but given
+        ("--a a.mtx --q q.mtx --steps 3", "--steps is an option of american-put, not of files"),
+        ("--a a.mtx --q q.mtx --m 3", "not of files"),
+        ("--a a.mtx --q q.mtx --scene slider", "--scene"),
+        ("--scene bearing2d --ecc 1.5", "ecc is 1.5"),
+        ("--scene american-put --rate -1", "rate is -1"),
+        ("--m 8 --tau 0", "tau is 0"),
+        ("--m 8 --tau -1.5", "tau is -1.5"),
+        ("--m 8 --gamma 0", "gamma is 0"),
+        ("--m 8 --gamma nan", "gamma is NaN"),
+        ("--m 8 --method MSOR --alpha -1", "alpha is -1"),
+        ("--m 8 --tol -1e-9", "absolute tolerance is -0.000000001"),
+        ("--m 8 --mu -4", "diagonal of A[0] is 0"),
+        ("--m 8 --nu -4.5", "diagonal of B[0] is -0.5"),
+        ("--m 8 --mu nan", "NaN"),
+        ("--m 8 --precision f32 --mu 1e300", "inf"),
+        ("--scene example9", "example9"),
+        ("--norm l3", "l3"),
+        ("--bogus", "--bogus"),
+        ("extra", "extra"),
+    ] {
+        refused(arguments, named);
+    }
+}
+
+#[test]
+fn the_film_comes_out_in_si_units_with_its_errors() {
+    let (report, status) = json("--scene slider --m 80 --method TMGSSOR2 --json");
+    assert_eq!(status, 0);
+    assert_eq!(
+        (&report["scene"], &report["n"], &report["error_linf"]),
+        (&Value::from("slider"), &Value::from(79), &Value::Null)
+    );
+    let number = |key: &str| report[key].as_f64().unwrap();
+    assert_eq!(number("peak_error_pa"), number("peak_pa") - Slider::PEAK);
+    assert_eq!(number("rupture_error_m"), number("rupture_m") - Slider::RUPTURE);
+    // First order: 3.7175 MPa at 100 cells is 126 kPa above the continuous peak.
+    assert!((number("peak_error_pa") * 80.0 - 12.6e6).abs() <= 0.3e6);
+    assert!(number("rupture_error_m").abs() <= Slider::LENGTH / 80.0);
+}
+
+#[test]
+fn the_disc_scenes_by_name_and_the_median_of_repeats() {
+    // Counts of the same scenes in an independent program: 1637 (TMSOR 1.5, m = 64) and divergence of the LCP.
+    let (report, status) =
+        json("--scene disc-hlcp --m 64 --method TMSOR --alpha 1.5 --repeats 3 --json");
+    assert_eq!((&report["scene"], status), (&Value::from("disc-hlcp"), 0));
+    assert!((report["iterations"].as_i64().unwrap() - 1637).abs() <= 1, "{report}");
+    assert!(report["error_linf"].as_f64().unwrap() <= 1e-8);
+    let (report, status) = json("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5 --json");
+    assert_eq!((&report["outcome"], status), (&Value::from("diverged"), 2));
+}
+
+#[test]
+fn the_published_figures_come_out() {
+    let number =
+        |report: &Value, key: &str| report[key].as_f64().unwrap_or_else(|| panic!("{key}"));
+    // PETSc's recorded outputs: jbearing2_1.out, and ex9_1.out for 9 × 9 nodes.
+    let journal = "--scene journal-bearing --nx 8 --ny 12 --ecc 0.1 --b-length 10 --json --method";
+    for method in ["TMGS", "NEWTON", "ANDERSON"] {
+        let (report, status) = json(&format!("{journal} {method}"));
+        assert_eq!(
+            (status, format!("{:.6}", number(&report, "objective"))),
+            (0, "-0.183437".into())
+        );
+    }
+    let (report, _) = json("--scene obstacle --m 9 --json --method NEWTON");
+    assert_eq!(format!("{:.3e}", number(&report, "discretisation_error_mean")), "3.076e-3");
+    assert_eq!(format!("{:.3e}", number(&report, "discretisation_error_linf")), "1.334e-2");
+    assert!(report["linear_iterations"].as_i64() > Some(0) && report["objective"].is_null());
+    // QuantLib's reference value 4.48667344 for the strike 40.
+    let (report, _) = json("--scene american-put --spot 0.9 --json --method TMGS");
+    assert!((40.0 * number(&report, "price") - 4.48667344).abs() <= 1e-3, "{report}");
+    // What the groove delivers leaves at the ends or comes back.
+    let (report, _) = json("--scene bearing2d --nx 31 --ny 15 --json --method NEWTON");
+    let [drawn, returned, ends] =
+        ["flow_drawn", "flow_returned", "flow_ends"].map(|key| number(&report, key));
+    assert!((drawn - returned - ends).abs() <= 1e-9 && returned > 0.1 && ends > 0.1, "{report}");
+}
+
+#[test]
+fn beyond_the_paper_by_name() {
+    let count = |report: &Value| report["iterations"].as_i64().unwrap();
+    let (newton, status) = json("--scene slider --m 200 --method newton --json");
+    assert!(status == 0 && count(&newton) <= 8, "{newton}");
+    assert!(newton["alpha"].is_null() && newton["linear_iterations"].as_i64() > Some(0));
+    let plain = json("--scene disc-hlcp --m 20 --method TMGS --json").0;
+    let (mixed, status) =
+        json("--scene disc-hlcp --m 20 --method ANDERSON --base TMGS --window 10 --json");
+    assert!(status == 0 && 3 * count(&mixed) < count(&plain), "{mixed} {plain}");
+    let (generic, status) = json("--m 30 --solution generic --method TMGS --json");
+    assert!(status == 0 && generic["error_linf"].as_f64() < Some(1e-10));
+}
+
+#[test]
+fn threads_change_the_time_alone() {
+    let arguments = "--scene example2 --m 150 --method TMAOR --alpha 1.1 --beta 0.9 --json";
+    let reports = ["1", "2", "5"].map(|threads| {
+        let (mut report, status) = json(&format!("{arguments} --threads {threads}"));
+        assert_eq!((status, &report["threads"]), (0, &threads.parse::<i64>().unwrap().into()));
+        (report["threads"], report["seconds"]) = (Value::Null, Value::Null);
+        report
+    });
+    assert!(reports[0] == reports[1] && reports[0] == reports[2], "{reports:?}");
+}
+
+#[test]
+fn what_the_slider_cannot_take_is_refused_in_one_line() {
+    for (arguments, named) in
+        [("--m 1", "order 0"), ("--m 8 --mu 2", "--mu"), ("--m 8 --nu 2", "--nu")]
+    {
+        refused(&format!("--scene slider {arguments}"), named);
+    }
+}
