@@ -169,6 +169,15 @@ proptest! {
             };
             let d: Vec<f64> = order.iter().map(|&i| found.d[i]).collect();
             contracts(&sorted, &steps, &d, found.factor)?;
+            // The factor is the product of max (|N| + |BΩ − A|)d/⟨M⟩d, rounded upwards.
+            let d = DVector::from_vec(d);
+            let largest = |step: &Aor<f64>| {
+                let t = textbook(&sorted.dense, step);
+                let new = comparison(&t.linear) * &d - t.modulus.abs() * &d;
+                ((t.from_x.abs() + t.from_modulus.abs()) * &d).component_div(&new).max()
+            };
+            let factor: f64 = steps.iter().map(largest).product();
+            prop_assert!((found.factor - factor).abs() <= 1e-9, "{} {factor}", found.factor);
         }
     }
 

@@ -144,12 +144,8 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
     /// Where the operator's coefficients are constant.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         let view = self.of.as_five_point()?;
-        let mut coefficients = view.coefficients();
-        for coefficient in &mut coefficients {
-            let Coefficients::Constant(value) = coefficient else { return None };
-            *value *= self.factor;
-        }
-        Some(view.with(coefficients))
+        let scaled = view.constants()?.map(|value| Coefficients::Constant(value * self.factor));
+        Some(view.with(scaled))
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {

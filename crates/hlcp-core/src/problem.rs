@@ -84,8 +84,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when `b` or `omega` does not fit `a`, or an operator shows a grid
-    /// of another order than its own; [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
+    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when
+    /// `b` or `omega` does not fit `a`, or an operator shows a grid of another order than its own;
+    /// [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
         a.check("A")?;
         b.check("B")?;
@@ -168,11 +169,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The same problem, worked on by the threads of rayon's current pool; without this call, by the caller's alone.
     ///
-    /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the call, and rayon's
-    /// global one outside of any. A sweep of an [`Aor`](crate::Aor), [`solution_from_x`](Self::solution_from_x) and
-    /// [`residual`](Self::residual) then share their work when both operators are five-point ones on one grid, of 16384
-    /// points or more; a lexicographic sweep as a pipeline over bands of rows. All results are the same for any number
-    /// of threads, to the bit. A sweep allocates one row of the grid and what rayon allocates to wake its threads.
+    /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
+    /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),
+    /// [`solution_from_x`](Self::solution_from_x) and [`residual`](Self::residual) then share their
+    /// work when both operators are five-point ones on one grid, of 16384 points or more; a
+    /// lexicographic sweep as a pipeline over bands of rows. All results are the same for any
+    /// number of threads, to the bit. A sweep allocates one row of the grid and what rayon
+    /// allocates to wake its threads.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -351,8 +354,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
-    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what [`solution_from_x`](Self::solution_from_x) writes
-    /// meets those.
+    /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what
+    /// [`solution_from_x`](Self::solution_from_x) writes meets those.
     ///
     /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
     ///

@@ -15,7 +15,8 @@ const ASSUMED: f64 = 8.0;
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns bounds on the rounding in the norms of `A z − B r + q` at the `z` and `r` that
-    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, however the residual is evaluated in `T`.
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, however the residual is evaluated
+    /// in `T`.
     ///
     /// An entry of the residual sums `k` terms. Evaluated in any order it is within
     /// `(k + 8) ε (|q| + |A|z + |B|r)` of its exact value, recovery included (Higham, *Accuracy and
@@ -87,7 +88,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
-    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, or `None` if an operator does not know its rows.
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, or `None` if an operator does not
+    /// know its rows.
     ///
     /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
     /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
@@ -207,12 +209,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
     }
 
-    /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after an exchange.
+    /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after
+    /// an exchange.
     fn z_entry(&self, x: T) -> T {
         (x.abs() + x) / self.gamma()
     }
 
-    /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after an exchange.
+    /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
+    /// an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
         self.omega().entry(j) * (x.abs() - x) / self.gamma()
     }
@@ -375,15 +379,9 @@ impl<T: Scalar> Sweep<'_, T> {
 
     /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.
     fn row_sums(&self) -> Option<[f64; 2]> {
-        let sum = |coefficients: [Coefficients<'_, T>; 5]| {
-            let constant = |c: Coefficients<'_, T>| match c {
-                Coefficients::Constant(c) => Some(c.abs().wide()),
-                Coefficients::Each(_) => None,
-            };
-            coefficients.into_iter().map(constant).sum::<Option<f64>>()
-        };
-        let [a, b] = self.views().map(|view| view.coefficients());
-        Some([sum(a)?, sum(b)?])
+        let sum = |row: [T; 5]| row.into_iter().map(|c| c.abs().wide()).sum::<f64>();
+        let [a, b] = self.views().map(|view| view.constants().map(sum));
+        Some([a?, b?])
     }
 }
 

@@ -5,8 +5,9 @@ use crate::{Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::po
 /// A splitting `A + BΩ = M − N`, known by one solve with `M`.
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
-/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap it in
-/// [`SplittingStep`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton` as a preconditioner.
+/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap
+/// it in [`SplittingStep`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton`
+/// as a preconditioner.
 ///
 /// ```
 /// use hlcp_core::Splitting;
@@ -143,7 +144,8 @@ impl<T: Scalar, A, B, P: Deref<Target: Step<T, A, B>> + Send + Sync> Step<T, A, 
 /// });
 ///
 /// let (q, mut y) = ([-3.0, -3.0], [0.0; 2]);
-/// let norms = SplittingStep(eighth).step(&problem, &Rhs::new(&q)?, &[0.5, 0.5], &mut y, &mut vec![]);
+/// let (step, q) = (SplittingStep(eighth), Rhs::new(&q)?);
+/// let norms = step.step(&problem, &q, &[0.5, 0.5], &mut y, &mut vec![]);
 /// assert_eq!((y, norms.linf), ([0.5, 0.5], 0.0)); // z = (1, 1), r = 0 is the solution
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```

@@ -57,9 +57,9 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Grid`] for a grid without points, or with more than an array can hold; [`Error::Order`] for a
-    /// list that has not one entry for each point; [`Error::NotFinite`] for the first coefficient that is NaN or
-    /// infinite.
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
+    /// [`Error::Order`] for a list that has not one entry for each point; [`Error::NotFinite`] for
+    /// the first coefficient that is NaN or infinite.
     ///
     /// ```
     /// use hlcp_core::{Coefficients::{Constant, Each}, Diagonal, VaryingFivePoint};
@@ -96,8 +96,8 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Grid`] for a grid without points, or with more than an array can hold; [`Error::NotFinite`]
-    /// for a coefficient that is NaN or infinite.
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
+    /// [`Error::NotFinite`] for a coefficient that is NaN or infinite.
     pub fn from_fn(
         nx: usize,
         ny: usize,

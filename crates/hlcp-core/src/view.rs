@@ -106,6 +106,21 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         self.coefficients
     }
 
+    /// Returns the coefficients `[south, west, centre, east, north]` if all are constant.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, LinearOperator};
+    ///
+    /// let row = [-1.0, -1.0, 4.0, -1.0, -1.0];
+    /// let laplacian = FivePoint::new(3, 2, row)?;
+    /// assert_eq!(laplacian.as_five_point().expect("a view").constants(), Some(row));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn constants(&self) -> Option<[T; 5]> {
+        let all = self.coefficients.iter().all(|c| matches!(c, Coefficients::Constant(_)));
+        all.then(|| self.coefficients.map(|c| c.at(0)))
+    }
+
     /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
     pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
         assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");

@@ -2,8 +2,8 @@ use hlcp_core::{Hlcp, LinearOperator, Rows, Scalar};
 
 /// The Jacobian `J(x) = (A + BΩ) + (A − BΩ) diag(sign x)` of F where no entry of `x` is zero.
 ///
-/// Its columns are `2A_j` where `xⱼ ≥ 0` and `2ωⱼB_j` where `xⱼ < 0`, so it depends on signs alone; at `xⱼ = 0` it is
-/// one of the two derivatives that meet there. `F(x) = J(x) x + γq`.
+/// Its columns are `2A_j` where `xⱼ ≥ 0` and `2ωⱼB_j` where `xⱼ < 0`, so it depends on signs alone;
+/// at `xⱼ = 0` it is one of the two derivatives that meet there. `F(x) = J(x) x + γq`.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -35,7 +35,8 @@ impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, 
 
     /// Overwrites `y` with `J(x) s`.
     ///
-    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between
+    /// calls.
     ///
     /// # Cost
     ///
@@ -84,7 +85,8 @@ impl<'p, T: Scalar, A, B> Jacobian<'p, T, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
-    /// Calls `visit` with the columns and values of the entries of row `i`, those of `A` first; no column comes twice.
+    /// Calls `visit` with the columns and values of the entries of row `i`, those of `A` first; no
+    /// column comes twice.
     ///
     /// # Panics
     ///

@@ -16,9 +16,9 @@ use crate::{Clock, Method, Work};
 ///
 /// # Cost
 ///
-/// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and no
-/// storage; with a [`SplittingStep`](hlcp_core::SplittingStep) one product with each, one solve with `M` and
-/// `2n` numbers.
+/// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and
+/// no storage; with a [`SplittingStep`](hlcp_core::SplittingStep) one product with each, one solve
+/// with `M` and `2n` numbers.
 ///
 /// # Convergence
 ///
@@ -38,9 +38,9 @@ use crate::{Clock, Method, Work};
 ///
 /// # Source
 ///
-/// Method 1 and, for AMMS, section 4 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
-/// horizontal linear complementarity problems*, Numerical Algorithms, who take it from F. Mezzadri and
-/// E. Galligani.
+/// Method 1 and, for AMMS, section 4 of H. Zheng and S. Vong, *A two-step modulus-based matrix
+/// splitting iteration method for horizontal linear complementarity problems*, Numerical
+/// Algorithms, who take it from F. Mezzadri and E. Galligani.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};

@@ -50,6 +50,15 @@ impl<W> Answer<W> {
     pub fn is_yes(&self) -> bool {
         matches!(self, Self::Yes(_))
     }
+
+    /// The answer to the next question, if this one is yes.
+    fn then<V>(self, next: impl FnOnce() -> Answer<V>) -> Answer<V> {
+        match self {
+            Self::Yes(_) => next(),
+            Self::No(failure) => Answer::No(failure),
+            Self::Undecided => Answer::Undecided,
+        }
+    }
 }
 
 /// Why an answer is no.
@@ -155,15 +164,9 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    match all_entries(a, |_, _, _| true) {
-        Answer::No(failure) => return Answer::No(failure),
-        Answer::Undecided => return Answer::Undecided,
-        Answer::Yes(()) => {}
-    }
-    match unsound_diagonal(a, f64::abs) {
-        Some(row) => Answer::No(Failure::Entry { row, column: row }),
-        None => radius_below_one(&Modulus::of(a)),
-    }
+    let finite = all_entries(a, |_, _, _| true);
+    let sound = || sound_diagonal(a, f64::abs);
+    finite.then(sound).then(|| radius_below_one(&Modulus::of(a)))
 }
 
 /// Whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
@@ -177,10 +180,7 @@ pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    match unsound_diagonal(a, |entry| entry) {
-        Some(row) => Answer::No(Failure::Entry { row, column: row }),
-        None => is_h(a),
-    }
+    sound_diagonal(a, |entry| entry).then(|| is_h(a))
 }
 
 /// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of [`is_h`].
@@ -194,17 +194,14 @@ pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    match is_z(a) {
-        Answer::Yes(()) => is_h_plus(a),
-        Answer::No(failure) => Answer::No(failure),
-        Answer::Undecided => Answer::Undecided,
-    }
+    is_z(a).then(|| is_h_plus(a))
 }
 
-/// The first row whose `part` of the diagonal entry is not positive and finite.
-fn unsound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Option<usize> {
+/// Whether `part` of every diagonal entry is positive and finite.
+fn sound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Answer {
     let entry = |i: usize| part(a.diagonal_entry(i).wide());
-    (0..a.order()).find(|&i| !(entry(i) > 0.0 && entry(i).is_finite()))
+    let unsound = (0..a.order()).find(|&i| !(entry(i) > 0.0 && entry(i).is_finite()));
+    unsound.map_or(Answer::Yes(()), |row| Answer::No(Failure::Entry { row, column: row }))
 }
 
 /// The first stored entry that is not finite or for which `holds(i, j, aᵢⱼ)` is false.

@@ -14,6 +14,27 @@ pub(crate) fn visit<T: Scalar>(a: &impl Rows<T>, i: usize, mut each: impl FnMut(
     a.visit_row(i, &mut |j, v| each(j, if v.is_finite() { v.wide() } else { f64::NAN }));
 }
 
+/// Overwrites `row` with `(j, [aᵢⱼ, bᵢⱼ])` by increasing `j`, for every `j` that row `i` of either
+/// operator has; what it has not is zero.
+pub(crate) fn merge<T: Scalar>(
+    (a, b): (&impl Rows<T>, &impl Rows<T>),
+    i: usize,
+    row: &mut Vec<(usize, [f64; 2])>,
+) {
+    row.clear();
+    visit(a, i, |j, a| row.push((j, [a, 0.0])));
+    let mut next = 0;
+    visit(b, i, |j, b| {
+        while next < row.len() && row[next].0 < j {
+            next += 1;
+        }
+        match row.get_mut(next) {
+            Some((column, entries)) if *column == j => entries[1] = b,
+            _ => row.insert(next, (j, [0.0, b])),
+        }
+    });
+}
+
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.
 pub(crate) struct Modulus<'a, A, T>(pub(crate) &'a A, pub(crate) std::marker::PhantomData<T>);
 

@@ -1,9 +1,6 @@
 //! The rows of a pair as the certificate uses them: as stencils where both operators are, by walking where not.
 
-use hlcp_core::{
-    Coefficients::{self, Constant},
-    FivePointView, Rows, Scalar,
-};
+use hlcp_core::{Coefficients::Constant, FivePointView, Rows, Scalar};
 
 use crate::{
     comparison::{Against, Coupled, Weights, visit},
@@ -92,7 +89,7 @@ impl Stencil {
             (None, None) => [a.order(), 1],
         };
         assert_eq!(nx * ny, a.order(), "a grid of the operators' order");
-        let (of_a, of_b) = (constant(of_a.coefficients())?, constant(of_b.coefficients())?);
+        let (of_a, of_b) = (constant(of_a)?, constant(of_b)?);
         let (first, [.., centre, _, _]) = (*omega.first()?, of_b);
         let omega = omega.iter().all(|&omega| omega == first).then_some(first)?;
         let mut coupling = [0, 1, 2, 3, 4].map(|k| of_a[k].abs().max(mul_up(of_b[k].abs(), omega)));
@@ -136,11 +133,7 @@ impl Stencil {
 }
 
 /// The coefficients in double precision, if all are constant and finite: `max` would drop a NaN.
-fn constant<T: Scalar>(coefficients: [Coefficients<'_, T>; 5]) -> Option<[f64; 5]> {
-    let mut all = [0.0; 5];
-    for (to, coefficient) in all.iter_mut().zip(coefficients) {
-        let Constant(value) = coefficient else { return None };
-        *to = Some(value.wide()).filter(|value| value.is_finite())?;
-    }
-    Some(all)
+fn constant<T: Scalar>(view: FivePointView<'_, T>) -> Option<[f64; 5]> {
+    let all = view.constants()?.map(T::wide);
+    all.iter().all(|value| value.is_finite()).then_some(all)
 }

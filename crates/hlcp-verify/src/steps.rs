@@ -3,7 +3,7 @@
 use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 
 use crate::{
-    comparison::visit,
+    comparison::merge,
     perron::Comparison,
     rounding::{Interval, Sum, div_up, mul_up},
 };
@@ -83,19 +83,8 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
     fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
         let step = &self.steps[k];
         let [pair_a, pair_b] = step.pairs().map(|pair| pair.map(T::wide));
-        let mut row: Vec<(usize, f64, Interval)> = vec![];
-        visit(self.problem.a(), i, |j, a| row.push((j, a, Interval::exactly(0.0))));
-        let mut next = 0;
-        visit(self.problem.b(), i, |j, b| {
-            while next < row.len() && row[next].0 < j {
-                next += 1;
-            }
-            let b_omega = Interval::exactly(b).times(self.problem.omega().entry(j).wide());
-            match row.get_mut(next) {
-                Some(entry) if entry.0 == j => entry.2 = b_omega,
-                _ => row.insert(next, (j, 0.0, b_omega)),
-            }
-        });
+        let mut row = vec![];
+        merge((self.problem.a(), self.problem.b()), i, &mut row);
         let one = Interval::exactly(1.0);
         let over = |[alpha, _]: [f64; 2]| Interval::ratio(1.0, alpha);
         let slope = |[alpha, beta]: [f64; 2]| Interval::ratio(beta, alpha);
@@ -103,7 +92,11 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
             of_a.times(a).plus(of_b.product(b))
         };
         let mut pivot = 0.0;
-        for (column, a, b_omega) in row {
+        for (column, [a, b]) in row {
+            let omega = self.problem.omega().entry(column).wide();
+            let b = Interval::exactly(b);
+            // A missing entry is zero, without the rounding of a product.
+            let b_omega = if b.lower == 0.0 { b } else { b.times(omega) };
             let modulus = b_omega.minus(Interval::exactly(a)).magnitude();
             let passed = step.precedes(column, i);
             if column == i {

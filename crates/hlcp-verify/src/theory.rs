@@ -6,7 +6,7 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 
 use crate::{
     classes::{Answer, Failure, all_entries, is_h_plus, radius_below_one},
-    comparison::{Against, Coupled, Weights, visit},
+    comparison::{Against, Coupled, Weights, merge},
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
     steps::{Contraction, Steps},
@@ -290,10 +290,11 @@ pub enum Proof {
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
-/// let said = |alpha| convergence(&problem, &[Aor::new(alpha, 1.0)?]).to_string();
+/// let said = |aor| convergence(&problem, &[aor]).to_string();
 /// // ⟨M⟩d = (8, 7) and (|N| + |BΩ − A|)d = (2, 1) for d = (1, 1).
-/// assert_eq!(said(1.0), "convergence: proved by Theorem 2 (factor 0.250000)");
-/// assert!(said(2.0).contains("not proved, because a spectral radius is at least 0.625000")); // 2·5/8 > 1
+/// assert_eq!(said(Aor::gauss_seidel()), "convergence: proved by Theorem 2 (factor 0.250000)");
+/// let large = said(Aor::new(2.0, 1.0)?); // 2·5/8 > 1
+/// assert!(large.contains("not proved, because a spectral radius is at least 0.625000"));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -411,29 +412,24 @@ fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
 
 /// (II), compared exactly.
 fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Answer {
-    let mut of_a: Vec<(usize, f64)> = vec![];
+    let mut entries = vec![];
     for row in 0..problem.order() {
-        of_a.clear();
-        visit(problem.a(), row, |j, a| of_a.push((j, a)));
-        if of_a.iter().any(|a| a.1.is_nan()) {
+        merge((problem.a(), problem.b()), row, &mut entries);
+        if entries.iter().any(|(_, [a, _])| a.is_nan()) {
             return Answer::Undecided;
         }
-        let mut first = Answer::Yes(());
-        visit(problem.b(), row, |column, b| {
-            if column == row || b == 0.0 || !first.is_yes() {
-                return;
+        for &(column, [a, b]) in &entries {
+            if column == row || b == 0.0 {
+                continue;
             }
-            let a = of_a.binary_search_by_key(&column, |a| a.0).map_or(0.0, |at| of_a[at].1);
             let size = compare_product(b.abs(), problem.omega().entry(column).wide(), a.abs());
             // The product of the two might underflow.
             if a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0 || size.is_some_and(|order| order.is_gt()) {
-                first = Answer::No(Failure::Entry { row, column });
-            } else if size.is_none() {
-                first = Answer::Undecided;
+                return Answer::No(Failure::Entry { row, column });
             }
-        });
-        if !first.is_yes() {
-            return first;
+            if size.is_none() {
+                return Answer::Undecided;
+            }
         }
     }
     Answer::Yes(())

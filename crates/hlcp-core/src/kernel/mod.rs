@@ -89,7 +89,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     /// Whether all rows are the same but for the grid's edge.
     pub(crate) fn is_constant(&self) -> bool {
         matches!(self.omega, Coefficients::Constant(_))
-            && self.views().into_iter().all(|view| constant(view.coefficients()).is_some())
+            && self.views().into_iter().all(|view| view.constants().is_some())
     }
 
     /// The operators `A` and `B`.
@@ -152,25 +152,19 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         y: &mut [T],
     ) -> Norms {
         let Self { grid, omega, gamma, q_factor, parallel, .. } = *self;
-        let (a, b) = (self.a.coefficients(), self.b.coefficients());
         let (q, meter) = (q.entries(), q.meter(gamma));
         let old = Old { grid, q, x, gamma, q_factor, meter, parallel };
-        if let (Some(a), Some(b), Coefficients::Constant(omega)) = (constant(a), constant(b), omega)
-        {
+        let constants = (self.a.constants(), self.b.constants(), omega);
+        if let (Some(a), Some(b), Coefficients::Constant(omega)) = constants {
             let b_omega = b.map(|b| b * omega);
             let source = Constant::new::<ACCELERATED>(relaxation, a, b_omega);
             old.sweep::<_, ACCELERATED>(arch, &source, y)
         } else {
+            let (a, b) = (self.a.coefficients(), self.b.coefficients());
             let source = Varying { grid, relaxation, a, b, omega };
             old.sweep::<_, ACCELERATED>(arch, &source, y)
         }
     }
-}
-
-/// The coefficients, if all are constant.
-fn constant<T: Scalar>(coefficients: [Coefficients<'_, T>; 5]) -> Option<[T; 5]> {
-    let all = coefficients.iter().all(|c| matches!(c, Coefficients::Constant(_)));
-    all.then(|| coefficients.map(|c| c.at(0)))
 }
 
 /// What a sweep reads of the old iterate.

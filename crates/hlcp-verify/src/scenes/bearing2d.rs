@@ -80,8 +80,9 @@ impl Bearing2d {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove finite; [`Error::Grid`]
-    /// for a grid without points; [`Error::NotFinite`] for an aspect whose square overflows or vanishes.
+    /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove
+    /// finite; [`Error::Grid`] for a grid without points; [`Error::NotFinite`] for an aspect whose
+    /// square overflows or vanishes.
     pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
         positive("aspect", self.aspect)?;

@@ -59,8 +59,8 @@ impl JournalBearing {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Grid`] for a grid without
-    /// points.
+    /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Grid`] for
+    /// a grid without points.
     pub fn pose<T: Scalar>(
         &self,
     ) -> Result<(VaryingFivePoint<'static, T>, Identity, Vec<T>), Error> {
