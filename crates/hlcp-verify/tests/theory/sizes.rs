@@ -3,9 +3,7 @@
 //! The pairs are built around the vector d of the theorems, so that every bound has a closed form and its edge can be
 //! approached; inequalities with inverses are checked by substitution with the triangular comparison matrices.
 
-mod common;
-
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
 use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{

@@ -6,8 +6,7 @@ use hlcp_core::{
 };
 use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Options, Parameters, Solver, Tmms};
 
-mod common;
-use common::Matrix;
+use crate::common::Matrix;
 use nalgebra::{DMatrix, dmatrix};
 
 fn stencil(centre: f64) -> FivePoint<f64> {

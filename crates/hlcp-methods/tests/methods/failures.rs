@@ -3,9 +3,7 @@
 //! What `outcomes.rs` pins down is not repeated here: a cycle of period 2 of a scalar pair, the floor of `f32`, a residual that
 //! first grows and then converges, and data times 10^±150.
 
-mod common;
-
-use common::{Matrix, posed};
+use crate::common::{Matrix, posed};
 use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,

@@ -1,10 +1,8 @@
 //! The certificate against exact rational solutions: never below the true error, and not far above it.
 
-mod common;
-
 use std::time::Instant;
 
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Omega, Rows,
 };

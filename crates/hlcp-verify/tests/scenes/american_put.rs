@@ -1,8 +1,6 @@
 //! The American put is its time steps, and has the published price.
 
-mod common;
-
-use common::assembled;
+use crate::common::assembled;
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Scalar};
 use hlcp_methods::{Limits, Mms, Options, Solver};
 use hlcp_verify::{AmericanPut, AorStep, Convergence, Proof, classes::is_m, convergence};

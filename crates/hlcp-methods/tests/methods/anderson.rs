@@ -1,8 +1,6 @@
 //! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on every scene.
 
-mod common;
-
-use common::{planted, posed};
+use crate::common::{planted, posed};
 use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Norm, Options,

@@ -1,7 +1,7 @@
 //! Steps after the first allocate nothing, and a solve takes no more vectors than documented; that later solves allocate
 //! nothing is one of the contracts.
 
-#[path = "common/counting.rs"]
+#[path = "../../../tests/common/counting.rs"]
 mod counting;
 
 use counting::{CALLS, LIVE, PEAK};

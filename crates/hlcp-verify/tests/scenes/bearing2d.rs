@@ -1,10 +1,8 @@
 //! The two-dimensional bearing is its balance, keeps it, and has the published loads.
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{assembled, by_tmgs};
+use crate::common::{assembled, by_tmgs};
 use hlcp_core::{Diagonal, Error, Hlcp, Omega};
 use hlcp_verify::{AorStep, Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};

@@ -1,10 +1,8 @@
 //! Scenes with published answers have them, and are what their equations say.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{assembled, by_tmgs};
+use crate::common::{assembled, by_tmgs};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
 use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{

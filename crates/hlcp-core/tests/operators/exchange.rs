@@ -1,8 +1,6 @@
 //! Remark 3: HLCP(A, B, q) and HLCP(B, A, −q) have the same solutions with z and r exchanged.
 
-mod common;
-
-use common::{Matrix, planted, posed};
+use crate::common::{Matrix, planted, posed};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
 use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::oracle::{Dense, aor_splitting};

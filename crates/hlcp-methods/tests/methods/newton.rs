@@ -1,13 +1,11 @@
 //! Semismooth Newton: its Jacobian, preconditioners and steps against dense algebra, and how it ends.
 
-mod common;
-
 use std::{
     ops::ControlFlow,
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-use common::{Matrix, planted, posed};
+use crate::common::{Matrix, planted, posed};
 use hlcp_core::{
     Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, LinearOperator, Norms,
     Omega, Rhs, Rows, Scalar, Tridiagonal,

@@ -1,10 +1,8 @@
 //! Every way a solve can end, each on a problem that must end that way.
 
-mod common;
-
 use std::{ops::ControlFlow, time::Duration};
 
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{
     Aor, Correction, DiagonalMatrix, FivePoint, FromFn, Hlcp, Identity, Jacobi, LinearOperator,
     Norms, Omega, Rhs, Scalar, Tridiagonal,

@@ -1,8 +1,6 @@
 //! Hypotheses that cannot be dropped: pairs that violate one of them alone, and what goes wrong.
 
-mod common;
-
-use common::posed;
+use crate::common::posed;
 use hlcp_verify::{
     AorStep, Planted,
     classes::{Answer, Failure},

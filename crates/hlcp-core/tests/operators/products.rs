@@ -1,10 +1,8 @@
 //! Every operator is the matrix it says it is: its product, its diagonal and its rows.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{
     DiagonalMatrix, FivePoint, Identity, LinearOperator, Rows, Scaled, Shifted, Sum,
     VaryingFivePoint,

@@ -1,11 +1,9 @@
 //! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
 //! nothing false.
 
-mod common;
-
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
     AorStep, Certificate, Convergence, Witness, alpha_bound, certify, certify_with,

@@ -1,8 +1,6 @@
 //! The convergence theorems: as properties at the edge of their hypotheses, and on the paper's examples.
 
-mod common;
-
-use common::{Matrix, posed};
+use crate::common::{Matrix, posed};
 use hlcp_core::{FivePoint, Hlcp, LinearOperator, Omega};
 use hlcp_verify::{
     AorStep, Convergence, Example, Planted, Proof, alpha_bound, certify,
@@ -72,7 +70,7 @@ fn theorem_2_pair(edge: f64) -> impl Strategy<Value = Planted> {
 
 /// Any pair with positive diagonals, dominant or not.
 fn any_pair(weight: f64) -> impl Strategy<Value = Planted> {
-    common::planted(2..9, weight)
+    crate::common::planted(2..9, weight)
 }
 
 fn steps() -> impl Strategy<Value = Vec<AorStep>> {

@@ -1,8 +1,6 @@
 //! The methods reach the planted solution, which enumeration finds to be the only one.
 
-mod common;
-
-use common::{planted, posed};
+use crate::common::{planted, posed};
 use hlcp_core::{Aor, Jacobi};
 use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::Planted;

@@ -1,0 +1,11 @@
+//! The methods, one module for each family, and how solves end.
+
+mod anderson;
+mod auto;
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
+mod failures;
+mod multigrid;
+mod newton;
+mod outcomes;
+mod planted;
