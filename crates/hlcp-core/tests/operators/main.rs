@@ -7,5 +7,3 @@ mod exchange;
 mod kernels;
 mod products;
 mod rounding;
-mod stencil;
-mod tridiagonal;
