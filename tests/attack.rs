@@ -12,6 +12,8 @@
 //! problem and no other, and prints the problem as an expression for a test in this file:
 //! [`faults`] takes it.
 
+mod common;
+
 use std::{
     collections::BTreeMap,
     fmt,
@@ -19,9 +21,8 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use hlcp_core::{
-    Aor, Diagonal, Error, Hlcp, LinearOperator, Omega, Rows, Scalar, VaryingFivePoint,
-};
+use common::Lists;
+use hlcp_core::{Aor, Error, Hlcp, Omega, Rows, Scalar, VaryingFivePoint};
 use hlcp_methods::{
     AdaptiveSor, Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Named,
     Newton, Options, Parameters, Progress, Solver, Ssor, Tmms, TridiagonalPart,
@@ -443,34 +444,6 @@ where
     })
 }
 
-/// A matrix as a user's operator: the entries of each row that are not zero.
-#[derive(Debug, Clone)]
-struct Lists<T>(Vec<Vec<(usize, T)>>);
-
-impl<T: Scalar> LinearOperator<T> for Lists<T> {
-    fn order(&self) -> usize {
-        self.0.len()
-    }
-
-    fn apply(&self, x: &[T], y: &mut [T]) {
-        for (y, row) in y.iter_mut().zip(&self.0) {
-            *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
-        }
-    }
-}
-
-impl<T: Scalar> Diagonal<T> for Lists<T> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        self.0[i].iter().find(|(j, _)| *j == i).map_or(T::zero(), |(_, a)| *a)
-    }
-}
-
-impl<T: Scalar> Rows<T> for Lists<T> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
-    }
-}
-
 fn to<T: Scalar>(value: f64) -> T {
     T::from(value).expect("a float")
 }
@@ -816,7 +789,7 @@ fn faults(case: &Case, name: &str, precision: Precision) -> Vec<(Fault, String)>
 /// Az − r = e has no solution with r ≥ 0, since the rows of A sum to zero: iterates run away along
 /// (1, 1), and what rounding excuses grows with them.
 #[test]
-fn a_run_away_iterate_is_no_solution_in_single_precision() {
+fn a_diverging_iterate_is_no_solution_in_single_precision() {
     let case = Case::typed("1 -1; -1 1", "1 0; 0 1", "-1 -1");
     assert_eq!(faults(&case, "ANDERSON", Precision::Single), []);
 }
@@ -824,7 +797,7 @@ fn a_run_away_iterate_is_no_solution_in_single_precision() {
 /// (2, 3, 5)A = 0 and (2, 3, 5)·q = −4 < 0: where a nearly singular J throws x to 10¹⁵, A z has no
 /// digits left.
 #[test]
-fn a_residual_without_digits_is_no_zero() {
+fn a_residual_of_rounding_alone_is_not_taken_for_zero() {
     let case = Case::typed("4 -2 -2; -1 3 -2; -1 -1 2", "1 0 0; 0 1 0; 0 0 1", "-1 1 -1");
     assert_eq!(faults(&case, "NEWTON", Precision::Double), []);
 }
@@ -832,7 +805,7 @@ fn a_residual_without_digits_is_no_zero() {
 /// An iterate that seems to converge and does not, when measured again, is not the best one for
 /// that.
 #[test]
-fn a_check_that_fails_leaves_the_best_iterate_alone() {
+fn a_failed_check_leaves_the_best_iterate_alone() {
     let case = Case {
         iterations: 1400,
         ..Case::typed(
@@ -847,7 +820,7 @@ fn a_check_that_fails_leaves_the_best_iterate_alone() {
 /// The second column of B is zero, so r₁ shows in no residual, and ω carries it beyond the largest
 /// number.
 #[test]
-fn what_a_zero_column_hides_is_finite() {
+fn r_is_finite_where_a_zero_column_hides_it() {
     let a = lists(&identity(2));
     let b = lists(&vec![vec![1, 0], vec![1, 0]]);
     let problem = Hlcp::new(a, b, Omega::Uniform(1e300)).unwrap();

@@ -1,17 +1,23 @@
 //! One table of contracts that every method keeps: on stencils, assembled matrices, a user's operator and the
 //! same behind `dyn`, in both precisions. A new method is one row.
 
+mod common;
 #[path = "common/counting.rs"]
 #[allow(dead_code, reason = "calls alone are counted here")]
 mod counting;
+
+use std::{fmt, sync::Arc};
+
+use common::{Lists, from};
 
 use hlcp_core::{
     Aor, Coefficients, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi, LinearOperator,
     Omega, Rhs, Rows, Scalar, Scaled, SplittingFn, SplittingStep, VaryingFivePoint,
 };
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Auto, Clock, Limits, Method, Mms, Named, Newton, Norm, Options,
-    Parameters, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
+    AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
+    Named, Newton, Norm, Options, Outcome, Parameters, Solver, Ssor, Tmms, Tolerance,
+    TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
@@ -50,6 +56,13 @@ const METHODS: &[&str] = &[
     "Anderson on adaptive SOR",
     "auto",
 ];
+
+/// The rows that are for five-point operators on a grid, with an arm in [`method`] too.
+const ON_GRIDS: &[&str] = &["V-cycles", "F-cycles", "W-cycles", "full multigrid"];
+
+fn all_methods() -> impl Iterator<Item = &'static str> {
+    METHODS.iter().chain(ON_GRIDS).copied()
+}
 
 type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
 
@@ -98,6 +111,10 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
         "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
         "auto" => Box::new(Auto::new(problem)?),
+        "V-cycles" => Box::new(Multigrid::new(problem, Cycle::V)?),
+        "F-cycles" => Box::new(Multigrid::new(problem, Cycle::F)?),
+        "W-cycles" => Box::new(Multigrid::new(problem, Cycle::W)?),
+        "full multigrid" => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");
             let alpha = open.then_some(1.1);
@@ -126,45 +143,6 @@ fn assembled<T: Scalar + nalgebra::Scalar>(operator: &impl Rows<T>) -> CsrMatrix
     CsrMatrix::from(&coo)
 }
 
-/// What a user might bring: the rows as lists.
-#[derive(Clone)]
-struct Lists<T>(Vec<Vec<(usize, T)>>);
-
-impl<T: Scalar> Lists<T> {
-    fn of(operator: &impl Rows<T>) -> Self {
-        let row = |i| {
-            let mut row = vec![];
-            operator.visit_row(i, &mut |j, a| row.push((j, a)));
-            row
-        };
-        Self((0..operator.order()).map(row).collect())
-    }
-}
-
-impl<T: Scalar> LinearOperator<T> for Lists<T> {
-    fn order(&self) -> usize {
-        self.0.len()
-    }
-
-    fn apply(&self, x: &[T], y: &mut [T]) {
-        for (y, row) in y.iter_mut().zip(&self.0) {
-            *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
-        }
-    }
-}
-
-impl<T: Scalar> Diagonal<T> for Lists<T> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        self.0[i].iter().find(|(j, _)| *j == i).map_or(T::zero(), |(_, a)| *a)
-    }
-}
-
-impl<T: Scalar> Rows<T> for Lists<T> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
-    }
-}
-
 fn omega<T: Scalar>() -> Omega<T> {
     Omega::Each((0..N).map(|i| T::from(1.3 + 0.2 * f64::cos(i as f64)).unwrap()).collect())
 }
@@ -185,164 +163,243 @@ fn planted_q<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Vec<T> {
     q.into_iter().map(|q| T::from(q).unwrap()).collect()
 }
 
-/// The contracts, on one kind of operators; returns z and r of the planted problem.
-fn keeps<T, A, B>(row: &str, a: A, b: B) -> Vec<T>
+/// A method on the planted problem with one kind of operators.
+struct Case<T, A, B> {
+    row: &'static str,
+    /// The kind of operators.
+    kind: &'static str,
+    a: A,
+    b: B,
+    q: Vec<T>,
+    start: Vec<T>,
+    limits: Limits,
+}
+
+impl<T, A, B> fmt::Display for Case<T, A, B> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} on {}", self.row, self.kind)
+    }
+}
+
+impl<T, A, B> Case<T, A, B>
 where
     T: Scalar,
     A: Rows<T> + Clone + 'static,
     B: Rows<T> + Clone + 'static,
 {
-    let gamma = T::from(1.7).unwrap();
-    let problem = || {
-        Hlcp::new(a.clone(), b.clone(), omega())
-            .and_then(|p| p.with_gamma(gamma))
-            .expect("a sound pair")
-    };
-    let solver = || Solver::new(method(row, problem()).expect("a sound problem"));
-    let q = planted_q(&a, &b);
-    let start = vec![T::from(0.6).unwrap(); N];
-    let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
-
-    // It reaches the planted solution. min(aᵢᵢ, ωᵢbᵢᵢ) ≥ 1.1·4.1 exceeds the row sums of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|),
-    // at most 1.1 + 1.5·0.8 + 1.3 + 0.7, by 0.2 or more: so z is off by at most the residual over 0.2, and r by
-    // 1.5 times that. Rounding q, of size 12, and measuring the residual add some ten roundings of that size.
-    let mut one = solver();
-    let first = one.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
-    assert!(first.converged(), "{row}: {first}");
-    let answer: Vec<T> = one.z().iter().chain(one.r()).copied().collect();
-    let off = 1.5 / 0.2 * (first.residual.linf + 60.0 * T::epsilon().to_f64().unwrap());
-    for (i, signed) in signed::<T>().into_iter().enumerate() {
-        let (z, r) = (signed.max(T::zero()), (-signed).max(T::zero()));
-        assert!((one.z()[i] - z).abs().to_f64().unwrap() <= off, "{row}: z[{i}]");
-        assert!((one.r()[i] - r).abs().to_f64().unwrap() <= off, "{row}: r[{i}]");
-        assert!(one.z()[i] >= T::zero() && one.r()[i] >= T::zero());
-        assert_eq!(one.z()[i] * one.r()[i], T::zero());
+    fn new(row: &'static str, kind: &'static str, a: A, b: B) -> Self {
+        let (q, start) = (planted_q(&a, &b), vec![T::from(0.6).unwrap(); N]);
+        let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
+        Self { row, kind, a, b, q, start, limits }
     }
 
-    // A later solve equals the first to the bit and allocates nothing; a solve between leaves no trace.
-    let x = one.x().to_vec();
-    let other: Vec<T> = q.iter().map(|&q| -q).collect();
-    let _ = one.solve(&other, Options::from_x(&x).limits(limits)).unwrap();
-    let calls = counting::CALLS.get();
-    let again = one.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
-    assert_eq!(counting::CALLS.get() - calls, 0, "{row}: a later solve allocates");
-    assert_eq!((again.iterations, again.residual), (first.iterations, first.residual));
-    assert_eq!(one.x(), x);
-
-    // Where a limit ended a solve another one goes on, as from that start.
-    let two = Limits { iterations: 2, ..limits };
-    let _ = one.solve(&q, Options::from_x(&start).limits(two)).unwrap();
-    let x_two = one.x().to_vec();
-    let rest = one.solve(&q, Options::resume().limits(limits)).unwrap();
-    let mut fresh = solver();
-    let expected = fresh.solve(&q, Options::from_x(&x_two).limits(limits)).unwrap();
-    assert_eq!((rest.iterations, rest.residual), (expected.iterations, expected.residual));
-    assert!(rest.converged() && one.x() == fresh.x(), "{row}: {rest}");
-
-    // A solved start takes no iterations.
-    let restart = one.solve(&q, Options::from_x(&x).limits(limits)).unwrap();
-    assert!(restart.converged() && restart.iterations == 0 && restart.sweeps == 0);
-    assert_eq!(one.x(), x);
-
-    // q = 0 is solved by 0, whatever the start.
-    let zero = one.solve(&[T::zero(); N], Options::from_x(&start).limits(limits)).unwrap();
-    assert!(zero.converged() && zero.iterations == 0 && zero.residual.l2 == 0.0);
-    assert!(one.z().iter().chain(one.r()).all(|v| *v == T::zero()));
-
-    // Bad input is refused, and nothing is lost by it.
-    let mut spoilt = q.clone();
-    spoilt[5] = T::nan();
-    let refusal = one.solve(&spoilt, Options::from_x(&start).limits(limits)).unwrap_err();
-    assert!(matches!(refusal, Error::NotFinite { what: "q", index: 5, .. }));
-    let refusal = one.solve(&q, Options::from_x(&spoilt).limits(limits)).unwrap_err();
-    assert!(matches!(refusal, Error::NotFinite { what: "x0", index: 5, .. }));
-    assert!(matches!(
-        one.solve(&q[1..], Options::from_x(&start).limits(limits)),
-        Err(Error::Order { what: "q", .. })
-    ));
-    for tolerance in
-        [Tolerance::Absolute(-1.0), Tolerance::Relative(-1.0), Tolerance::Relative(1.0)]
-    {
-        let limits = Limits { tolerance, ..limits };
-        let refusal = one.solve(&q, Options::from_x(&start).limits(limits)).unwrap_err();
-        assert!(matches!(refusal, Error::Parameter { .. }));
+    fn solver(&self) -> Solver<T, Boxed<T, A, B>> {
+        let problem = Hlcp::new(self.a.clone(), self.b.clone(), omega())
+            .and_then(|problem| problem.with_gamma(T::from(1.7).unwrap()))
+            .expect("a sound pair");
+        Solver::new(method(self.row, problem).expect("a sound problem"))
     }
-    assert_eq!(
-        one.solve(&q, Options::from_x(&start).limits(limits)).unwrap().residual,
-        first.residual
-    );
 
-    // A pair without a positive pivot, or with NaN in it, is refused or never converges.
-    for factor in [T::zero(), -T::one(), T::nan()] {
-        let bad = |of| Scaled { factor, of };
-        let problem = Hlcp::new(bad(a.clone()), Scaled { factor, of: b.clone() }, omega()).unwrap();
-        match method(row, problem) {
-            Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
-            Err(other) => panic!("{row}: {other}"),
-            Ok(method) => {
-                assert!(row.contains("closure"), "{row} takes a bad pivot");
-                let outcome =
-                    Solver::new(method).solve(&q, Options::from_x(&start).limits(limits)).unwrap();
-                assert!(!outcome.converged(), "{row}: {outcome}");
+    /// Solves the planted problem from the start.
+    fn solve(&self, solver: &mut Solver<T, Boxed<T, A, B>>) -> Outcome {
+        solver.solve(&self.q, Options::from_x(&self.start).limits(self.limits)).unwrap()
+    }
+
+    /// Holds the case to every contract; returns z and r.
+    fn keeps_all(&self) -> Vec<T> {
+        self.a_later_solve_repeats_the_first_and_allocates_nothing();
+        self.a_solve_goes_on_where_a_limit_ended_another();
+        self.a_solved_start_takes_no_iterations();
+        self.a_zero_q_is_solved_by_zero();
+        self.bad_input_is_refused_and_nothing_is_lost_by_it();
+        self.a_bad_pivot_is_refused_or_never_converges();
+        self.it_reaches_the_planted_solution()
+    }
+
+    /// min(aᵢᵢ, ωᵢbᵢᵢ) ≥ 1.1·4.1 exceeds the row sums of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|), at most
+    /// 1.1 + 1.5·0.8 + 1.3 + 0.7, by 0.2 or more: so z is off by at most the residual over 0.2, and
+    /// r by 1.5 times that. Rounding q, of size 12, and measuring the residual add some ten
+    /// roundings of that size.
+    fn it_reaches_the_planted_solution(&self) -> Vec<T> {
+        let contract = "it reaches the planted solution";
+        let mut solver = self.solver();
+        let outcome = self.solve(&mut solver);
+        assert!(outcome.converged(), "{self}: {contract}: {outcome}");
+        let rounding = 60.0 * T::epsilon().to_f64().unwrap();
+        let off = 1.5 / 0.2 * (outcome.residual.linf + rounding);
+        for (i, signed) in signed::<T>().into_iter().enumerate() {
+            let [z, r] = [solver.z()[i], solver.r()[i]];
+            for (found, planted) in [(z, signed), (r, -signed)] {
+                let distance = (found - planted.max(T::zero())).abs().to_f64().unwrap();
+                assert!(distance <= off && found >= T::zero(), "{self}: {contract}, in row {i}");
+            }
+            assert_eq!(z * r, T::zero(), "{self}: {contract}, in row {i}");
+        }
+        [solver.z(), solver.r()].concat()
+    }
+
+    /// To the bit, and whatever was solved between.
+    fn a_later_solve_repeats_the_first_and_allocates_nothing(&self) {
+        let contract = "a later solve repeats the first and allocates nothing";
+        let mut solver = self.solver();
+        let first = self.solve(&mut solver);
+        let x = solver.x().to_vec();
+        let other: Vec<T> = self.q.iter().map(|&q| -q).collect();
+        let _ = solver.solve(&other, Options::from_x(&x).limits(self.limits)).unwrap();
+        let calls = counting::CALLS.get();
+        let again = self.solve(&mut solver);
+        assert_eq!(counting::CALLS.get() - calls, 0, "{self}: {contract}");
+        let counts = |outcome: &Outcome| (outcome.iterations, outcome.residual);
+        assert_eq!(counts(&again), counts(&first), "{self}: {contract}");
+        assert_eq!(solver.x(), x, "{self}: {contract}");
+    }
+
+    /// As from the iterate there.
+    fn a_solve_goes_on_where_a_limit_ended_another(&self) {
+        let contract = "a solve goes on where a limit ended another";
+        let mut solver = self.solver();
+        let two = Limits { iterations: 2, ..self.limits };
+        let _ = solver.solve(&self.q, Options::from_x(&self.start).limits(two)).unwrap();
+        let x_two = solver.x().to_vec();
+        let rest = solver.solve(&self.q, Options::resume().limits(self.limits)).unwrap();
+        let mut fresh = self.solver();
+        let expected = fresh.solve(&self.q, Options::from_x(&x_two).limits(self.limits)).unwrap();
+        assert!(rest.converged(), "{self}: {contract}: {rest}");
+        let counts = |outcome: &Outcome| (outcome.iterations, outcome.residual);
+        assert_eq!(counts(&rest), counts(&expected), "{self}: {contract}");
+        assert_eq!(solver.x(), fresh.x(), "{self}: {contract}");
+    }
+
+    fn a_solved_start_takes_no_iterations(&self) {
+        let contract = "a solved start takes no iterations";
+        let mut solver = self.solver();
+        let _ = self.solve(&mut solver);
+        let x = solver.x().to_vec();
+        let again = solver.solve(&self.q, Options::from_x(&x).limits(self.limits)).unwrap();
+        assert!(again.converged(), "{self}: {contract}: {again}");
+        assert_eq!((again.iterations, again.sweeps), (0, 0), "{self}: {contract}");
+        assert_eq!(solver.x(), x, "{self}: {contract}");
+    }
+
+    /// Whatever the start.
+    fn a_zero_q_is_solved_by_zero(&self) {
+        let contract = "a zero q is solved by zero";
+        let mut solver = self.solver();
+        let options = Options::from_x(&self.start).limits(self.limits);
+        let zero = solver.solve(&[T::zero(); N], options).unwrap();
+        assert!(zero.converged() && zero.residual.l2 == 0.0, "{self}: {contract}: {zero}");
+        assert_eq!(zero.iterations, 0, "{self}: {contract}");
+        let both = [solver.z(), solver.r()].concat();
+        assert!(both.iter().all(|v| *v == T::zero()), "{self}: {contract}");
+    }
+
+    fn bad_input_is_refused_and_nothing_is_lost_by_it(&self) {
+        let contract = "bad input is refused and nothing is lost by it";
+        let mut solver = self.solver();
+        let first = self.solve(&mut solver);
+        let mut spoilt = self.q.clone();
+        spoilt[5] = T::nan();
+        let mut refusal = |q: &[T], x: &[T], limits| {
+            solver.solve(q, Options::from_x(x).limits(limits)).expect_err(contract)
+        };
+        let of_q = refusal(&spoilt, &self.start, self.limits);
+        assert!(matches!(of_q, Error::NotFinite { what: "q", index: 5, .. }), "{self}: {contract}");
+        let of_x = refusal(&self.q, &spoilt, self.limits);
+        assert!(
+            matches!(of_x, Error::NotFinite { what: "x0", index: 5, .. }),
+            "{self}: {contract}"
+        );
+        let short = refusal(&self.q[1..], &self.start, self.limits);
+        assert!(matches!(short, Error::Order { what: "q", .. }), "{self}: {contract}");
+        for tolerance in
+            [Tolerance::Absolute(-1.0), Tolerance::Relative(-1.0), Tolerance::Relative(1.0)]
+        {
+            let limits = Limits { tolerance, ..self.limits };
+            let of_limits = refusal(&self.q, &self.start, limits);
+            assert!(matches!(of_limits, Error::Parameter { .. }), "{self}: {contract}");
+        }
+        assert_eq!(self.solve(&mut solver).residual, first.residual, "{self}: {contract}");
+    }
+
+    /// Zero, negative, or NaN.
+    fn a_bad_pivot_is_refused_or_never_converges(&self) {
+        let contract = "a bad pivot is refused or never converges";
+        for factor in [T::zero(), -T::one(), T::nan()] {
+            let a = Scaled { factor, of: self.a.clone() };
+            let b = Scaled { factor, of: self.b.clone() };
+            match method(self.row, Hlcp::new(a, b, omega()).unwrap()) {
+                Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
+                Err(other) => panic!("{self}: {contract}: {other}"),
+                Ok(method) => {
+                    assert!(self.row.contains("closure"), "{self}: {contract}");
+                    let options = Options::from_x(&self.start).limits(self.limits);
+                    let outcome = Solver::new(method).solve(&self.q, options).unwrap();
+                    assert!(!outcome.converged(), "{self}: {contract}: {outcome}");
+                }
             }
         }
     }
-    answer
+}
+
+/// All kinds of operators lead to one answer: each is off by no more than its tolerance over 0.2.
+fn one_answer<T: Scalar>(row: &str, answers: &[Vec<T>]) {
+    // Of q and of the terms of A z and B r.
+    let size = 12.0 + 7.0 * 1.5 + 4.5 * 1.5;
+    let epsilon = T::epsilon().to_f64().unwrap();
+    // Four roundings are excused in single precision, none in double precision.
+    let excused = if epsilon > 1e-12 { 4.0 * epsilon * size } else { 0.0 };
+    let tolerance = 2.0 * 1.5 / 0.2 * (excused.max(1e-10) + 60.0 * epsilon);
+    for other in &answers[1..] {
+        let apart = common::largest_difference(&answers[0], other);
+        assert!(apart <= tolerance, "{row}: all kinds of operators lead to one answer: {apart:e}");
+    }
 }
 
 fn table<T: Scalar + nalgebra::Scalar>() {
+    let (a, b) = (stencil::<T>(A), stencil::<T>(B));
+    let shared = |operator: FivePoint<T>| -> Arc<dyn Rows<T>> { Arc::new(operator) };
     for row in METHODS {
-        let (a, b) = (stencil::<T>(A), stencil::<T>(B));
+        let lists: Arc<dyn Rows<T>> = Arc::new(Lists::of(&a));
         let answers = [
-            keeps(row, a, b),
-            keeps(row, assembled(&a), assembled(&b)),
-            keeps(row, Lists::of(&a), Lists::of(&b)),
-            keeps::<T, std::sync::Arc<dyn Rows<T>>, std::sync::Arc<dyn Rows<T>>>(
-                row,
-                std::sync::Arc::new(Lists::of(&a)),
-                std::sync::Arc::new(b),
-            ),
+            Case::new(row, "stencils", a, b).keeps_all(),
+            Case::new(row, "assembled matrices", assembled(&a), assembled(&b)).keeps_all(),
+            Case::new(row, "a user's operators", Lists::of(&a), Lists::of(&b)).keeps_all(),
+            Case::new(row, "shared operators", lists, shared(b)).keeps_all(),
         ];
-        // All kinds of operators lead to one answer: each is off by no more than its tolerance over 0.2.
-        // Of q and of the terms of A z and B r.
-        let size = 12.0 + 7.0 * 1.5 + 4.5 * 1.5;
-        let epsilon = T::epsilon().to_f64().unwrap();
-        // Four roundings are excused in single precision, none in double precision.
-        let excused = if epsilon > 1e-12 { 4.0 * epsilon * size } else { 0.0 };
-        let tolerance = 2.0 * 1.5 / 0.2 * (excused.max(1e-10) + 60.0 * epsilon);
-        for other in &answers[1..] {
-            let close = |(&u, &v): (&T, &T)| (u - v).abs().to_f64().unwrap() <= tolerance;
-            assert!(answers[0].iter().zip(other).all(close), "{row}");
-        }
+        one_answer(row, &answers);
+    }
+    for row in ON_GRIDS {
+        let answers = [
+            Case::new(row, "stencils", a, b).keeps_all(),
+            Case::new(row, "shared operators", shared(a), shared(b)).keeps_all(),
+        ];
+        one_answer(row, &answers);
+        let problem = Hlcp::new(Lists::of(&a), Lists::of(&b), omega()).unwrap();
+        let refusal = method(row, problem).err();
+        assert_eq!(refusal, Some(Error::NotFivePoint { what: "A" }), "{row} needs a grid");
     }
 }
 
 #[test]
-fn in_double_precision() {
+fn every_contract_is_kept_in_double_precision() {
     table::<f64>();
 }
 
 #[test]
-fn in_single_precision() {
+fn every_contract_is_kept_in_single_precision() {
     table::<f32>();
 }
 
 /// Order 1, where every splitting is the whole matrix or a multiple of it.
 #[test]
-fn of_order_one() {
-    for row in METHODS {
+fn every_method_solves_a_problem_of_order_one() {
+    for row in all_methods() {
         for (q, z, r) in [(-6.3, 1.5, 0.0), (4.1, 0.0, 2.0)] {
             let a = FivePoint::new(1, 1, [-1.1, -0.9, 4.2, -1.3, -0.7]).unwrap();
             let b = FivePoint::new(1, 1, [-0.3, -0.8, 2.05, -0.6, -0.2]).unwrap();
             let problem = Hlcp::new(a, b, Omega::Uniform(1.9)).unwrap().with_gamma(0.6).unwrap();
             let mut solver = Solver::new(method(row, problem).unwrap());
-            assert!(
-                solver
-                    .solve(&[q], Options::from_x(&[0.3]).limits(Limits::absolute(1e-10)))
-                    .unwrap()
-                    .converged(),
-                "{row}"
-            );
+            assert!(solver.solve(&[q], from(&[0.3])).unwrap().converged(), "{row}");
             assert!(
                 f64::abs(solver.z()[0] - z) <= 1e-10 && f64::abs(solver.r()[0] - r) <= 1e-10,
                 "{row}"
@@ -365,7 +422,7 @@ fn bits<T: Scalar>(
     (norms, [solver.x(), solver.z(), solver.r()].concat())
 }
 
-/// The number of threads does not show, in an iterate or in a norm.
+/// The number of threads changes no bit of an iterate or of a norm.
 fn keeps_on_threads<T: Scalar>() {
     let to = |v: f64| T::from(v).unwrap();
     // Enough points to be shared, and a multiple of no block.
@@ -383,7 +440,7 @@ fn keeps_on_threads<T: Scalar>() {
     let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| to(1.4 + 0.3 * w)).collect());
     let of_constants = Hlcp::new(constant(A), constant(B), Omega::Uniform(to(1.4))).unwrap();
     let of_arrays = Hlcp::new(varying(6.3), varying(5.9), each).unwrap();
-    for row in METHODS {
+    for row in all_methods() {
         let row = &row.replace(" red-black", "RBGS"); // on this grid
         let constants = bits(method(row, of_constants.clone()).unwrap(), &q);
         let arrays = bits(method(row, of_arrays.clone()).unwrap(), &q);
@@ -400,12 +457,12 @@ fn keeps_on_threads<T: Scalar>() {
 }
 
 #[test]
-fn on_any_number_of_threads_in_double_precision() {
+fn threads_change_no_bit_in_double_precision() {
     keeps_on_threads::<f64>();
 }
 
 #[test]
-fn on_any_number_of_threads_in_single_precision() {
+fn threads_change_no_bit_in_single_precision() {
     keeps_on_threads::<f32>();
 }
 
@@ -457,7 +514,7 @@ fn a_panic_on_one_thread_ends_the_others() {
 
 /// Solves that share their work while their pool has other such solves to do, and within another pool's.
 #[test]
-fn solves_within_parallel_loops() {
+fn solves_within_parallel_loops_change_no_bit() {
     use rayon::prelude::*;
     let m = 131;
     let a = FivePoint::new(m, m, A).unwrap();
@@ -491,7 +548,7 @@ impl hlcp_core::Splitting<f64> for Thrice {
 }
 
 #[test]
-fn sweeps_are_those_of_the_splittings() {
+fn sweeps_are_counted_as_the_splittings_say() {
     let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
     let problem = || Hlcp::new(a, b, omega()).unwrap();
     let mut mms = Mms::new(problem(), SplittingStep(Thrice)).unwrap();

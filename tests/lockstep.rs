@@ -144,7 +144,7 @@ proptest! {
     }
 
     #[test]
-    fn amms_is_section_4(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
+    fn amms_is_the_accelerated_method_of_section_4(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
         let start = p.x().map(|x| x.sin() + start);
         let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
         let mut amms = Mms::new(posed(&p.dense), aor.library().accelerated()).unwrap();
@@ -220,7 +220,7 @@ proptest! {
 
     /// Mirrored means forward first, whatever direction it was given.
     #[test]
-    fn mirrored_is_forward_and_then_backward(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
+    fn mirrored_means_forward_and_then_backward(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
         let aor = Aor::new(alpha, 0.7).unwrap();
         let (x, q) = (p.x().map(f64::cos), Rhs::new(p.dense.q.as_slice()).unwrap());
         let mut steps = vec![];

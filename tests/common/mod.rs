@@ -1,8 +1,12 @@
 //! What several test programs share.
 #![allow(dead_code, reason = "each test program uses its own part")]
 
-use hlcp_core::{Aor, Diagonal, Hlcp, LinearOperator, Omega, Rows, Scalar};
-use hlcp_methods::{Limits, Options, Solver, Tmms};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use hlcp_core::{
+    Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Omega, Rows, Scalar,
+};
+use hlcp_methods::{Limits, Method, Options, Outcome, Solver, Tmms};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -56,19 +60,191 @@ pub(crate) fn assembled(operator: &impl Rows<f64>) -> DMatrix<f64> {
     matrix
 }
 
-/// `z` and `r` by TMGS (τ = 1, x⁰ = e), which must converge to the default tolerance.
+/// The problem of a pair with Ω = τ D_A D_B⁻¹.
+pub(crate) fn problem<T: Scalar, A: Rows<T>, B: Rows<T>>(tau: f64, a: A, b: B) -> Hlcp<T, A, B> {
+    let omega = Omega::diagonal_ratio(T::from(tau).unwrap(), &a, &b).unwrap();
+    Hlcp::new(a, b, omega).unwrap()
+}
+
+/// The two-step method with Gauss–Seidel, forward and backward.
+pub(crate) fn tmgs<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: Hlcp<T, A, B>,
+) -> Tmms<T, A, B, Aor<T>, Aor<T>> {
+    Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap()
+}
+
+/// The paper's test, a 2-norm of the residual of at most 10⁻¹⁰, from the start `x`.
+pub(crate) fn from<T>(x: &[T]) -> Options<'_, T> {
+    Options::from_x(x).limits(Limits::absolute(1e-10))
+}
+
+/// Solves from x⁰ = e within `limits`.
+pub(crate) fn solve_from_ones<T: Scalar>(
+    solver: &mut Solver<T, impl Method<T>>,
+    q: &[T],
+    limits: Limits,
+) -> Outcome {
+    solver.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(limits)).unwrap()
+}
+
+/// `z` and `r` by TMGS (τ = 1, x⁰ = e), which must converge to the paper's tolerance.
 pub(crate) fn by_tmgs<T: Scalar, A: Rows<T>, B: Rows<T>>(a: A, b: B, q: &[T]) -> [Vec<T>; 2] {
-    let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
-    let method = Tmms::mirrored(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
-    let mut solver = Solver::new(method);
+    let mut solver = Solver::new(tmgs(problem(1.0, a, b)));
     let limits = Limits { iterations: 200_000, ..Limits::absolute(1e-10) };
-    let outcome =
-        solver.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(limits)).unwrap();
+    let outcome = solve_from_ones(&mut solver, q, limits);
     assert!(outcome.converged(), "{outcome}");
     [solver.z().to_vec(), solver.r().to_vec()]
 }
 
-/// A full non-symmetric matrix: a diagonal in 1..4, off-diagonal rows that sum to at most `weight` in modulus.
+/// The largest distance of two entries; NaN where one of them is.
+pub(crate) fn largest_difference<T: Scalar>(u: &[T], v: &[T]) -> f64 {
+    let distances = u.iter().zip(v).map(|(&u, &v)| (u - v).abs().to_f64().unwrap());
+    distances
+        .fold(0.0, |max, distance| if distance > max || distance.is_nan() { distance } else { max })
+}
+
+/// `q = B r − A z`, for which z and r are a solution.
+pub(crate) fn planted_q(
+    a: &impl LinearOperator<f64>,
+    b: &impl LinearOperator<f64>,
+    [z, r]: [&[f64]; 2],
+) -> Vec<f64> {
+    let (mut q, mut az) = (vec![0.0; z.len()], vec![0.0; z.len()]);
+    b.apply(r, &mut q);
+    a.apply(z, &mut az);
+    q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
+    q
+}
+
+/// The positive and the negative parts of numbers: a z and an r that are complementary.
+pub(crate) fn parts(signed: &[f64]) -> [Vec<f64>; 2] {
+    [1.0, -1.0].map(|sign| signed.iter().map(|s| (sign * s).max(0.0)).collect())
+}
+
+/// Entries of both signs, of which none is zero.
+pub(crate) fn wave<T: Scalar>(n: usize, scale: f64) -> Vec<T> {
+    (0..n).map(|i| T::from(scale * (f64::sin(1.3 * i as f64) + 0.2)).unwrap()).collect()
+}
+
+/// Entries in 0..1 without pattern, others for every seed.
+pub(crate) fn scattered(n: usize, seed: f64) -> Vec<f64> {
+    (0..n).map(|i| (f64::sin((i * i) as f64 * seed) * 43758.5453).fract().abs()).collect()
+}
+
+/// HLCP(B, A, −q) with Ω⁻¹.
+pub(crate) fn exchanged(dense: &Dense) -> Dense {
+    Dense {
+        a: dense.b.clone(),
+        b: dense.a.clone(),
+        q: -&dense.q,
+        omega: dense.omega.map(f64::recip),
+        gamma: dense.gamma,
+    }
+}
+
+/// What a user might bring: each row a list of columns and entries.
+#[derive(Debug, Clone)]
+pub(crate) struct Lists<T>(pub(crate) Vec<Vec<(usize, T)>>);
+
+impl<T: Scalar> Lists<T> {
+    pub(crate) fn of(operator: &impl Rows<T>) -> Self {
+        let row = |i| {
+            let mut row = vec![];
+            operator.visit_row(i, &mut |j, a| row.push((j, a)));
+            row
+        };
+        Self((0..operator.order()).map(row).collect())
+    }
+}
+
+impl<T: Scalar> LinearOperator<T> for Lists<T> {
+    fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        for (y, row) in y.iter_mut().zip(&self.0) {
+            *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
+        }
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Lists<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.0[i].iter().find(|(j, _)| *j == i).map_or(T::zero(), |(_, a)| *a)
+    }
+}
+
+impl<T: Scalar> Rows<T> for Lists<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
+    }
+}
+
+/// diag(1.5, 2.5, 3.5), until a number of sound products is used up: then NaN.
+pub(crate) struct Failing {
+    sound: usize,
+    products: AtomicUsize,
+}
+
+impl Failing {
+    pub(crate) fn after(sound: usize) -> Self {
+        Self { sound, products: AtomicUsize::new(0) }
+    }
+}
+
+impl LinearOperator<f64> for Failing {
+    fn order(&self) -> usize {
+        3
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(x).enumerate().for_each(|(i, (y, x))| *y = (1.5 + i as f64) * x);
+        if self.products.fetch_add(1, Relaxed) >= self.sound {
+            y[1] = f64::NAN;
+        }
+    }
+}
+
+/// A five-point operator on 4 × 1 points that breaks its promise of finite coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct NotFinite;
+
+impl LinearOperator<f64> for NotFinite {
+    fn order(&self) -> usize {
+        4
+    }
+
+    fn apply(&self, _: &[f64], y: &mut [f64]) {
+        y.fill(f64::NAN);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        let coefficients = [0.0, f64::NAN, 4.0, -1.1, 0.0];
+        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Constant)))
+    }
+}
+
+impl Diagonal<f64> for NotFinite {
+    fn diagonal_entry(&self, _: usize) -> f64 {
+        4.0
+    }
+}
+
+impl Rows<f64> for NotFinite {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        if i > 0 {
+            visit(i - 1, f64::NAN);
+        }
+        visit(i, 4.0);
+        if i < 3 {
+            visit(i + 1, -1.1);
+        }
+    }
+}
+
+/// A full non-symmetric matrix: a diagonal in 1..4, off-diagonal rows that sum to at most `weight`
+/// in modulus.
 fn matrix(n: usize, weight: f64) -> impl Strategy<Value = DMatrix<f64>> {
     let reach = weight / n as f64;
     (vec(-reach..reach, n * n), vec(1.0..4.0, n)).prop_map(move |(off, diagonal)| {

@@ -3,9 +3,7 @@
 //! The pairs are built around the vector d of the theorems, so that every bound has a closed form and its edge can be
 //! approached; inequalities with inverses are checked by substitution with the triangular comparison matrices.
 
-mod common;
-
-use common::Matrix;
+use crate::common::{Lists, Matrix, parts};
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
 use hlcp_methods::{Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
@@ -14,7 +12,6 @@ use hlcp_verify::{
     convergence, relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
 };
 use nalgebra::DMatrix;
-use nalgebra_sparse::{CooMatrix, CsrMatrix};
 use proptest::{collection::vec, prelude::*};
 
 /// Rows of the same pattern in both matrices: the diagonal, and up to four columns beside it.
@@ -137,7 +134,7 @@ impl Pair {
     }
 
     fn solution(&self) -> [Vec<f64>; 2] {
-        [1.0, -1.0].map(|sign| self.signed.iter().map(|s| (sign * s).max(0.0)).collect())
+        parts(&self.signed)
     }
 
     fn x(&self) -> Vec<f64> {
@@ -199,17 +196,14 @@ fn grid(p: &Pair, rows: &[Vec<f64>]) -> VaryingFivePoint<'static, f64> {
     VaryingFivePoint::from_fn(nx, ny, row).unwrap()
 }
 
-fn scattered(p: &Pair, rows: &[Vec<f64>]) -> CsrMatrix<f64> {
-    let mut coo = CooMatrix::new(p.order(), p.order());
-    for (i, row) in rows.iter().enumerate() {
-        coo.push(i, i, row[4]);
-        p.columns[i]
-            .iter()
-            .zip(row)
-            .filter(|(j, _)| **j != i)
-            .for_each(|(&j, &a)| coo.push(i, j, a));
-    }
-    CsrMatrix::from(&coo)
+fn lists(p: &Pair, rows: &[Vec<f64>]) -> Lists<f64> {
+    let row = |(i, row): (usize, &Vec<f64>)| {
+        let off = p.columns[i].iter().copied().zip(row.iter().copied()).filter(|(j, _)| *j != i);
+        let mut entries: Vec<_> = off.chain([(i, row[4])]).collect();
+        entries.sort_by_key(|(j, _)| *j);
+        entries
+    };
+    Lists(rows.iter().enumerate().map(row).collect())
 }
 
 fn norm(x: &[f64], y: &[f64], d: &[f64]) -> f64 {
@@ -374,7 +368,7 @@ proptest! {
     fn theorem_2_to_its_edge(p in pairs(Kind::Theorem2, 0.96), share in 0.1..1.0, near in 0.4..0.995, two in any::<bool>()) {
         match p.grid {
             Some(_) => theorem_2_holds(&p, || p.posed(grid), share, near, two)?,
-            None => theorem_2_holds(&p, || p.posed(scattered), share, near, two)?,
+            None => theorem_2_holds(&p, || p.posed(lists), share, near, two)?,
         }
     }
 
@@ -383,7 +377,7 @@ proptest! {
     fn the_relaxed_theorem_to_its_edge(p in pairs(Kind::Relaxed, 0.96), share in 0.0..1.0, near in 0.4..0.995, two in any::<bool>(), fast in any::<bool>()) {
         match p.grid {
             Some(_) => relaxed_holds(&p, || p.posed(grid), share, near, two, fast)?,
-            None => relaxed_holds(&p, || p.posed(scattered), share, near, two, fast)?,
+            None => relaxed_holds(&p, || p.posed(lists), share, near, two, fast)?,
         }
     }
 
@@ -392,7 +386,7 @@ proptest! {
     fn theorem_1_to_its_edge(p in pairs(Kind::Theorem1(0.7), 0.97), alpha in 0.3..1.0, share in 0.0..1.0, two in any::<bool>()) {
         match p.grid {
             Some(_) => theorem_1_holds(&p, || p.posed(grid), alpha, share, two)?,
-            None => theorem_1_holds(&p, || p.posed(scattered), alpha, share, two)?,
+            None => theorem_1_holds(&p, || p.posed(lists), alpha, share, two)?,
         }
     }
 
@@ -401,7 +395,7 @@ proptest! {
     fn nothing_is_proved_beyond_the_edge(p in pairs(Kind::Relaxed, 1.01), alpha in 0.3..1.0, two in any::<bool>()) {
         let proved = match p.grid {
             Some(_) => convergence(&p.posed(grid), &steps(alpha, 0.7, two)),
-            None => convergence(&p.posed(scattered), &steps(alpha, 0.7, two)),
+            None => convergence(&p.posed(lists), &steps(alpha, 0.7, two)),
         };
         prop_assert!(matches!(proved, Convergence::NotProved(_)));
     }
@@ -409,7 +403,7 @@ proptest! {
     /// Lemma 3: for a Z-matrix, an M-matrix, a D with AD strictly dominant, and ρ(M⁻¹N) < 1 for A = M − N with
     /// M⁻¹, N ≥ 0 (here M a triangle with a part of the entries) are one thing.
     #[test]
-    fn lemma_3(p in pairs(Kind::Relaxed, 1.0), edge in prop_oneof![0.9..0.995, 1.005..1.1], kept in 0.0..1.0) {
+    fn lemma_3_holds(p in pairs(Kind::Relaxed, 1.0), edge in prop_oneof![0.9..0.995, 1.005..1.1], kept in 0.0..1.0) {
         let n = p.order().min(60);
         // The leading block of C with a diagonal that makes ρ(D⁻¹|off|) = edge, d being the vector.
         let mut a = DMatrix::zeros(n, n);
@@ -435,7 +429,7 @@ proptest! {
     /// Lemma 4, from its formula: below the bound of (16) the witness makes its matrix strictly dominant; above it
     /// the vector d, which that matrix maps to a negative one, shows that none can.
     #[test]
-    fn lemma_4(p in pairs(Kind::Theorem2, 0.96), near in prop_oneof![0.4..0.995, 1.005..1.5]) {
+    fn lemma_4_gives_the_witness(p in pairs(Kind::Theorem2, 0.96), near in prop_oneof![0.4..0.995, 1.005..1.5]) {
         let alpha: f64 = near * p.bound;
         let row = |i: usize, d: &[f64]| {
             let [a, b] = [p.a[i][4], p.b[i][4] * p.omega[i]];
@@ -445,7 +439,7 @@ proptest! {
         };
         let theorem = match p.grid {
             Some(_) => theorem_2(&p.posed(grid), &steps(alpha, 0.5, true)),
-            None => theorem_2(&p.posed(scattered), &steps(alpha, 0.5, true)),
+            None => theorem_2(&p.posed(lists), &steps(alpha, 0.5, true)),
         };
         prop_assert_eq!(theorem.alpha.is_yes(), near < 1.0);
         // Up to α = 1 the matrix is 2⟨A⟩, and (16) holds for any H₊-matrix.

@@ -1,20 +1,19 @@
 //! Semismooth Newton: its Jacobian, preconditioners and steps against dense algebra, and how it ends.
 
-mod common;
-
 use std::{
     ops::ControlFlow,
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-use common::{Matrix, planted, posed};
+use crate::common::{Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave};
+use crate::planted::{WEIGHT, reaches};
 use hlcp_core::{
     Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
-    Scalar, SplittingFn, SplittingStep, Tridiagonal,
+    Scalar, SplittingFn, SplittingStep, Step, Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Outcome, Preconditioner, Solver,
-    Ssor, Status, Tmms, TridiagonalPart,
+    Ssor, Status, TridiagonalPart,
 };
 use hlcp_verify::{Disc, Example, Planted, Slider, oracle::Dense};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
@@ -126,7 +125,7 @@ proptest! {
 
     /// From a start on the solution's piece, one step with an exact inner solve ends at the solution.
     #[test]
-    fn it_ends_once_the_active_set_is_right(p in planted(1..16, 0.15), shift in vec(0.95..1.05, 16)) {
+    fn one_step_ends_once_the_active_set_is_right(p in planted(1..16, 0.15), shift in vec(0.95..1.05, 16)) {
         // Entries in modulus between 4 and 8 in z and r, so between 1.6 and 20 in units of γ/2 in x: a start off by
         // 5 %, 1 at most, has the right signs, and two contracting sweeps keep it as near.
         let signed: Vec<f64> =
@@ -147,8 +146,7 @@ proptest! {
 
     /// From any start, with every preconditioner, for the problem as posed and exchanged.
     #[test]
-    fn it_reaches_the_planted_solution(p in planted(1..24, 0.15), x0 in vec(-9.0..9.0, 24)) {
-        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) });
+    fn it_reaches_the_planted_solution(p in planted(1..24, WEIGHT), x0 in vec(-9.0..9.0, 24)) {
         let preconditioners: [fn() -> Boxed; 4] = [
             || Box::new(Ssor),
             || Box::new(TridiagonalPart::new()),
@@ -156,20 +154,8 @@ proptest! {
             || Box::new(Broken),
         ];
         for preconditioner in preconditioners {
-            for exchanged in [false, true] {
-                let problem = posed(&p.dense);
-                let problem = if exchanged { problem.exchanged().unwrap() } else { problem };
-                let base: Box<dyn Method<f64, A = Matrix, B = Matrix>> =
-                    Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
-                let mut newton = Solver::new(Newton::new(base, preconditioner()));
-                let outcome = newton.solve(p.dense.q.as_slice(), Options::from_x(&x0[..n]).limits(limits)).unwrap();
-                prop_assert!(outcome.converged(), "{}", outcome);
-                // The margin of tests/planted.rs.
-                let (z, r) = (newton.z(), newton.r());
-                for i in 0..n {
-                    prop_assert!((z[i] - p.z[i]).abs() <= 1e-10 / 0.025);
-                    prop_assert!((r[i] - p.r[i]).abs() <= 2.5 * 1e-10 / 0.025);
-                }
+            for problem in [posed(&p.dense), posed(&p.dense).exchanged().unwrap()] {
+                reaches(Newton::new(tmgs(problem), preconditioner()), &p, &x0[..p.z.len()])?;
             }
         }
     }
@@ -186,6 +172,16 @@ fn carousel() -> Dense {
     }
 }
 
+/// A part of the step with M = A + Ω, which contracts for the carousel since its A is positive
+/// definite.
+fn damped(dense: &Dense, part: f64) -> Mms<f64, Matrix, Matrix, impl Step<f64, Matrix, Matrix>> {
+    let step = part * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
+    let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+        y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
+    });
+    Mms::new(posed(dense), SplittingStep(damped)).unwrap()
+}
+
 #[test]
 fn a_cycle_of_active_sets_is_broken() {
     let dense = carousel();
@@ -200,27 +196,16 @@ fn a_cycle_of_active_sets_is_broken() {
     assert_eq!(sets[..4], [vec![0], vec![1], vec![2], vec![0]]);
     assert_eq!(sets[9..], sets[..3]);
 
-    // A tenth of the step with M = A + Ω, which contracts since A is positive definite.
-    let m = &dense.a + DMatrix::from_diagonal(&dense.omega);
-    let step = 0.1 * m.try_inverse().unwrap();
-    let base = || {
-        let step = step.clone();
-        let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
-            y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
-        });
-        Mms::new(posed(&dense), SplittingStep(damped)).unwrap()
-    };
+    let base = || damped(&dense, 0.1);
     let mut newton = Solver::new(Newton::new(base(), Ssor)).with_history(1000);
     let (q, mut iterates) = (dense.q.as_slice(), vec![]);
     let outcome = newton
         .solve(
             q,
-            Options::from_x(start.as_slice()).limits(Limits::absolute(1e-10)).observer(
-                &mut |progress| {
-                    iterates.push(progress.x.to_vec());
-                    ControlFlow::Continue(())
-                },
-            ),
+            from(start.as_slice()).observer(&mut |progress| {
+                iterates.push(progress.x.to_vec());
+                ControlFlow::Continue(())
+            }),
         )
         .unwrap();
     assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
@@ -237,24 +222,13 @@ fn a_cycle_of_active_sets_is_broken() {
 
 /// The slower the base, the more often the same sets come by, at the same bits too: that is no reason to give up.
 #[test]
-fn what_comes_back_need_not_come_back_for_ever() {
+fn repeated_active_sets_do_not_end_the_solve() {
     for (gamma, omega) in [(1.7, 1.1), (1.7, 1.0), (1.0, 1.0)] {
         for damping in [0.1, 0.03, 0.01, 0.003, 0.001] {
             let dense = Dense { gamma, omega: DVector::from_element(3, omega), ..carousel() };
-            let step =
-                damping * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
-            let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
-                y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
-            });
-            let base = Mms::new(posed(&dense), SplittingStep(damped)).unwrap();
-            let mut newton = Solver::new(Newton::new(base, Ssor));
+            let mut newton = Solver::new(Newton::new(damped(&dense, damping), Ssor));
             for start in [[0.9, -0.7, -0.8], [1.0, -1.0, -1.0], [2.0, 1.0, -1.0]] {
-                let outcome = newton
-                    .solve(
-                        dense.q.as_slice(),
-                        Options::from_x(&start).limits(Limits::absolute(1e-10)),
-                    )
-                    .unwrap();
+                let outcome = newton.solve(dense.q.as_slice(), from(&start)).unwrap();
                 assert!(outcome.converged(), "{gamma} {omega} {damping} {start:?}: {outcome}");
                 assert!(newton.z().iter().all(|&z| z <= 1e-9));
             }
@@ -336,9 +310,7 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
             count.store(0, Relaxed);
         }
         let start = [0.9, -0.7, -0.8];
-        let outcome = newton
-            .solve(dense.q.as_slice(), Options::from_x(&start).limits(Limits::absolute(1e-10)))
-            .unwrap();
+        let outcome = newton.solve(dense.q.as_slice(), from(&start)).unwrap();
         assert!(outcome.converged() && outcome.iterations > 20, "{outcome}");
         let linear = outcome.linear_iterations.unwrap();
         let (products, solves) = (a.1.load(Relaxed), solves.load(Relaxed));
@@ -359,18 +331,17 @@ fn a_singular_jacobian_is_left_behind() {
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
     let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
-    let outcome = newton
-        .solve(&[-1.0, -2.0], Options::from_x(&[0.4, 0.6]).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = newton.solve(&[-1.0, -2.0], from(&[0.4, 0.6])).unwrap();
     assert!(outcome.converged(), "{outcome}");
     assert!((newton.z()[0] + newton.z()[1] - 2.0).abs() <= 1e-9);
     assert!((newton.r()[0] - 1.0).abs() <= 1e-9 && newton.r()[1] <= 1e-9);
 }
 
-/// z + r + 1 = 0 has no solution. Newton's method makes the unknown active and inactive in turn; that is not one way, and
-/// the base has its turns: two steps at the beginning of each of three phases, and 2 and 4 between them.
+/// z + r + 1 = 0 has no solution. Newton's method makes the unknown active and inactive in turn,
+/// which is no progress, so the base has its turns: two steps at the beginning of each of three
+/// phases, and 2 and 4 between them.
 #[test]
-fn to_and_fro_is_no_way() {
+fn two_active_sets_in_turn_are_no_progress() {
     let turns = AtomicUsize::new(0);
     let still = SplittingFn(|_: &[f64], y: &mut [f64]| {
         turns.fetch_add(1, Relaxed);
@@ -387,7 +358,7 @@ fn to_and_fro_is_no_way() {
 
 /// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1: no solution, and none is claimed.
 #[test]
-fn no_solution_is_no_success() {
+fn no_solution_is_claimed_where_none_exists() {
     let a = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
     let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
@@ -398,22 +369,6 @@ fn no_solution_is_no_success() {
     assert!(!outcome.converged() && outcome.residual.l2 > 0.5, "{outcome}");
 }
 
-/// An operator that gives NaN from a certain product on.
-struct Tired(AtomicUsize, usize);
-
-impl LinearOperator<f64> for Tired {
-    fn order(&self) -> usize {
-        3
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.5 * x);
-        if self.0.fetch_add(1, Relaxed) >= self.1 {
-            y[1] = f64::NAN;
-        }
-    }
-}
-
 /// Products alone, with a user's splitting for preconditioner; and what becomes of NaN at any moment.
 #[test]
 fn an_operator_of_products_and_one_that_turns_nan() {
@@ -422,12 +377,10 @@ fn an_operator_of_products_and_one_that_turns_nan() {
             y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
         });
         let problem =
-            Hlcp::new(Tired(0.into(), sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
+            Hlcp::new(Failing::after(sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
         let base = Mms::new(problem, SplittingStep(slow)).unwrap();
         let mut newton = Solver::new(Newton::new(base, SplittingStep(slow)));
-        let outcome = newton
-            .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
-            .unwrap();
+        let outcome = newton.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
         if sound == usize::MAX {
             assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
         } else {
@@ -440,7 +393,7 @@ fn an_operator_of_products_and_one_that_turns_nan() {
 
 /// A diagonal pair, where SSOR is exact: one inner iteration a step; a solved start needs none.
 #[test]
-fn what_is_solved_exactly_ends_at_once() {
+fn an_exact_inner_solve_ends_in_two_steps() {
     let a = DiagonalMatrix::new(vec![2.0, 3.0, 0.7]).unwrap();
     let b = DiagonalMatrix::new(vec![1.5, 0.4, 2.2]).unwrap();
     let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 4.0, 1.7])).unwrap();
@@ -448,18 +401,11 @@ fn what_is_solved_exactly_ends_at_once() {
     let still = SplittingFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
     let base = Mms::new(problem, SplittingStep(still)).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
-    let outcome = newton
-        .solve(
-            &[-3.0, 1.0, -2.0],
-            Options::from_x(&[-1.0, 2.0, 1.0]).limits(Limits::absolute(1e-10)),
-        )
-        .unwrap();
+    let outcome = newton.solve(&[-3.0, 1.0, -2.0], from(&[-1.0, 2.0, 1.0])).unwrap();
     assert!(outcome.converged() && outcome.iterations == 2, "{outcome}");
     assert_eq!(outcome.linear_iterations, Some(2));
     let x = newton.x().to_vec();
-    let outcome = newton
-        .solve(&[-3.0, 1.0, -2.0], Options::from_x(&x).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = newton.solve(&[-3.0, 1.0, -2.0], from(&x)).unwrap();
     assert_eq!((outcome.iterations, outcome.converged()), (0, true));
 }
 
@@ -469,10 +415,9 @@ fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
     q: &[T],
     limits: &Limits,
 ) -> (Outcome, usize, Vec<T>) {
-    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let tmgs = tmgs(problem);
     let mut newton = Solver::new(Newton::new(tmgs, preconditioner));
-    let outcome =
-        newton.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(*limits)).unwrap();
+    let outcome = solve_from_ones(&mut newton, q, *limits);
     (outcome, outcome.linear_iterations.unwrap(), newton.z().to_vec())
 }
 
@@ -482,8 +427,7 @@ fn two_or_three_steps_on_the_papers_examples() {
         for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 0.0), (0.0, 4.0)] {
             for tau in [0.8, 1.0, 1.2] {
                 let scene = Example { symmetric, m: 64, mu, nu }.pose::<f64>().unwrap();
-                let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b).unwrap();
-                let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+                let problem = problem(tau, scene.a, scene.b);
                 let (outcome, _, z) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
                 assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
                 // The condition number is below 64² at μ = ν = 0, and smaller elsewhere.
@@ -497,8 +441,7 @@ fn two_or_three_steps_on_the_papers_examples() {
 fn six_steps_on_the_slider() {
     for cells in [50, 128, 512] {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-        let problem = Hlcp::new(a, b, omega).unwrap();
+        let problem = problem(1.0, a, b);
         let limits = Limits::relative(1e-10);
         let (outcome, inner, z) = solve(problem, TridiagonalPart::new(), &q, &limits);
         assert!(outcome.converged() && outcome.iterations <= 6, "{cells}: {outcome}");
@@ -510,17 +453,23 @@ fn six_steps_on_the_slider() {
     }
 }
 
-/// Elastic–plastic torsion of a strip: u″ = −5 where u is below the distance d to the edge, z = d − u. It is plastic, z = 0,
-/// but for the middle two fifths, where u = 2/5 − (5/2)(x − 1/2)²; so z = 1/10 at x = 1/2. The plastic parts grow
-/// from the edges by a point a step, and ‖F‖ does not fall for long.
+/// q of the elastic–plastic torsion of a strip, for −u″ on `n` points: u″ = −5 where u is below the
+/// distance d to the edge, z = d − u. It is plastic, z = 0, but for the middle two fifths, where
+/// u = 2/5 − (5/2)(x − 1/2)²; so z = 1/10 at x = 1/2.
+pub(crate) fn torsion(n: usize) -> Vec<f64> {
+    let h = 1.0 / (n + 1) as f64;
+    let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
+    let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
+    (1..=n).map(|j| 5.0 * h * h - fold(j)).collect()
+}
+
+/// The plastic parts grow from the edges by one point per step, and ‖F‖ does not fall for long.
 #[test]
-fn a_front_that_moves_by_a_point_a_step_is_followed() {
+fn a_front_that_moves_one_point_per_step_is_followed() {
     for n in [128, 512, 2048] {
         let h = 1.0 / (n + 1) as f64;
-        let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
         let a = Tridiagonal::new(n, |_| [-1.0, 2.0, -1.0]).unwrap();
-        let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
-        let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
+        let q = torsion(n);
         let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
         let limits = Limits::relative(1e-10);
         // With z and r exchanged the active set shrinks where it grew.
@@ -545,8 +494,7 @@ fn tens_of_steps_on_the_disc() {
         [(true, 64, 8, 113), (true, 128, 11, 220), (false, 64, 15, 116), (false, 128, 23, 225)];
     for (lcp, m, outer, inner) in counts {
         let scene = Disc { lcp, m }.pose::<f64>().unwrap();
-        let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
-        let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+        let problem = problem(1.0, scene.a, scene.b);
         let (outcome, linear, z) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
         assert!(outcome.converged());
         assert!(outcome.iterations.abs_diff(outer) <= 1, "{lcp} {m}: {outcome}");
@@ -567,7 +515,7 @@ fn single_precision_reaches_what_it_can() {
     // Below the floor of single precision nothing is claimed.
     let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f32>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
-    let q: Vec<f32> = (0..144).map(|i| f32::sin(1.3 * i as f32) + 0.2).collect();
+    let q = wave::<f32>(144, 1.0);
     let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
     let (outcome, _, _) = solve(problem, Ssor, &q, &limits);
     assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
@@ -580,7 +528,7 @@ fn single_precision_reaches_what_it_can() {
 fn scaling_q_scales_the_iterates() {
     let a = FivePoint::new(6, 5, [-1.1, -0.9, 5.3, -1.3, -0.7]).unwrap();
     let b = Tridiagonal::new(30, |_| [-0.8, 4.1, -0.6]).unwrap();
-    let q: Vec<f64> = (0..30).map(|i| f64::sin(1.3 * i as f64) + 0.2).collect();
+    let q = wave::<f64>(30, 1.0);
     let run = |power: i32| {
         let scale = 2_f64.powi(power);
         let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();

@@ -1,12 +1,11 @@
 //! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on every scene.
 
-mod common;
-
-use common::{planted, posed};
-use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
+use crate::common::{Failing, from, planted, posed, problem, solve_from_ones, tmgs, wave};
+use crate::planted::{WEIGHT, reaches};
+use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Norm, Options,
-    Outcome, Parameters, Solver, Ssor, Status, Tmms,
+    AdaptiveSor, Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Options, Outcome,
+    Parameters, Solver, Ssor, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Slider};
 use nalgebra::{DMatrix, DVector};
@@ -22,7 +21,7 @@ proptest! {
     ) {
         let n = p.z.len();
         let q = Rhs::new(p.dense.q.as_slice()).unwrap();
-        let method = || Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
+        let method = || tmgs(posed(&p.dense));
         let (mut anderson, mut base) = (Anderson::new(method(), window).unwrap(), method());
         let (mut x, mut spare, mut y) = (x0[..n].to_vec(), vec![0.0; n], vec![f64::NAN; n]);
         let (mut images, mut moves): (Vec<DVector<f64>>, Vec<DVector<f64>>) = (vec![], vec![]);
@@ -75,37 +74,27 @@ proptest! {
         let start: Vec<f64> = p.x().iter().zip(&shift).map(|(x, shift)| x * shift).collect();
         let jacobi = Mms::new(posed(&p.dense), Aor::jacobi()).unwrap();
         let mut anderson = Solver::new(Anderson::new(jacobi, n).unwrap());
-        let outcome = anderson.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(Limits::absolute(1e-10))).unwrap();
+        let outcome = anderson.solve(p.dense.q.as_slice(), from(&start)).unwrap();
         // Two more for directions that are cut as nearly dependent.
         prop_assert!(outcome.converged() && outcome.iterations <= n + 3, "{} {}", n, outcome);
     }
 
     #[test]
     fn it_reaches_the_planted_solution(
-        p in planted(1..24, 0.15),
+        p in planted(1..24, WEIGHT),
         window in 1..12_usize,
         x0 in vec(-9.0..9.0, 24),
     ) {
-        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) });
-        for exchanged in [false, true] {
-            let problem = posed(&p.dense);
-            let problem = if exchanged { problem.exchanged().unwrap() } else { problem };
-            let base: Box<dyn Method<f64, A = _, B = _>> =
-                Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
-            let mut anderson = Solver::new(Anderson::new(base, window).unwrap());
-            let outcome = anderson.solve(p.dense.q.as_slice(), Options::from_x(&x0[..n]).limits(limits)).unwrap();
-            prop_assert!(outcome.converged() && outcome.sweeps == 2 * outcome.answer, "{}", outcome);
-            // The margin of tests/planted.rs.
-            for i in 0..n {
-                prop_assert!((anderson.z()[i] - p.z[i]).abs() <= 1e-10 / 0.025);
-                prop_assert!((anderson.r()[i] - p.r[i]).abs() <= 2.5 * 1e-10 / 0.025);
-            }
+        for problem in [posed(&p.dense), posed(&p.dense).exchanged().unwrap()] {
+            let anderson = Anderson::new(tmgs(problem), window).unwrap();
+            let [sweeps, answer] = reaches(anderson, &p, &x0[..p.z.len()])?;
+            prop_assert_eq!(sweeps, 2 * answer);
         }
     }
 }
 
 #[test]
-fn a_window_of_none_and_one_that_nothing_holds_are_refused() {
+fn a_window_of_zero_or_beyond_memory_is_refused() {
     let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0));
     let base = Mms::new(problem.unwrap(), Aor::<f64>::jacobi()).unwrap();
     for window in [0, usize::MAX, 1 << 40] {
@@ -150,7 +139,7 @@ impl Method<f64> for Trap {
 
 /// The residual at the start is 12, so that the third iterate's may be 100 · 12/3 = 400, which is 200 from the solution.
 #[test]
-fn a_mixture_that_is_lost_is_given_up_for_the_plain_iterate() {
+fn a_mixture_that_multiplies_the_residual_is_dropped() {
     for (short, lost) in [(1e-6, true), (1.0 / 220.0, true), (1.0 / 180.0, false)] {
         let problem =
             Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
@@ -179,25 +168,8 @@ fn divergence_is_reported() {
     let base = Tmms::mirrored(problem, Aor::sor(1.8).unwrap()).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 10).unwrap());
     let limits = Limits { iterations: 3000, ..Limits::absolute(1e-10) };
-    let outcome =
-        anderson.solve(&scene.q, Options::from_x(&vec![1.0; 1600]).limits(limits)).unwrap();
+    let outcome = solve_from_ones(&mut anderson, &scene.q, limits);
     assert!(!outcome.converged() && outcome.residual.l2.is_finite(), "{outcome}");
-}
-
-/// An operator that gives NaN from its tenth product on.
-struct Tired(std::sync::atomic::AtomicUsize);
-
-impl LinearOperator<f64> for Tired {
-    fn order(&self) -> usize {
-        3
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.iter_mut().zip(x).enumerate().for_each(|(i, (y, x))| *y = (1.5 + i as f64) * x);
-        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 9 {
-            y[1] = f64::NAN;
-        }
-    }
 }
 
 #[test]
@@ -206,12 +178,10 @@ fn nan_ends_in_divergence() {
     let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 19.0);
     });
-    let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
+    let problem = Hlcp::new(Failing::after(9), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let base = Mms::new(problem, SplittingStep(slow)).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
-    let outcome = anderson
-        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = anderson.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert!(outcome.iterations >= 5);
 }
@@ -221,8 +191,8 @@ fn nan_ends_in_divergence() {
 fn the_floor_is_stagnation() {
     let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f64>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
-    let q: Vec<f64> = (0..144).map(|i| f64::sin(1.3 * i as f64) + 0.2).collect();
-    let base = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let q = wave::<f64>(144, 1.0);
+    let base = tmgs(problem);
     let limits = Limits::absolute(0.0);
     let mut anderson = Solver::new(Anderson::new(base, 5).unwrap());
     let outcome = anderson.solve(&q, Options::from_x(&[1.0; 144]).limits(limits)).unwrap();
@@ -231,12 +201,12 @@ fn the_floor_is_stagnation() {
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::EPSILON * 12.0);
 }
 
-/// What a step sees too small a residual for is taken again, and changes no iterate.
+/// The solver may ask for a step from the same iterate again; the second changes no iterate.
 #[test]
-fn a_step_taken_twice_is_taken_once() {
+fn a_step_repeated_at_one_iterate_changes_nothing() {
     let scene = Disc { lcp: false, m: 12 }.pose::<f64>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let tmgs = tmgs(problem);
     let q = Rhs::new(&scene.q).unwrap();
     let run = |twice: bool| {
         let mut anderson = Anderson::new(tmgs.clone(), 4).unwrap();
@@ -278,8 +248,7 @@ fn never_more<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(
     tau: f64,
     limits: Limits,
 ) -> Vec<f64> {
-    let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
-    let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
+    let problem = problem(tau, a.clone(), b.clone());
     let start = vec![1.0; q.len()];
     let mut gains = vec![];
     for (name, [alpha, beta]) in METHODS {
@@ -344,13 +313,10 @@ fn never_more_iterations_on_the_disc() {
 #[test]
 fn a_solve_forgets_the_last_one() {
     let scene = Disc { lcp: true, m: 31 }.pose::<f64>().unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
-    let sor = AdaptiveSor::new(Hlcp::new(scene.a, scene.b, omega).unwrap()).unwrap();
+    let sor = AdaptiveSor::new(problem(1.0, scene.a, scene.b)).unwrap();
     let mut anderson = Solver::new(Anderson::new(sor, 3).unwrap());
     let mut solve = || {
-        let outcome = anderson
-            .solve(&scene.q, Options::from_x(&vec![1.0; 31 * 31]).limits(Limits::absolute(1e-10)))
-            .unwrap();
+        let outcome = solve_from_ones(&mut anderson, &scene.q, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations > 30, "{outcome}");
         ((outcome.iterations, outcome.sweeps), anderson.x().to_vec())
     };
@@ -362,7 +328,7 @@ fn a_solve_forgets_the_last_one() {
 fn inner_iterations_are_those_of_the_base() {
     let scene = Disc { lcp: true, m: 12 }.pose::<f64>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let tmgs = tmgs(problem);
     let mut newton = Newton::new(tmgs, Ssor);
     let mut anderson = Anderson::new(newton.clone(), 2).unwrap();
     let q = Rhs::new(&scene.q).unwrap();
@@ -376,13 +342,10 @@ fn inner_iterations_are_those_of_the_base() {
 
 fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {
     let scene = Disc { lcp, m }.pose::<T>().unwrap();
-    let omega = Omega::diagonal_ratio(T::one(), &scene.a, &scene.b).unwrap();
-    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-    let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
+    let problem = problem(1.0, scene.a, scene.b);
+    let tmgs = tmgs(problem);
     let mut anderson = Solver::new(Anderson::new(tmgs, window).unwrap());
-    anderson
-        .solve(&scene.q, Options::from_x(&vec![T::one(); m * m]).limits(Limits::absolute(1e-10)))
-        .unwrap()
+    solve_from_ones(&mut anderson, &scene.q, Limits::absolute(1e-10))
 }
 
 /// TMGS alone takes 4853, 18508, 3497 and 12933.

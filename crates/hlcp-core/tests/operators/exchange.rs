@@ -1,25 +1,17 @@
 //! Remark 3: HLCP(A, B, q) and HLCP(B, A, −q) have the same solutions with z and r exchanged.
 
-mod common;
-
-use common::{Matrix, planted, posed};
-use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
-use hlcp_methods::{Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
-use hlcp_verify::oracle::{Dense, aor_splitting};
-use nalgebra::{DMatrix, DVector};
+use crate::common::{Matrix, assembled, exchanged, from, planted, posed, tmgs};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs};
+use hlcp_methods::{Clock, Limits, Method, Mms, Norm, Options, Solver};
+use hlcp_verify::oracle::aor_splitting;
+use nalgebra::DVector;
 use proptest::prelude::*;
 
 proptest! {
     /// A step of the exchanged problem is Method 1 on HLCP(B, A, −q) with Ω⁻¹, built here by hand.
     #[test]
     fn a_step_is_the_papers_on_the_exchanged_data(p in planted(1..20, 1.5), alpha in 0.5..1.5) {
-        let exchanged = Dense {
-            a: p.dense.b.clone(),
-            b: p.dense.a.clone(),
-            q: -&p.dense.q,
-            omega: p.dense.omega.map(f64::recip),
-            gamma: p.dense.gamma,
-        };
+        let exchanged = exchanged(&p.dense);
         let split = |matrix| aor_splitting(matrix, [alpha, 0.7], false);
         let textbook = exchanged.mms(split(&exchanged.a), split(&exchanged.b));
         let x = p.x().map(f64::sin);
@@ -41,8 +33,8 @@ proptest! {
         let exchanged = posed(&p.dense).exchanged().unwrap();
         let twice = exchanged.clone().exchanged().unwrap();
         let start = vec![0.4; p.z.len()];
-        let mut one = Solver::new(Tmms::mirrored(exchanged, Aor::gauss_seidel()).unwrap());
-        let mut two = Solver::new(Tmms::mirrored(twice, Aor::gauss_seidel()).unwrap());
+        let mut one = Solver::new(tmgs(exchanged));
+        let mut two = Solver::new(tmgs(twice));
         let outcomes = [
             one.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap(),
             two.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap(),
@@ -52,7 +44,7 @@ proptest! {
             let (z, r) = (DVector::from_column_slice(z), DVector::from_column_slice(r));
             let residual = &p.dense.a * &z - &p.dense.b * &r + &p.dense.q;
             prop_assert!((residual.amax() - outcome.residual.linf).abs() <= 1e-12 * p.dense.q.amax());
-            // The margin of tests/planted.rs, for the problem as posed.
+            // The margin of `planted.rs` among the tests of the methods, for the problem as posed.
             prop_assert!((&z - &p.z).amax() <= 1e-10 / 0.025);
             prop_assert!((&r - &p.r).amax() <= 2.5 * 1e-10 / 0.025);
         }
@@ -71,11 +63,7 @@ proptest! {
             FivePoint::new(5, 4, c).unwrap()
         };
         let (a, b) = (stencil(a), stencil(b));
-        let dense = |operator: &FivePoint<f64>| {
-            let mut matrix = DMatrix::zeros(20, 20);
-            (0..20).for_each(|i| operator.visit_row(i, &mut |j, a| matrix[(i, j)] = a));
-            Matrix(matrix)
-        };
+        let dense = |operator: &FivePoint<f64>| Matrix(assembled(operator));
         let aor = Aor::new(alpha, 0.7).unwrap();
         let omega = Omega::Uniform(omega);
         let stencils = Hlcp::new(a, b, omega.clone()).unwrap().with_gamma(1.4).unwrap();
@@ -84,8 +72,8 @@ proptest! {
         let mut one = Solver::new(Mms::new(stencils.exchanged().unwrap(), aor.accelerated()).unwrap());
         let mut two = Solver::new(Mms::new(matrices.exchanged().unwrap(), aor.accelerated()).unwrap());
         let outcomes = [
-            one.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
-            two.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
+            one.solve(&q, from(&[0.3; 20])).unwrap(),
+            two.solve(&q, from(&[0.3; 20])).unwrap(),
         ];
         prop_assert!(outcomes[0].converged() && outcomes[1].converged());
         prop_assert!(outcomes[0].iterations.abs_diff(outcomes[1].iterations) <= 1);
@@ -112,7 +100,7 @@ proptest! {
                 prop_assert!((r[i] - p.r[i]).abs() <= 4.0 * f64::EPSILON * p.r[i]);
             }
             let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-            let outcome = solver.solve(p.dense.q.as_slice(), Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
+            let outcome = solver.solve(p.dense.q.as_slice(), from(&x)).unwrap();
             prop_assert_eq!(outcome.iterations, 0);
         }
     }

@@ -3,10 +3,8 @@
 //! What `outcomes.rs` pins down is not repeated here: a cycle of period 2 of a scalar pair, the floor of `f32`, a residual that
 //! first grows and then converges, and data times 10^±150.
 
-mod common;
-
-use common::{Matrix, posed};
-use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
+use crate::common::{Matrix, posed, problem, tmgs};
+use hlcp_core::{Aor, Error, Identity, Norms, Rows};
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,
     Status, Tmms,
@@ -42,8 +40,7 @@ fn solve<M: Method<f64>>(
 }
 
 fn tmsor<A: Rows<f64>, B: Rows<f64>>(a: A, b: B, alpha: f64) -> impl Method<f64, A = A, B = B> {
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-    Tmms::mirrored(Hlcp::new(a, b, omega).unwrap(), Aor::sor(alpha).unwrap()).unwrap()
+    Tmms::mirrored(problem(1.0, a, b), Aor::sor(alpha).unwrap()).unwrap()
 }
 
 fn relative(tolerance: f64) -> Limits {
@@ -86,7 +83,7 @@ fn an_h_plus_pair_without_ii() {
     let p = Planted::new(a, b, &[-7.02, -4.34], dvector![1.95, 1.55], 1.0);
     let (q, solutions) = (p.dense.q.as_slice(), p.dense.solutions());
     assert_eq!(solutions.len(), 2);
-    let method = || Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
+    let method = || tmgs(posed(&p.dense));
     for start in [[3.0, 3.0], [-3.0, -3.0], [2.0, -2.0]] {
         let (outcome, solver) = solve(method(), q, &start, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
@@ -114,7 +111,7 @@ fn an_h_plus_pair_without_condition_8() {
     let (a, b) = (dmatrix![1.3, 1.15; 1.15, 1.3], dmatrix![0.46, 0.025; 0.65, 0.115]);
     let p = Planted::new(a, b, &[3.8, 1.1], dvector![0.7, 2.25], 1.0);
     for (start, period) in [([0.1, 0.2], 3), ([3.0, 3.0], 1)] {
-        let method = Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
+        let method = tmgs(posed(&p.dense));
         let (outcome, _) = solve(method, p.dense.q.as_slice(), &start, Limits::absolute(1e-10));
         assert_eq!(outcome.status, Status::Cycling { period });
         assert!(outcome.iterations < 150 && outcome.residual.l2 > 0.1, "{outcome}");
@@ -163,9 +160,8 @@ fn a_pair_with_three_solutions() {
 
 fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
     let (a, b, q) = Slider { cells }.pose().unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
     let method = Named::parse(name, Parameters::default()).unwrap();
-    let method = method.on(Hlcp::new(a, b, omega).unwrap()).unwrap();
+    let method = method.on(problem(1.0, a, b)).unwrap();
     solve(method, &q, &vec![1.0; cells - 1], limits).0
 }
 

@@ -1,7 +1,8 @@
 //! The certificate on the slider and the disc scenes.
 
-use hlcp_core::{Aor, Hlcp, LinearOperator, Omega};
-use hlcp_methods::{Limits, Options, Solver, Tmms};
+use crate::common::{problem, solve_from_ones, tmgs};
+use hlcp_core::{Aor, LinearOperator};
+use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{Convergence, Disc, Slider, Witness, certify, convergence};
 
 /// Convergence is not proved; uniqueness is, by the sum witness.
@@ -9,8 +10,7 @@ use hlcp_verify::{Convergence, Disc, Slider, Witness, certify, convergence};
 fn the_slider_is_unique_and_its_convergence_not_proved() {
     for cells in [50, 128, 512] {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-        let problem = Hlcp::new(a, b, omega).unwrap();
+        let problem = problem(1.0, a, b);
         for step in [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 0.0).unwrap()] {
             assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
         }
@@ -28,13 +28,11 @@ fn the_slider_is_unique_and_its_convergence_not_proved() {
 fn disc_scenes_are_certified() {
     for (lcp, m) in [(true, 31), (false, 31)] {
         let scene = Disc { lcp, m }.pose::<f64>().unwrap();
-        let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
-        let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-        let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+        let problem = problem(1.0, scene.a, scene.b);
+        let mut solver = Solver::new(tmgs(problem));
         for iterations in [20, 30_000] {
             let limits = Limits { iterations, ..Limits::absolute(1e-10) };
-            let outcome =
-                solver.solve(&scene.q, Options::from_x(&vec![1.0; m * m]).limits(limits)).unwrap();
+            let outcome = solve_from_ones(&mut solver, &scene.q, limits);
             assert_eq!(outcome.converged(), iterations > 20);
             let found = certify(&scene.a, &scene.b, &scene.q, solver.z(), solver.r()).unwrap();
             let bounds = found.expect("an M-matrix");

@@ -1,10 +1,8 @@
 //! The American put is its time steps, and has the published price.
 
-mod common;
-
-use common::assembled;
-use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Scalar};
-use hlcp_methods::{Limits, Mms, Options, Solver};
+use crate::common::{assembled, from, problem, scattered};
+use hlcp_core::{Aor, Error, LinearOperator, Scalar};
+use hlcp_methods::{Mms, Solver};
 use hlcp_verify::{AmericanPut, Convergence, Proof, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
@@ -13,14 +11,11 @@ fn marched<T: Scalar>(put: AmericanPut, warm: bool) -> (Vec<Vec<T>>, usize) {
     let (a, b) = put.pose::<T>().unwrap();
     let start = vec![T::one(); a.order()];
     let (mut x, mut q) = (start.clone(), start);
-    let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
-    let mut solver =
-        Solver::new(Mms::new(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap());
+    let mut solver = Solver::new(Mms::new(problem(1.0, a, b), Aor::gauss_seidel()).unwrap());
     let (mut values, mut iterations) = (vec![], 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome =
-            solver.solve(&q, Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
+        let outcome = solver.solve(&q, from(&x)).unwrap();
         assert!(outcome.converged(), "{k}: {outcome}");
         iterations += outcome.iterations;
         if warm {
@@ -56,11 +51,7 @@ fn each_lcp_is_its_time_step() {
         _ => 0.0,
     });
     assert!(put.lcps() == 7 && n as f64 > below + 6.0 * 3.0);
-    let z = |seed: f64| {
-        let value = |i: usize| (f64::sin((i * i) as f64 * seed) * 43758.5453).fract().abs();
-        (0..n).map(value).collect::<Vec<_>>()
-    };
-    let (old, new) = (z(12.9898), z(78.233));
+    let (old, new) = (scattered(n, 12.9898), scattered(n, 78.233));
     let u = |z: &[f64]| {
         let inside = |i: usize| if (1..=n).contains(&i) { z[i - 1] } else { 0.0 };
         DVector::from_fn(n + 2, |i, _| g(i) + inside(i))
@@ -168,7 +159,7 @@ fn convergence_is_proved() {
     let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
     let (a, b) = put.pose::<f64>().unwrap();
     assert!(is_m(&a).is_yes());
-    let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
+    let problem = problem(1.0, a, b);
     let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     let Convergence::Proved(proof, _) = found else { panic!("{found}") };
     assert!(matches!(proof, Proof::Theorem1 | Proof::Theorem2), "{proof:?}");

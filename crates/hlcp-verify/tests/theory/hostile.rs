@@ -1,11 +1,10 @@
 //! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
 //! nothing false.
 
-mod common;
-
+use crate::{cases_asked, exact};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use common::Matrix;
+use crate::common::Matrix;
 use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
     Certificate, Convergence, Witness, alpha_bound, certify, certify_with,
@@ -17,7 +16,9 @@ use hlcp_verify::{
 use nalgebra::{DMatrix, dmatrix, dvector};
 use num_rational::BigRational;
 use num_traits::Signed;
-use proptest::{collection::vec, prelude::*, sample::select};
+use proptest::{
+    collection::vec, prelude::*, sample::select, strategy::ValueTree, test_runner::TestRunner,
+};
 
 /// For all functions on one pair together, which make some forty searches: a search has at most 40
 /// steps with three walks of each of four rows for each of two steps of a method, and one walk for
@@ -60,10 +61,6 @@ impl Rows<f64> for Counted {
         assert!(self.walks.fetch_add(1, Relaxed) < WALKS, "more than {WALKS} walks");
         self.rows.visit_row(i, visit);
     }
-}
-
-fn exact(value: f64) -> BigRational {
-    BigRational::from_float(value).expect("finite")
 }
 
 /// Whether a Z-matrix is a nonsingular M-matrix: whether Gaussian elimination has positive pivots.
@@ -254,9 +251,7 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
 
 #[test]
 fn every_claim_about_hostile_pairs_is_exactly_true() {
-    use proptest::{strategy::ValueTree, test_runner::TestRunner};
-    let cases_asked =
-        std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(2_000);
+    let cases_asked = cases_asked(2_000);
     let (mut runner, strategy, mut decided) = (TestRunner::default(), cases(), [0, 0]);
     for _ in 0..cases_asked {
         let case = strategy.new_tree(&mut runner).unwrap().current();
@@ -373,4 +368,40 @@ fn the_error_of_a_certificate_keeps_nan() {
     let witness = Witness::Left { v: vec![1.0] };
     let certificate = Certificate { witness, z: vec![f64::NAN], r: vec![1.0] };
     assert!(certificate.error().is_nan());
+}
+
+/// NaN, zero diagonals and order 1: no yes without a reason, and no panic.
+#[test]
+fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
+    let steps = [Aor::new(1.0, 1.0).unwrap()];
+    let good = dmatrix![4.0, -1.0; 0.5, 3.0];
+    for bad in [
+        dmatrix![4.0, f64::NAN; 0.5, 3.0],
+        dmatrix![4.0, -1.0; 0.5, f64::NAN],
+        dmatrix![4.0, f64::INFINITY; 0.5, 3.0],
+        dmatrix![0.0, -1.0; 0.5, 3.0],
+        dmatrix![4.0, -1.0; 0.5, -3.0],
+    ] {
+        assert!(!is_h_plus(&Matrix(bad.clone())).is_yes());
+        assert!(!is_m(&Matrix(bad.clone())).is_yes());
+        for [a, b] in [[&bad, &good], [&good, &bad]].map(|pair| pair.map(|m| Matrix(m.clone()))) {
+            let (zero, q) = ([0.0; 2], [1.0, -1.0]);
+            assert_eq!(certify(&a, &b, &q, &zero, &zero).unwrap(), None);
+            let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 1.1])).unwrap();
+            assert!(!theorem_1(&problem, &steps).applies());
+            assert!(!theorem_2(&problem, &steps).applies());
+            assert!(!relaxed_theorem(&problem, &steps).is_yes());
+            assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
+        }
+    }
+    let problem =
+        Hlcp::new(Matrix(good.clone()), Matrix(good), Omega::Each(vec![1.0, 1.0])).unwrap();
+    assert!(matches!(convergence(&problem, &[]), Convergence::NotProved(_)));
+
+    let one = Hlcp::new(Matrix(dmatrix![2.0]), Matrix(dmatrix![3.0]), Omega::Uniform(0.7)).unwrap();
+    let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
+    // |BΩ − A|/(A + BΩ) = 0.1/4.1
+    assert!((contraction.factor - 0.1 / 4.1).abs() < 1e-14);
+    let certificate = certify(one.a(), one.b(), &[-4.0], &[2.5], &[0.0]).unwrap().unwrap();
+    assert!(certificate.z[0] >= 0.5 && certificate.z[0] < 0.5 + 1e-14);
 }

@@ -1,6 +1,7 @@
 //! The convergence theorems on the paper's examples: Table 2, closed forms, and the proved regions of (α, τ).
 
-use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+use crate::common::problem;
+use hlcp_core::{Aor, FivePoint, Hlcp};
 use hlcp_verify::{
     Convergence, Example, Proof, alpha_bound, convergence, relaxed_alpha_bound, relaxed_theorem,
     theorem_2,
@@ -13,8 +14,7 @@ fn example(
     tau: f64,
 ) -> Hlcp<f64, FivePoint<f64>, FivePoint<f64>> {
     let scene = Example { symmetric, m, mu, nu }.pose::<f64>().unwrap();
-    let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b).unwrap();
-    Hlcp::new(scene.a, scene.b, omega).unwrap()
+    problem(tau, scene.a, scene.b)
 }
 
 /// Table 2, which truncates: the brackets lie inside the printed digits, and prove the bound above 1 at μ = ν = 0.

@@ -1,36 +1,31 @@
 //! The certificate against exact rational solutions: never below the true error, and not far above it.
 
-mod common;
-
 use std::time::Instant;
 
-use common::Matrix;
-use hlcp_core::{
-    Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Omega, Rows,
+use crate::common::{
+    Matrix, NotFinite, largest_difference, planted_q, problem, solve_from_ones, tmgs,
 };
-use hlcp_methods::{Limits, Options, Solver, Tmms};
+use hlcp_core::{FivePoint, LinearOperator, Rows};
+use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{Certificate, Example, Slider, Witness, certify, certify_with};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
-use proptest::{collection::vec, prelude::*};
+use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-type Q = BigRational;
+use crate::{cases_asked, exact};
+
 type Triple = (Vec<f64>, Vec<f64>, Vec<f64>);
 type Guess = (Vec<f64>, Vec<bool>);
 type Tilt = (bool, Vec<f64>);
 
-fn exact(value: f64) -> Q {
-    Q::from_float(value).expect("finite")
-}
-
 /// The nearest `f64` below `value`, or a little less.
-fn at_most(bound: f64, error: &Q) -> bool {
+fn at_most(bound: f64, error: &BigRational) -> bool {
     bound == f64::INFINITY || &exact(bound) >= error
 }
 
 /// The solution of `K y = rhs` by elimination; `None` for a singular matrix.
-fn solve(mut k: Vec<Vec<Q>>, mut rhs: Vec<Q>) -> Option<Vec<Q>> {
+fn solve(mut k: Vec<Vec<BigRational>>, mut rhs: Vec<BigRational>) -> Option<Vec<BigRational>> {
     let n = rhs.len();
     for i in 0..n {
         let p = (i..n).find(|&p| !k[p][i].is_zero())?;
@@ -57,7 +52,12 @@ fn solve(mut k: Vec<Vec<Q>>, mut rhs: Vec<Q>) -> Option<Vec<Q>> {
 }
 
 /// The exact solution on a support: `y` with `zᵢ = yᵢ` or `rᵢ = yᵢ`, if it is non-negative.
-fn on_support(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64], in_z: &[bool]) -> Option<Vec<Q>> {
+fn on_support(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &[f64],
+    in_z: &[bool],
+) -> Option<Vec<BigRational>> {
     let n = q.len();
     let entry = |i: usize, j: usize| exact(if in_z[j] { a[(i, j)] } else { -b[(i, j)] });
     let k = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
@@ -203,42 +203,6 @@ fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f
     Ok(Some(ratio))
 }
 
-/// A stencil that breaks its promise of finite coefficients.
-struct Spoilt;
-
-impl LinearOperator<f64> for Spoilt {
-    fn order(&self) -> usize {
-        4
-    }
-
-    fn apply(&self, _: &[f64], y: &mut [f64]) {
-        y.fill(f64::NAN);
-    }
-
-    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        let coefficients = [0.0, f64::NAN, 4.0, -1.1, 0.0];
-        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Constant)))
-    }
-}
-
-impl Diagonal<f64> for Spoilt {
-    fn diagonal_entry(&self, _: usize) -> f64 {
-        4.0
-    }
-}
-
-impl Rows<f64> for Spoilt {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        if i > 0 {
-            visit(i - 1, f64::NAN);
-        }
-        visit(i, 4.0);
-        if i < 3 {
-            visit(i + 1, -1.1);
-        }
-    }
-}
-
 #[test]
 fn nothing_is_claimed_of_a_stencil_with_nan() {
     let (sound, q) = (FivePoint::new(4, 1, [0.0, -0.9, 4.0, -1.1, 0.0]).unwrap(), [-1.3; 4]);
@@ -248,21 +212,25 @@ fn nothing_is_claimed_of_a_stencil_with_nan() {
     {
         assert!(certify_with(&sound, &sound, &q, &z, &r, witness.clone()).unwrap().is_some());
         for spoilt in [
-            certify_with(&Spoilt, &sound, &q, &z, &r, witness.clone()).unwrap(),
-            certify_with(&sound, &Spoilt, &q, &z, &r, witness).unwrap(),
-            certify(&Spoilt, &sound, &q, &z, &r).unwrap(),
-            certify(&sound, &Spoilt, &q, &z, &r).unwrap(),
+            certify_with(&NotFinite, &sound, &q, &z, &r, witness.clone()).unwrap(),
+            certify_with(&sound, &NotFinite, &q, &z, &r, witness).unwrap(),
+            certify(&NotFinite, &sound, &q, &z, &r).unwrap(),
+            certify(&sound, &NotFinite, &q, &z, &r).unwrap(),
         ] {
             assert_eq!(spoilt, None);
         }
     }
 }
 
-fn compare(case: &Case, certificate: &Certificate, solution: &[Q]) -> Result<f64, String> {
+fn compare(
+    case: &Case,
+    certificate: &Certificate,
+    solution: &[BigRational],
+) -> Result<f64, String> {
     let Case { a, b, in_z, z, r, .. } = case;
     let (mut largest, mut stated) = (0.0_f64, 0.0_f64);
     for (j, value) in solution.iter().enumerate() {
-        let zero = Q::zero();
+        let zero = BigRational::zero();
         let (z_star, r_star) = if in_z[j] { (value, &zero) } else { (&zero, value) };
         for (bound, guess, star, unit) in [
             (certificate.z[j], z[j], z_star, a[(j, j)]),
@@ -284,16 +252,6 @@ fn check_dense(case: &Case) -> Result<Option<f64>, String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
-
-    /// Never below the true error, by exact arithmetic.
-    #[test]
-    fn no_bound_is_below_the_error(case in cases()) {
-        check_dense(&case).map_err(TestCaseError::fail)?;
-    }
-}
-
-proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
     /// The same for stencils, which are not walked; walked, they have a witness in the same cases.
@@ -305,14 +263,12 @@ proptest! {
     }
 }
 
-/// Counts, and the overestimates, of `HLCP_CASES` random cases (5,000 if it is not set), by order and by the
-/// largest off-diagonal row sum over the diagonal entry.
+/// No bound is below the true error, by exact arithmetic, in `HLCP_CASES` random cases (5,000 if it
+/// is not set). Prints the overestimates by order and by the largest off-diagonal row sum over the
+/// diagonal entry.
 #[test]
-fn overestimates_of_many_cases() {
-    use proptest::{strategy::ValueTree, test_runner::TestRunner};
-    let cases_asked =
-        std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(5_000);
-    let (mut runner, strategy) = (TestRunner::default(), cases());
+fn no_bound_is_below_the_error() {
+    let (cases_asked, mut runner, strategy) = (cases_asked(5_000), TestRunner::default(), cases());
     let orders = [1..=5, 6..=8, 9..=12];
     let weights = [0.0..0.6, 0.6..1.0, 1.0..1.6];
     let mut families = vec![(0, vec![]); 9];
@@ -347,22 +303,17 @@ fn examples_are_certified_tightly() {
                 continue; // seconds in a build with debug assertions
             }
             let scene = Example { symmetric, m, mu: shift, nu: shift }.pose::<f64>().unwrap();
-            let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
-            let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-            let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+            let problem = problem(1.0, scene.a, scene.b);
+            let mut solver = Solver::new(tmgs(problem));
             let start = Instant::now();
-            let outcome = solver
-                .solve(&scene.q, Options::from_x(&vec![1.0; m * m]).limits(Limits::absolute(1e-10)))
-                .unwrap();
+            let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
             let (solve, start) = (start.elapsed(), Instant::now());
             assert!(outcome.converged());
             let certificate =
                 certify(&scene.a, &scene.b, &scene.q, solver.z(), solver.r()).unwrap().unwrap();
             let certify = start.elapsed();
-            let errors = |found: &[f64], known: &[f64]| {
-                found.iter().zip(known).map(|(f, k)| (f - k).abs()).fold(0.0, f64::max)
-            };
-            let error = errors(solver.z(), &scene.z).max(errors(solver.r(), &scene.r));
+            let error = largest_difference(solver.z(), &scene.z)
+                .max(largest_difference(solver.r(), &scene.r));
             let over = certificate.error() / error;
             println!(
                 "symmetric {symmetric}, shift {shift}, m {m}: error {error:.2e}, certified {:.2e} ({over:.1}×), solve {solve:.1?}, certify {certify:.1?}",
@@ -372,45 +323,6 @@ fn examples_are_certified_tightly() {
             assert!(shift == 0.0 || over < 10.0);
             assert!(matches!(certificate.witness, Witness::Right { .. }));
         }
-    }
-}
-
-/// A slider in miniature: no right witness can exist, the left one does, and its bound holds.
-#[test]
-fn the_slider_gets_the_sum_bound() {
-    for cells in [16_usize, 100, 512] {
-        let n = cells - 1;
-        let h = |x: f64| 1.0 + (2.0 * x / cells as f64 - 1.0).powi(2);
-        let c = |x: f64| h(x).powi(3) / 6.0;
-        let mut a = DMatrix::<f64>::zeros(n, n);
-        let mut b = DMatrix::<f64>::zeros(n, n);
-        for i in 0..n {
-            let x = (i + 1) as f64;
-            let scale = cells as f64;
-            a[(i, i)] = (c(x - 0.5) + c(x + 0.5)) * scale;
-            b[(i, i)] = h(x);
-            if i > 0 {
-                a[(i, i - 1)] = -c(x - 0.5) * scale;
-                b[(i, i - 1)] = -h(x - 1.0);
-            }
-            if i + 1 < n {
-                a[(i, i + 1)] = -c(x + 0.5) * scale;
-            }
-        }
-        let (z, r): (Vec<f64>, Vec<f64>) = (0..n)
-            .map(|i| if 3 * i < 2 * n { (1.0 + (i % 7) as f64, 0.0) } else { (0.0, 0.25) })
-            .unzip();
-        let q: Vec<f64> =
-            (0..n).map(|i| (0..n).map(|j| b[(i, j)] * r[j] - a[(i, j)] * z[j]).sum()).collect();
-        let guess: Vec<f64> = z.iter().map(|z| if *z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
-        let certificate =
-            certify(&Matrix(a), &Matrix(b), &q, &guess, &r).unwrap().expect("a left witness");
-        println!(
-            "slider, {cells} cells: certified {:.2e} for an error of 1e-6",
-            certificate.error()
-        );
-        assert!(matches!(certificate.witness, Witness::Left { .. }));
-        assert!(certificate.z.iter().zip(&z).all(|(bound, &z)| z == 0.0 || *bound >= 0.99e-6));
     }
 }
 
@@ -426,8 +338,8 @@ fn nothing_is_claimed_without_a_witness() {
 /// so it bounds every zᵢ by vᵀ|s|.
 #[test]
 fn the_slider_has_a_witness_in_closed_form() {
-    for cells in [16, 128, 512] {
-        let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+    for cells in [16, 100, 128, 512] {
+        let (a, b, _) = Slider { cells }.pose::<f64>().unwrap();
         let n = a.order();
         // The conductances east of each node, the last from the sum of the row.
         let mut c = vec![0.0; n];
@@ -444,13 +356,7 @@ fn the_slider_has_a_witness_in_closed_form() {
         }
         let known: Vec<f64> = (0..n).map(|i| if 3 * i < 2 * n { 0.02 } else { 0.0 }).collect();
         let r: Vec<f64> = known.iter().map(|&z| if z > 0.0 { 0.0 } else { 0.25 }).collect();
-        let product = |operator: &dyn Fn(&mut [f64])| {
-            let mut y = vec![0.0; n];
-            operator(&mut y);
-            y
-        };
-        let (az, br) = (product(&|y| a.apply(&known, y)), product(&|y| b.apply(&r, y)));
-        let q: Vec<f64> = q.iter().zip(br.iter().zip(az)).map(|(_, (br, az))| br - az).collect();
+        let q = planted_q(&a, &b, [&known, &r]);
         let guess: Vec<f64> = known.iter().map(|&z| if z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
         let largest = |bounds: &[f64]| bounds.iter().copied().fold(0.0, f64::max);
         let searched = certify(&a, &b, &q, &guess, &r).unwrap().expect("a left witness");
@@ -462,7 +368,10 @@ fn the_slider_has_a_witness_in_closed_form() {
             largest(&searched.z),
             largest(&searched.r)
         );
-        assert!(found.z.iter().zip(&known).all(|(&bound, &z)| z == 0.0 || bound >= 0.99e-6));
+        assert!(matches!(searched.witness, Witness::Left { .. }));
+        for bounds in [&found.z, &searched.z] {
+            assert!(bounds.iter().zip(&known).all(|(&bound, &z)| z == 0.0 || bound >= 0.99e-6));
+        }
         assert!(largest(&found.z) < largest(&searched.z));
     }
 }

@@ -6,8 +6,7 @@ use hlcp_core::{
 };
 use hlcp_methods::{Limits, Mms, NameError, Named, Options, Parameters, Solver, Tmms};
 
-mod common;
-use common::Matrix;
+use crate::common::{Matrix, from};
 use nalgebra::{DMatrix, dmatrix};
 
 fn stencil(centre: f64) -> FivePoint<f64> {
@@ -19,7 +18,7 @@ fn problem() -> Hlcp<f64, FivePoint<f64>, FivePoint<f64>> {
 }
 
 #[test]
-fn orders_that_differ() {
+fn orders_that_differ_are_refused() {
     let other = FivePoint::new(3, 3, [0.0, -1.0, 4.0, -1.0, 0.0]).unwrap();
     let refused = Error::Order { what: "B", found: 9, expected: 6 };
     assert_eq!(Hlcp::new(stencil(4.0), other, Omega::Uniform(2.0)).unwrap_err(), refused);
@@ -34,8 +33,7 @@ fn orders_that_differ() {
         (5, 6, Error::Order { what: "q", found: 5, expected: 6 }),
         (6, 7, Error::Order { what: "x0", found: 7, expected: 6 }),
     ] {
-        let outcome = solver
-            .solve(&vec![1.0; q], Options::from_x(&vec![1.0; x0]).limits(Limits::absolute(1e-10)));
+        let outcome = solver.solve(&vec![1.0; q], from(&vec![1.0; x0]));
         assert_eq!(outcome.unwrap_err(), refused);
     }
 }
@@ -60,7 +58,7 @@ impl LinearOperator<f64> for Misshapen {
 }
 
 #[test]
-fn grids_of_another_order() {
+fn grids_of_another_order_are_refused() {
     let refused = |what| Error::Order { what, found: 8, expected: 6 };
     let (omega, stencil) = (|| Omega::Uniform(2.0), stencil(4.0));
     assert_eq!(Hlcp::new(Misshapen, stencil, omega()).unwrap_err(), refused("the grid of A"));
@@ -68,7 +66,7 @@ fn grids_of_another_order() {
 }
 
 #[test]
-fn nothing_to_solve() {
+fn empty_problems_are_refused() {
     for (nx, ny) in [(0, 3), (3, 0), (0, 0)] {
         assert_eq!(FivePoint::new(nx, ny, [1.0; 5]), Err(Error::Grid { nx, ny }));
     }
@@ -84,7 +82,7 @@ fn nothing_to_solve() {
 }
 
 #[test]
-fn numbers_that_are_not_finite() {
+fn numbers_that_are_not_finite_are_refused() {
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let refused_at = |error: Error, at: usize, name: &str| match error {
             Error::NotFinite { what, index, value } => {
@@ -133,7 +131,7 @@ fn numbers_that_are_not_finite() {
 }
 
 #[test]
-fn diagonals_that_are_divided_by() {
+fn diagonals_that_are_not_positive_are_refused() {
     for bad in [0.0, -2.0, f64::NAN, f64::INFINITY] {
         let sound = Matrix(dmatrix![3.0, 0.5; 0.3, 2.0]);
         let spoilt = Matrix(dmatrix![3.0, 0.5; 0.3, bad]);
@@ -167,7 +165,7 @@ fn diagonals_that_are_divided_by() {
 }
 
 #[test]
-fn parameters_out_of_range() {
+fn parameters_out_of_range_are_refused() {
     for bad in [0.0, -1.5, f64::NAN, f64::INFINITY] {
         let named = |error: Error, expected: &str| match error {
             Error::Parameter { name, value, .. } => {
@@ -198,7 +196,7 @@ fn parameters_out_of_range() {
 }
 
 #[test]
-fn the_last_rows_count_too() {
+fn the_last_row_is_checked_too() {
     let last = |value: f64| DiagonalMatrix::new(vec![2.0, 2.0, 2.0, 2.0, value]).unwrap();
     let even = DiagonalMatrix::new(vec![4.0; 5]).unwrap();
     let omega = Omega::diagonal_ratio(1.5, &last(3.0), &even).unwrap();
@@ -239,7 +237,7 @@ fn table_1_has_its_parameters() {
 }
 
 #[test]
-fn method_names() {
+fn method_names_are_checked_and_suggested() {
     let none = Parameters::default();
     let alpha = Parameters { alpha: Some(1.3), ..none };
     let both = Parameters { beta: Some(0.7), ..alpha };

@@ -1,13 +1,11 @@
 //! Every way a solve can end, each on a problem that must end that way.
 
-mod common;
-
 use std::{ops::ControlFlow, time::Duration};
 
-use common::Matrix;
+use crate::common::{Failing, Matrix, from, solve_from_ones, tmgs};
 use hlcp_core::{
-    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Norms, Omega, Rhs,
-    Scalar, SplittingFn, SplittingStep, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, Norms, Omega, Rhs, Scalar, SplittingFn,
+    SplittingStep, Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Divergence, GROWTH, Limits, Method, Mms, Norm, Options, Outcome, PATIENCE, Solver,
@@ -26,7 +24,7 @@ fn pair<T: Scalar>() -> Hlcp<T, FivePoint<T>, FivePoint<T>> {
 }
 
 fn wave<T: Scalar>(scale: f64) -> Vec<T> {
-    (0..35).map(|i| T::from(scale * (f64::sin(1.3 * i as f64) + 0.2)).unwrap()).collect()
+    crate::common::wave(35, scale)
 }
 
 /// On a failure the iterate with the smallest residual comes back, and its own residual with it.
@@ -45,8 +43,7 @@ fn divergence_by_growth_hands_back_the_best_iterate() {
     for alpha in [2.9, 6.1] {
         let method = Tmms::mirrored(pair(), Aor::sor(alpha).unwrap()).unwrap();
         let mut solver = Solver::new(method).with_history(2000);
-        let outcome =
-            solver.solve(&q, Options::from_x(&wave(0.3)).limits(Limits::absolute(1e-10))).unwrap();
+        let outcome = solver.solve(&q, from(&wave(0.3))).unwrap();
         assert_eq!(outcome.status, Status::Diverged(Divergence::Growth));
         assert!(solver.history().last().unwrap().l2 > 1e16 && GROWTH >= 1e16);
         best_comes_back(&solver, outcome);
@@ -55,7 +52,7 @@ fn divergence_by_growth_hands_back_the_best_iterate() {
 
 /// Where the best iterate lies neither at the start nor at the end.
 #[test]
-fn the_best_iterate_of_the_middle_comes_back() {
+fn the_best_iterate_comes_back_from_the_middle_of_a_solve() {
     // Row 0 contracts fast, row 1 grows slowly from almost nothing.
     let scale =
         SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8));
@@ -64,12 +61,7 @@ fn the_best_iterate_of_the_middle_comes_back() {
     for steps in [1, 2] {
         let check = |method: Box<dyn Method<f64, A = _, B = _>>| {
             let mut solver = Solver::new(method).with_history(500);
-            let outcome = solver
-                .solve(
-                    &[-1.0, -1.0],
-                    Options::from_x(&[9.0, 0.5 / 0.9 + 1e-9]).limits(Limits::absolute(1e-10)),
-                )
-                .unwrap();
+            let outcome = solver.solve(&[-1.0, -1.0], from(&[9.0, 0.5 / 0.9 + 1e-9])).unwrap();
             assert!(matches!(outcome.status, Status::Diverged(_)));
             assert!(0 < outcome.answer && outcome.answer < outcome.iterations);
             best_comes_back(&solver, outcome);
@@ -84,32 +76,14 @@ fn the_best_iterate_of_the_middle_comes_back() {
     }
 }
 
-/// An operator that gives NaN from its third product on.
-struct Tired(std::sync::atomic::AtomicUsize);
-
-impl LinearOperator<f64> for Tired {
-    fn order(&self) -> usize {
-        3
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.5 * x);
-        if self.0.fetch_add(1, std::sync::atomic::Ordering::Relaxed) >= 2 {
-            y[1] = f64::NAN;
-        }
-    }
-}
-
 #[test]
 fn divergence_by_nan_says_where_and_when() {
     let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
     });
-    let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
+    let problem = Hlcp::new(Failing::after(2), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, SplittingStep(slow)).unwrap());
-    let outcome = solver
-        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = solver.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     // Products 0 and 1 are sound, so iterates 0, 1 and 2 are; the residual of the last is not.
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert_eq!((outcome.iterations, outcome.answer), (2, 1));
@@ -120,9 +94,7 @@ fn divergence_by_nan_says_where_and_when() {
     let a = DiagonalMatrix::new(vec![2.5; 3]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, SplittingStep(breaks)).unwrap());
-    let outcome = solver
-        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = solver.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 2 }));
     assert_eq!((outcome.iterations, outcome.answer), (1, 0));
     assert!(outcome.residual.l2.is_finite());
@@ -134,8 +106,7 @@ fn a_cycle_of_period_two() {
     let one = |a: f64| DiagonalMatrix::new(vec![a]).unwrap();
     let problem = Hlcp::new(one(2.0), one(4.0), Omega::Uniform(0.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Aor::sor(2.0).unwrap()).unwrap());
-    let outcome =
-        solver.solve(&[-3.0], Options::from_x(&[0.25]).limits(Limits::absolute(1e-10))).unwrap();
+    let outcome = solver.solve(&[-3.0], from(&[0.25])).unwrap();
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
     assert!(outcome.to_string().starts_with("cycling with period 2 after "), "{outcome}");
     assert!(outcome.iterations < 10);
@@ -145,7 +116,7 @@ fn a_cycle_of_period_two() {
 #[test]
 fn the_rounding_floor_is_stagnation() {
     let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
-    let mut solver = Solver::new(Tmms::mirrored(pair::<f64>(), Aor::gauss_seidel()).unwrap());
+    let mut solver = Solver::new(tmgs(pair::<f64>()));
     let outcome = solver.solve(&wave(1.0), Options::from_x(&wave(0.3)).limits(limits)).unwrap();
     assert_eq!(outcome.status, Status::Stagnated, "{outcome}");
     assert!(outcome.iterations < 100 + 2 * PATIENCE);
@@ -194,7 +165,7 @@ fn a_residual_that_repeats_is_not_yet_a_cycle() {
     q[0] = -4.0;
     let mut x0 = vec![1.0; n];
     x0[0] = 3.0;
-    let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+    let outcome = solver.solve(&q, from(&x0)).unwrap();
     assert!(outcome.converged(), "{outcome}");
     let residuals = solver.history();
     assert!(residuals[2..12].iter().all(|norms| norms.l2 == residuals[1].l2));
@@ -204,12 +175,12 @@ fn a_residual_that_repeats_is_not_yet_a_cycle() {
 fn limits_and_the_observer_stop_a_solve() {
     let mut solver = Solver::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()).with_history(500);
     let (q, x0) = (wave(1.0), wave(0.3));
-    let full = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+    let full = solver.solve(&q, from(&x0)).unwrap();
     assert!(full.converged());
 
     assert_eq!(solver.history().len(), full.iterations + 1);
     let mut copy = solver.clone(); // with its history's limit
-    let _ = copy.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+    let _ = copy.solve(&q, from(&x0)).unwrap();
     assert_eq!(copy.history(), solver.history());
 
     let limits = Limits { iterations: 3, ..Limits::absolute(1e-10) };
@@ -225,7 +196,7 @@ fn limits_and_the_observer_stop_a_solve() {
     let outcome = solver
         .solve(
             &q,
-            Options::from_x(&x0).limits(Limits::absolute(1e-10)).observer(&mut |progress| {
+            from(&x0).observer(&mut |progress| {
                 seen.push((progress.iteration, progress.residual, progress.x[3]));
                 if progress.iteration == 5 {
                     ControlFlow::Break(())
@@ -269,21 +240,16 @@ impl<M: Method<f64>> Method<f64> for Flatterer<M> {
 }
 
 #[test]
-fn what_a_step_sees_does_not_decide() {
+fn convergence_is_decided_by_the_recomputed_residual() {
     let (q, x0) = (wave(1.0), wave(0.3));
     let methods = || -> [Box<dyn Method<f64, A = _, B = _>>; 2] {
-        [
-            Box::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()),
-            Box::new(Tmms::mirrored(pair(), Aor::gauss_seidel()).unwrap()),
-        ]
+        [Box::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()), Box::new(tmgs(pair()))]
     };
     for (honest, flattered) in methods().into_iter().zip(methods()) {
         let mut honest = Solver::new(honest);
-        let expected =
-            honest.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+        let expected = honest.solve(&q, from(&x0)).unwrap();
         let mut solver = Solver::new(Flatterer(flattered, 1e-3));
-        let outcome =
-            solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+        let outcome = solver.solve(&q, from(&x0)).unwrap();
         assert!(outcome.converged() && outcome.residual.l2 <= 1e-10);
         // The same iterates, in spite of the checks that failed between.
         assert_eq!(outcome.iterations, expected.iterations);
@@ -298,12 +264,10 @@ fn what_a_step_sees_does_not_decide() {
 }
 
 #[test]
-fn an_answer_within_the_tolerance_has_converged_whatever_a_step_sees() {
+fn an_answer_within_the_tolerance_has_converged_though_its_step_reports_more() {
     let (q, x0) = (wave(1.0), wave(0.3));
     let method = || Mms::new(pair(), Aor::gauss_seidel()).unwrap();
-    let expected = Solver::new(method())
-        .solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let expected = Solver::new(method()).solve(&q, from(&x0)).unwrap();
     let limits = Limits { iterations: expected.iterations, ..Limits::absolute(1e-10) };
     let outcome = Solver::new(Flatterer(method(), 1e3))
         .solve(&q, Options::from_x(&x0).limits(limits))
@@ -313,14 +277,12 @@ fn an_answer_within_the_tolerance_has_converged_whatever_a_step_sees() {
 
 /// γ stretches x and nothing else, to the bit for powers of two, however large.
 #[test]
-fn gamma_has_no_say_in_the_norms() {
+fn gamma_changes_no_norm_and_no_count() {
     let solve = |power: i32| {
         let gamma = 2_f64.powi(power);
         let problem = pair::<f64>().with_gamma(gamma).unwrap();
         let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-        solver
-            .solve(&wave(1.0), Options::from_x(&wave(0.3 * gamma)).limits(Limits::absolute(1e-10)))
-            .unwrap()
+        solver.solve(&wave(1.0), from(&wave(0.3 * gamma))).unwrap()
     };
     let expected = solve(0);
     for power in [-800, -300, 300, 800] {
@@ -337,14 +299,12 @@ fn a_tolerance_that_overflows_is_refused() {
     let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
     let limits = Limits::relative(1e-8);
     assert!(solver.solve(&[-1e308; 4], Options::from_x(&[0.25e308; 4]).limits(limits)).is_err());
-    let outcome = solver
-        .solve(&[-1e308; 4], Options::from_x(&[0.25e308; 4]).limits(Limits::absolute(1e-10)))
-        .unwrap();
+    let outcome = solver.solve(&[-1e308; 4], from(&[0.25e308; 4])).unwrap();
     assert!(!outcome.converged() || outcome.residual.linf <= 1e-10, "{outcome}");
 }
 
 #[test]
-fn a_residual_beside_a_larger_q_is_no_zero() {
+fn a_small_residual_beside_a_large_q_is_not_taken_for_zero() {
     let steps =
         SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0));
     let problem =
@@ -388,13 +348,11 @@ fn single_precision_reaches_what_it_can() {
     for m in [16_usize, 64, 128] {
         let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
         let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0_f32)).unwrap();
-        let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
+        let mut solver = Solver::new(tmgs(problem));
         let at = |k: usize| f64::from((k % m + 1) as u32) / (m + 1) as f64 * 6.0;
         let q: Vec<f32> =
             (0..m * m).map(|k| (at(k).sin() * at(k / m).cos() - 0.3) as f32).collect();
-        let outcome = solver
-            .solve(&q, Options::from_x(&vec![1.0; m * m]).limits(Limits::absolute(1e-10)))
-            .unwrap();
+        let outcome = solve_from_ones(&mut solver, &q, Limits::absolute(1e-10));
         assert!(outcome.converged(), "{m}: {outcome}");
         // And no more than rounding is forgiven: the same stencil's rows have length √20, and |A| z ≤ 8 z.
         let size = Norms::of(solver.z()).l2 * 20_f64.sqrt() * 1.2
@@ -417,8 +375,7 @@ fn a_long_transient_is_no_stagnation() {
     let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap());
     let mut q = vec![0.0; n];
     (q[0], q[1]) = (-1e16, -1.0);
-    let outcome =
-        solver.solve(&q, Options::from_x(&vec![0.0; n]).limits(Limits::absolute(1e-10))).unwrap();
+    let outcome = solver.solve(&q, from(&vec![0.0; n])).unwrap();
     assert!(outcome.converged(), "{outcome}");
 }
 
@@ -471,7 +428,7 @@ fn a_cycle_behind_a_false_suspicion() {
     let mut solver = Solver::new(Mms::new(problem, SplittingStep(steps)).unwrap());
     let (mut q, mut x0) = (vec![0.0; n], vec![1.0; n]);
     (q[0], q[n - 1], x0[0], x0[n - 1]) = (-4.0, -3.0, 3.0, 0.25);
-    let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+    let outcome = solver.solve(&q, from(&x0)).unwrap();
     assert_eq!(outcome.status, Status::Cycling { period: 2 }, "{outcome}");
 }
 
@@ -512,7 +469,7 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
 
 /// However small q is beside the start, or large, the start is no divergence and the answer no false success.
 #[test]
-fn the_start_has_no_say_in_the_scale() {
+fn the_scale_of_the_start_does_not_matter() {
     let limits = Limits::relative(1e-12);
     for scale in [1e-200, 1e-100, 1.0, 1e100, 1e200] {
         let problems: [Box<dyn Method<f64, A = _, B = _>>; 2] = [
@@ -531,7 +488,7 @@ fn the_start_has_no_say_in_the_scale() {
 }
 
 #[test]
-fn scale_does_not_matter() {
+fn the_scale_of_the_data_does_not_matter() {
     scales::<f64>([498, -498], [150, -150]);
     scales::<f32>([60, -60], [18, -18]);
 }

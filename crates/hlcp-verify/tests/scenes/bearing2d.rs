@@ -1,11 +1,9 @@
 //! The two-dimensional bearing is its balance, keeps it, and has the published loads.
 
-mod common;
-
 use std::f64::consts::{PI, TAU};
 
-use common::{assembled, by_tmgs};
-use hlcp_core::{Aor, Diagonal, Error, Hlcp, Omega};
+use crate::common::{assembled, by_tmgs, problem, scattered};
+use hlcp_core::{Aor, Diagonal, Error};
 use hlcp_verify::{Bearing2d, Convergence, Witness, certify, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
@@ -55,7 +53,7 @@ fn face_by_face(scene: Bearing2d) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) 
 }
 
 #[test]
-fn the_bearing_is_its_balance() {
+fn the_bearing_is_its_balance_of_oil() {
     let scene = Bearing2d { nx: 6, ny: 4, ecc: 0.7, aspect: 0.8, groove: 1.1 };
     let (a, b, q) = scene.pose::<f64>().unwrap();
     let (dense_a, dense_b, dense_q) = face_by_face(scene);
@@ -63,9 +61,7 @@ fn the_bearing_is_its_balance() {
     assert!((assembled(&b) - &dense_b).amax() <= 8.0 * f64::EPSILON * dense_b.amax());
     assert!((DVector::from_vec(q) - &dense_q).amax() <= 8.0 * f64::EPSILON);
     // What all cells together lose, for any z and r, is what is drawn less what returns and what the ends take.
-    let any = |seed: f64| {
-        DVector::from_fn(24, |i, _| (f64::sin((i * i) as f64 * seed) * 437.5453).fract().abs())
-    };
+    let any = |seed: f64| DVector::from_vec(scattered(24, seed));
     let (z, r) = (any(12.9898), any(78.233));
     let lost = (&dense_a * &z - &dense_b * &r + &dense_q).sum();
     let [drawn, returned, ends] = scene.flows(z.as_slice(), r.as_slice());
@@ -258,8 +254,7 @@ fn the_bearings_solution_is_proved_unique() {
         let zero = vec![0.0; q.len()];
         let certificate = certify(&a, &b, &q, &zero, &zero).unwrap().expect("a left witness");
         assert!(matches!(certificate.witness, Witness::Left { .. }));
-        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-        let problem = Hlcp::new(a, b, omega).unwrap();
+        let problem = problem(1.0, a, b);
         let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
         assert!(matches!(found, Convergence::NotProved(_)));
     }

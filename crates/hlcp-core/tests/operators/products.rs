@@ -1,23 +1,22 @@
 //! Every operator is the matrix it says it is: its product, its diagonal and its rows.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::Matrix;
+use crate::common::{Matrix, assembled};
 use hlcp_core::{
     DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rows, Scaled, Shifted,
-    Sum, VaryingFivePoint,
+    Sum, Tridiagonal, VaryingFivePoint,
 };
+use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 use proptest::{collection::vec, prelude::*};
 
-/// Checks all three rungs of an operator against a dense matrix, to the rounding of `terms` additions.
+/// Checks product, diagonal, rows and view of an operator against a dense matrix: the product to
+/// rounding, all else exactly.
 fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DVector<f64>) {
     let n = matrix.nrows();
     assert_eq!(operator.order(), n);
-    let rounding = (n + 4) as f64 * f64::EPSILON * (matrix.abs().max() + 4.0);
     for i in 0..n {
         let (mut row, mut last) = (vec![0.0; n], None);
         operator.visit_row(i, &mut |j, a| {
@@ -25,9 +24,9 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
             (row[j], last) = (a, Some(j));
         });
         for j in 0..n {
-            assert!((row[j] - matrix[(i, j)]).abs() <= rounding, "({i}, {j})");
+            assert_eq!(row[j], matrix[(i, j)], "({i}, {j})");
         }
-        assert!((operator.diagonal_entry(i) - matrix[(i, i)]).abs() <= rounding);
+        assert_eq!(operator.diagonal_entry(i), matrix[(i, i)]);
     }
     if let Some(view) = operator.as_five_point() {
         // What it shows to fast sweeps is what its rows say.
@@ -49,7 +48,7 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
                 }
             }
         }
-        assert!((shown - matrix).amax() <= rounding);
+        assert_eq!(&shown, matrix);
     }
     let mut y = vec![f64::NAN; n]; // apply overwrites and never reads
     operator.apply(x.as_slice(), &mut y);
@@ -67,14 +66,28 @@ fn holey() -> impl Strategy<Value = DMatrix<f64>> {
 
 fn csr(matrix: &DMatrix<f64>) -> CsrMatrix<f64> {
     let mut coo = CooMatrix::new(matrix.nrows(), matrix.ncols());
-    for i in 0..matrix.nrows() {
-        for j in 0..matrix.ncols() {
-            if matrix[(i, j)] != 0.0 {
-                coo.push(i, j, matrix[(i, j)]);
-            }
+    for (i, j) in (0..matrix.nrows()).flat_map(|i| (0..matrix.ncols()).map(move |j| (i, j))) {
+        if matrix[(i, j)] != 0.0 {
+            coo.push(i, j, matrix[(i, j)]);
         }
     }
     CsrMatrix::from(&coo)
+}
+
+/// blktridiag(south·I; tridiag(west; centre; east); north·I), an x-line of `nx` points fastest.
+fn kronecker(nx: usize, ny: usize, [south, west, centre, east, north]: [f64; 5]) -> DMatrix<f64> {
+    let line = |n, below, on, above| tridiagonal(&vec![[below, on, above]; n]);
+    let identity = DMatrix::identity;
+    identity(ny, ny).kronecker(&line(nx, west, centre, east))
+        + line(ny, south, 0.0, north).kronecker(&identity(nx, nx))
+}
+
+/// The matrix of tridiagonal rows, without the entries that lie outside.
+fn tridiagonal(rows: &[[f64; 3]]) -> DMatrix<f64> {
+    DMatrix::from_fn(rows.len(), rows.len(), |i, j| match j as isize - i as isize {
+        k @ -1..=1 => rows[i][(k + 1) as usize],
+        _ => 0.0,
+    })
 }
 
 proptest! {
@@ -105,8 +118,7 @@ proptest! {
         is_matrix(&nested, &(by * &identity + &matrix - 0.5 * &other), &x);
 
         let grid = FivePoint::new(n, 3, [by, -0.3, 2.5, -0.7, 0.4]).unwrap();
-        let mut dense = DMatrix::zeros(3 * n, 3 * n);
-        (0..3 * n).for_each(|i| grid.visit_row(i, &mut |j, a| dense[(i, j)] = a));
+        let dense = kronecker(n, 3, [by, -0.3, 2.5, -0.7, 0.4]);
         let wide = DVector::from_fn(3 * n, |i, _| x[i % n] - 0.1 * i as f64);
         is_matrix(&grid, &dense, &wide);
         is_matrix(&Scaled { factor: by, of: &grid }, &(by * &dense), &wide);
@@ -116,8 +128,7 @@ proptest! {
         let varying = VaryingFivePoint::from_fn(n, 3, |i, j| {
             [by, -0.3, 2.5 + i as f64, -0.7 * j as f64, 0.4]
         }).unwrap();
-        let mut dense = DMatrix::zeros(3 * n, 3 * n);
-        (0..3 * n).for_each(|i| varying.visit_row(i, &mut |j, a| dense[(i, j)] = a));
+        let dense = assembled(&varying);
         is_matrix(&varying, &dense, &wide);
         is_matrix(&Shifted { by, of: varying }, &(by * DMatrix::identity(3 * n, 3 * n) + &dense), &wide);
 
@@ -127,6 +138,70 @@ proptest! {
         is_matrix(&shared, &(&matrix + &other), &x);
         is_matrix(&&*shared, &(&matrix + &other), &x);
     }
+
+    #[test]
+    fn a_stencil_is_its_kronecker_form(
+        nx in 1_usize..9,
+        ny in 1_usize..9,
+        coefficients in prop::array::uniform5(-4.0..4.0),
+        x in vec(-4.0..4.0, 64),
+    ) {
+        let stencil = FivePoint::new(nx, ny, coefficients).unwrap();
+        let x = DVector::from_column_slice(&x[..nx * ny]);
+        is_matrix(&stencil, &kronecker(nx, ny, coefficients), &x);
+    }
+
+    #[test]
+    fn a_tridiagonal_operator_is_the_matrix_of_its_rows(
+        rows in vec(prop::array::uniform3(prop_oneof![3 => -4.0..4.0, 1 => Just(0.0)]), 1..12),
+        x in vec(-4.0..4.0, 12),
+    ) {
+        let operator = Tridiagonal::new(rows.len(), |i| rows[i]).unwrap();
+        let x = DVector::from_column_slice(&x[..rows.len()]);
+        is_matrix(&operator, &tridiagonal(&rows), &x);
+        (0..rows.len()).for_each(|i| operator.visit_row(i, &mut |_, a| assert_ne!(a, 0.0)));
+    }
+}
+
+#[test]
+fn the_examples_are_the_papers() {
+    let (m, mu, nu) = (5, 0.3, 1.7);
+    let identity = |n: usize| DMatrix::<f64>::identity(n, n);
+    for (symmetric, below, above) in [(true, -1.0, -1.0), (false, -1.5, -0.5)] {
+        let scene = Example { symmetric, m, mu, nu }.pose::<f64>().unwrap();
+        let b = kronecker(m, m, [0.0, below, 4.0, above, 0.0]);
+        let a = kronecker(m, m, [below, below, 4.0, above, above]);
+        assert_eq!(assembled(&scene.a), a.clone() + mu * identity(m * m));
+        assert_eq!(assembled(&scene.b), b.clone() + nu * identity(m * m));
+
+        let z = DVector::from_fn(m * m, |i, _| (i % 2) as f64);
+        let r = z.map(|z| 1.0 - z);
+        assert_eq!((&scene.z[..], &scene.r[..]), (z.as_slice(), r.as_slice()));
+        let defect = assembled(&scene.a) * z - assembled(&scene.b) * r + DVector::from_vec(scene.q);
+        assert!(defect.amax() <= 10.0 * f64::EPSILON * 8.0);
+    }
+}
+
+#[test]
+fn tridiagonal_rows_that_are_not_finite_are_refused_with_their_index() {
+    let empty = Tridiagonal::new(0, |_| [-1.5_f32, 4.0, -0.5]).unwrap_err();
+    assert!(matches!(empty, Error::Empty { .. }));
+    for place in 0..3 {
+        let row = |i| {
+            let mut row = [-1.5, 4.0, -0.5];
+            row[place] = if i == 3 { f64::NEG_INFINITY } else { row[place] };
+            row
+        };
+        let error = Tridiagonal::new(6, row).unwrap_err();
+        let expected = f64::NEG_INFINITY;
+        assert_eq!(error, Error::NotFinite { what: "tridiagonal row", index: 3, value: expected });
+    }
+    // Outside the matrix anything may stand.
+    let corners =
+        |i| [if i == 0 { f64::NAN } else { 1.5 }, 4.0, if i == 2 { f64::NAN } else { -0.5 }];
+    let mut y = [0.0; 3];
+    Tridiagonal::new(3, corners).unwrap().apply(&[1.0, 2.0, 4.0], &mut y);
+    assert_eq!(y, [3.0, 7.5, 19.0]);
 }
 
 #[test]

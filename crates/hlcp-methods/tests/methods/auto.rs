@@ -1,0 +1,184 @@
+//! The method that chooses its own parameters, and the solve in two precisions.
+
+use crate::common::{problem, solve_from_ones, tmgs};
+use crate::newton::torsion;
+use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, Tridiagonal};
+use hlcp_methods::{
+    AdaptiveSor, Auto, Clock, Cycle, Limits, Method, Multigrid, Named, Options, Outcome,
+    Parameters, Solver, Status, solve_mixed,
+};
+use hlcp_verify::{Disc, Example, Slider};
+
+/// Solves twice from ones to 10⁻¹⁰ of ‖q‖: it must converge, and as well the second time.
+fn solved<M: Method<f64>>(method: M, q: &[f64]) -> (Outcome, Solver<f64, M>) {
+    let mut solver = Solver::new(method);
+    let outcome = solve_from_ones(&mut solver, q, Limits::relative(1e-10));
+    assert!(outcome.converged(), "{outcome}");
+    let again = solve_from_ones(&mut solver, q, Limits::relative(1e-10));
+    assert_eq!((again.sweeps, again.residual), (outcome.sweeps, outcome.residual));
+    (outcome, solver)
+}
+
+/// The sweeps of `Auto` with Ω = D_A D_B⁻¹, and the fewest of Table 1's methods with τ = 0.8, 1 and
+/// 1.2.
+fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
+    let (outcome, _) = solved(Auto::new(problem(1.0, a, b)).unwrap(), q);
+    let splittings = ["GS", "SOR1", "SOR3", "AOR1", "AOR2", "AOR3"];
+    let paired = ["M", "AM", "TM"].into_iter().flat_map(|family| {
+        splittings.into_iter().map(move |splitting| format!("{family}{splitting}"))
+    });
+    let two = ["TMGSJ", "TMGSSOR1", "TMGSSOR2", "TMGSSOR3"].map(str::to_owned);
+    let mut fewest = usize::MAX;
+    for name in paired.chain(two) {
+        for tau in [0.8, 1.0, 1.2] {
+            let named = Named::parse(&name, Parameters::default()).unwrap();
+            let mut solver = Solver::new(named.on(problem(tau, a, b)).unwrap());
+            let limits = Limits { iterations: fewest.min(5000), ..Limits::relative(1e-10) };
+            let outcome = solve_from_ones(&mut solver, q, limits);
+            if outcome.converged() {
+                fewest = fewest.min(outcome.sweeps);
+            }
+        }
+    }
+    [outcome.sweeps, fewest]
+}
+
+/// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the table.
+#[test]
+fn nearly_as_good_as_the_best_of_the_table() {
+    for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 4.0), (0.0, 0.0)] {
+        for symmetric in [true, false] {
+            let p = Example { symmetric, m: 32, mu, nu }.pose().unwrap();
+            let [auto, fewest] = compare(&p.a, &p.b, &p.q);
+            assert!(2 * auto <= 3 * fewest, "{symmetric} {mu} {nu}: {auto} against {fewest}");
+        }
+    }
+    for cells in [24, 32, 64] {
+        let (a, b, q) = Slider { cells }.pose().unwrap();
+        let [auto, fewest] = compare(&a, &b, &q);
+        assert!(2 * auto <= 3 * fewest, "slider: {auto} against {fewest}");
+    }
+}
+
+/// Sweeps grow like m, not like m²: between m = 24 and m = 96 by far less than sixteen times.
+#[test]
+fn over_relaxation_is_found_on_the_discs() {
+    for lcp in [true, false] {
+        let sweeps = [24, 96].map(|m| {
+            let p = Disc { lcp, m }.pose::<f64>().unwrap();
+            let (outcome, solver) = solved(AdaptiveSor::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
+            assert!(solver.method().is_accelerated() && solver.method().alpha() > 1.6);
+            outcome.sweeps
+        });
+        assert!(sweeps[1] < 8 * sweeps[0], "{sweeps:?}");
+    }
+}
+
+/// On the slider AMSOR fails past the α that it tries first, and MMS for every α from 1.4 on: the
+/// solve leaves it and converges.
+#[test]
+fn a_relaxation_that_fails_is_left() {
+    for cells in [24, 32, 50, 100] {
+        for tau in [0.8, 1.0, 1.2] {
+            let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+            let _ = solved(AdaptiveSor::new(problem(tau, a, b)).unwrap(), &q);
+        }
+    }
+}
+
+#[test]
+fn the_slider_gets_newtons_method() {
+    for cells in [24, 50, 128] {
+        let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+        let (outcome, solver) = solved(Auto::new(problem(1.0, a, b)).unwrap(), &q);
+        assert!(outcome.iterations <= 8, "{outcome}");
+        assert_eq!(solver.method().uses(), "newton");
+    }
+}
+
+#[test]
+fn the_discs_get_multigrid() {
+    for (lcp, m) in [(true, 40), (true, 96), (false, 40), (false, 96)] {
+        let p = Disc { lcp, m }.pose::<f64>().unwrap();
+        let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
+        assert!(outcome.iterations <= 25 + 18, "{outcome}");
+        assert_eq!(solver.method().uses(), "multigrid");
+        // A W-cycle is 11 or 12 walks over the rows.
+        let [walks, cycles] = [outcome.sweeps - 25, outcome.iterations - 25];
+        assert!(walks == 11 * cycles || walks == 12 * cycles, "{outcome}");
+    }
+}
+
+/// Torsion of a strip, where Newton's method takes n/5 steps: see `newton.rs`.
+#[test]
+fn a_strip_gets_multigrid() {
+    for n in [511, 4095] {
+        let a = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
+        let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+        let q = torsion(n);
+        let (outcome, solver) = solved(Auto::new(problem.clone()).unwrap(), &q);
+        assert!(outcome.iterations <= 25 + 25, "{n}: {outcome}");
+        assert_eq!(solver.method().uses(), "multigrid");
+        // Two steps of the base, and then a defect and an inner iteration, which is four sweeps, in
+        // each of 25 steps.
+        let mut cycle = Multigrid::new(problem, Cycle::F).unwrap();
+        let rhs = Rhs::new(&q).unwrap();
+        let _ = cycle.step(&rhs, solver.x(), &mut vec![0.0; n], &mut Clock::endless());
+        let cycles = (outcome.iterations - 25) * cycle.work().unwrap().sweeps;
+        assert_eq!(outcome.sweeps, 2 + 25 * 5 + cycles);
+        assert_eq!(outcome.linear_iterations, Some(25));
+        assert!((solver.z()[n / 2] - 0.1).abs() < 1.0 / (n + 1) as f64);
+    }
+}
+
+#[test]
+fn without_a_known_grid_newtons_method_goes_on() {
+    let a = Tridiagonal::new(511, |_| [-1.0, 2.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, Identity { order: 511 }, Omega::Uniform(2.0)).unwrap();
+    let q: Vec<f64> = (0..511).map(|i| if (50..460).contains(&i) { 1e-5 } else { -1e-4 }).collect();
+    let (outcome, solver) = solved(Auto::new(problem).unwrap(), &q);
+    assert!(outcome.iterations > 24, "{outcome}");
+    assert_eq!(solver.method().uses(), "newton");
+}
+
+#[test]
+fn the_examples_get_sweeps_alone() {
+    let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
+    let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
+    assert_eq!(outcome.sweeps, outcome.iterations, "{outcome}");
+    assert!(solver.method().uses().ends_with("sor"));
+}
+
+fn by_tmgs<T: Scalar>(example: Example) -> (Solver<T, impl Method<T>>, Vec<T>) {
+    let p = example.pose::<T>().unwrap();
+    (Solver::new(tmgs(problem(1.0, p.a, p.b))), p.q)
+}
+
+/// Two precisions reach what double precision does, and no iteration more than a rounding or two may cost.
+#[test]
+fn mixed_precision_reaches_double_precision() {
+    let example = Example { symmetric: false, m: 24, mu: 1.0, nu: 2.0 };
+    let ((mut double, q), (mut single, _)) = (by_tmgs::<f64>(example), by_tmgs::<f32>(example));
+    let x0 = vec![1.0; q.len()];
+    let alone = double.solve(&q, Options::from_x(&x0).limits(Limits::relative(1e-13))).unwrap();
+    let mixed = solve_mixed(&mut single, &mut double, &q, &x0, &Limits::relative(1e-13)).unwrap();
+    assert!(mixed.converged() && mixed.residual.l2 <= 1e-13 * hlcp_core::Norms::of(&q).l2);
+    assert!(mixed.iterations <= alone.iterations + 2, "{mixed}, {alone}");
+    assert_eq!(mixed.sweeps, 2 * mixed.iterations);
+    // Half of them at least in single precision.
+    let widened: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
+    let rest = double.solve(&q, Options::from_x(&widened).limits(Limits::relative(1e-13))).unwrap();
+    assert!(2 * rest.iterations <= alone.iterations + 2, "{rest}");
+
+    // Data that single precision cannot hold, large and small, are double precision's alone.
+    for scale in [1e200, 1e-200] {
+        let q: Vec<f64> = q.iter().map(|q| q * scale).collect();
+        let x0 = vec![scale; q.len()];
+        let scaled =
+            solve_mixed(&mut single, &mut double, &q, &x0, &Limits::relative(1e-13)).unwrap();
+        assert!(scaled.converged() && scaled.iterations.abs_diff(alone.iterations) <= 1);
+    }
+    let few = Limits { iterations: 3, ..Limits::relative(1e-13) };
+    let outcome = solve_mixed(&mut single, &mut double, &q, &x0, &few).unwrap();
+    assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
+}

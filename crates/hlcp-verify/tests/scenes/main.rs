@@ -1,0 +1,9 @@
+//! The scenes: what they are, their published answers, and what is proved of them.
+
+mod american_put;
+mod bearing2d;
+mod certificates;
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
+mod disc;
+mod published;

@@ -1,0 +1,130 @@
+//! The theorems, the certificates and the classes of matrices.
+
+mod certificate;
+mod classes;
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
+mod convergence;
+mod examples;
+mod hostile;
+mod sizes;
+mod theorem_1;
+mod theorem_2;
+
+use hlcp_core::Aor;
+use hlcp_verify::{
+    Planted,
+    oracle::{Dense, Iteration, aor_splitting},
+};
+use nalgebra::{DMatrix, DVector};
+use proptest::{collection::vec, prelude::*};
+
+use num_rational::BigRational;
+
+/// The value as a rational number.
+fn exact(value: f64) -> BigRational {
+    BigRational::from_float(value).expect("finite")
+}
+
+/// How many random cases the environment asks for, or else `usual`.
+fn cases_asked(usual: usize) -> usize {
+    std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
+fn comparison(a: &DMatrix<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(
+        a.nrows(),
+        a.ncols(),
+        |i, j| {
+            if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }
+        },
+    )
+}
+
+/// ρ of a non-negative matrix by its eigenvalues.
+fn radius(p: &DMatrix<f64>) -> f64 {
+    p.complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max)
+}
+
+/// The step as the paper writes it.
+fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
+    let ([of_a, of_b], backward) = (step.pairs(), step.precedes(1, 0));
+    if step.is_accelerated() {
+        dense.amms(of_a, of_b, backward)
+    } else {
+        let of = |matrix, parameters| aor_splitting(matrix, parameters, backward);
+        dense.mms(of(&dense.a, of_a), of(&dense.b, of_b))
+    }
+}
+
+/// A pair under Theorem 2's hypotheses, with ρ[D_A⁻¹|C_A|] = `edge`: sparse, with both signs, badly scaled.
+fn theorem_2_pair(edge: f64) -> impl Strategy<Value = Planted> {
+    (2..9_usize, 0.5..4.0).prop_flat_map(move |(n, gamma)| {
+        let entries = (vec(-1.0..1.0, n * n), vec(0.0..1.0, n * n), vec(-3.0..3.0, 4 * n));
+        entries.prop_map(move |(off, share, free): (Vec<f64>, Vec<f64>, Vec<f64>)| {
+            let diagonal: Vec<f64> = free[..n].iter().map(|f: &f64| f.exp2()).collect();
+            let of_b: Vec<f64> = free[n..2 * n].iter().map(|f| f.exp2()).collect();
+            let mut a = DMatrix::from_fn(n, n, |i, j| {
+                let ring = j == (i + 1) % n; // keeps the matrix irreducible
+                if i == j || off[i * n + j].abs() < 0.5 && !ring { 0.0 } else { off[i * n + j] }
+            });
+            let d = DMatrix::from_diagonal(&DVector::from_vec(diagonal.clone()));
+            let scale = edge / radius(&(d.clone().try_inverse().unwrap() * a.abs()));
+            a *= scale;
+            let omega = DVector::from_fn(n, |i, _| {
+                diagonal[i] / of_b[i] * (1.0 + 1e-9 + free[2 * n + i].max(0.0))
+            });
+            // Some entries of B at their largest, some zero, some between.
+            let mut b = DMatrix::from_fn(n, n, |i, j| {
+                let part = (2.0 * share[i * n + j] - 0.5).clamp(0.0, 1.0 - 1e-12);
+                part * a[(i, j)] / omega[j]
+            });
+            for i in 0..n {
+                a[(i, i)] = diagonal[i];
+                b[(i, i)] = of_b[i];
+            }
+            Planted::new(a, b, &free[3 * n..], omega, gamma)
+        })
+    })
+}
+
+/// Any pair with positive diagonals, dominant or not.
+fn any_pair(weight: f64) -> impl Strategy<Value = Planted> {
+    common::planted(2..9, weight)
+}
+
+/// Runs the textbook steps from afar: (15), the factor in ‖·‖_d, ρ(P₂P₁) ≤ factor, convergence in time.
+fn contracts(p: &Planted, steps: &[Aor<f64>], d: &[f64], factor: f64) -> Result<(), TestCaseError> {
+    let star = p.dense.gamma / 2.0 * (&p.z - p.r.component_div(&p.dense.omega));
+    let all: Vec<Iteration> = steps.iter().map(|step| textbook(&p.dense, step)).collect();
+    let n = star.len();
+    let product = all.iter().fold(DMatrix::identity(n, n), |product, t| t.contraction() * product);
+    prop_assert!(radius(&product) <= factor * (1.0 + 1e-9));
+    let norm = |x: &DVector<f64>| x.iter().zip(d).map(|(x, d)| x.abs() / d).fold(0.0, f64::max);
+    let mut x = star.map(|x| 7.0 * x.cos() - 40.0 * x.sin());
+    let size = x.amax() + star.amax();
+    let floor = 1e-9 * size * (d.iter().fold(0.0_f64, |m, d| m.max(1.0 / d)));
+    for _ in 0..12 {
+        let before = &x - &star;
+        for t in &all {
+            let old = &x - &star;
+            x = t.step(&x);
+            let excess = (&x - &star).abs() - t.contraction() * old.abs();
+            prop_assert!(excess.max() <= 1e-9 * size);
+        }
+        prop_assert!(norm(&(&x - &star)) <= factor * norm(&before) + floor);
+    }
+    Ok(())
+}
+
+/// Whether 200 iterations of the textbook steps end away from the solution of `p`, having started 0.3 from it.
+fn stays_away(p: &Planted, steps: &[Aor<f64>]) -> bool {
+    let mut x = p.x().map(|x| x + 0.3);
+    for _ in 0..200 {
+        for step in steps {
+            let of = |matrix| aor_splitting(matrix, step.pairs()[0], step.precedes(1, 0));
+            x = p.dense.mms(of(&p.dense.a), of(&p.dense.b)).step(&x);
+        }
+    }
+    (x - p.x()).amax() > 0.05
+}
