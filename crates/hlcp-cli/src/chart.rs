@@ -37,7 +37,7 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// Colour, dash and marker of each method, by the names it has on the charts.
-const STYLES: [(&[&str], [usize; 3]); 23] = [
+pub(crate) const STYLES: [(&[&str], [usize; 3]); 23] = [
     (&["MGS"], [0, 0, 0]),
     (&["MSOR, best"], [0, 1, 1]),
     (&["MAOR, best"], [0, 2, 2]),

@@ -262,6 +262,7 @@ impl clap::Args for Given {
         let scene = Arg::new("scene")
             .long("scene")
             .help("The problem")
+            .value_name("SCENE")
             .help_heading("Scenes")
             .value_parser(PossibleValuesParser::new(names).map(|name| Scene::of(&name)))
             .default_value(SCENES[0].name);
@@ -269,6 +270,7 @@ impl clap::Args for Given {
             let arg = Arg::new(*name)
                 .long(*name)
                 .help(help(name, kind, what))
+                .value_name(if matches!(kind, Kind::Word(_)) { "WORD" } else { "NUMBER" })
                 .help_heading("Scenes")
                 .allow_hyphen_values(true);
             command.arg(match *kind {

@@ -14,7 +14,8 @@ use std::{error::Error, path::PathBuf, time::Duration};
 use clap::Args;
 use hlcp_core::files::printable;
 use hlcp_methods::Status;
-use problem::{METHODS, Reference, Run};
+pub(crate) use problem::METHODS;
+use problem::{Reference, Run};
 use table::{Row, series, write_all, write_tables};
 
 use crate::{

@@ -23,7 +23,8 @@ use hlcp_core::files::printable;
 use hlcp_verify::certify;
 use indicatif::ProgressBar;
 use problem::{Posed, Problem};
-use series::{BEYOND, METHODS, PRECISIONS, Run, Series};
+pub(crate) use series::{BEYOND, METHODS, PRECISIONS};
+use series::{Run, Series};
 
 use crate::{
     Charts,

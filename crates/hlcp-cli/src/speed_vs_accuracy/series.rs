@@ -29,6 +29,7 @@ pub(crate) struct Run {
 pub(crate) type Series = (&'static str, Solve);
 
 /// Solves a problem until `‖A z − B r + q‖₂ ≤ tolerance·‖q‖₂`.
+#[derive(Clone)]
 pub(crate) enum Solve {
     /// A method by its name.
     Named(&'static str, Tuning, Precision),
@@ -41,6 +42,7 @@ pub(crate) enum Solve {
 type Anchor = fn(&Problem, f64) -> Result<Option<Run>, Box<dyn Error>>;
 
 /// The parameters of a named method.
+#[derive(Clone)]
 pub(crate) enum Tuning {
     GaussSeidel,
     /// The best known ones with β = α, of a family of the paper.
@@ -51,6 +53,7 @@ pub(crate) enum Tuning {
     Own,
 }
 
+#[derive(Clone)]
 pub(crate) enum Precision {
     Double,
     Single,
