@@ -272,7 +272,7 @@ impl<T: Scalar> BiCgStab<T> {
     }
 }
 
-fn to_scalar<T: Scalar>(value: f64) -> T {
+pub(crate) fn to_scalar<T: Scalar>(value: f64) -> T {
     T::from(value).unwrap_or_else(T::nan)
 }
 

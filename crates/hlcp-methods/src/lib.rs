@@ -71,6 +71,8 @@
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
+#[allow(missing_docs)]
+mod amg;
 mod amms;
 mod anderson;
 mod auto;
@@ -88,6 +90,7 @@ mod tmms;
 mod watch;
 
 pub use adaptive::AdaptiveSor;
+pub use amg::{Amg, AmgNewton};
 pub use amms::Amms;
 pub use anderson::Anderson;
 pub use auto::Auto;
