@@ -15,11 +15,11 @@ const MEMBERS: u8 = 4;
 ///
 /// Unknowns of which `apart` is true join none.
 pub(super) fn pairs<T: Scalar>(
-    matrix: &Matrix<T>,
+    matrices: &[(&Matrix<T>, T)],
     apart: impl Fn(usize) -> bool,
 ) -> (Vec<u32>, usize) {
-    let n = matrix.order();
-    let columns = matrix.transpose();
+    let n = matrices[0].0.order();
+    let columns: Vec<_> = matrices.iter().map(|(matrix, _)| matrix.transpose()).collect();
     let mut aggregate = vec![NONE; n];
     let mut members: Vec<u8> = Vec::with_capacity(n / 2 + 1);
     let mut coupling = vec![T::zero(); n];
@@ -30,12 +30,14 @@ pub(super) fn pairs<T: Scalar>(
             continue;
         }
         // Twice the symmetrised couplings; of rows and columns alike, so that no direction of flow is preferred.
-        let column = columns.column(i).iter().map(|&(j, a)| (j as usize, a));
-        for (j, a) in matrix.off(i).chain(column) {
-            if coupling[j] == T::zero() {
-                near.push(j as u32);
+        for (&(matrix, factor), columns) in matrices.iter().zip(&columns) {
+            let column = columns.column(i).iter().map(|&(j, a)| (j as usize, a));
+            for (j, a) in matrix.off(i).chain(column) {
+                if coupling[j] == T::zero() {
+                    near.push(j as u32);
+                }
+                coupling[j] -= factor * a;
             }
-            coupling[j] -= a;
         }
         let mut largest = T::zero();
         for &j in &near {
@@ -82,9 +84,9 @@ pub(super) fn coarsen<T: Scalar>(
     matrix: &Matrix<T>,
     apart: impl Fn(usize) -> bool,
 ) -> (Vec<u32>, Matrix<T>) {
-    let (mut aggregate, half) = pairs(matrix, apart);
+    let (mut aggregate, half) = pairs(&[(matrix, T::one())], apart);
     let middle = matrix.aggregated(&aggregate, half);
-    let (second, quarter) = pairs(&middle, |_| false);
+    let (second, quarter) = pairs(&[(&middle, T::one())], |_| false);
     for a in aggregate.iter_mut().filter(|a| **a != NONE) {
         *a = second[*a as usize];
     }

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use hlcp_core::Scalar;
+use hlcp_core::{Diagonal, LinearOperator, Rows, Scalar};
 
 /// No aggregate: an unknown that the sweeps alone settle.
 pub(super) const NONE: u32 = u32::MAX;
@@ -31,6 +31,19 @@ impl<T: Scalar> Matrix<T> {
             columns: Vec::with_capacity(entries),
             values: Vec::with_capacity(entries),
         }
+    }
+
+    /// The rows of an operator.
+    pub(super) fn of(operator: &impl Rows<T>) -> Self {
+        let n = operator.order();
+        let mut matrix = Self::with_capacity(n, 4 * n);
+        let mut row: Vec<(u32, T)> = vec![];
+        for i in 0..n {
+            row.clear();
+            operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
+            matrix.push(&row);
+        }
+        matrix
     }
 
     /// Appends the next row, no column of which comes twice.
@@ -196,9 +209,34 @@ impl<T: Scalar> Matrix<T> {
                     add(aggregate[j], value);
                 }
             }
+            row.sort_unstable_by_key(|entry| entry.0);
             coarse.push(&row);
         }
         coarse
+    }
+}
+
+impl<T: Scalar> LinearOperator<T> for Matrix<T> {
+    fn order(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.product(x, y);
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Matrix<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.diagonal[i]
+    }
+}
+
+impl<T: Scalar> Rows<T> for Matrix<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.range(self.starts[i]..self.middles[i]).for_each(|(j, a)| visit(j, a));
+        visit(i, self.diagonal[i]);
+        self.range(self.middles[i]..self.starts[i + 1]).for_each(|(j, a)| visit(j, a));
     }
 }
 

@@ -1,14 +1,22 @@
-//! A start from coarser problems.
+//! A start from coarser problems, which rows alone define.
 
-use hlcp_core::{Coefficients, FivePointView, Hlcp, Norms, Omega, Rows, Scalar, VaryingFivePoint};
+use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
 
-use super::newton::Steps;
+use super::{
+    coarsen::pairs,
+    matrix::{Matrix, NONE},
+    newton::Steps,
+};
 use crate::krylov::to_scalar;
 
-type Coarse<T> = Hlcp<T, VaryingFivePoint<'static, T>, VaryingFivePoint<'static, T>>;
+type Coarse<T> = Hlcp<T, Matrix<T>, Matrix<T>>;
 
-const SMALL: usize = 300;
+/// The order from which on a problem is solved from a constant.
+const SMALL: usize = 200;
+
+/// Steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
 const STEPS: usize = 4;
+const NEAR: f64 = 1e-3;
 
 /// Overwrites `x` with a start.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
@@ -16,157 +24,193 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     q: &[T],
     x: &mut [T],
     steps: &mut Steps<T>,
-) {
-    let Some((coarse, fine_to)) = coarser(problem) else { return };
-    let n = coarse.order();
-    let mut qc = vec![T::zero(); n];
-    let factor = problem.q_factor();
-    for (k, &q) in q.iter().enumerate() {
-        qc[fine_to(k)] += factor * q;
+) -> Result<(), Error> {
+    let (a, b) = (Matrix::of(problem.a()), Matrix::of(problem.b()));
+    nested(&a, &b, problem.omega(), problem.q_factor(), q, x, steps)
+}
+
+fn nested<T: Scalar>(
+    a: &Matrix<T>,
+    b: &Matrix<T>,
+    omega: &Omega<T>,
+    factor: T,
+    q: &[T],
+    x: &mut [T],
+    steps: &mut Steps<T>,
+) -> Result<(), Error> {
+    let (aggregate, a, b) = coarser(a, b);
+    let n = a.order();
+    if n * 10 > x.len() * 9 {
+        return Ok(());
     }
-    let Ok(mut on_coarse) = Steps::new(&coarse) else { return };
-    let mut xc = vec![T::one(); n];
-    for (k, &x) in x.iter().enumerate() {
-        xc[fine_to(k)] = x;
+    let mut coarse_q = vec![T::zero(); n];
+    let (mut sum, mut count) = (vec![T::zero(); n], vec![T::zero(); n]);
+    for (i, (&to, &q)) in aggregate.iter().zip(q).enumerate() {
+        let to = to as usize;
+        coarse_q[to] += factor * q;
+        sum[to] += omega.at(i);
+        count[to] += T::one();
     }
+    let each = sum.iter().zip(&count).map(|(&sum, &count)| sum / count).collect();
+    let coarse_omega = Omega::Each(each);
+    let mut coarse_x = vec![T::one(); n];
+    let problem: Coarse<T> = Hlcp::new(a, b, coarse_omega)?;
+    let mut coarse_steps = Steps::new(&problem)?;
     if n > SMALL {
-        start(&coarse, &qc, &mut xc, &mut on_coarse);
+        nested(problem.a(), problem.b(), problem.omega(), T::one(), &coarse_q, &mut coarse_x, &mut coarse_steps)?;
     }
-    let size = Norms::of(&qc).l2;
+    let size = Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
-        if !on_coarse.step(&coarse, &qc, &mut xc) {
+        if !coarse_steps.step(&problem, &coarse_q, &mut coarse_x) {
             break;
         }
-        if on_coarse.measure(&coarse, &qc, &xc).l2 <= 1e-3 * size {
+        if coarse_steps.measure(&problem, &coarse_q, &coarse_x).l2 <= NEAR * size {
             break;
         }
     }
     let share = n as f64 / x.len() as f64;
-    steps.sweeps += (share * (on_coarse.sweeps as f64 + on_coarse.amg.walks())) as usize;
-    if xc.iter().all(|x| x.is_finite()) {
-        for (k, x) in x.iter_mut().enumerate() {
-            *x = xc[fine_to(k)];
+    steps.nested += share * (coarse_steps.nested + coarse_steps.sweeps as f64 + coarse_steps.amg.walks());
+    if coarse_x.iter().all(|x| x.is_finite()) {
+        for (i, x) in x.iter_mut().enumerate() {
+            let from = aggregate[i] as usize;
+            *x = coarse_x[from];
             if *x < T::zero() {
-                *x = *x * coarse.omega().at(fine_to(k)) / problem.omega().at(k);
+                *x = *x * problem.omega().at(from) / omega.at(i);
             }
         }
     }
+    Ok(())
 }
 
-/// The problem on cells of two by two, and which of them a point is in.
-fn coarser<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    problem: &Hlcp<T, A, B>,
-) -> Option<(Coarse<T>, impl Fn(usize) -> usize + use<T, A, B>)> {
-    let fine @ [nx, ny] = problem.grid().ok()?;
-    if nx < 8 || ny < 8 {
-        return None;
-    }
-    let [mx, my] = fine.map(|n| n.div_ceil(2));
-    let (a, b) = (problem.a().as_five_point()?, problem.b().as_five_point()?);
-    let a = conductances(a, fine, [mx, my])?;
-    let b = sums(b, fine, [mx, my])?;
-    let to = move |k: usize| (k / nx / 2) * mx + k % nx / 2;
-    let omega = match problem.omega() {
-        Omega::Uniform(omega) => Omega::Uniform(*omega),
-        Omega::Each(each) => {
-            let (mut sum, mut count) = (vec![T::zero(); mx * my], vec![T::zero(); mx * my]);
-            for (k, &omega) in each.iter().enumerate() {
-                sum[to(k)] += omega;
-                count[to(k)] += T::one();
+/// The aggregates of two passes of pairing, and A and B on them.
+fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matrix<T>) {
+    let (mut first, half) = both(a, b);
+    let (a, b) = (in_series(a, &first).aggregated(&first, half), in_series(b, &first).aggregated(&first, half));
+    let (second, quarter) = both(&a, &b);
+    let (a, b) = (in_series(&a, &second).aggregated(&second, quarter), in_series(&b, &second).aggregated(&second, quarter));
+    first.iter_mut().for_each(|to| *to = second[*to as usize]);
+    (first, a, b)
+}
+
+fn both<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, usize) {
+    let sum = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
+    pairs(&[(a, T::one()), (b, sum(a) / sum(b))], |_| false)
+}
+
+/// The matrix with couplings between aggregates weakened, as conductors are by what they are in series with.
+///
+/// From the middle of an aggregate to that of the next leads half of the coupling within, the one between, and again half of one
+/// within. Row sums and column sums stay, and so does what is not symmetric: transport.
+fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32]) -> Matrix<T> {
+    let n = matrix.order();
+    let columns = matrix.transpose();
+    // The part of the couplings that is symmetric: conduction.
+    let mut back = vec![T::zero(); n];
+    let mut conduction = Matrix::with_capacity(n, matrix.entries());
+    let mut row: Vec<(u32, T)> = vec![];
+    for i in 0..n {
+        let column = columns.column(i);
+        column.iter().for_each(|&(j, a)| back[j as usize] = -a);
+        row.clear();
+        for (j, a) in matrix.off(i) {
+            let c = back[j].min(-a);
+            if c > T::zero() {
+                row.push((j as u32, c));
             }
-            Omega::Each(sum.iter().zip(&count).map(|(&s, &c)| s / c).collect())
         }
-    };
-    Some((Hlcp::new(a, b, omega).ok()?, to))
-}
-
-/// South, west, centre, east, north of each coarse cell, summed.
-fn sums<T: Scalar>(
-    view: FivePointView<'_, T>,
-    [nx, ny]: [usize; 2],
-    [mx, my]: [usize; 2],
-) -> Option<VaryingFivePoint<'static, T>> {
-    let [south, west, centre, east, north] = view.coefficients();
-    VaryingFivePoint::from_fn(mx, my, |ci, cj| {
-        let mut row = [T::zero(); 5];
-        for j in 2 * cj..(2 * cj + 2).min(ny) {
-            for i in 2 * ci..(2 * ci + 2).min(nx) {
-                let k = j * nx + i;
-                row[2] += centre.at(k);
-                let mut put = |inside: bool, within: bool, direction: usize, c: T| {
-                    if inside {
-                        row[if within { 2 } else { direction }] += c;
+        conduction.push(&row);
+        column.iter().for_each(|&(j, _)| back[j as usize] = T::zero());
+    }
+    // The resistance within the aggregate of i on the way to that of j: through neighbours of i that do not touch the other one.
+    let count = aggregate.iter().fold(0, |max, &a| max.max(a + 1)) as usize;
+    let members = Members::new(aggregate, count);
+    let mut touching = vec![(NONE, 0_u32); count];
+    let mut within: Vec<T> = vec![T::zero(); n];
+    let mut halves: Vec<Vec<(u32, T)>> = vec![vec![]; n];
+    for own in 0..count {
+        let group = members.of(own);
+        for (bit, &i) in group.iter().enumerate() {
+            for (j, _) in conduction.off(i as usize) {
+                let to = &mut touching[aggregate[j] as usize];
+                if to.0 != own as u32 {
+                    *to = (own as u32, 0);
+                }
+                to.1 |= 1 << (bit % 32);
+            }
+        }
+        for &i in group {
+            for (k, c) in conduction.off(i as usize) {
+                within[k] = c;
+            }
+            for (j, _) in conduction.off(i as usize) {
+                let mut behind = T::zero();
+                if aggregate[j] as usize != own {
+                    let touches = touching[aggregate[j] as usize].1;
+                    for (bit, &k) in group.iter().enumerate() {
+                        if k != i && touches & (1 << (bit % 32)) == 0 {
+                            behind += within[k as usize];
+                        }
                     }
-                };
-                put(j > 0, j > 2 * cj, 0, south.at(k));
-                put(i > 0, i > 2 * ci, 1, west.at(k));
-                put(i + 1 < nx, i == 2 * ci, 3, east.at(k));
-                put(j + 1 < ny, j == 2 * cj, 4, north.at(k));
+                }
+                let two = T::one() + T::one();
+                let half = if behind > T::zero() { (two * behind).recip() } else { T::zero() };
+                halves[i as usize].push((j as u32, half));
+            }
+            for (k, _) in conduction.off(i as usize) {
+                within[k] = T::zero();
             }
         }
-        row
-    })
-    .ok()
+    }
+    let mut half = Matrix::with_capacity(n, conduction.entries());
+    halves.iter().for_each(|row| half.push(row));
+    let other = half.transpose();
+    // What each coupling loses, and the diagonal with it.
+    let mut weakened = Matrix::with_capacity(n, matrix.entries());
+    let mut loss = vec![T::zero(); n];
+    for i in 0..n {
+        let mut total = T::zero();
+        let sides = half.off(i).zip(other.column(i));
+        for ((j, c), ((_, own), &(_, other))) in conduction.off(i).zip(sides) {
+            if own + other > T::zero() {
+                loss[j] = c - (c.recip() + own + other).recip();
+                total += loss[j];
+            }
+        }
+        row.clear();
+        row.push((i as u32, matrix.diagonal[i] - total));
+        row.extend(matrix.off(i).map(|(j, a)| (j as u32, a + loss[j])));
+        weakened.push(&row);
+        conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
+    }
+    let _ = to_scalar::<T>(0.0);
+    weakened
 }
 
-/// As [`sums`], but what couples two coarse cells is a chain of couplings: in series along an axis, in parallel across it.
-fn conductances<T: Scalar>(
-    view: FivePointView<'_, T>,
-    [nx, ny]: [usize; 2],
-    coarse: [usize; 2],
-) -> Option<VaryingFivePoint<'static, T>> {
-    let coefficients = view.coefficients();
-    let plain = sums(view, [nx, ny], coarse)?;
-    let plain = hlcp_core::LinearOperator::as_five_point(&plain)?.coefficients();
-    let two = T::one() + T::one();
-    // From the cell k in a direction, and the one before it, which is half of the way.
-    let series = |direction: usize, k: usize, before: Option<usize>, after: Option<usize>| {
-        let c = |k: usize| coefficients[direction].at(k);
-        let here = c(k);
-        if here == T::zero() {
-            return here;
+/// The members of aggregates.
+struct Members {
+    starts: Vec<usize>,
+    members: Vec<u32>,
+}
+
+impl Members {
+    fn new(aggregate: &[u32], count: usize) -> Self {
+        let mut starts = vec![0; count + 1];
+        for &a in aggregate.iter().filter(|&&a| a != NONE) {
+            starts[a as usize + 1] += 1;
         }
-        let mut resistance = here.recip();
-        for other in [before, after].into_iter().flatten().map(c) {
-            if other * here > T::zero() {
-                resistance += (two * other).recip();
-            }
+        for a in 0..count {
+            starts[a + 1] += starts[a];
         }
-        resistance.recip()
-    };
-    VaryingFivePoint::from_fn(coarse[0], coarse[1], |ci, cj| {
-        let mut row = [0, 1, 2, 3, 4].map(|d: usize| Coefficients::at(&plain[d], cj * coarse[0] + ci));
-        let excess = row.iter().fold(T::zero(), |sum, &c| sum + c);
-        let mut new = [T::zero(); 5];
-        for j in 2 * cj..(2 * cj + 2).min(ny) {
-            let i = 2 * ci;
-            if i > 0 {
-                // i → i − 1; before: i + 1 → i; after: i − 1 → i − 2.
-                let (k, before) = (j * nx + i, (i + 1 < nx).then_some(j * nx + i + 1));
-                new[1] += series(1, k, before, Some(k - 1));
-            }
-            let i = 2 * ci + 1;
-            if i + 1 < nx {
-                let k = j * nx + i;
-                new[3] += series(3, k, Some(k - 1), (i + 2 < nx).then_some(k + 1));
-            }
+        let mut members = vec![0; starts[count]];
+        let mut next = starts.clone();
+        for (i, &a) in aggregate.iter().enumerate().filter(|(_, a)| **a != NONE) {
+            members[next[a as usize]] = i as u32;
+            next[a as usize] += 1;
         }
-        for i in 2 * ci..(2 * ci + 2).min(nx) {
-            let j = 2 * cj;
-            if j > 0 {
-                let (k, before) = (j * nx + i, (j + 1 < ny).then_some((j + 1) * nx + i));
-                new[0] += series(0, k, before, Some(k - nx));
-            }
-            let j = 2 * cj + 1;
-            if j + 1 < ny {
-                let k = j * nx + i;
-                new[4] += series(4, k, Some(k - nx), (j + 2 < ny).then_some(k + nx));
-            }
-        }
-        let others = [0, 1, 3, 4].iter().fold(T::zero(), |sum, &d| sum + new[d]);
-        row = new;
-        row[2] = excess - others;
-        row
-    })
-    .ok()
+        Self { starts, members }
+    }
+
+    fn of(&self, aggregate: usize) -> &[u32] {
+        &self.members[self.starts[aggregate]..self.starts[aggregate + 1]]
+    }
 }

@@ -34,6 +34,8 @@ pub(super) struct Steps<T> {
     pub(super) flips: usize,
     pub(super) linear_iterations: usize,
     pub(super) sweeps: usize,
+    /// The work of the start on coarser problems, in sweeps.
+    pub(super) nested: f64,
 }
 
 impl<T: Scalar> Steps<T> {
@@ -49,6 +51,7 @@ impl<T: Scalar> Steps<T> {
             flips: n,
             linear_iterations: 0,
             sweeps: 0,
+            nested: 0.0,
         })
     }
 
@@ -205,7 +208,8 @@ where
     }
 
     fn sweeps(&self, _: usize) -> usize {
-        self.base.sweeps(self.base_iterations) + self.steps.sweeps + self.steps.amg.walks().ceil() as usize
+        let steps = self.steps.nested + self.steps.amg.walks();
+        self.base.sweeps(self.base_iterations) + self.steps.sweeps + steps.ceil() as usize
     }
 
     fn restart(&mut self) {
@@ -241,7 +245,7 @@ where
         if begins && self.nests {
             let zero = Norms::of(q.entries()).l2 * self.base.problem().gamma().to_f64().unwrap_or(1.0);
             if norms.l2 > 0.1 * zero {
-                nested::start(self.base.problem(), q.entries(), y, &mut self.steps);
+                let _ = nested::start(self.base.problem(), q.entries(), y, &mut self.steps);
             }
         }
         let mut phase = self.phase.unwrap_or_else(|| {

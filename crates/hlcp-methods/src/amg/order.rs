@@ -12,21 +12,9 @@ use super::matrix::Matrix;
 /// The order is that of `B`, or of `A` where `B` is symmetric. Of those that may come next the one with the smallest number does
 /// (Kahn's algorithm with a heap), also where a circle leaves none: so a grid keeps its lines.
 pub(super) fn along_flow<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<u32> {
-    let of_b = upstream(&assemble(problem.b()));
-    let order = of_b.or_else(|| upstream(&assemble(problem.a())));
+    let of_b = upstream(&Matrix::of(problem.b()));
+    let order = of_b.or_else(|| upstream(&Matrix::of(problem.a())));
     order.filter(|order| !order.is_sorted()).unwrap_or_default()
-}
-
-fn assemble<T: Scalar, O: Rows<T>>(operator: &O) -> Matrix<T> {
-    let n = operator.order();
-    let mut matrix = Matrix::with_capacity(n, 4 * n);
-    let mut row: Vec<(u32, T)> = vec![];
-    for i in 0..n {
-        row.clear();
-        operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
-        matrix.push(&row);
-    }
-    matrix
 }
 
 /// The order along the flow of one matrix; `None` where its couplings are all symmetric.
