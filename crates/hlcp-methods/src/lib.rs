@@ -71,7 +71,6 @@
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
-#[allow(missing_docs)]
 mod amg;
 mod amms;
 mod anderson;

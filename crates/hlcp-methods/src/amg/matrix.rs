@@ -87,6 +87,13 @@ impl<T: Scalar> Matrix<T> {
         self.range(self.starts[i]..self.starts[i + 1])
     }
 
+    /// As [`off`](Self::off), to be overwritten.
+    pub(super) fn off_mut(&mut self, i: usize) -> impl Iterator<Item = (usize, &mut T)> {
+        let range = self.starts[i]..self.starts[i + 1];
+        let columns = self.columns[range.clone()].iter();
+        columns.zip(&mut self.values[range]).map(|(&j, a)| (j as usize, a))
+    }
+
     #[inline]
     fn lower(&self, i: usize, y: &[T]) -> T {
         self.range(self.starts[i]..self.middles[i]).fold(T::zero(), |sum, (j, a)| sum + a * y[j])
@@ -173,37 +180,26 @@ impl<T: Scalar> Matrix<T> {
         Transpose { starts, entries }
     }
 
-    /// The sums of the entries over pairs of aggregates, `PᵀAP`; what is in no aggregate is left out.
+    /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is left out.
     pub(super) fn aggregated(&self, aggregate: &[u32], count: usize) -> Self {
-        let mut starts = vec![0; count + 1];
-        for &a in aggregate.iter().filter(|&&a| a != NONE) {
-            starts[a as usize + 1] += 1;
-        }
-        for a in 0..count {
-            starts[a + 1] += starts[a];
-        }
-        let mut members = vec![0; starts[count]];
-        let mut next = starts.clone();
-        for (i, &a) in aggregate.iter().enumerate().filter(|(_, a)| **a != NONE) {
-            members[next[a as usize]] = i;
-            next[a as usize] += 1;
-        }
+        let members = Members::new(aggregate, count);
         let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
         let mut place = vec![usize::MAX; count];
         let mut row: Vec<(u32, T)> = Vec::new();
         for a in 0..count {
             row.clear();
             let mut add = |to: u32, value: T| {
-                let at = place[to as usize];
-                match row.get_mut(at).filter(|entry| entry.0 == to) {
+                // A place of an earlier row holds another column now, or lies beyond.
+                let at = &mut place[to as usize];
+                match row.get_mut(*at).filter(|entry| entry.0 == to) {
                     Some(entry) => entry.1 += value,
                     None => {
-                        place[to as usize] = row.len();
+                        *at = row.len();
                         row.push((to, value));
                     }
                 }
             };
-            for &i in &members[starts[a]..starts[a + 1]] {
+            for i in members.of(a).iter().map(|&i| i as usize) {
                 add(a as u32, self.diagonal[i]);
                 for (j, value) in self.off(i).filter(|&(j, _)| aggregate[j] != NONE) {
                     add(aggregate[j], value);
@@ -213,6 +209,32 @@ impl<T: Scalar> Matrix<T> {
             coarse.push(&row);
         }
         coarse
+    }
+}
+
+/// The members of aggregates.
+#[derive(Debug)]
+pub(super) struct Members {
+    starts: Vec<usize>,
+    members: Vec<u32>,
+}
+
+impl Members {
+    pub(super) fn new(aggregate: &[u32], count: usize) -> Self {
+        let joined = || aggregate.iter().enumerate().filter(|(_, a)| **a != NONE);
+        let mut starts = vec![0; count + 1];
+        joined().for_each(|(_, &a)| starts[a as usize + 1] += 1);
+        (0..count).for_each(|a| starts[a + 1] += starts[a]);
+        let (mut members, mut next) = (vec![0; starts[count]], starts.clone());
+        for (i, &a) in joined() {
+            members[next[a as usize]] = i as u32;
+            next[a as usize] += 1;
+        }
+        Self { starts, members }
+    }
+
+    pub(super) fn of(&self, aggregate: usize) -> &[u32] {
+        &self.members[self.starts[aggregate]..self.starts[aggregate + 1]]
     }
 }
 
@@ -319,7 +341,8 @@ impl<T: Scalar> Lu<T> {
         }
         for i in (0..n).rev() {
             let row = &self.factors[i * n..(i + 1) * n];
-            let known = row[i + 1..].iter().zip(&y[i + 1..]).fold(y[i], |sum, (&u, &y)| sum - u * y);
+            let known =
+                row[i + 1..].iter().zip(&y[i + 1..]).fold(y[i], |sum, (&u, &y)| sum - u * y);
             y[i] = known * row[i];
         }
     }

@@ -4,169 +4,124 @@ use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
 
 use super::{
     coarsen::pairs,
-    matrix::{Matrix, NONE},
+    matrix::{Matrix, Members, NONE},
     newton::Steps,
 };
-use crate::krylov::to_scalar;
 
-type Coarse<T> = Hlcp<T, Matrix<T>, Matrix<T>>;
-
-/// The order from which on a problem is solved from a constant.
+/// The order up to which a problem is solved from a constant.
 const SMALL: usize = 200;
 
-/// Steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
+/// The most steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
 const STEPS: usize = 4;
 const NEAR: f64 = 1e-3;
 
-/// Overwrites `x` with a start.
+/// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with positive diagonals;
+/// returns the work in walks over the rows.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     q: &[T],
     x: &mut [T],
-    steps: &mut Steps<T>,
-) -> Result<(), Error> {
-    let (a, b) = (Matrix::of(problem.a()), Matrix::of(problem.b()));
-    nested(&a, &b, problem.omega(), problem.q_factor(), q, x, steps)
-}
-
-fn nested<T: Scalar>(
-    a: &Matrix<T>,
-    b: &Matrix<T>,
-    omega: &Omega<T>,
-    factor: T,
-    q: &[T],
-    x: &mut [T],
-    steps: &mut Steps<T>,
-) -> Result<(), Error> {
-    let (aggregate, a, b) = coarser(a, b);
-    let n = a.order();
-    if n * 10 > x.len() * 9 {
-        return Ok(());
+) -> Result<f64, Error> {
+    let n = x.len();
+    let (aggregate, a, b) = coarser(&Matrix::of(problem.a()), &Matrix::of(problem.b()));
+    let count = a.order();
+    if 10 * count > 9 * n {
+        return Ok(0.0);
     }
-    let mut coarse_q = vec![T::zero(); n];
-    let (mut sum, mut count) = (vec![T::zero(); n], vec![T::zero(); n]);
+    let (mut coarse_q, mut omega) = (vec![T::zero(); count], vec![T::zero(); count]);
+    let mut members = vec![T::zero(); count];
     for (i, (&to, &q)) in aggregate.iter().zip(q).enumerate() {
         let to = to as usize;
-        coarse_q[to] += factor * q;
-        sum[to] += omega.at(i);
-        count[to] += T::one();
+        coarse_q[to] += problem.q_factor() * q;
+        omega[to] += problem.omega().at(i);
+        members[to] += T::one();
     }
-    let each = sum.iter().zip(&count).map(|(&sum, &count)| sum / count).collect();
-    let coarse_omega = Omega::Each(each);
-    let mut coarse_x = vec![T::one(); n];
-    let problem: Coarse<T> = Hlcp::new(a, b, coarse_omega)?;
-    let mut coarse_steps = Steps::new(&problem)?;
-    if n > SMALL {
-        nested(problem.a(), problem.b(), problem.omega(), T::one(), &coarse_q, &mut coarse_x, &mut coarse_steps)?;
+    omega.iter_mut().zip(&members).for_each(|(omega, &members)| *omega /= members);
+    let coarse = Hlcp::new(a, b, Omega::Each(omega))?;
+    let (mut coarse_x, mut steps) = (vec![T::one(); count], Steps::new(&coarse)?);
+    let mut walks = 0.0;
+    if count > SMALL {
+        walks += start(&coarse, &coarse_q, &mut coarse_x)?;
     }
-    let size = Norms::of(&coarse_q).l2;
+    let near = NEAR * Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
-        if !coarse_steps.step(&problem, &coarse_q, &mut coarse_x) {
-            break;
-        }
-        if coarse_steps.measure(&problem, &coarse_q, &coarse_x).l2 <= NEAR * size {
+        let solved = steps.step(&coarse, &coarse_q, &mut coarse_x);
+        if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {
             break;
         }
     }
-    let share = n as f64 / x.len() as f64;
-    steps.nested += share * (coarse_steps.nested + coarse_steps.sweeps as f64 + coarse_steps.amg.walks());
+    walks += steps.walks();
     if coarse_x.iter().all(|x| x.is_finite()) {
-        for (i, x) in x.iter_mut().enumerate() {
-            let from = aggregate[i] as usize;
-            *x = coarse_x[from];
+        for (i, (x, &from)) in x.iter_mut().zip(&aggregate).enumerate() {
+            // r is the same on both, so −x is divided by Ω's own entry.
+            *x = coarse_x[from as usize];
             if *x < T::zero() {
-                *x = *x * problem.omega().at(from) / omega.at(i);
+                *x *= coarse.omega().at(from as usize) / problem.omega().at(i);
             }
         }
     }
-    Ok(())
+    Ok(walks * count as f64 / n as f64)
 }
 
 /// The aggregates of two passes of pairing, and A and B on them.
 fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matrix<T>) {
-    let (mut first, half) = both(a, b);
-    let (a, b) = (in_series(a, &first).aggregated(&first, half), in_series(b, &first).aggregated(&first, half));
-    let (second, quarter) = both(&a, &b);
-    let (a, b) = (in_series(&a, &second).aggregated(&second, quarter), in_series(&b, &second).aggregated(&second, quarter));
-    first.iter_mut().for_each(|to| *to = second[*to as usize]);
-    (first, a, b)
+    let (mut aggregate, a, b) = halved(a, b);
+    let (second, a, b) = halved(&a, &b);
+    aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);
+    (aggregate, a, b)
 }
 
-fn both<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, usize) {
-    let sum = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
-    pairs(&[(a, T::one()), (b, sum(a) / sum(b))], |_| false)
+fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matrix<T>) {
+    let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
+    // In one unit: of equal traces.
+    let (aggregate, count) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], |_| false);
+    let [a, b] = [a, b].map(|m| in_series(m, &aggregate, count).aggregated(&aggregate, count));
+    (aggregate, a, b)
 }
 
-/// The matrix with couplings between aggregates weakened, as conductors are by what they are in series with.
+/// The matrix with couplings between aggregates weakened, as conductors are by others in series with them.
 ///
-/// From the middle of an aggregate to that of the next leads half of the coupling within, the one between, and again half of one
-/// within. Row sums and column sums stay, and so does what is not symmetric: transport.
-fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32]) -> Matrix<T> {
-    let n = matrix.order();
-    let columns = matrix.transpose();
-    // The part of the couplings that is symmetric: conduction.
-    let mut back = vec![T::zero(); n];
-    let mut conduction = Matrix::with_capacity(n, matrix.entries());
-    let mut row: Vec<(u32, T)> = vec![];
-    for i in 0..n {
-        let column = columns.column(i);
-        column.iter().for_each(|&(j, a)| back[j as usize] = -a);
-        row.clear();
-        for (j, a) in matrix.off(i) {
-            let c = back[j].min(-a);
-            if c > T::zero() {
-                row.push((j as u32, c));
-            }
-        }
-        conduction.push(&row);
-        column.iter().for_each(|&(j, _)| back[j as usize] = T::zero());
-    }
-    // The resistance within the aggregate of i on the way to that of j: through neighbours of i that do not touch the other one.
-    let count = aggregate.iter().fold(0, |max, &a| max.max(a + 1)) as usize;
+/// From the middle of an aggregate to the middle of the next lead half of the coupling within the one, the coupling between
+/// them, and half of that within the other; what leads there side by side adds up. On cells of two by two of a grid that is the
+/// usual rule for conductances. Only what is symmetric conducts: transport stays as it is, and so do the sums of rows and of
+/// columns, that is the balances.
+fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> Matrix<T> {
+    let (n, two) = (matrix.order(), T::one() + T::one());
+    let conduction = conduction(matrix);
     let members = Members::new(aggregate, count);
-    let mut touching = vec![(NONE, 0_u32); count];
-    let mut within: Vec<T> = vec![T::zero(); n];
-    let mut halves: Vec<Vec<(u32, T)>> = vec![vec![]; n];
+    // Which members of the aggregate at hand, a bit each, touch another one.
+    let mut touching = vec![(NONE, 0_u8); count];
+    let mut within = vec![T::zero(); n];
+    let mut half = conduction.clone();
     for own in 0..count {
         let group = members.of(own);
         for (bit, &i) in group.iter().enumerate() {
             for (j, _) in conduction.off(i as usize) {
-                let to = &mut touching[aggregate[j] as usize];
-                if to.0 != own as u32 {
-                    *to = (own as u32, 0);
+                // Another aggregate's bits are forgotten.
+                let touching = &mut touching[aggregate[j] as usize];
+                if touching.0 != own as u32 {
+                    *touching = (own as u32, 0);
                 }
-                to.1 |= 1 << (bit % 32);
+                touching.1 |= 1 << bit;
             }
         }
         for &i in group {
-            for (k, c) in conduction.off(i as usize) {
-                within[k] = c;
+            conduction.off(i as usize).for_each(|(k, c)| within[k] = c);
+            for (j, half) in half.off_mut(i as usize) {
+                // Members that do not touch the other aggregate lie behind i.
+                let touches = touching[aggregate[j] as usize].1;
+                let behind = group.iter().enumerate().filter(|(bit, _)| touches & (1 << bit) == 0);
+                let behind = behind.fold(T::zero(), |sum, (_, &k)| sum + within[k as usize]);
+                let leaves = aggregate[j] as usize != own && behind > T::zero();
+                *half = if leaves { (two * behind).recip() } else { T::zero() };
             }
-            for (j, _) in conduction.off(i as usize) {
-                let mut behind = T::zero();
-                if aggregate[j] as usize != own {
-                    let touches = touching[aggregate[j] as usize].1;
-                    for (bit, &k) in group.iter().enumerate() {
-                        if k != i && touches & (1 << (bit % 32)) == 0 {
-                            behind += within[k as usize];
-                        }
-                    }
-                }
-                let two = T::one() + T::one();
-                let half = if behind > T::zero() { (two * behind).recip() } else { T::zero() };
-                halves[i as usize].push((j as u32, half));
-            }
-            for (k, _) in conduction.off(i as usize) {
-                within[k] = T::zero();
-            }
+            conduction.off(i as usize).for_each(|(k, _)| within[k] = T::zero());
         }
     }
-    let mut half = Matrix::with_capacity(n, conduction.entries());
-    halves.iter().for_each(|row| half.push(row));
+    // The same couplings seen from the other side: rows and columns of a symmetric pattern come in one order.
     let other = half.transpose();
-    // What each coupling loses, and the diagonal with it.
     let mut weakened = Matrix::with_capacity(n, matrix.entries());
-    let mut loss = vec![T::zero(); n];
+    let (mut loss, mut row) = (vec![T::zero(); n], vec![]);
     for i in 0..n {
         let mut total = T::zero();
         let sides = half.off(i).zip(other.column(i));
@@ -182,35 +137,67 @@ fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32]) -> Matrix<T> {
         weakened.push(&row);
         conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
     }
-    let _ = to_scalar::<T>(0.0);
     weakened
 }
 
-/// The members of aggregates.
-struct Members {
-    starts: Vec<usize>,
-    members: Vec<u32>,
+/// The symmetric part of the negative couplings, `min(−aᵢⱼ, −aⱼᵢ)` where that is positive.
+fn conduction<T: Scalar>(matrix: &Matrix<T>) -> Matrix<T> {
+    let (n, columns) = (matrix.order(), matrix.transpose());
+    let mut back = vec![T::zero(); n];
+    let mut conduction = Matrix::with_capacity(n, matrix.entries());
+    let mut row = vec![];
+    for i in 0..n {
+        columns.column(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
+        row.clear();
+        row.extend(matrix.off(i).map(|(j, a)| (j as u32, back[j].min(-a))));
+        row.retain(|&(_, c)| c > T::zero());
+        conduction.push(&row);
+        columns.column(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
+    }
+    conduction
 }
 
-impl Members {
-    fn new(aggregate: &[u32], count: usize) -> Self {
-        let mut starts = vec![0; count + 1];
-        for &a in aggregate.iter().filter(|&&a| a != NONE) {
-            starts[a as usize + 1] += 1;
+#[cfg(test)]
+mod tests {
+    use hlcp_core::VaryingFivePoint;
+
+    use super::*;
+
+    /// Two by two cells of a grid with conductances that jump: in series along an axis, in parallel across.
+    #[test]
+    fn cells_of_two_by_two_conduct_as_resistors_do() {
+        let c = |i: usize, j: usize| 1.0 + ((7 * i + 3 * j) % 5) as f64;
+        let d = |i: usize, j: usize| 2.0 + ((2 * i + 5 * j) % 3) as f64;
+        let a = VaryingFivePoint::from_fn(4, 4, |i, j| {
+            let [s, w, e, n] = [d(i, j), c(i, j), c(i + 1, j), d(i, j + 1)];
+            [-s, -w, s + w + e + n, -e, -n]
+        });
+        let fine = Matrix::<f64>::of(&a.unwrap());
+        let aggregate: Vec<u32> = (0..16).map(|k| k / 8 * 2 + k % 4 / 2).collect();
+        let coarse = in_series(&fine, &aggregate, 4).aggregated(&aggregate, 4);
+        let row = |j: usize| 1.0 / (0.5 / c(1, j) + 1.0 / c(2, j) + 0.5 / c(3, j));
+        let line = |i: usize| 1.0 / (0.5 / d(i, 1) + 1.0 / d(i, 2) + 0.5 / d(i, 3));
+        let off: Vec<_> = coarse.off(0).collect();
+        let expected = [(1, -row(0) - row(1)), (2, -line(0) - line(1))];
+        assert_eq!(off.len(), 2);
+        for ((to, a), (expected_to, expected)) in off.into_iter().zip(expected) {
+            assert!(to == expected_to && (a - expected).abs() < 1e-14, "{to} {a} {expected}");
         }
-        for a in 0..count {
-            starts[a + 1] += starts[a];
-        }
-        let mut members = vec![0; starts[count]];
-        let mut next = starts.clone();
-        for (i, &a) in aggregate.iter().enumerate().filter(|(_, a)| **a != NONE) {
-            members[next[a as usize]] = i as u32;
-            next[a as usize] += 1;
-        }
-        Self { starts, members }
+        // What leads out stays.
+        let out = c(0, 0) + c(0, 1) + d(0, 0) + d(1, 0);
+        let sum = coarse.off(0).fold(coarse.diagonal[0], |sum, (_, a)| sum + a);
+        assert!((sum - out).abs() < 1e-13);
     }
 
-    fn of(&self, aggregate: usize) -> &[u32] {
-        &self.members[self.starts[aggregate]..self.starts[aggregate + 1]]
+    #[test]
+    fn transport_is_summed_as_it_is() {
+        let b = VaryingFivePoint::from_fn(6, 1, |i, _| {
+            [0.0, -1.0 - i as f64, 2.0 + i as f64, 0.0, 0.0]
+        });
+        let fine = Matrix::<f64>::of(&b.unwrap());
+        let aggregate = [0, 0, 1, 1, 2, 2];
+        let coarse = in_series(&fine, &aggregate, 3).aggregated(&aggregate, 3);
+        assert_eq!(coarse.diagonal, [3.0, 5.0, 7.0]);
+        assert_eq!(coarse.off(2).collect::<Vec<_>>(), [(1, -5.0)]);
     }
 }

@@ -1,14 +1,14 @@
-//! Newton's method on the active set with algebraic multigrid inside.
+//! Newton's method with algebraic multigrid inside.
 
-use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
-use crate::{Jacobian, Method, krylov::to_scalar, method::iterate};
+use crate::{Jacobian, Method, method::iterate};
 
 /// A residual of at most this part of the smallest one of the phase is progress.
 const PROGRESS: f64 = 0.9;
 
-/// Steps without progress that end a phase.
+/// Steps without progress that end the first phase.
 const PATIENCE: usize = 6;
 
 /// The most iterations of one inner solve.
@@ -17,68 +17,74 @@ const INNER: usize = 300;
 /// The inner tolerance while signs change, and once they do not.
 const FORCING: [f64; 2] = [1e-2, 1e-5];
 
-/// Pairs of sweeps before a step where the last one did not halve the defect.
-const SWEEPS: usize = 4;
+/// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise one.
+const PAIRS: usize = 4;
 
-/// Steps of Newton's method on the active set, each of which sweeps first and stops at the edge of its piece.
+/// A start whose residual is at most this part of that of 0 is better than what a coarser problem has to say.
+const WARM: f64 = 0.1;
+
+/// Steps of Newton's method, without a safeguard.
 #[derive(Debug, Clone)]
 pub(super) struct Steps<T> {
-    pub(super) amg: Amg<T>,
+    amg: Amg<T>,
     f: Vec<T>,
     s: Vec<T>,
     scratch: Vec<T>,
-    /// The smallest defect that a step set out from, and whether the last step halved it.
+    /// The smallest defect that a step set out from, and whether the last step set out from half of the one before.
     best: f64,
     halved: bool,
-    /// Whether the last step changed signs.
-    pub(super) flips: usize,
-    pub(super) linear_iterations: usize,
-    pub(super) sweeps: usize,
-    /// The work of the start on coarser problems, in sweeps.
-    pub(super) nested: f64,
+    /// The signs that the last step changed.
+    flips: usize,
+    linear_iterations: usize,
+    sweeps: usize,
 }
 
 impl<T: Scalar> Steps<T> {
     pub(super) fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<Self, Error> {
-        let n = problem.order();
+        let zeros = || vec![T::zero(); problem.order()];
         Ok(Self {
             amg: Amg::new(problem)?,
-            f: vec![T::zero(); n],
-            s: vec![T::zero(); n],
-            scratch: vec![T::zero(); 2 * n],
+            f: zeros(),
+            s: zeros(),
+            scratch: Vec::new(),
             best: f64::INFINITY,
             halved: true,
-            flips: n,
+            flips: usize::MAX,
             linear_iterations: 0,
             sweeps: 0,
-            nested: 0.0,
         })
     }
 
-    pub(super) fn restart(&mut self) {
-        (self.best, self.halved, self.flips) = (f64::INFINITY, true, self.f.len());
+    fn restart(&mut self) {
+        self.amg.forget();
+        (self.best, self.halved, self.flips) = (f64::INFINITY, true, usize::MAX);
+        (self.linear_iterations, self.sweeps) = (0, 0);
     }
 
-    /// The norms of F at `x`.
-    pub(super) fn measure<A: Rows<T>, B: Rows<T>>(
-        &mut self,
-        problem: &Hlcp<T, A, B>,
-        q: &[T],
-        x: &[T],
-    ) -> Norms {
+    /// The work so far, in walks over the rows.
+    pub(super) fn walks(&self) -> f64 {
+        self.sweeps as f64 + self.amg.walks()
+    }
+
+    /// Measures F at `x`.
+    pub(super) fn measure<A, B>(&mut self, problem: &Hlcp<T, A, B>, q: &[T], x: &[T]) -> Norms
+    where
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
         self.sweeps += 1;
         problem.defect(q, x, &mut self.f, &mut self.scratch);
         Norms::of(&self.f)
     }
 
-    /// Takes a step from `x`; whether the linear system could be solved to some extent.
+    /// Takes a step from `x`; whether it got anywhere.
     pub(super) fn step<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
         q: &[T],
         x: &mut [T],
     ) -> bool {
-        let pairs = if self.halved { 1 } else { SWEEPS };
+        let pairs = if self.halved { 1 } else { PAIRS };
         for _ in 0..pairs {
             (0..x.len()).for_each(|i| relax(problem, q, x, i));
             (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
@@ -87,36 +93,31 @@ impl<T: Scalar> Steps<T> {
         let size = self.measure(problem, q, x).l2;
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
-        let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * self.best / size };
-        let forcing = forcing.max(T::epsilon().to_f64().unwrap_or(0.0));
-        let jacobian = Jacobian::new(problem, x);
-        let inner = self.amg.solve_to(&jacobian, &self.f, &mut self.s, (forcing, INNER));
+        // Where the defect has grown, as a step that changes signs may make it, the tolerance stays where it was.
+        let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
+        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let inner = self.amg.solve_to(&Jacobian::new(problem, x), &self.f, &mut self.s, goal);
         self.linear_iterations += inner.iterations;
         self.flips = 0;
-        let mut finite = true;
         for (x, &s) in x.iter_mut().zip(&self.s) {
             let next = *x - s;
-            finite &= next.is_finite();
-            // An unknown that changes its sign stops at the edge: how far it goes beyond is another piece's to say.
-            if (*x >= T::zero()) == (next >= T::zero()) {
-                *x = next;
-            } else {
-                *x = T::zero();
-                self.flips += 1;
-            }
+            // J says nothing of what is beyond the edge of its piece.
+            let stays = (*x >= T::zero()) == (next >= T::zero());
+            self.flips += usize::from(!stays);
+            *x = if stays { next } else { T::zero() };
         }
-        if std::env::var("AMG_TRACE").is_ok() {
-            eprintln!(
-                "  n {} f {size:.3e} forcing {forcing:.1e} inner {} res {:.1e} flips {} levels {:?} oc {:.2}",
-                x.len(), inner.iterations, inner.residual, self.flips, self.amg.orders(), self.amg.complexity().unwrap_or(0.0)
-            );
-        }
-        inner.residual < 1.0 && finite
+        // NaN is not below 1 either; an entry that is not finite has made the residual NaN.
+        inner.residual < 1.0 && x.iter().all(|x| x.is_finite())
     }
 }
 
-/// Solves the scalar equation of row `i` exactly.
-fn relax<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>, q: &[T], x: &mut [T], i: usize) {
+/// Solves row `i` for `xᵢ` exactly, whatever its sign.
+fn relax<T, A, B>(problem: &Hlcp<T, A, B>, q: &[T], x: &mut [T], i: usize)
+where
+    T: Scalar,
+    A: Rows<T>,
+    B: Rows<T>,
+{
     let (mut t, mut pivots) = (problem.q_factor() * q[i], [T::zero(); 2]);
     problem.a().visit_row(i, &mut |j, a| {
         if j == i {
@@ -136,27 +137,104 @@ fn relax<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>, q: &[T], x:
     x[i] = -t / if t <= T::zero() { pivots[0] } else { pivots[1] };
 }
 
+/// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.
+///
+/// As [`Newton`](crate::Newton) does, one iteration solves the piece of F that `x` lies on, `J(x) s = F(x)`, to some extent,
+/// but
+///
+/// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the last step did not halve the
+///   defect;
+/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to a hundredth of the smallest defect so far, and to
+///   10⁻⁵ of this one once no sign changes;
+/// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front back and forth.
+///
+/// # The start
+///
+/// The first iteration takes an `x` whose residual is at most a tenth of ‖q‖ as it is. Otherwise it starts from the solution of a
+/// coarser problem, and that one from the next: rows are paired twice, as in [`Amg`] but by the couplings of `A` and `B` together,
+/// `q` and all couplings are summed over pairs, so that oil is conserved, and couplings that conduct both ways are first put in
+/// series with half of those within their aggregates. On a grid these are cells of two by two; no grid need be known.
+///
+/// # Safeguard
+///
+/// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first, second, third phase, that
+/// have neither brought ‖F‖ to nine tenths of its smallest value in the phase nor changed fewer signs than any before them in
+/// the phase; or when a linear solve fails. Then the base method takes over at the best iterate of the phase, for 2, 4, 8, …
+/// iterations.
+///
+/// # Cost
+///
+/// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve; [`sweeps`](Method::sweeps)
+/// counts all of it, set-ups and start included, in walks over the rows. Storage: `3n` numbers, `2n` of scratch, [`Amg`]'s
+/// and the base's; the start takes as much again for a while.
+///
+/// # Convergence
+///
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and [`Tmms`](crate::Tmms) provide, from
+/// any start, by the proof for [`Newton`](crate::Newton): in a phase that does not end ‖F‖ falls by tenths for ever, since
+/// no more than `n + 1` times in a phase can a step change fewer signs than any before; one that ends hands over an iterate with an ‖F‖
+/// no larger than it found, that is multiplies the error by no more than a constant; and the base's iterations between
+/// phases, of which there are ever more, multiply it by a number that tends to zero. What sweeps and a start do within a
+/// phase is of no matter to that.
+///
+/// # Source
+///
+/// The outer iteration is Newton's for the Fischer–Burmeister form of T. Woloszynski, P. Podsiadlo and G. W. Stachowiak, *Efficient
+/// solution to the cavitation problem in hydrodynamic lubrication*, Tribology Letters 58 (2015), with another function and
+/// inexact; sweeps before a linear correction that stops at the edge of its piece are those of R. Kornhuber, *Monotone multigrid
+/// methods for elliptic variational inequalities I*, Numerische Mathematik 69 (1994). For the multigrid see [`Amg`].
+///
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
+/// use hlcp_methods::{AmgNewton, Limits, Method, Mms, Solver};
+///
+/// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h along x.
+/// let m = 64;
+/// let h = |i: usize, j: usize| {
+///     let pocket = (20..40).contains(&i) && (20..40).contains(&j);
+///     2.0 - i as f64 / m as f64 + if pocket { 1.0 } else { 0.0 }
+/// };
+/// let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
+/// let a = VaryingFivePoint::from_fn(m, m, |i, j| {
+///     let [s, w] = [face(h(i, j), h(i, j.max(1) - 1)), face(h(i, j), h(i.max(1) - 1, j))];
+///     let [e, n] = [face(h(i, j), h(i + 1, j)), face(h(i, j), h(i, j + 1))];
+///     [-s, -w, s + w + e + n, -e, -n]
+/// })?;
+/// let b = VaryingFivePoint::from_fn(m, m, |i, j| [0.0, -h(i.max(1) - 1, j), h(i, j), 0.0, 0.0])?;
+/// let q: Vec<f64> = (0..m * m).map(|k| h(k % m, k / m) - h((k % m).max(1) - 1, k / m)).collect();
+///
+/// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+/// let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
+/// let outcome = solver.solve(&q, &vec![1.0; m * m], &Limits::default())?;
+/// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
+/// assert!(solver.method().linear_iterations() <= Some(85));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct AmgNewton<T, M> {
     base: M,
     steps: Steps<T>,
+    /// The best iterate of the phase, and scratch.
     best: Vec<T>,
     between: Vec<T>,
+    /// The walks of the start on coarser problems.
+    started: f64,
     base_iterations: usize,
-    looks: usize,
+    /// Whether the next step is the first of a solve.
+    fresh: bool,
+    /// The phase, unless the base has its turn or a phase is about to begin.
     phase: Option<Phase>,
+    /// The iterations that the base has left, and how many it gets after the next phase.
     resting: usize,
     rest: usize,
-    begun: bool,
-    pub nests: bool,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Phase {
+    /// The smallest residual, the fewest signs that a step changed, and the steps since one of them was new.
     best: f64,
-    quiet: usize,
-    /// The fewest signs that a step of the phase changed.
     fewest: usize,
+    quiet: usize,
 }
 
 impl<T: Scalar, M: Method<T>> AmgNewton<T, M>
@@ -165,33 +243,45 @@ where
     M::B: Rows<T>,
 {
     /// Newton's method on the problem of `base`, which it falls back on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Amg::new`].
     pub fn new(base: M) -> Result<Self, Error> {
         let steps = Steps::new(base.problem())?;
-        let n = base.problem().order();
+        let zeros = || vec![T::zero(); steps.f.len()];
         Ok(Self {
+            best: zeros(),
+            between: zeros(),
             base,
             steps,
-            best: vec![T::zero(); n],
-            between: vec![T::zero(); n],
+            started: 0.0,
             base_iterations: 0,
-            looks: 0,
+            fresh: true,
             phase: None,
             resting: 0,
             rest: 2,
-            begun: false,
-            nests: true,
         })
     }
 
+    /// The multigrid at work.
     pub fn amg(&self) -> &Amg<T> {
         &self.steps.amg
     }
 
+    /// Overwrites `y` with an iteration of the base from `x`.
+    fn rest(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        self.base_iterations += 1;
+        iterate(&mut self.base, q, x, y, &mut self.between)
+    }
+
+    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
-        self.base_iterations += 1;
-        let _ = iterate(&mut self.base, q, &self.best, y, &mut self.between);
+        let best = std::mem::take(&mut self.best);
+        let _ = self.rest(q, &best, y);
+        self.best = best;
     }
 }
 
@@ -208,15 +298,14 @@ where
     }
 
     fn sweeps(&self, _: usize) -> usize {
-        let steps = self.steps.nested + self.steps.amg.walks();
-        self.base.sweeps(self.base_iterations) + self.steps.sweeps + steps.ceil() as usize
+        let walks = self.started + self.steps.walks();
+        self.base.sweeps(self.base_iterations) + walks.ceil() as usize
     }
 
     fn restart(&mut self) {
         self.base.restart();
         self.steps.restart();
-        (self.steps.linear_iterations, self.steps.sweeps, self.base_iterations) = (0, 0, 0);
-        (self.looks, self.begun) = (0, false);
+        (self.started, self.base_iterations, self.fresh) = (0.0, 0, true);
         (self.phase, self.resting, self.rest) = (None, 0, 2);
     }
 
@@ -229,36 +318,35 @@ where
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        let gamma = self.base.problem().gamma();
-        Some(self.steps.measure(self.base.problem(), q.entries(), x).over(gamma))
+        let problem = self.base.problem();
+        Some(self.steps.measure(problem, q.entries(), x).over(problem.gamma()))
     }
 
-    fn step(&mut self, _: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        assert_eq!(k, 0, "an iteration of Newton's method is one step");
         if self.resting > 0 {
             self.resting -= 1;
-            self.base_iterations += 1;
-            return iterate(&mut self.base, q, x, y, &mut self.between);
+            return self.rest(q, x, y);
         }
-        let norms = self.steps.measure(self.base.problem(), q.entries(), x);
-        let begins = !std::mem::replace(&mut self.begun, true);
+        let problem = self.base.problem();
+        let norms = self.steps.measure(problem, q.entries(), x).over(problem.gamma());
         y.copy_from_slice(x);
-        if begins && self.nests {
-            let zero = Norms::of(q.entries()).l2 * self.base.problem().gamma().to_f64().unwrap_or(1.0);
-            if norms.l2 > 0.1 * zero {
-                let _ = nested::start(self.base.problem(), q.entries(), y, &mut self.steps);
-            }
+        if std::mem::take(&mut self.fresh) && norms.l2 > WARM * q.norms().l2 {
+            // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
+            self.started = nested::start(problem, q.entries(), y).unwrap_or(0.0);
         }
-        let mut phase = self.phase.unwrap_or_else(|| {
-            self.best.copy_from_slice(x);
-            Phase { best: norms.l2, quiet: 0, fewest: usize::MAX }
-        });
-        if norms.l2 <= PROGRESS * phase.best {
+        let begins = self.phase.is_none();
+        let mut phase =
+            self.phase.unwrap_or(Phase { best: norms.l2, fewest: usize::MAX, quiet: 0 });
+        if begins || norms.l2 <= PROGRESS * phase.best {
             (phase.best, phase.quiet) = (norms.l2, 0);
             self.best.copy_from_slice(x);
-        } else if self.phase.is_some() {
+        } else {
             phase.quiet += 1;
         }
-        if phase.quiet < PATIENCE && self.steps.step(self.base.problem(), q.entries(), y) {
+        // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
+        let patience = (PATIENCE / 2).saturating_mul(self.rest);
+        if phase.quiet < patience && self.steps.step(problem, q.entries(), y) {
             if self.steps.flips < phase.fewest {
                 (phase.fewest, phase.quiet) = (self.steps.flips, 0);
             }
@@ -266,7 +354,6 @@ where
         } else {
             self.fall_back(q, y);
         }
-        let _ = to_scalar::<T>(0.0);
-        norms.over(self.base.problem().gamma())
+        norms
     }
 }

@@ -2,72 +2,105 @@
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-use hlcp_core::{Hlcp, Rows, Scalar};
+use hlcp_core::Scalar;
 
 use super::matrix::Matrix;
 
-/// The unknowns in an order in which, as far as there is one, each comes after those that its row hears more of than they of
-/// it; empty where the natural one is such an order.
-///
-/// The order is that of `B`, or of `A` where `B` is symmetric. Of those that may come next the one with the smallest number does
-/// (Kahn's algorithm with a heap), also where a circle leaves none: so a grid keeps its lines.
-pub(super) fn along_flow<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<u32> {
-    let of_b = upstream(&Matrix::of(problem.b()));
-    let order = of_b.or_else(|| upstream(&Matrix::of(problem.a())));
-    order.filter(|order| !order.is_sorted()).unwrap_or_default()
+/// What of a matrix is transport.
+#[derive(Debug)]
+pub(super) struct Flow {
+    /// `[j, i]` where row `i` hears more of `j` than row `j` of `i`, by `j`.
+    arrows: Vec<[u32; 2]>,
+    /// The part of the couplings that has no counterpart; 1 of a diagonal matrix.
+    pub(super) share: f64,
 }
 
-/// The order along the flow of one matrix; `None` where its couplings are all symmetric.
-fn upstream<T: Scalar>(matrix: &Matrix<T>) -> Option<Vec<u32>> {
-    let n = matrix.order();
-    let columns = matrix.transpose();
-    let mut net = vec![T::zero(); n];
-    // The arrows j → i, by j, and how many lead to each i.
-    let (mut arrows, mut waits) = (vec![], vec![0_u32; n]);
-    for i in 0..n {
-        let (row, column) = (matrix.off(i), columns.column(i));
-        row.for_each(|(j, a)| net[j] += a.abs());
-        column.iter().for_each(|&(j, a)| net[j as usize] -= a.abs());
-        let clear = matrix.off(i).map(|(j, _)| j).chain(column.iter().map(|c| c.0 as usize));
-        for j in clear {
-            if std::mem::replace(&mut net[j], T::zero()) > T::zero() {
-                arrows.push((j as u32, i as u32));
-                waits[i] += 1;
+impl Flow {
+    pub(super) fn of<T: Scalar>(matrix: &Matrix<T>) -> Self {
+        let (n, columns) = (matrix.order(), matrix.transpose());
+        let mut net = vec![T::zero(); n];
+        let (mut arrows, mut sum, mut all) = (vec![], 0.0, 0.0);
+        let wide = |a: T| a.to_f64().unwrap_or(f64::NAN);
+        for i in 0..n {
+            for (j, a) in matrix.off(i) {
+                net[j] += a.abs();
+                all += wide(a.abs());
+            }
+            for &(j, a) in columns.column(i) {
+                net[j as usize] -= a.abs();
+            }
+            let column = columns.column(i).iter().map(|&(j, _)| j as usize);
+            for j in matrix.off(i).map(|(j, _)| j).chain(column) {
+                let net = std::mem::replace(&mut net[j], T::zero());
+                if net > T::zero() {
+                    arrows.push([j as u32, i as u32]);
+                    sum += wide(net);
+                }
             }
         }
+        arrows.sort_unstable();
+        Self { arrows, share: if all > 0.0 { sum / all } else { 1.0 } }
     }
-    if arrows.is_empty() {
-        return None;
-    }
-    arrows.sort_unstable();
-    let mut done = vec![false; n];
-    let mut free: BinaryHeap<Reverse<u32>> =
-        (0..n as u32).filter(|&i| waits[i as usize] == 0).map(Reverse).collect();
-    let (mut order, mut first) = (Vec::with_capacity(n), 0);
-    while order.len() < n {
-        let next = free.pop().map(|Reverse(i)| i);
-        let next = next.filter(|&i| !done[i as usize]);
-        let Some(i) = next.or_else(|| {
-            if !free.is_empty() {
-                return None;
+
+    /// The `n` unknowns in an order in which, as far as there is one, arrows lead from the earlier to the later; `None` where
+    /// the natural one is that, or there are no arrows.
+    ///
+    /// Of those that may come next the one with the smallest number does (Kahn's algorithm with a heap), also where a
+    /// circle leaves none: so a grid keeps its lines.
+    pub(super) fn order(&self, n: usize) -> Option<Vec<u32>> {
+        if self.arrows.iter().all(|[from, to]| from < to) {
+            return None;
+        }
+        let mut waits = vec![0_u32; n];
+        self.arrows.iter().for_each(|&[_, to]| waits[to as usize] += 1);
+        let mut free: BinaryHeap<_> =
+            (0..n as u32).filter(|&i| waits[i as usize] == 0).map(Reverse).collect();
+        let (mut order, mut done, mut first) = (Vec::with_capacity(n), vec![false; n], 0);
+        while order.len() < n {
+            let i = match free.pop() {
+                Some(Reverse(i)) => i,
+                None => first,
+            };
+            first += u32::from(i == first);
+            if std::mem::replace(&mut done[i as usize], true) {
+                continue;
             }
-            while done[first as usize] {
-                first += 1;
-            }
-            Some(first)
-        }) else {
-            continue;
-        };
-        done[i as usize] = true;
-        order.push(i);
-        let from = arrows.partition_point(|arrow| arrow.0 < i);
-        for &(_, to) in arrows[from..].iter().take_while(|arrow| arrow.0 == i) {
-            let waits = &mut waits[to as usize];
-            *waits = waits.saturating_sub(1);
-            if *waits == 0 && !done[to as usize] {
-                free.push(Reverse(to));
+            order.push(i);
+            let from = self.arrows.partition_point(|arrow| arrow[0] < i);
+            for &[_, to] in self.arrows[from..].iter().take_while(|arrow| arrow[0] == i) {
+                waits[to as usize] -= 1;
+                if waits[to as usize] == 0 {
+                    free.push(Reverse(to));
+                }
             }
         }
+        Some(order)
     }
-    Some(order)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix(n: usize, entries: &[(usize, usize)]) -> Matrix<f64> {
+        let mut matrix = Matrix::with_capacity(n, entries.len());
+        for i in 0..n {
+            let off = entries.iter().filter(|e| e.0 == i).map(|e| (e.1 as u32, -1.0));
+            matrix.push(&off.chain([(i as u32, 4.0)]).collect::<Vec<_>>());
+        }
+        matrix
+    }
+
+    #[test]
+    fn the_order_follows_the_flow_and_cuts_circles() {
+        // Transport 3 → 1 → 0 → 2, beside a coupling of 2 and 3 with a counterpart.
+        let flow = Flow::of(&matrix(4, &[(1, 3), (0, 1), (2, 0), (2, 3), (3, 2)]));
+        assert_eq!((flow.order(4), flow.share), (Some(vec![3, 1, 0, 2]), 0.6));
+        // A circle 0 → 2 → 1 → 0 begins at its smallest number.
+        assert_eq!(Flow::of(&matrix(3, &[(2, 0), (1, 2), (0, 1)])).order(3), Some(vec![0, 2, 1]));
+        // Along the numbers, and no flow at all.
+        assert_eq!(Flow::of(&matrix(3, &[(1, 0), (2, 1)])).order(3), None);
+        assert_eq!(Flow::of(&matrix(2, &[(0, 1), (1, 0)])).order(2), None);
+        assert_eq!(Flow::of(&matrix(2, &[])).share, 1.0);
+    }
 }
