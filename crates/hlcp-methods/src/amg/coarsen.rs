@@ -8,7 +8,8 @@ use crate::krylov::to_scalar;
 /// A coupling of less than this part of an unknown's largest one is weak.
 const WEAK: f64 = 0.25;
 
-/// Couplings of at least this part of another one are as strong: rounding alone may tell them apart.
+/// Couplings of at least this part of another one are as strong: rounding alone may tell them
+/// apart.
 const ALIKE: f64 = 0.999;
 
 /// The most members of a pair that leftovers join; `in_series` has eight bits for them.
@@ -16,8 +17,9 @@ const MEMBERS: u8 = 4;
 
 /// Which of `.1` aggregates each unknown joins, numbered by their first members.
 ///
-/// The coupling of `i` and `j` is `−aᵢⱼ − aⱼᵢ` in the weighted sum of the matrices, rows and columns alike, so that no
-/// direction of a flow is preferred. Unknowns of which `apart` is true join none.
+/// The coupling of `i` and `j` is `−aᵢⱼ − aⱼᵢ` in the weighted sum of the matrices, rows and
+/// columns alike, so that no direction of a flow is preferred. Unknowns of which `apart` is true
+/// join none.
 pub(super) fn pairs<T: Scalar>(
     matrices: &[(&Matrix<T>, T)],
     apart: impl Fn(usize) -> bool,
@@ -43,8 +45,8 @@ pub(super) fn pairs<T: Scalar>(
             }
         }
         let largest = near.iter().fold(T::zero(), |max, &j| max.max(coupling[j as usize]));
-        // The strongest free neighbour, of several the one with the largest number, so that the aggregates of a grid line
-        // up; and the strongest aggregate with room.
+        // The strongest free neighbour, of several the one with the largest number, so that the
+        // aggregates of a grid line up; and the strongest aggregate with room.
         let (mut partner, mut host) = ((NONE, T::zero()), (NONE, T::zero()));
         for j in near.drain(..) {
             let strength = std::mem::replace(&mut coupling[j as usize], T::zero());

@@ -26,8 +26,8 @@ const GAIN: f64 = 0.25;
 pub(super) enum Cycle {
     /// By two steps of stationary iteration: the cycle is a linear map.
     W,
-    /// By one or two steps of generalised conjugate residuals, whose lengths depend on what they are taken for: it is
-    /// not a linear map.
+    /// By one or two steps of generalised conjugate residuals, whose lengths depend on what they
+    /// are taken for: it is not a linear map.
     K,
 }
 
@@ -49,8 +49,8 @@ impl<T: Scalar> Level<T> {
     }
 }
 
-/// The equation of a coarse level: two pairs of a vector and its product with the matrix, the first of which
-/// becomes the solution.
+/// The equation of a coarse level: two pairs of a vector and its product with the matrix, the first
+/// of which becomes the solution.
 #[derive(Debug, Clone)]
 struct Work<T> {
     rhs: Vec<T>,
@@ -75,7 +75,8 @@ pub(super) struct Hierarchy<T> {
 }
 
 impl<T: Scalar> Hierarchy<T> {
-    /// The levels below `matrix`, whose columns are scaled; unknowns of which `apart` is true stay on the first.
+    /// The levels below `matrix`, whose columns are scaled; unknowns of which `apart` is true stay
+    /// on the first.
     pub(super) fn new(matrix: Matrix<T>, apart: impl Fn(usize) -> bool) -> Self {
         let (mut levels, mut walked) = (vec![Level::new(matrix, vec![])], 0);
         let mut bottom = None;
@@ -190,7 +191,8 @@ impl<T: Scalar> Descent<'_, T> {
             add(x, 1.0, y);
             return;
         }
-        // The residual is made as small as one direction allows, or two; squares are summed in double precision.
+        // The residual is made as small as one direction allows, or two; squares are summed in
+        // double precision.
         let (before, square) = (dot(rhs, rhs), dot(image, image));
         let first = dot(rhs, image) / square;
         if !first.is_finite() {
@@ -215,7 +217,8 @@ impl<T: Scalar> Descent<'_, T> {
     }
 }
 
-/// Relaxes `matrix v = 0` from `v = e`: what is left is what sweeps reduce least, as far as it varies slowly.
+/// Relaxes `matrix v = 0` from `v = e`: what is left is what sweeps reduce least, as far as it
+/// varies slowly.
 pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
     for _ in 0..PASSES {
@@ -226,7 +229,8 @@ pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>) -> Vec<T> {
     v
 }
 
-/// Divides the moduli of the entries by their mean, and brings them between `1/SPREAD` and `SPREAD`.
+/// Divides the moduli of the entries by their mean, and brings them between `1/SPREAD` and
+/// `SPREAD`.
 pub(super) fn bounded<T: Scalar>(v: &mut [T]) {
     let mean = v.iter().fold(T::zero(), |sum, v| sum + v.abs()) / to_scalar(v.len() as f64);
     let spread = to_scalar::<T>(SPREAD);

@@ -1,4 +1,5 @@
-//! Assembled rows with 32-bit columns, split at the diagonal so that half a sweep walks half a matrix.
+//! Assembled rows with 32-bit columns, split at the diagonal so that half a sweep walks half a
+//! matrix.
 
 use std::ops::Range;
 
@@ -105,8 +106,8 @@ impl<T: Scalar> Matrix<T> {
             .fold(T::zero(), |sum, (j, a)| sum + a * y[j])
     }
 
-    /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and `rest` with `rhs` less what is left of the diagonal
-    /// and on it: 0 but for rounding and for rows without a pivot.
+    /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and `rest` with `rhs` less what is
+    /// left of the diagonal and on it: 0 but for rounding and for rows without a pivot.
     pub(super) fn sweep_from_zero(&self, rhs: &[T], y: &mut [T], rest: &mut [T]) {
         for i in 0..self.order() {
             let known = rhs[i] - self.lower(i, y);
@@ -180,7 +181,8 @@ impl<T: Scalar> Matrix<T> {
         Transpose { starts, entries }
     }
 
-    /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is left out.
+    /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is
+    /// left out.
     pub(super) fn aggregated(&self, aggregate: &[u32], count: usize) -> Self {
         let members = Members::new(aggregate, count);
         let mut coarse = Self::with_capacity(count, self.columns.len() / 2);

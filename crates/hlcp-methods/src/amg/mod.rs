@@ -23,67 +23,76 @@ use crate::{
 /// Gauss–Seidel passes over the rows of the void.
 const VOID: usize = 3;
 
-/// An unknown of the void is dry, and joins no aggregate, where its scale, in units of diagonal entries, is below this.
+/// An unknown of the void is dry, and joins no aggregate, where its scale, in units of diagonal
+/// entries, is below this.
 const DRY: f64 = 1e-6;
 
 /// The directions that the outer iteration keeps.
 const KEPT: usize = 20;
 
-/// The iterations after which a hierarchy is built anew around what they leave, how often, and the iterations that find that.
+/// The iterations after which a hierarchy is built anew around what they leave, how often, and the
+/// iterations that find that.
 const BOOTSTRAP: usize = 20;
 const BOOTSTRAPS: usize = 2;
 const ROUGH: usize = 8;
 
 /// Algebraic multigrid for [`Jacobian`]s, built from rows.
 ///
-/// Where J mixes conduction with jumps (columns of `A`) and transport (columns of `B`) no grid says how to coarsen it. Here
-/// rows do:
+/// Where J mixes conduction with jumps (columns of `A`) and transport (columns of `B`) no grid says
+/// how to coarsen it. Here rows do:
 ///
-/// 1. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the void of an oil film, are
-///    multiplied by the `s` that solves their own rows with `s = 1` on the former (three Gauss–Seidel passes): what full
-///    neighbours send in flows on. Then a constant nearly solves `J v = 0` also across the edge of the film. An unknown with `s ≈ 0`,
-///    through which nothing flows, joins no aggregate; sweeps settle it. The operator that conducts is the one whose couplings
-///    have more of a counterpart across the diagonal, `A` if none has.
-/// 2. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of the largest of their row;
-///    leftovers join pairs; and pairs are paired. On each level, columns are first scaled by what six symmetric Gauss–Seidel
-///    passes on `J v = 0` leave of a constant, and coarse entries are sums over pairs of aggregates, which conserves mass. From
-///    a hundred rows down the system is solved by elimination.
-/// 3. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the flow. Each level is
-///    visited twice.
+/// 1. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
+///    void of an oil film, are multiplied by the `s` that solves their own rows with `s = 1` on the
+///    former (three Gauss–Seidel passes): what full neighbours send in flows on. Then a constant
+///    nearly solves `J v = 0` also across the edge of the film. An unknown with `s ≈ 0`, through
+///    which nothing flows, joins no aggregate; sweeps settle it. The operator that conducts is the
+///    one whose couplings have more of a counterpart across the diagonal, `A` if none has.
+/// 2. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
+///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
+///    are first scaled by what six symmetric Gauss–Seidel passes on `J v = 0` leave of a constant,
+///    and coarse entries are sums over pairs of aggregates, which conserves mass. From a hundred
+///    rows down the system is solved by elimination.
+/// 3. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
+///    flow. Each level is visited twice.
 ///
 /// # Two cycles
 ///
-/// As a [`Preconditioner`], for any Krylov method, this is a W-cycle, whose coarse equations are solved by two steps of a stationary
-/// iteration: for one J a linear map. [`AmgNewton`] takes the K-cycle, whose steps are those of generalised conjugate residuals,
-/// one where that gains a factor of four. It converges faster, but is not a linear map, and needs a flexible outer iteration;
-/// it has one, GCR with 20 directions, which builds the hierarchy anew, twice at most, around a rough solution of `J v = e` where 20 iterations
-/// were not enough.
+/// As a [`Preconditioner`], for any Krylov method, this is a W-cycle, whose coarse equations are
+/// solved by two steps of a stationary iteration: for one J a linear map. [`AmgNewton`] takes the
+/// K-cycle, whose steps are those of generalised conjugate residuals, one where that gains a factor
+/// of four. It converges faster, but is not a linear map, and needs a flexible outer iteration; it
+/// has one, GCR with 20 directions, which builds the hierarchy anew, twice at most, around a rough
+/// solution of `J v = e` where 20 iterations were not enough.
 ///
 /// # Cost
 ///
-/// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of `x` have changed: some 25 to
-/// 30 walks over the rows of J. A cycle takes about five, however large the problem.
+/// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
+/// `x` have changed: some 25 to 30 walks over the rows of J. A cycle takes about five, however
+/// large the problem.
 ///
 /// # Storage
 ///
-/// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls a function for each entry, and
-/// a cycle takes several walks. With five entries a row and `f64` that is 80 bytes a row; all levels together have
-/// [`complexity`](Self::complexity) times as many, some 1.3 to 1.5 on grids. Beside it `4n` numbers, `2n` on coarser levels, and
-/// for [`AmgNewton`] `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up allocates, and
-/// a linear solve does; a cycle does not.
+/// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
+/// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
+/// that is 80 bytes a row; all levels together have [`complexity`](Self::complexity) times as many,
+/// some 1.3 to 1.5 on grids. Beside it `4n` numbers, `2n` on coarser levels, and for [`AmgNewton`]
+/// `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up
+/// allocates, and a linear solve does; a cycle does not.
 ///
 /// # Convergence
 ///
-/// No theorem covers these J, which are neither symmetric nor M-matrices before they are scaled. For symmetric M-matrices with
-/// row sums that are not negative, aggregates of some quality bound the condition of two levels, whatever the size (Napov and Notay). The outer
-/// iteration of [`AmgNewton`] minimises the residual, so a cycle that is poor makes it slow, not wrong.
+/// No theorem covers these J, which are neither symmetric nor M-matrices before they are scaled.
+/// For symmetric M-matrices with row sums that are not negative, aggregates of some quality bound
+/// the condition of two levels, whatever the size (Napov and Notay). The outer iteration of
+/// [`AmgNewton`] minimises the residual, so a cycle that is poor makes it slow, not wrong.
 ///
 /// # Source
 ///
-/// Y. Notay, *An aggregation-based algebraic multigrid method*, ETNA 37 (2010), for double pairing and the K-cycle, and
-/// *Aggregation-based algebraic multigrid for convection–diffusion equations*, SIAM J. Sci. Comput. 34 (2012), for rows that
-/// are not symmetric; A. Napov and Y. Notay, *An algebraic multigrid method with guaranteed convergence rate*, SIAM J. Sci. Comput. 34
-/// (2012). The scaling of the void is our own.
+/// Y. Notay, *An aggregation-based algebraic multigrid method*, ETNA 37 (2010), for double pairing
+/// and the K-cycle, and *Aggregation-based algebraic multigrid for convection–diffusion equations*,
+/// SIAM J. Sci. Comput. 34 (2012), for rows that are not symmetric; A. Napov and Y. Notay, *An
+/// algebraic multigrid method with guaranteed convergence rate*, SIAM J. Sci. Comput. 34 (2012).
+/// The scaling of the void is our own.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega};
@@ -105,7 +114,8 @@ const ROUGH: usize = 8;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Amg<T> {
-    /// The unknown at each place of the order along the flow, and the place of each unknown; empty where they agree.
+    /// The unknown at each place of the order along the flow, and the place of each unknown; empty
+    /// where they agree.
     order: Vec<u32>,
     place: Vec<u32>,
     /// Whether the columns of A are those that conduct.
@@ -129,12 +139,14 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Cost
     ///
-    /// `A` and `B` are walked over three times and assembled for a while, to find the order along the flow.
+    /// `A` and `B` are walked over three times and assembled for a while, to find the order along
+    /// the flow.
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for an order of 2³² and more, [`Error::NotPositive`] for the first diagonal entry of `A` or `B` that
-    /// is zero, negative or not finite, [`Error::NotFinite`] for the first row of `A` or `B` with an entry that is NaN or infinite.
+    /// [`Error::Parameter`] for an order of 2³² and more, [`Error::NotPositive`] for the first
+    /// diagonal entry of `A` or `B` that is zero, negative or not finite, [`Error::NotFinite`] for
+    /// the first row of `A` or `B` with an entry that is NaN or infinite.
     pub fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<Self, Error> {
         let n = problem.order();
         if n >= u32::MAX as usize {
@@ -244,10 +256,11 @@ impl<T: Scalar> Amg<T> {
         self.set_ups += 1;
     }
 
-    /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with K-cycles.
+    /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
+    /// K-cycles.
     ///
-    /// Ends when the residual is at most `tolerance` times the right-hand side, after about `limit` iterations, or where nothing
-    /// is gained.
+    /// Ends when the residual is at most `tolerance` times the right-hand side, after about `limit`
+    /// iterations, or where nothing is gained.
     pub(crate) fn solve_to<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,

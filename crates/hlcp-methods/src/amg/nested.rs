@@ -8,15 +8,15 @@ use super::{
     newton::Steps,
 };
 
-/// The order up to which a problem is solved from a constant.
+/// The order up to which a problem is solved from 0.
 const SMALL: usize = 200;
 
 /// The most steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
 const STEPS: usize = 4;
 const NEAR: f64 = 1e-3;
 
-/// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with positive diagonals;
-/// returns the work in walks over the rows.
+/// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
+/// positive diagonals; returns the work in walks over the rows.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     q: &[T],
@@ -38,7 +38,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
     omega.iter_mut().zip(&members).for_each(|(omega, &members)| *omega /= members);
     let coarse = Hlcp::new(a, b, Omega::Each(omega))?;
-    let (mut coarse_x, mut steps) = (vec![T::one(); count], Steps::new(&coarse)?);
+    let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
     let mut walks = 0.0;
     if count > SMALL {
         walks += start(&coarse, &coarse_q, &mut coarse_x)?;
@@ -79,12 +79,14 @@ fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matr
     (aggregate, a, b)
 }
 
-/// The matrix with couplings between aggregates weakened, as conductors are by others in series with them.
+/// The matrix with couplings between aggregates weakened, as conductors are by others in series
+/// with them.
 ///
-/// From the middle of an aggregate to the middle of the next lead half of the coupling within the one, the coupling between
-/// them, and half of that within the other; what leads there side by side adds up. On cells of two by two of a grid that is the
-/// usual rule for conductances. Only what is symmetric conducts: transport stays as it is, and so do the sums of rows and of
-/// columns, that is the balances.
+/// From the middle of an aggregate to the middle of the next lead half of the coupling within the
+/// one, the coupling between them, and half of that within the other; what leads there side by side
+/// adds up. On cells of two by two of a grid that is the usual rule for conductances. Only what is
+/// symmetric conducts: transport stays as it is, and so do the sums of rows and of columns, that is
+/// the balances.
 fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> Matrix<T> {
     let (n, two) = (matrix.order(), T::one() + T::one());
     let conduction = conduction(matrix);
@@ -118,7 +120,8 @@ fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> 
             conduction.off(i as usize).for_each(|(k, _)| within[k] = T::zero());
         }
     }
-    // The same couplings seen from the other side: rows and columns of a symmetric pattern come in one order.
+    // The same couplings seen from the other side: rows and columns of a symmetric pattern come in
+    // one order.
     let other = half.transpose();
     let mut weakened = Matrix::with_capacity(n, matrix.entries());
     let (mut loss, mut row) = (vec![T::zero(); n], vec![]);
@@ -163,7 +166,8 @@ mod tests {
 
     use super::*;
 
-    /// Two by two cells of a grid with conductances that jump: in series along an axis, in parallel across.
+    /// Two by two cells of a grid with conductances that jump: in series along an axis, in parallel
+    /// across.
     #[test]
     fn cells_of_two_by_two_conduct_as_resistors_do() {
         let c = |i: usize, j: usize| 1.0 + ((7 * i + 3 * j) % 5) as f64;

@@ -17,10 +17,12 @@ const INNER: usize = 300;
 /// The inner tolerance while signs change, and once they do not.
 const FORCING: [f64; 2] = [1e-2, 1e-5];
 
-/// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise one.
+/// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise
+/// one.
 const PAIRS: usize = 4;
 
-/// A start whose residual is at most this part of that of 0 is better than what a coarser problem has to say.
+/// A start whose residual is at most this part of that of 0 is better than what a coarser problem
+/// has to say.
 const WARM: f64 = 0.1;
 
 /// Steps of Newton's method, without a safeguard.
@@ -30,7 +32,8 @@ pub(super) struct Steps<T> {
     f: Vec<T>,
     s: Vec<T>,
     scratch: Vec<T>,
-    /// The smallest defect that a step set out from, and whether the last step set out from half of the one before.
+    /// The smallest defect that a step set out from, and whether the last step set out from half of
+    /// the one before.
     best: f64,
     halved: bool,
     /// The signs that the last step changed.
@@ -93,7 +96,8 @@ impl<T: Scalar> Steps<T> {
         let size = self.measure(problem, q, x).l2;
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
-        // Where the defect has grown, as a step that changes signs may make it, the tolerance stays where it was.
+        // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
+        // where it was.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
         let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
         let inner = self.amg.solve_to(&Jacobian::new(problem, x), &self.f, &mut self.s, goal);
@@ -139,50 +143,57 @@ where
 
 /// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.
 ///
-/// As [`Newton`](crate::Newton) does, one iteration solves the piece of F that `x` lies on, `J(x) s = F(x)`, to some extent,
-/// but
+/// As [`Newton`](crate::Newton) does, one iteration solves the piece of F that `x` lies on, `J(x) s
+/// = F(x)`, to some extent, but
 ///
-/// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the last step did not halve the
-///   defect;
-/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to a hundredth of the smallest defect so far, and to
-///   10⁻⁵ of this one once no sign changes;
-/// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front back and forth.
+/// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the
+///   last step did not halve the defect;
+/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to a hundredth of the
+///   smallest defect so far, and to 10⁻⁵ of this one once no sign changes;
+/// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front
+///   back and forth.
 ///
 /// # The start
 ///
-/// The first iteration takes an `x` whose residual is at most a tenth of ‖q‖ as it is. Otherwise it starts from the solution of a
-/// coarser problem, and that one from the next: rows are paired twice, as in [`Amg`] but by the couplings of `A` and `B` together,
-/// `q` and all couplings are summed over pairs, so that oil is conserved, and couplings that conduct both ways are first put in
-/// series with half of those within their aggregates. On a grid these are cells of two by two; no grid need be known.
+/// The first iteration takes an `x` whose residual is at most a tenth of ‖q‖ as it is. Otherwise it
+/// starts from the solution of a coarser problem, and that one from the next: rows are paired
+/// twice, as in [`Amg`] but by the couplings of `A` and `B` together, `q` and all couplings are
+/// summed over pairs, so that oil is conserved, and couplings that conduct both ways are first put
+/// in series with half of those within their aggregates. On a grid these are cells of two by two;
+/// no grid need be known.
 ///
 /// # Safeguard
 ///
-/// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first, second, third phase, that
-/// have neither brought ‖F‖ to nine tenths of its smallest value in the phase nor changed fewer signs than any before them in
-/// the phase; or when a linear solve fails. Then the base method takes over at the best iterate of the phase, for 2, 4, 8, …
-/// iterations.
+/// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first,
+/// second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value in the
+/// phase nor changed fewer signs than any before them in the phase; or when a linear solve fails.
+/// Then the base method takes over at the best iterate of the phase, for 2, 4, 8, … iterations.
 ///
 /// # Cost
 ///
-/// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve; [`sweeps`](Method::sweeps)
-/// counts all of it, set-ups and start included, in walks over the rows. Storage: `3n` numbers, `2n` of scratch, [`Amg`]'s
-/// and the base's; the start takes as much again for a while.
+/// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
+/// [`sweeps`](Method::sweeps) counts all of it, set-ups and start included, in walks over the rows.
+/// Storage: `3n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
+/// for a while.
 ///
 /// # Convergence
 ///
-/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and [`Tmms`](crate::Tmms) provide, from
-/// any start, by the proof for [`Newton`](crate::Newton): in a phase that does not end ‖F‖ falls by tenths for ever, since
-/// no more than `n + 1` times in a phase can a step change fewer signs than any before; one that ends hands over an iterate with an ‖F‖
-/// no larger than it found, that is multiplies the error by no more than a constant; and the base's iterations between
-/// phases, of which there are ever more, multiply it by a number that tends to zero. What sweeps and a start do within a
-/// phase is of no matter to that.
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
+/// [`Tmms`](crate::Tmms) provide, from any start, by the proof for [`Newton`](crate::Newton): in a
+/// phase that does not end ‖F‖ falls by tenths for ever, since no more than `n + 1` times in a
+/// phase can a step change fewer signs than any before; one that ends hands over an iterate with an
+/// ‖F‖ no larger than it found, that is multiplies the error by no more than a constant; and the
+/// base's iterations between phases, of which there are ever more, multiply it by a number that
+/// tends to zero. What sweeps and a start do within a phase is of no matter to that.
 ///
 /// # Source
 ///
-/// The outer iteration is Newton's for the Fischer–Burmeister form of T. Woloszynski, P. Podsiadlo and G. W. Stachowiak, *Efficient
-/// solution to the cavitation problem in hydrodynamic lubrication*, Tribology Letters 58 (2015), with another function and
-/// inexact; sweeps before a linear correction that stops at the edge of its piece are those of R. Kornhuber, *Monotone multigrid
-/// methods for elliptic variational inequalities I*, Numerische Mathematik 69 (1994). For the multigrid see [`Amg`].
+/// The outer iteration is Newton's for the Fischer–Burmeister form of T. Woloszynski, P. Podsiadlo
+/// and G. W. Stachowiak, *Efficient solution to the cavitation problem in hydrodynamic
+/// lubrication*, Tribology Letters 58 (2015), with another function and inexact; sweeps before a
+/// linear correction that stops at the edge of its piece are those of R. Kornhuber, *Monotone
+/// multigrid methods for elliptic variational inequalities I*, Numerische Mathematik 69 (1994). For
+/// the multigrid see [`Amg`].
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
@@ -219,7 +230,7 @@ pub struct AmgNewton<T, M> {
     between: Vec<T>,
     /// The walks of the start on coarser problems.
     started: f64,
-    base_iterations: usize,
+    pub(super) base_iterations: usize,
     /// Whether the next step is the first of a solve.
     fresh: bool,
     /// The phase, unless the base has its turn or a phase is about to begin.
@@ -231,7 +242,8 @@ pub struct AmgNewton<T, M> {
 
 #[derive(Debug, Clone, Copy)]
 struct Phase {
-    /// The smallest residual, the fewest signs that a step changed, and the steps since one of them was new.
+    /// The smallest residual, the fewest signs that a step changed, and the steps since one of them
+    /// was new.
     best: f64,
     fewest: usize,
     quiet: usize,
@@ -275,7 +287,8 @@ where
         iterate(&mut self.base, q, x, y, &mut self.between)
     }
 
-    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
+    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
+    /// base go on.
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);

@@ -42,11 +42,11 @@ impl Flow {
         Self { arrows, share: if all > 0.0 { sum / all } else { 1.0 } }
     }
 
-    /// The `n` unknowns in an order in which, as far as there is one, arrows lead from the earlier to the later; `None` where
-    /// the natural one is that, or there are no arrows.
+    /// The `n` unknowns in an order in which, as far as there is one, arrows lead from the earlier
+    /// to the later; `None` where the natural one is that, or there are no arrows.
     ///
-    /// Of those that may come next the one with the smallest number does (Kahn's algorithm with a heap), also where a
-    /// circle leaves none: so a grid keeps its lines.
+    /// Of those that may come next the one with the smallest number does (Kahn's algorithm with a
+    /// heap), also where a circle leaves none: so a grid keeps its lines.
     pub(super) fn order(&self, n: usize) -> Option<Vec<u32>> {
         if self.arrows.iter().all(|[from, to]| from < to) {
             return None;

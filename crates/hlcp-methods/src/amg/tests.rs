@@ -1,6 +1,4 @@
-use hlcp_core::{
-    Aor, Coefficients, Diagonal, FivePoint, Identity, LinearOperator, Omega, VaryingFivePoint,
-};
+use hlcp_core::{Aor, Coefficients, Diagonal, Identity, LinearOperator, Omega, VaryingFivePoint};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -57,7 +55,8 @@ fn sweeps_solve_with_the_lower_triangle_and_return_products() {
     let (mut y, mut product) = (vec![f64::NAN; 40], vec![f64::NAN; 40]);
     matrix.sweep_from_zero(rhs.as_slice(), &mut y, &mut product);
     let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
-    // Pivots of at least 3 against three entries of at most 1: errors grow by no more than a small factor.
+    // Pivots of at least 3 against three entries of at most 1: errors grow by no more than a small
+    // factor.
     let close = |found: &[f64], expected: &DVector<f64>| {
         (DVector::from_column_slice(found) - expected).amax() < 1e3 * f64::EPSILON
     };
@@ -89,7 +88,8 @@ fn elimination_solves_what_it_can() {
     assert_eq!(y, [2.0, 0.0, 0.0]);
 }
 
-/// A film on `m × m` cells: conductances h³ that jump at the rims of pockets, and wind along x, or against the numbering.
+/// A film on `m × m` cells: conductances h³ that jump at the rims of pockets, and wind along x, or
+/// against the numbering.
 fn film<T: Scalar>(m: usize, wind: f64) -> [VaryingFivePoint<'static, T>; 2] {
     let h = |i: usize, j: usize| {
         let pocket = i * 6 / m % 2 == 1 && j * 6 / m % 2 == 1;
@@ -153,11 +153,10 @@ fn listed<T: Scalar>(n: usize, couplings: &[(usize, usize, f64)], slack: f64) ->
     )
 }
 
-/// A box of m³ points whose conductances jump by a thousand, and a ring with transport around it.
+/// A box of m³ points whose conductances jump by a thousand.
 fn boxes<T: Scalar>(m: usize) -> Listed<T> {
-    let c = |k: usize| {
-        if (k % m * 2 / m + k / m % m * 2 / m + k / m / m * 2 / m) % 2 == 0 { 1.0 } else { 1e3 }
-    };
+    let octant = |k: usize| k % m * 2 / m + k / m % m * 2 / m + k / m / m * 2 / m;
+    let c = |k: usize| if octant(k).is_multiple_of(2) { 1.0 } else { 1e3 };
     let mut couplings = vec![];
     for k in 0..m * m * m {
         for (stride, at) in [(1, k % m), (m, k / m % m), (m * m, k / m / m)] {
@@ -170,6 +169,7 @@ fn boxes<T: Scalar>(m: usize) -> Listed<T> {
     listed(m * m * m, &couplings, 0.1)
 }
 
+/// A ring that conducts, and carries around itself.
 fn ring<T: Scalar>(nx: usize, ny: usize) -> [Listed<T>; 2] {
     let (mut conduction, mut transport) = (vec![], vec![]);
     for k in 0..nx * ny {
@@ -185,6 +185,7 @@ fn ring<T: Scalar>(nx: usize, ny: usize) -> [Listed<T>; 2] {
     [listed(nx * ny, &conduction, 0.02), listed(nx * ny, &transport, 0.02)]
 }
 
+/// Couplings anywhere.
 fn random<T: Scalar>(n: usize, seed: usize) -> Listed<T> {
     let couplings: Vec<_> = (0..4 * n)
         .map(|e| {
@@ -215,10 +216,13 @@ fn planted<T: Scalar>(
     (z, r, q)
 }
 
+/// The method on an ordinary base.
+type Plain<'p, T, A, B> = AmgNewton<T, Mms<T, &'p A, &'p B, Aor<T>>>;
+
 fn solver<'p, T: Scalar, A: Rows<T>, B: Rows<T>>(
     a: &'p A,
     b: &'p B,
-) -> Solver<T, AmgNewton<T, Mms<T, &'p A, &'p B, Aor<T>>>> {
+) -> Solver<T, Plain<'p, T, A, B>> {
     let omega = Omega::diagonal_ratio(T::one(), a, b).unwrap();
     let base = Mms::new(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
     Solver::new(AmgNewton::new(base).unwrap())
@@ -316,7 +320,8 @@ fn newton_takes_fewer_linear_iterations_with_it_than_with_sweeps() {
     assert!(2 * with.unwrap() < without.unwrap(), "{with:?} {without:?}");
 }
 
-/// What the oil film draws in at its left edge it delivers at the four, to the sum of 3600 residuals of 2-norm 1e-10.
+/// What the oil film draws in at its left edge it delivers at the four, to the sum of 3600
+/// residuals of 2-norm 1e-10.
 #[test]
 fn mass_is_in_balance() {
     let m = 60;
@@ -402,7 +407,8 @@ fn singular_rows_end_without_an_answer() {
     assert!(solver.solve(&q, &vec![1.0; 400], &Limits::default()).unwrap().converged());
 }
 
-/// Every J here is diagonal: no unknown is joined to another, and a thousand are too many for elimination.
+/// Every J here is diagonal: no unknown is joined to another, and a thousand are too many for
+/// elimination.
 #[test]
 fn rows_that_do_not_hang_together_are_no_obstacle() {
     let a: Listed<f64> = listed(1000, &[], 2.0);
@@ -411,21 +417,63 @@ fn rows_that_do_not_hang_together_are_no_obstacle() {
     let mut solver = solver(&a, &b);
     let outcome = solver.solve(&q, &vec![1.0; 1000], &Limits::default()).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 1, "{outcome}");
-    let mut none = Solver::new(
-        AmgNewton::new(
-            Mms::new(
-                Hlcp::new(
-                    FivePoint::new(1, 1, [0.0, 0.0, 2.0, 0.0, 0.0]).unwrap(),
-                    Identity { order: 1 },
-                    Omega::Uniform(1.0),
-                )
-                .unwrap(),
-                Aor::gauss_seidel(),
-            )
-            .unwrap(),
-        )
-        .unwrap(),
-    );
-    assert!(none.solve(&[-3.0], &[0.0], &Limits::default()).unwrap().converged());
-    assert_eq!(none.z(), [1.5]);
+    let (a, b) = (listed(1, &[], 2.0), Identity { order: 1 });
+    let mut one = self::solver(&a, &b);
+    assert!(one.solve(&[-3.0], &[0.0], &Limits::default()).unwrap().converged());
+    assert_eq!(one.z(), [1.5]);
+}
+
+/// Elastic–plastic torsion of a strip, in whose answer plastic parts have grown from the edges by a
+/// fifth of the points each: one by one, for Newton's method alone.
+#[test]
+fn a_front_takes_no_step_for_each_point() {
+    let n = 2048;
+    let h = 1.0 / (n + 1) as f64;
+    let couplings: Vec<_> = (1..n).flat_map(|k| [(k - 1, k, 1.0), (k, k - 1, 1.0)]).collect();
+    let mut a: Listed<f64> = listed(n, &couplings, 0.0);
+    for i in [0, n - 1] {
+        a.0[i].iter_mut().filter(|e| e.0 == i).for_each(|e| e.1 += 1.0);
+    }
+    let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
+    let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
+    let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
+    let b = Identity { order: n };
+    let mut solver = solver(&a, &b);
+    let outcome = solver.solve(&q, &vec![1.0; n], &Limits::default()).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= n / 5 + 2, "{outcome}");
+    // The fold of the distance is half a cell from the nearest point, and z there off by its slope.
+    assert!((solver.z()[n / 2] - 0.1).abs() < h, "{}", solver.z()[n / 2]);
+}
+
+/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1 have no solution: phases end one after the other, and the base has its
+/// turns.
+#[test]
+fn the_base_has_its_turns_where_no_step_helps() {
+    let a: Listed<f64> = Listed(vec![vec![(0, 1.0), (1, -1.0)], vec![(0, -1.0), (1, 1.0)]]);
+    let b = Identity { order: 2 };
+    let mut solver = solver(&a, &b);
+    let limits = Limits { iterations: 60, ..Limits::default() };
+    let outcome = solver.solve(&[-1.0, -1.0], &[1.0, 1.0], &limits).unwrap();
+    assert!(!outcome.converged(), "{outcome}");
+    assert!(solver.method().base_iterations >= 2 + 4, "{}", solver.method().base_iterations);
+}
+
+/// Data of size 10^±200 neither overflow nor vanish.
+#[test]
+fn scaling_q_scales_the_iterates() {
+    let [a, b] = film::<f64>(40, 1.0);
+    let (_, _, q) = planted(&a, &b, 40);
+    let run = |power: i32| {
+        let scale = 2_f64.powi(power);
+        let q: Vec<f64> = q.iter().map(|q| scale * q).collect();
+        let mut solver = solver(&a, &b);
+        let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
+        let outcome = solver.solve(&q, &vec![0.3 * scale; q.len()], &limits).unwrap();
+        assert!(outcome.converged(), "{outcome}");
+        (outcome.iterations, solver.method().linear_iterations())
+    };
+    let expected = run(0);
+    for power in [-700, 700] {
+        assert_eq!(run(power), expected);
+    }
 }
