@@ -3,7 +3,7 @@
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
-use crate::{Jacobian, Method, method::iterate};
+use crate::{Jacobian, Method, krylov::to_scalar, method::iterate};
 
 /// A residual of at most this part of the smallest one of the phase is progress.
 const PROGRESS: f64 = 0.9;
@@ -25,6 +25,9 @@ const PAIRS: usize = 4;
 /// has to say.
 const WARM: f64 = 0.1;
 
+/// The way of a step, in units of `ε` times the largest unknown, that rounding explains.
+const ROUNDING: f64 = 16.0;
+
 /// Steps of Newton's method, without a safeguard.
 #[derive(Debug, Clone)]
 pub(super) struct Steps<T> {
@@ -38,6 +41,8 @@ pub(super) struct Steps<T> {
     halved: bool,
     /// The signs that the last step changed.
     flips: usize,
+    /// Whether steps are Newton's own: no sweeps before them, and no stop at the edge of a piece.
+    plain: bool,
     linear_iterations: usize,
     sweeps: usize,
 }
@@ -53,6 +58,7 @@ impl<T: Scalar> Steps<T> {
             best: f64::INFINITY,
             halved: true,
             flips: usize::MAX,
+            plain: false,
             linear_iterations: 0,
             sweeps: 0,
         })
@@ -61,6 +67,7 @@ impl<T: Scalar> Steps<T> {
     fn restart(&mut self) {
         self.amg.forget();
         (self.best, self.halved, self.flips) = (f64::INFINITY, true, usize::MAX);
+        self.plain = false;
         (self.linear_iterations, self.sweeps) = (0, 0);
     }
 
@@ -87,7 +94,11 @@ impl<T: Scalar> Steps<T> {
         q: &[T],
         x: &mut [T],
     ) -> bool {
-        let pairs = if self.halved { 1 } else { PAIRS };
+        let pairs = match (self.plain, self.halved) {
+            (true, _) => 0,
+            (_, true) => 1,
+            _ => PAIRS,
+        };
         for _ in 0..pairs {
             (0..x.len()).for_each(|i| relax(problem, q, x, i));
             (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
@@ -108,7 +119,7 @@ impl<T: Scalar> Steps<T> {
             // J says nothing of what is beyond the edge of its piece.
             let stays = (*x >= T::zero()) == (next >= T::zero());
             self.flips += usize::from(!stays);
-            *x = if stays { next } else { T::zero() };
+            *x = if stays || self.plain { next } else { T::zero() };
         }
         // NaN is not below 1 either; an entry that is not finite has made the residual NaN.
         inner.residual < 1.0 && x.iter().all(|x| x.is_finite())
@@ -141,6 +152,14 @@ where
     x[i] = -t / if t <= T::zero() { pivots[0] } else { pivots[1] };
 }
 
+/// Whether more than rounding leads from `x` to `y`.
+fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
+    let largest = |max: T, v: T| max.max(v.abs());
+    let size = x.iter().copied().fold(T::zero(), largest);
+    let way = x.iter().zip(y).map(|(&x, &y)| y - x).fold(T::zero(), largest);
+    way > to_scalar::<T>(ROUNDING) * T::epsilon() * size
+}
+
 /// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.
 ///
 /// As [`Newton`](crate::Newton) does, one iteration solves the piece of F that `x` lies on, `J(x) s
@@ -166,14 +185,16 @@ where
 ///
 /// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first,
 /// second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value in the
-/// phase nor changed fewer signs than any before them in the phase; or when a linear solve fails.
-/// Then the base method takes over at the best iterate of the phase, for 2, 4, 8, … iterations.
+/// phase nor changed fewer signs than any before them in the phase; or when a step leads nowhere,
+/// or a linear solve fails. Then the base method takes over at the best iterate of the phase, for
+/// 2, 4, 8, … iterations. Every second phase takes Newton's own steps: without sweeps, and across
+/// zero.
 ///
 /// # Cost
 ///
 /// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
 /// [`sweeps`](Method::sweeps) counts all of it, set-ups and start included, in walks over the rows.
-/// Storage: `3n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
+/// Storage: `4n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
 /// for a while.
 ///
 /// # Convergence
@@ -292,6 +313,7 @@ where
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
+        self.steps.plain = !self.steps.plain;
         let best = std::mem::take(&mut self.best);
         let _ = self.rest(q, &best, y);
         self.best = best;
@@ -359,7 +381,8 @@ where
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = (PATIENCE / 2).saturating_mul(self.rest);
-        if phase.quiet < patience && self.steps.step(problem, q.entries(), y) {
+        // A step that leads nowhere would be repeated for ever.
+        if phase.quiet < patience && self.steps.step(problem, q.entries(), y) && moved(x, y) {
             if self.steps.flips < phase.fewest {
                 (phase.fewest, phase.quiet) = (self.steps.flips, 0);
             }
