@@ -68,6 +68,37 @@ fn sweeps_solve_with_the_lower_triangle_and_return_products() {
     assert!(close(&y, &expected) && close(&product, &(dense * expected)));
 }
 
+/// Two levels against their definition: a sweep, the Galerkin system, a sweep. The factors of coarse
+/// columns cancel.
+#[test]
+fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
+    let [a, _] = film::<f64>(16, 1.0);
+    let matrix = Matrix::of(&a);
+    let (aggregate, coarse) = coarsen::coarsen(&matrix, |i| i == 77);
+    assert!(coarse.order() <= 100 && aggregate[77] == NONE);
+    let p = DMatrix::from_fn(256, coarse.order(), |i, to| {
+        f64::from(u8::from(aggregate[i] == to as u32))
+    });
+    let mut dense = DMatrix::from_diagonal(&DVector::from_column_slice(&matrix.diagonal));
+    (0..256).for_each(|i| matrix.off(i).for_each(|(j, a)| dense[(i, j)] = a));
+    let lower = dense.lower_triangle();
+    let rhs = DVector::from_fn(256, |i, _| noise(i));
+    let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
+    let galerkin = (p.transpose() * &dense * &p).lu();
+    expected += &p * galerkin.solve(&(p.transpose() * (&rhs - &dense * &expected))).unwrap();
+    expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
+    let mut hierarchy = Hierarchy::new(matrix, |i| i == 77);
+    for cycle in [Cycle::W, Cycle::K] {
+        let (mut y, mut product) = (vec![f64::NAN; 256], vec![f64::NAN; 256]);
+        hierarchy.cycle(cycle, rhs.as_slice(), &mut y, &mut product);
+        // Conditions are of the order of the number of points.
+        let off = (DVector::from_vec(y) - &expected).amax() / expected.amax();
+        assert!(off < 256.0 * 100.0 * f64::EPSILON, "{off}");
+        let off = (DVector::from_vec(product) - &dense * &expected).amax() / expected.amax();
+        assert!(off < 256.0 * 100.0 * 100.0 * f64::EPSILON, "{off}");
+    }
+}
+
 #[test]
 fn elimination_solves_what_it_can() {
     let (matrix, dense) = sparse(40);
