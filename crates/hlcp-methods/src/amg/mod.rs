@@ -104,12 +104,13 @@ const ROUGH: usize = 8;
 /// let jacobian = Jacobian::new(&problem, &x);
 ///
 /// let mut amg = Amg::new(&problem)?;
+/// amg.set_up(&jacobian);
 /// let (rhs, mut y, mut product) = ([1.0; 1600], [0.0; 1600], [0.0; 1600]);
 /// amg.solve(&jacobian, &rhs, &mut y);
 /// jacobian.apply(&y, &mut product, &mut vec![]);
 /// product.iter_mut().for_each(|p| *p -= 1.0);
 /// assert!(Norms::of(&product).l2 < 0.5 * 40.0); // the residual, and that of y = 0
-/// assert!(amg.complexity() < Some(1.5));
+/// assert!(amg.set_ups() == 1 && amg.complexity() < Some(1.5));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]

@@ -240,6 +240,7 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 /// let outcome = solver.solve(&q, &vec![1.0; m * m], &Limits::default())?;
 /// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
 /// assert!(solver.method().linear_iterations() <= Some(85));
+/// assert!(solver.method().amg().set_ups() <= outcome.iterations + 1);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
