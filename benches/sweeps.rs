@@ -18,7 +18,7 @@ use hlcp_core::{
     Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step,
     VaryingFivePoint,
 };
-use hlcp_methods::{Limits, Method, Solver, Tmms};
+use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -316,7 +316,7 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let start = vec![1.0; m * m];
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
     let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    let limits = Limits::default();
+    let limits = Limits::absolute(1e-10);
     let matrices = Assembled::new(solver.method().problem().a(), solver.method().problem().b());
     let (mut x, mut y) = (start.clone(), start.clone());
     let (ratio, theirs) = against(
@@ -329,7 +329,9 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
             clock.elapsed().as_secs_f64()
         },
         || {
-            let outcome = solver.solve(&scene.q, &start, &limits).expect("valid input");
+            let outcome = solver
+                .solve(&scene.q, Options::from_x(&start).limits(limits))
+                .expect("valid input");
             assert!(outcome.converged());
             outcome.elapsed.as_secs_f64()
         },
@@ -346,11 +348,17 @@ fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error
         Ok(Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?))
     };
     let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
-    let limits = Limits::default();
+    let limits = Limits::absolute(1e-10);
     let (ratio, time) = against(
-        || alone.solve(&scene.q, &start, &limits).expect("valid input").elapsed.as_secs_f64(),
         || {
-            pool.install(|| together.solve(&scene.q, &start, &limits))
+            alone
+                .solve(&scene.q, Options::from_x(&start).limits(limits))
+                .expect("valid input")
+                .elapsed
+                .as_secs_f64()
+        },
+        || {
+            pool.install(|| together.solve(&scene.q, Options::from_x(&start).limits(limits)))
                 .expect("valid input")
                 .elapsed
                 .as_secs_f64()
@@ -370,7 +378,7 @@ fn vectors(m: usize) -> Result<f64, Box<dyn Error>> {
     counting::PEAK.set(counting::LIVE.get());
     let problem = Hlcp::new(a, b, Omega::Uniform(1.0))?;
     let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    assert!(solver.solve(&q, &start, &Limits::default())?.converged());
+    assert!(solver.solve(&q, Options::from_x(&start).limits(Limits::absolute(1e-10)))?.converged());
     Ok((counting::PEAK.get() - before) as f64 / (8 * m * m) as f64)
 }
 

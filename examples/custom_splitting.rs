@@ -8,10 +8,12 @@
 //! Gauss–Seidel crawls; a splitting that solves for a whole line at a time does not, and one that solves with
 //! all of A + BΩ is the limit of what a splitting can do. The program ends with an error if the three answers differ.
 
+mod print;
+
 use std::error::Error;
 
 use hlcp_core::{Aor, Correction, FivePoint, FromFn, Hlcp, Omega, Rows, Splitting};
-use hlcp_methods::{Limits, Method, Mms, Solver};
+use hlcp_methods::{Limits, Method, Mms, Options, Solver};
 use nalgebra::DMatrix;
 use nalgebra_sparse::{CooMatrix, CscMatrix, factorization::CscCholesky};
 
@@ -68,8 +70,9 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(usize, Vec<f64>), Box<
     let n = method.problem().order();
     let q: Vec<f64> = (0..n).map(|i| f64::cos((i % NX) as f64 / 6.0) - 0.1).collect();
     let mut solver = Solver::new(method);
-    let outcome = solver.solve(&q, &vec![1.0; n], &Limits::default())?;
-    println!("{name:<22} {outcome}");
+    let outcome =
+        solver.solve(&q, Options::from_x(&vec![1.0; n]).limits(Limits::absolute(1e-10)))?;
+    print::line(format_args!("{name:<22} {outcome}"))?;
     if outcome.converged() {
         Ok((outcome.iterations, solver.z().to_vec()))
     } else {
@@ -87,6 +90,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let apart =
         |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);
     let apart = apart(&points.1, &lines.1).max(apart(&points.1, &whole.1));
-    println!("the answers differ by at most {apart:.1e}");
+    print::line(format_args!("the answers differ by at most {apart:.1e}"))?;
     if apart < 1e-8 && lines.0 < points.0 { Ok(()) } else { Err("the splittings disagree".into()) }
 }

@@ -27,18 +27,23 @@
 //! method solves it in a few steps, from the solution at every other point.
 
 mod chart;
+mod print;
 
 use std::{
     error::Error,
     fs,
+    io::{self, Write},
     path::{Path, PathBuf},
     process::ExitCode,
 };
 
 use chart::Panel;
 use clap::Parser;
-use hlcp_core::{Aor, Hlcp, Omega, Tridiagonal, market::FileError};
-use hlcp_methods::{Limits, Mms, Newton, Outcome, Solver, TridiagonalPart};
+use hlcp_core::{
+    Aor, Hlcp, Omega, Tridiagonal,
+    files::{self, FileError, excerpt, printable},
+};
+use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
 
 /// Pressure and cavitation in a lubricating film.
@@ -77,7 +82,8 @@ struct Arguments {
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400 of the film]
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     refine: Option<u16>,
-    /// Where the picture and the numbers go: this name with .svg and .csv
+    /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist
+    /// are replaced; refused are symbolic links, devices and the like, and the profile
     #[arg(long, default_value = "target/film")]
     out: PathBuf,
 }
@@ -91,13 +97,25 @@ fn positive(hint: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone 
 }
 
 fn main() -> ExitCode {
-    match run(Arguments::parse()) {
+    let arguments = Arguments::try_parse().unwrap_or_else(|error| refuse(&error));
+    match run(arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("film: {error}");
+            let _ = writeln!(io::stderr(), "film: {}", printable(error));
             ExitCode::FAILURE
         }
     }
+}
+
+/// Prints the help, or says what is wrong with the arguments, which may be names of files.
+fn refuse(error: &clap::Error) -> ! {
+    if !error.use_stderr() {
+        error.exit();
+    }
+    for line in error.to_string().lines() {
+        let _ = writeln!(io::stderr(), "{}", printable(line));
+    }
+    std::process::exit(error.exit_code())
 }
 
 fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
@@ -105,7 +123,8 @@ fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
     arguments.out.as_mut_os_string().push(".svg");
     let profile = match &arguments.profile {
         Some(path) => {
-            let text = fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+            let text = fs::read_to_string(path)
+                .map_err(|e| format!("{}: {e}", printable(path.display())))?;
             spare(path, &arguments.out)?;
             Profile::parse(path, &text)?
         }
@@ -114,24 +133,33 @@ fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
             Profile::parse(Path::new("examples/data/pad.csv"), include_str!("data/pad.csv"))?
         }
     };
+    let [svg, csv] = &["svg", "csv"].map(|extension| arguments.out.with_extension(extension));
+    if let Some(folder) = svg.parent() {
+        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", printable(folder.display())))?;
+    }
+    files::check_output(svg)?;
+    files::check_output(csv)?;
     let profile = profile.refined(arguments.refine);
     let film = Film::solve(&profile, &arguments)?;
-    film.report(&profile, &arguments);
-    film.write(&profile, &arguments)?;
+    // Before more is printed, because a reader that goes away ends the program.
+    let texts = film.drawn(&profile, &arguments);
+    files::write_together(&[(svg, &texts[0]), (csv, &texts[1])], |text, file| {
+        file.write_all(text.as_bytes())
+    })?;
+    film.report(&profile, &arguments)?;
+    let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
+    print::line(format_args!("wrote {svg} and {csv}"))?;
     if arguments.profile.is_none() { film.check(&profile) } else { Ok(()) }
 }
 
 /// Refuses to write over the profile.
 fn spare(profile: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
-    // A pipe has no such path, and cannot be written over.
-    let file = fs::canonicalize(profile).ok();
-    let is_file =
-        |extension| file.is_some() && fs::canonicalize(out.with_extension(extension)).ok() == file;
-    if !["svg", "csv"].into_iter().any(is_file) {
+    let is_profile = |extension| files::same_file(&out.with_extension(extension), profile);
+    if !["svg", "csv"].into_iter().any(is_profile) {
         return Ok(());
     }
-    let (out, profile) = (out.with_extension(""), profile.display());
-    let out = out.display();
+    let (out, profile) = (out.with_extension(""), printable(profile.display()));
+    let out = printable(out.display());
     Err(format!("--out {out} would overwrite the profile {profile}; give another name").into())
 }
 
@@ -169,7 +197,7 @@ impl Profile {
                         let hint = if x.is_empty() { "; begin a heading with #" } else { "" };
                         return fault(
                             Some(number),
-                            format!("'{word}' is not a finite number{hint}"),
+                            format!("'{}' is not a finite number{hint}", excerpt(word)),
                         );
                     }
                 }
@@ -252,8 +280,8 @@ fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn 
     }
     let base = Mms::new(problem, Aor::gauss_seidel())?;
     let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
-    let limits = Limits { absolute: 0.0, relative: 1e-10, rounding: 4.0, ..Limits::default() };
-    let outcome = solver.solve(&q, &start, &limits)?;
+    let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-10) };
+    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;
 
     let z = [&[ends], solver.z(), &[ends]].concat();
     // The film is full at the inlet, and at the outlet if there is pressure.
@@ -297,7 +325,7 @@ impl Film {
         let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
         let (Pieces { z, r: void, flow }, outcome) =
             pieces(&scaled(&x, length), &scaled(&h, thin), ends)?;
-        println!("{} unknowns: {outcome}", x.len() - 2);
+        print::line(format_args!("{} unknowns: {outcome}", x.len() - 2))?;
         if !outcome.converged() {
             return Err("no solution was found; --refine or a smoother profile may help".into());
         }
@@ -324,42 +352,44 @@ impl Film {
         (1..self.x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != rupture).collect()
     }
 
-    fn report(&self, profile: &Profile, arguments: &Arguments) {
+    fn report(&self, profile: &Profile, arguments: &Arguments) -> io::Result<()> {
         let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
         let peak = self.peak();
-        println!(
+        print::line(format_args!(
             "peak pressure     {:.6} {p} at x = {:.6} {x}",
             self.p[peak] / arguments.p_unit,
             profile.x[peak]
-        );
+        ))?;
         let ambient = arguments.ambient * arguments.p_unit;
         let over = |k: usize| (self.p[k] + self.p[k + 1]) / 2.0 - ambient;
         let load: f64 = (0..self.flow.len()).map(|k| over(k) * (self.x[k + 1] - self.x[k])).sum();
-        println!("load              {load:.6e} N/m over the ambient pressure");
-        println!("friction          {:.6e} N/m on the plane", self.friction);
+        print::line(format_args!("load              {load:.6e} N/m over the ambient pressure"))?;
+        print::line(format_args!("friction          {:.6e} N/m on the plane", self.friction))?;
         for (front, rupture) in [("ruptures", true), ("forms again", false)] {
             for i in self.fronts(rupture) {
-                println!("the film {front} at x = {:.6} {x}, to within a piece", profile.x[i]);
+                let x_front = profile.x[i];
+                print::line(format_args!(
+                    "the film {front} at x = {x_front:.6} {x}, to within a piece"
+                ))?;
             }
         }
         let [least, most] = [f64::min, f64::max]
             .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
-        println!(
+        print::line(format_args!(
             "flow              {most:.6e} m²/s, the same everywhere but for {:.1e}",
             most - least
-        );
+        ))
     }
 
-    /// Writes the picture and the numbers.
-    fn write(&self, profile: &Profile, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
-        let out = &arguments.out;
+    /// The picture and the numbers, as SVG and CSV.
+    fn drawn(&self, profile: &Profile, arguments: &Arguments) -> [String; 2] {
         let pressures: Vec<f64> = self.p.iter().map(|p| p / arguments.p_unit).collect();
         let units = [(arguments.x_unit, "m"), (arguments.h_unit, "m"), (arguments.p_unit, "Pa")];
         let [x, h, p] = units.map(|(value, base)| unit(value, base));
         let rows: Vec<String> = (0..self.x.len())
             .map(|i| format!("{},{},{},{}", profile.x[i], profile.h[i], pressures[i], self.void[i]))
             .collect();
-        chart::write_csv(out, &format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows)?;
+        let csv = chart::csv(&format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows);
 
         // No more points than can be seen.
         let thin = self.x.len().div_ceil(600);
@@ -387,23 +417,17 @@ impl Film {
                     "6 4",
                     &line(&|i| (1.0 - self.void[i]) * profile.h[i]),
                 );
-        chart::write(
-            out,
-            2,
-            vec![pressure, gaps],
-            "Reynolds equation with mass-conserving cavitation",
-        )?;
-        println!("wrote {} and {}", out.display(), out.with_extension("csv").display());
-        Ok(())
+        let caption = "Reynolds equation with mass-conserving cavitation";
+        [chart::svg(2, vec![pressure, gaps], caption), csv]
     }
 
     /// Holds the pad's peak and rupture against those of the continuous problem.
     fn check(&self, profile: &Profile) -> Result<(), Box<dyn Error>> {
-        println!(
+        print::line(format_args!(
             "known: peak {:.6} MPa, rupture at x = {:.6} mm",
             Slider::PEAK * 1e-6,
             Slider::RUPTURE * 1e3
-        );
+        ))?;
         // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap; 1e-3 is room.
         let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
         let near = |i: usize| (self.x[i] - Slider::RUPTURE).abs() <= self.x[i] - self.x[i - 1];

@@ -8,6 +8,7 @@
 //! it. Ends with an error if a solve does not converge.
 
 mod chart;
+mod print;
 
 use std::{
     error::Error,
@@ -18,7 +19,7 @@ use std::{
 use chart::Panel;
 use clap::Parser;
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, JournalBearing, Obstacle, Slider};
 
 /// Draw the scenes' solutions.
@@ -58,9 +59,9 @@ where
     let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
     let method = Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?;
     let mut solver = Solver::new(method);
-    let limits = Limits { relative: 1e-8, ..Limits::default() };
-    let outcome = solver.solve(q, &vec![1.0; q.len()], &limits)?;
-    println!("{name}: TMGS {outcome}");
+    let limits = Limits::relative(1e-8);
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
+    print::line(format_args!("{name}: TMGS {outcome}"))?;
     if outcome.converged() {
         Ok([solver.z().to_vec(), solver.r().to_vec()])
     } else {
@@ -183,7 +184,7 @@ fn journal_bearing(path: &Path) -> Drawn {
     let scene = JournalBearing { nx: 63, ny: 63, ecc: 0.9, b: 3.0 };
     let (a, b, q) = scene.pose()?;
     let [z, r] = solved("journal bearing", a, b, &q)?;
-    println!("journal bearing: objective {:.6}", scene.objective(&z));
+    print::line(format_args!("journal bearing: objective {:.6}", scene.objective(&z)))?;
     let field = |values| Field { nx: 63, x: (0.0, TAU), y: (0.0, 6.0), values };
     let axes = ["ξ in rad from the widest gap", "length over radius"];
     let panel = |values, title, what| {
@@ -208,7 +209,7 @@ fn obstacle(path: &Path) -> Drawn {
     let (a, b, q) = scene.pose()?;
     let [z, _] = solved("obstacle", a, b, &q)?;
     let [mean, largest] = scene.errors(&z);
-    println!("obstacle: mean error {mean:.3e}, largest {largest:.3e}");
+    print::line(format_args!("obstacle: mean error {mean:.3e}, largest {largest:.3e}"))?;
     let place = |i: usize| 4.0 * (i + 1) as f64 / 64.0 - 2.0;
     let at = |k: usize| [place(k % 63), place(k / 63)];
     let off = |k: usize| {
@@ -236,11 +237,11 @@ fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
     let (a, b, q) = scene.pose()?;
     let [z, r] = solved("bearing2d", a, b, &q)?;
     let [drawn, returned, ends] = scene.flows(&z, &r);
-    println!(
+    print::line(format_args!(
         "bearing2d: Sommerfeld number {:.4}, attitude {:.2}°, flows {drawn:.4} = {returned:.4} + {ends:.4}",
         scene.sommerfeld(&z),
         scene.attitude(&z)
-    );
+    ))?;
     let field = |values| Field { nx: 95, x: (0.0, TAU), y: (-1.0, 1.0), values };
     let axes = ["angle from the groove in rad", "2 × length from the middle / L"];
     let panel = |values, title, what| {
@@ -278,7 +279,7 @@ fn american_put(path: &Path) -> Drawn {
     let (mut edge, mut rows, mut iterations) = (vec![(0.0, 1.0)], vec![], 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.resume(&q, &Limits::default())?;
+        let outcome = solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10)))?;
         if !outcome.converged() {
             return Err(format!("American put, LCP {k}: {outcome}").into());
         }
@@ -297,11 +298,11 @@ fn american_put(path: &Path) -> Drawn {
             }
         }
     }
-    println!(
+    print::line(format_args!(
         "American put: {} LCPs, {iterations} TMGS iterations, price {:.4} for spot 36 and strike 40",
         put.lcps(),
         40.0 * put.price(solver.z(), 0.9)
-    );
+    ))?;
     let axes = ["time to maturity in years", "spot / strike"];
     let perpetual = 0.06 / (0.06 + 0.5 * 0.2 * 0.2);
     let exercise = Panel::new("Where it is exercised", axes, (0.0, 1.0), (0.7, 1.0))

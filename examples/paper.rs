@@ -12,8 +12,8 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Rows};
-use hlcp_methods::{Limits, Method, Named, Norm, Parameters, Solver, Status};
+use hlcp_core::{Hlcp, Omega, Rows, files::printable};
+use hlcp_methods::{Limits, Named, Norm, Options, Parameters, Solver, Status};
 use hlcp_verify::{Example, Slider};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -21,6 +21,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 mod bounds;
 #[path = "paper/claims.rs"]
 mod claims;
+mod print;
 #[path = "paper/table.rs"]
 mod table;
 
@@ -137,7 +138,7 @@ fn measure<A: Rows<f64>, B: Rows<f64>>(
     tau: f64,
     method: &str,
     (a, b, q): (&A, &B, &[f64]),
-    limits: &Limits<f64>,
+    limits: &Limits,
     repeats: u16,
     bar: &ProgressBar,
 ) -> Result<Run, Box<dyn Error>> {
@@ -145,10 +146,10 @@ fn measure<A: Rows<f64>, B: Rows<f64>>(
     let problem = Hlcp::new(a, b, Omega::diagonal_ratio(tau, a, b)?)?;
     let mut solver = Solver::new(Named::parse(method, Parameters::default())?.on(problem)?);
     let start = vec![1.0; q.len()];
-    let mut outcome = solver.solve(q, &start, limits)?;
+    let mut outcome = solver.solve(q, Options::from_x(&start).limits(*limits))?;
     let mut seconds = vec![outcome.elapsed.as_secs_f64()];
     while seconds.len() < repeats.into() || seconds.iter().sum::<f64>() < 0.1 {
-        outcome = solver.solve(q, &start, limits)?;
+        outcome = solver.solve(q, Options::from_x(&start).limits(*limits))?;
         seconds.push(outcome.elapsed.as_secs_f64());
     }
     bar.inc(1);
@@ -159,14 +160,14 @@ fn measure<A: Rows<f64>, B: Rows<f64>>(
         method: method.to_owned(),
         status: outcome.status,
         iterations: outcome.iterations,
-        sweeps: outcome.iterations * solver.method().steps(),
+        sweeps: outcome.sweeps,
         seconds: Spread::of(seconds),
     })
 }
 
 /// The stopping test of Table 6: relative, since rounding keeps the residual of a fine slider above 10⁻¹⁰.
-fn slider_limits() -> Limits<f64> {
-    Limits { absolute: 0.0, relative: 1e-10, norm: Norm::L2, ..Limits::default() }
+fn slider_limits() -> Limits {
+    Limits { norm: Norm::L2, ..Limits::relative(1e-10) }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -186,7 +187,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let data = (&scene.a, &scene.b, &scene.q[..]);
             for tau in TAUS {
                 for method in SPLITTINGS.iter().flat_map(|s| FAMILIES.map(|f| format!("{f}{s}"))) {
-                    let limits = Limits::default();
+                    let limits = Limits::absolute(1e-10);
                     let repeats = arguments.repeats;
                     runs.push(measure(grid.table, m, tau, &method, data, &limits, repeats, &bar)?);
                 }
@@ -209,12 +210,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     tables.push(table_6(&runs));
     tables.push(mesh_convergence(if arguments.quick { &[50, 100] } else { &[50, 100, 200, 400] })?);
     tables.push(claims::table(&runs));
-    for table in &tables {
-        println!("{}", table.text());
-    }
     if let Some(folder) = &arguments.out {
         table::write(folder, &tables)?;
-        println!("written to {}", folder.display());
+    }
+    for table in &tables {
+        print::line(table.text())?;
+    }
+    if let Some(folder) = &arguments.out {
+        print::line(format_args!("written to {}", printable(folder.display())))?;
     }
     Ok(())
 }
@@ -295,7 +298,7 @@ fn mesh_convergence(sizes: &[usize]) -> Result<Table, Box<dyn Error>> {
         let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
         let mut mgs = Solver::new(Named::parse("MGS", Parameters::default())?.on(problem)?);
         let limits = Limits { iterations: 1_000_000, ..slider_limits() };
-        let outcome = mgs.solve(&q, &vec![1.0; q.len()], &limits)?;
+        let outcome = mgs.solve(&q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
         if !outcome.converged() {
             return Err(format!("MGS on the slider of {cells} cells: {}", outcome.status).into());
         }

@@ -7,10 +7,12 @@
 //! MGS, AMGS and TMGS with τ = 1 from x⁰ = e to an absolute 2-norm of 1e-10 (for the slider 1e-10 ‖q‖), at most 30,000
 //! iterations. Ends with an error if a figure misses what is published.
 
+mod print;
+
 use std::error::Error;
 
-use hlcp_core::{Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Limits, Named, Outcome, Parameters, Solver, Status};
+use hlcp_core::{Hlcp, LinearOperator, Norms, Omega, Rows};
+use hlcp_methods::{Limits, Named, Options, Outcome, Parameters, Solver, Status};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Slider};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
@@ -18,12 +20,15 @@ type Result<T> = std::result::Result<T, Box<dyn Error>>;
 const METHODS: [&str; 3] = ["MGS", "AMGS", "TMGS"];
 
 fn main() -> Result<()> {
-    println!("{:<36} {:<10} ours", "", "published");
+    print::line(format_args!("{:<36} {:<10} ours", "", "published"))?;
     journal_bearing()?;
     obstacle()?;
     bearing2d()?;
     american_put()?;
-    println!("\n{:<36} {:>5} {:>8} {:>8} {:>8}", "iterations", "n", "MGS", "AMGS", "TMGS");
+    print::line(format_args!(
+        "\n{:<36} {:>5} {:>8} {:>8} {:>8}",
+        "iterations", "n", "MGS", "AMGS", "TMGS"
+    ))?;
     counts()
 }
 
@@ -36,14 +41,14 @@ where
     let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
     let method = Named::parse(method, Parameters::default())?.on(Hlcp::new(a, b, omega)?)?;
     let mut solver = Solver::new(method);
-    let limits = Limits { relative, ..Limits::default() };
-    let outcome = solver.solve(q, &vec![1.0; q.len()], &limits)?;
+    let limits = Limits::absolute(f64::max(1e-10, relative * Norms::of(q).l2));
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
     Ok((solver.z().to_vec(), outcome))
 }
 
 /// Prints a published figure and ours; an error unless they agree.
 fn compare(what: &str, published: &str, ours: &str, agree: bool) -> Result<()> {
-    println!("{what:<36} {published:<10} {ours}");
+    print::line(format_args!("{what:<36} {published:<10} {ours}"))?;
     if agree { Ok(()) } else { Err(format!("{what}: {ours} is not {published}").into()) }
 }
 
@@ -92,7 +97,7 @@ fn put_price(method: &str, put: AmericanPut, warm: bool) -> Result<(f64, usize)>
     let (mut solver, mut iterations) = (Solver::new(method), 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.solve(&q, &x, &Limits::default())?;
+        let outcome = solver.solve(&q, Options::from_x(&x).limits(Limits::absolute(1e-10)))?;
         if !outcome.converged() {
             return Err(format!("American put, LCP {k}: {outcome}").into());
         }
@@ -126,7 +131,7 @@ where
     A: Rows<f64> + Clone,
     B: Rows<f64> + Clone,
 {
-    print!("{what:<36} {:>5}", q.len());
+    let mut line = format!("{what:<36} {:>5}", q.len());
     for method in METHODS {
         let (_, outcome) = solved(method, a.clone(), b.clone(), q, relative)?;
         let cell = match outcome.status {
@@ -134,10 +139,9 @@ where
             Status::Diverged(_) => "diverges".to_owned(),
             _ => format!("({:.0e})", outcome.residual.l2),
         };
-        print!(" {cell:>8}");
+        line += &format!(" {cell:>8}");
     }
-    println!();
-    Ok(())
+    Ok(print::line(line)?)
 }
 
 fn counts() -> Result<()> {
@@ -181,11 +185,11 @@ fn counts() -> Result<()> {
     for (warm, name) in [(true, "warm"), (false, "cold")] {
         for m in [32, 64] {
             let order = put(m, m).pose::<f64>()?.0.order();
-            print!("{:<36} {order:>5}", format!("put, m = steps = {m}, {name}"));
+            let mut line = format!("{:<36} {order:>5}", format!("put, m = steps = {m}, {name}"));
             for method in METHODS {
-                print!(" {:>8}", put_price(method, put(m, m), warm)?.1);
+                line += &format!(" {:>8}", put_price(method, put(m, m), warm)?.1);
             }
-            println!();
+            print::line(line)?;
         }
     }
     Ok(())

@@ -1,7 +1,7 @@
 //! Iteration counts on Examples 1 and 2 at m = 128 and on the disc, as independent implementations found them.
 
 use hlcp_core::{Aor, Hlcp, Omega};
-use hlcp_methods::{Divergence, Limits, Named, Outcome, Parameters, Solver, Status, Tmms};
+use hlcp_methods::{Divergence, Limits, Named, Options, Outcome, Parameters, Solver, Status, Tmms};
 use hlcp_verify::{Disc, Example};
 
 /// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν = 0, and
@@ -33,7 +33,9 @@ fn counts_are_the_anchors_within_one() {
                 let method = Named::parse(name, parameters).unwrap().on(problem).unwrap();
                 let mut solver = Solver::new(method);
                 let start = vec![1.0; scene.q.len()];
-                let outcome = solver.solve(&scene.q, &start, &Limits::default()).unwrap();
+                let outcome = solver
+                    .solve(&scene.q, Options::from_x(&start).limits(Limits::absolute(1e-10)))
+                    .unwrap();
                 assert!(outcome.converged());
                 assert!(
                     outcome.iterations.abs_diff(count) <= 1,
@@ -50,7 +52,9 @@ fn tmsor_on_disc(lcp: bool, m: usize, alpha: f64) -> Outcome {
     let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
     let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
     let mut solver = Solver::new(Tmms::mirrored(problem, Aor::sor(alpha).unwrap()).unwrap());
-    let outcome = solver.solve(&scene.q, &vec![1.0; scene.q.len()], &Limits::default()).unwrap();
+    let outcome = solver
+        .solve(&scene.q, Options::from_x(&vec![1.0; scene.q.len()]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     if outcome.converged() {
         // The error is the residual times the inverse of a matrix of columns of A and B, of norm O(m²/8).
         let off = outcome.residual.linf * (m * m) as f64 + 1e-12;

@@ -5,8 +5,8 @@ mod common;
 use common::{planted, posed};
 use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Divergence, Limits, Method, Mms, Named, Newton, Norm, Outcome,
-    Parameters, Solver, Ssor, Status, Tmms,
+    AdaptiveSor, Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Norm, Options,
+    Outcome, Parameters, Solver, Ssor, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Slider};
 use nalgebra::{DMatrix, DVector};
@@ -24,14 +24,14 @@ proptest! {
         let q = Rhs::new(p.dense.q.as_slice()).unwrap();
         let method = || Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
         let (mut anderson, mut base) = (Anderson::new(method(), window).unwrap(), method());
-        let (mut x, mut half, mut y) = (x0[..n].to_vec(), vec![0.0; n], vec![f64::NAN; n]);
+        let (mut x, mut spare, mut y) = (x0[..n].to_vec(), vec![0.0; n], vec![f64::NAN; n]);
         let (mut images, mut moves): (Vec<DVector<f64>>, Vec<DVector<f64>>) = (vec![], vec![]);
         let mut last = f64::INFINITY;
         for _ in 0..6 {
-            let norms = anderson.step(0, &q, &x, &mut y);
-            prop_assert_eq!(norms, base.step(0, &q, &x, &mut half));
+            let norms = anderson.step(&q, &x, &mut y, &mut Clock::endless());
             let mut g = vec![0.0; n];
-            let _ = base.step(1, &q, &half, &mut g);
+            prop_assert_eq!(norms, base.step(&q, &x, &mut g, &mut Clock::endless()));
+            base.complete(&q, &mut g, &mut spare);
             if norms.l2 > 2.0 * last {
                 images.clear();
                 moves.clear();
@@ -75,7 +75,7 @@ proptest! {
         let start: Vec<f64> = p.x().iter().zip(&shift).map(|(x, shift)| x * shift).collect();
         let jacobi = Mms::new(posed(&p.dense), Aor::jacobi()).unwrap();
         let mut anderson = Solver::new(Anderson::new(jacobi, n).unwrap());
-        let outcome = anderson.solve(p.dense.q.as_slice(), &start, &Limits::default()).unwrap();
+        let outcome = anderson.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(Limits::absolute(1e-10))).unwrap();
         // Two more for directions that are cut as nearly dependent.
         prop_assert!(outcome.converged() && outcome.iterations <= n + 3, "{} {}", n, outcome);
     }
@@ -86,14 +86,14 @@ proptest! {
         window in 1..12_usize,
         x0 in vec(-9.0..9.0, 24),
     ) {
-        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::default() });
+        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) });
         for exchanged in [false, true] {
             let problem = posed(&p.dense);
             let problem = if exchanged { problem.exchanged().unwrap() } else { problem };
             let base: Box<dyn Method<f64, A = _, B = _>> =
                 Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
             let mut anderson = Solver::new(Anderson::new(base, window).unwrap());
-            let outcome = anderson.solve(p.dense.q.as_slice(), &x0[..n], &limits).unwrap();
+            let outcome = anderson.solve(p.dense.q.as_slice(), Options::from_x(&x0[..n]).limits(limits)).unwrap();
             prop_assert!(outcome.converged() && outcome.sweeps == 2 * outcome.answer, "{}", outcome);
             // The margin of tests/planted.rs.
             for i in 0..n {
@@ -134,7 +134,7 @@ impl Method<f64> for Trap {
     }
 
     /// Halves the distance to the solution; but the first two images are such that their mixture is 1/short away.
-    fn step(&mut self, _: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
+    fn step(&mut self, q: &Rhs<'_, f64>, x: &[f64], y: &mut Vec<f64>, _: &mut Clock<'_>) -> Norms {
         let solution = -q.entries()[0] / 2.0;
         self.images += 1;
         y[0] = match self.images {
@@ -157,12 +157,12 @@ fn a_mixture_that_is_lost_is_given_up_for_the_plain_iterate() {
         let mut anderson = Anderson::new(Trap { problem, images: 0, short }, 1).unwrap();
         let q = [-20.0];
         let q = Rhs::new(&q).unwrap();
-        let (mut x, mut y) = ([4.0], [f64::NAN]);
+        let (mut x, mut y) = (vec![4.0], vec![f64::NAN]);
         let mut visited = vec![];
         for _ in 0..4 {
             visited.push(x[0]);
-            let _ = anderson.step(0, &q, &x, &mut y);
-            x = y;
+            let _ = anderson.step(&q, &x, &mut y, &mut Clock::endless());
+            std::mem::swap(&mut x, &mut y);
         }
         assert_eq!(visited[..2], [4.0, 5.0]);
         // The mixture, and what it was made of.
@@ -178,8 +178,9 @@ fn divergence_is_reported() {
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(4.0)).unwrap();
     let base = Tmms::mirrored(problem, Aor::sor(1.8).unwrap()).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 10).unwrap());
-    let limits = Limits { iterations: 3000, ..Limits::default() };
-    let outcome = anderson.solve(&scene.q, &vec![1.0; 1600], &limits).unwrap();
+    let limits = Limits { iterations: 3000, ..Limits::absolute(1e-10) };
+    let outcome =
+        anderson.solve(&scene.q, Options::from_x(&vec![1.0; 1600]).limits(limits)).unwrap();
     assert!(!outcome.converged() && outcome.residual.l2.is_finite(), "{outcome}");
 }
 
@@ -208,7 +209,9 @@ fn nan_ends_in_divergence() {
     let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let base = Mms::new(problem, Correction(slow)).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
-    let outcome = anderson.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    let outcome = anderson
+        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert!(outcome.iterations >= 5);
 }
@@ -220,9 +223,9 @@ fn the_floor_is_stagnation() {
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
     let q: Vec<f64> = (0..144).map(|i| f64::sin(1.3 * i as f64) + 0.2).collect();
     let base = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
-    let limits = Limits { absolute: 0.0, ..Limits::default() };
+    let limits = Limits::absolute(0.0);
     let mut anderson = Solver::new(Anderson::new(base, 5).unwrap());
-    let outcome = anderson.solve(&q, &[1.0; 144], &limits).unwrap();
+    let outcome = anderson.solve(&q, Options::from_x(&[1.0; 144]).limits(limits)).unwrap();
     assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
     // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 144 rows.
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::EPSILON * 12.0);
@@ -239,9 +242,9 @@ fn a_step_taken_twice_is_taken_once() {
         let mut anderson = Anderson::new(tmgs.clone(), 4).unwrap();
         let (mut x, mut y) = (vec![1.0; 144], vec![0.0; 144]);
         for _ in 0..15 {
-            let _ = anderson.step(0, &q, &x, &mut y);
+            let _ = anderson.step(&q, &x, &mut y, &mut Clock::endless());
             if twice {
-                let _ = anderson.step(0, &q, &x, &mut y);
+                let _ = anderson.step(&q, &x, &mut y, &mut Clock::endless());
             }
             std::mem::swap(&mut x, &mut y);
         }
@@ -273,25 +276,23 @@ const METHODS: [(&str, [Option<f64>; 2]); 16] = [
 fn never_more<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(
     (a, b, q): (&A, &B, &[f64]),
     tau: f64,
-    relative: f64,
+    limits: Limits,
 ) -> Vec<f64> {
     let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
     let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
-    let absolute = if relative > 0.0 { 0.0 } else { 1e-10 };
-    let limits = Limits { absolute, relative, ..Limits::default() };
     let start = vec![1.0; q.len()];
     let mut gains = vec![];
     for (name, [alpha, beta]) in METHODS {
         let named =
             Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).unwrap();
         let method = || named.on(problem.clone()).unwrap();
-        let plain = Solver::new(method()).solve(q, &start, &limits).unwrap();
+        let plain = Solver::new(method()).solve(q, Options::from_x(&start).limits(limits)).unwrap();
         for window in [2, 5, 10] {
             if !plain.converged() {
                 continue;
             }
             let mut anderson = Solver::new(Anderson::new(method(), window).unwrap());
-            let fast = anderson.solve(q, &start, &limits).unwrap();
+            let fast = anderson.solve(q, Options::from_x(&start).limits(limits)).unwrap();
             assert!(
                 fast.converged() && fast.iterations <= plain.iterations,
                 "{name}({window}) tau {tau}: {fast} against {plain}"
@@ -309,7 +310,8 @@ fn never_more_iterations_on_the_papers_examples() {
         for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 0.0), (0.0, 4.0)] {
             for tau in [0.8, 1.0, 1.2] {
                 let scene = Example { symmetric, m: 40, mu, nu }.pose::<f64>().unwrap();
-                let gains = never_more((&scene.a, &scene.b, &scene.q), tau, 0.0);
+                let gains =
+                    never_more((&scene.a, &scene.b, &scene.q), tau, Limits::absolute(1e-10));
                 println!(
                     "{symmetric} {mu} {nu} {tau}: {:.2} {:.2}",
                     gains[0],
@@ -324,7 +326,7 @@ fn never_more_iterations_on_the_papers_examples() {
 fn never_more_iterations_on_the_slider() {
     for cells in [50, 100] {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-        let gains = never_more((&a, &b, &q), 1.0, 1e-10);
+        let gains = never_more((&a, &b, &q), 1.0, Limits::relative(1e-10));
         println!("slider {cells}: {:.2} {:.2}", gains[0], gains[gains.len() / 2]);
     }
 }
@@ -333,7 +335,7 @@ fn never_more_iterations_on_the_slider() {
 fn never_more_iterations_on_the_disc() {
     for lcp in [true, false] {
         let scene = Disc { lcp, m: 40 }.pose::<f64>().unwrap();
-        let gains = never_more((&scene.a, &scene.b, &scene.q), 1.0, 0.0);
+        let gains = never_more((&scene.a, &scene.b, &scene.q), 1.0, Limits::absolute(1e-10));
         println!("disc {lcp}: {:.2} {:.2}", gains[0], gains[gains.len() / 2]);
     }
 }
@@ -346,7 +348,9 @@ fn a_solve_forgets_the_last_one() {
     let sor = AdaptiveSor::new(Hlcp::new(scene.a, scene.b, omega).unwrap()).unwrap();
     let mut anderson = Solver::new(Anderson::new(sor, 3).unwrap());
     let mut solve = || {
-        let outcome = anderson.solve(&scene.q, &vec![1.0; 31 * 31], &Limits::default()).unwrap();
+        let outcome = anderson
+            .solve(&scene.q, Options::from_x(&vec![1.0; 31 * 31]).limits(Limits::absolute(1e-10)))
+            .unwrap();
         assert!(outcome.converged() && outcome.iterations > 30, "{outcome}");
         ((outcome.iterations, outcome.sweeps), anderson.x().to_vec())
     };
@@ -363,10 +367,11 @@ fn inner_iterations_are_those_of_the_base() {
     let mut anderson = Anderson::new(newton.clone(), 2).unwrap();
     let q = Rhs::new(&scene.q).unwrap();
     let (x, mut y) = (vec![1.0; 144], vec![0.0; 144]);
-    let norms = newton.step(0, &q, &x, &mut y);
-    assert_eq!(anderson.step(0, &q, &x, &mut y), norms);
-    assert!(newton.linear_iterations() > Some(1));
-    assert_eq!(anderson.linear_iterations(), newton.linear_iterations());
+    let norms = newton.step(&q, &x, &mut y, &mut Clock::endless());
+    assert_eq!(anderson.step(&q, &x, &mut y, &mut Clock::endless()), norms);
+    let work = newton.work().unwrap();
+    assert!(work.linear_iterations > Some(1));
+    assert_eq!(anderson.work(), Some(work));
 }
 
 fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {
@@ -375,7 +380,9 @@ fn anderson_on_disc<T: Scalar>(lcp: bool, m: usize, window: usize) -> Outcome {
     let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
     let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
     let mut anderson = Solver::new(Anderson::new(tmgs, window).unwrap());
-    anderson.solve(&scene.q, &vec![T::one(); m * m], &Limits::default()).unwrap()
+    anderson
+        .solve(&scene.q, Options::from_x(&vec![T::one(); m * m]).limits(Limits::absolute(1e-10)))
+        .unwrap()
 }
 
 /// TMGS alone takes 4853, 18508, 3497 and 12933.

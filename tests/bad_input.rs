@@ -4,7 +4,7 @@ use hlcp_core::{
     Aor, Coefficients, DiagonalMatrix, Error, FivePoint, FivePointView, Hlcp, Jacobi,
     LinearOperator, Omega, Rhs, VaryingFivePoint,
 };
-use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Parameters, Solver, Tmms};
+use hlcp_methods::{Amms, Limits, Mms, NameError, Named, Options, Parameters, Solver, Tmms};
 
 mod common;
 use common::Matrix;
@@ -34,7 +34,8 @@ fn orders_that_differ() {
         (5, 6, Error::Order { what: "q", found: 5, expected: 6 }),
         (6, 7, Error::Order { what: "x0", found: 7, expected: 6 }),
     ] {
-        let outcome = solver.solve(&vec![1.0; q], &vec![1.0; x0], &Limits::default());
+        let outcome = solver
+            .solve(&vec![1.0; q], Options::from_x(&vec![1.0; x0]).limits(Limits::absolute(1e-10)));
         assert_eq!(outcome.unwrap_err(), refused);
     }
 }
@@ -99,9 +100,17 @@ fn numbers_that_are_not_finite() {
         let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
         let mut spoilt = [1.5; 6];
         spoilt[4] = bad;
-        let limits = Limits::default();
-        refused_at(solver.solve(&spoilt, &[1.5; 6], &limits).unwrap_err(), 4, "q");
-        refused_at(solver.solve(&[1.5; 6], &spoilt, &limits).unwrap_err(), 4, "x0");
+        let limits = Limits::absolute(1e-10);
+        refused_at(
+            solver.solve(&spoilt, Options::from_x(&[1.5; 6]).limits(limits)).unwrap_err(),
+            4,
+            "q",
+        );
+        refused_at(
+            solver.solve(&[1.5; 6], Options::from_x(&spoilt).limits(limits)).unwrap_err(),
+            4,
+            "x0",
+        );
 
         let mut omega = vec![2.0; 6];
         omega[2] = bad;
@@ -175,10 +184,13 @@ fn parameters_out_of_range() {
         let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
         if bad != 0.0 {
             for (limits, name) in [
-                (Limits { absolute: bad, ..Limits::default() }, "absolute tolerance"),
-                (Limits { relative: bad, ..Limits::default() }, "relative tolerance"),
+                (Limits::absolute(bad), "absolute tolerance"),
+                (Limits::relative(bad), "relative tolerance"),
             ] {
-                named(solver.solve(&[1.5; 6], &[0.5; 6], &limits).unwrap_err(), name);
+                named(
+                    solver.solve(&[1.5; 6], Options::from_x(&[0.5; 6]).limits(limits)).unwrap_err(),
+                    name,
+                );
             }
         }
     }

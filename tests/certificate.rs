@@ -8,7 +8,7 @@ use common::Matrix;
 use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Omega, Rows,
 };
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{Certificate, Example, Slider, Witness, certify, certify_with};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
@@ -351,7 +351,9 @@ fn examples_are_certified_tightly() {
             let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
             let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
             let start = Instant::now();
-            let outcome = solver.solve(&scene.q, &vec![1.0; m * m], &Limits::default()).unwrap();
+            let outcome = solver
+                .solve(&scene.q, Options::from_x(&vec![1.0; m * m]).limits(Limits::absolute(1e-10)))
+                .unwrap();
             let (solve, start) = (start.elapsed(), Instant::now());
             assert!(outcome.converged());
             let certificate =

@@ -1,7 +1,7 @@
 //! The certificate on the slider and the disc scenes.
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega};
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{AorStep, Convergence, Disc, Slider, Witness, certify, convergence};
 
 /// Convergence is not proved; uniqueness is, by the sum witness.
@@ -32,8 +32,9 @@ fn disc_scenes_are_certified() {
         let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
         let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
         for iterations in [20, 30_000] {
-            let limits = Limits { iterations, ..Limits::default() };
-            let outcome = solver.solve(&scene.q, &vec![1.0; m * m], &limits).unwrap();
+            let limits = Limits { iterations, ..Limits::absolute(1e-10) };
+            let outcome =
+                solver.solve(&scene.q, Options::from_x(&vec![1.0; m * m]).limits(limits)).unwrap();
             assert_eq!(outcome.converged(), iterations > 20);
             let found = certify(&scene.a, &scene.b, &scene.q, solver.z(), solver.r()).unwrap();
             let bounds = found.expect("an M-matrix");

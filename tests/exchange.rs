@@ -4,7 +4,7 @@ mod common;
 
 use common::{Matrix, planted, posed};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows};
-use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Solver, Tmms};
+use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::oracle::{Dense, aor_splitting};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -29,7 +29,7 @@ proptest! {
         let mut mms = Mms::new(posed(&p.dense).exchanged().unwrap(), aor).unwrap();
         let q = Rhs::new(p.dense.q.as_slice()).unwrap();
         let mut y = vec![f64::NAN; x.len()];
-        let _ = mms.step(0, &q, x.as_slice(), &mut y);
+        let _ = mms.step(&q, x.as_slice(), &mut y, &mut Clock::endless());
         let scale = expected.amax().max(p.dense.q.amax()).max(1.0);
         prop_assert!((DVector::from_vec(y) - expected).amax() <= 1e-12 * scale);
     }
@@ -37,15 +37,15 @@ proptest! {
     /// z and r of the problem as posed come back, and are measured in it; exchanging twice is no exchange.
     #[test]
     fn the_solution_is_that_of_the_problem_as_posed(p in planted(1..20, 0.15)) {
-        let limits = Limits { norm: Norm::LInf, ..Limits::default() };
+        let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
         let exchanged = posed(&p.dense).exchanged().unwrap();
         let twice = exchanged.clone().exchanged().unwrap();
         let start = vec![0.4; p.z.len()];
         let mut one = Solver::new(Tmms::mirrored(exchanged, Aor::gauss_seidel()).unwrap());
         let mut two = Solver::new(Tmms::mirrored(twice, Aor::gauss_seidel()).unwrap());
         let outcomes = [
-            one.solve(p.dense.q.as_slice(), &start, &limits).unwrap(),
-            two.solve(p.dense.q.as_slice(), &start, &limits).unwrap(),
+            one.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap(),
+            two.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap(),
         ];
         for (outcome, z, r) in [(outcomes[0], one.z(), one.r()), (outcomes[1], two.z(), two.r())] {
             prop_assert!(outcome.converged());
@@ -84,8 +84,8 @@ proptest! {
         let mut one = Solver::new(Amms::new(stencils.exchanged().unwrap(), aor).unwrap());
         let mut two = Solver::new(Amms::new(matrices.exchanged().unwrap(), aor).unwrap());
         let outcomes = [
-            one.solve(&q, &[0.3; 20], &Limits::default()).unwrap(),
-            two.solve(&q, &[0.3; 20], &Limits::default()).unwrap(),
+            one.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
+            two.solve(&q, Options::from_x(&[0.3; 20]).limits(Limits::absolute(1e-10))).unwrap(),
         ];
         prop_assert!(outcomes[0].converged() && outcomes[1].converged());
         prop_assert!(outcomes[0].iterations.abs_diff(outcomes[1].iterations) <= 1);
@@ -112,7 +112,7 @@ proptest! {
                 prop_assert!((r[i] - p.r[i]).abs() <= 4.0 * f64::EPSILON * p.r[i]);
             }
             let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-            let outcome = solver.solve(p.dense.q.as_slice(), &x, &Limits::default()).unwrap();
+            let outcome = solver.solve(p.dense.q.as_slice(), Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
             prop_assert_eq!(outcome.iterations, 0);
         }
     }

@@ -6,9 +6,10 @@
 mod common;
 
 use common::{Matrix, posed};
-use hlcp_core::{Aor, Hlcp, Identity, Norms, Omega, Rows};
+use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
 use hlcp_methods::{
-    Divergence, GROWTH, Limits, Method, Named, Outcome, PATIENCE, Parameters, Solver, Status, Tmms,
+    Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,
+    Status, Tmms,
 };
 use hlcp_verify::{Disc, Planted, Slider, certify};
 use nalgebra::{dmatrix, dvector};
@@ -19,10 +20,10 @@ fn solve<M: Method<f64>>(
     method: M,
     q: &[f64],
     x0: &[f64],
-    limits: Limits<f64>,
+    limits: Limits,
 ) -> (Outcome, Solver<f64, M>) {
     let mut solver = Solver::new(method).with_history(limits.iterations + 1);
-    let outcome = solver.solve(q, x0, &limits).unwrap();
+    let outcome = solver.solve(q, Options::from_x(x0).limits(limits)).unwrap();
     let residuals: Vec<f64> = solver.history().iter().map(|norms| norms.l2).collect();
     assert_eq!(residuals.len(), outcome.iterations + 1);
     let smallest = residuals.iter().copied().fold(f64::INFINITY, f64::min);
@@ -45,8 +46,8 @@ fn tmsor<A: Rows<f64>, B: Rows<f64>>(a: A, b: B, alpha: f64) -> impl Method<f64,
     Tmms::mirrored(Hlcp::new(a, b, omega).unwrap(), Aor::sor(alpha).unwrap()).unwrap()
 }
 
-fn relative(tolerance: f64) -> Limits<f64> {
-    Limits { absolute: 0.0, relative: tolerance, ..Limits::default() }
+fn relative(tolerance: f64) -> Limits {
+    Limits::relative(tolerance)
 }
 
 /// TMSOR 1.5 and 1.8 on disc-lcp: growth by a factor of 1.2 an iteration, which is not called divergence before 10¹⁶.
@@ -56,7 +57,7 @@ fn over_relaxed_tmsor_on_the_disc() {
         let m = 64;
         let scene = Disc { lcp: true, m }.pose::<f64>().unwrap();
         let method = tmsor(scene.a, scene.b, alpha);
-        let (outcome, solver) = solve(method, &scene.q, &vec![1.0; m * m], Limits::default());
+        let (outcome, solver) = solve(method, &scene.q, &vec![1.0; m * m], Limits::absolute(1e-10));
         assert_eq!(outcome.status, Status::Diverged(Divergence::Growth));
         assert!(
             (soonest..latest).contains(&outcome.iterations) && outcome.answer < 20,
@@ -73,7 +74,7 @@ fn over_relaxed_tmsor_on_the_disc() {
 fn a_p_matrix_outside_h_plus() {
     let a = Matrix(dmatrix![1.0, 2.0; -2.0, 1.0]);
     let method = tmsor(a, Identity { order: 2 }, 1.0);
-    let (outcome, _) = solve(method, &[-1.5, 0.7], &[1.0; 2], Limits::default());
+    let (outcome, _) = solve(method, &[-1.5, 0.7], &[1.0; 2], Limits::absolute(1e-10));
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
     assert!(outcome.iterations < 40 && outcome.residual.l2 > 1.0);
 }
@@ -87,7 +88,7 @@ fn an_h_plus_pair_without_ii() {
     assert_eq!(solutions.len(), 2);
     let method = || Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
     for start in [[3.0, 3.0], [-3.0, -3.0], [2.0, -2.0]] {
-        let (outcome, solver) = solve(method(), q, &start, Limits::default());
+        let (outcome, solver) = solve(method(), q, &start, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
         assert!((solver.r()[0] - 7.02).abs() < 1e-8 && (solver.r()[1] - 4.34).abs() < 1e-8);
         let certificate = certify(
@@ -102,7 +103,7 @@ fn an_h_plus_pair_without_ii() {
     for (z, r) in &solutions {
         let mut x = [0.0; 2];
         posed(&p.dense).modulus(z.as_slice(), r.as_slice(), &mut x);
-        let (outcome, _) = solve(method(), q, &x, Limits::default());
+        let (outcome, _) = solve(method(), q, &x, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations == 0, "{outcome}");
     }
 }
@@ -114,7 +115,7 @@ fn an_h_plus_pair_without_condition_8() {
     let p = Planted::new(a, b, &[3.8, 1.1], dvector![0.7, 2.25], 1.0);
     for (start, period) in [([0.1, 0.2], 3), ([3.0, 3.0], 1)] {
         let method = Tmms::mirrored(posed(&p.dense), Aor::gauss_seidel()).unwrap();
-        let (outcome, _) = solve(method, p.dense.q.as_slice(), &start, Limits::default());
+        let (outcome, _) = solve(method, p.dense.q.as_slice(), &start, Limits::absolute(1e-10));
         assert_eq!(outcome.status, Status::Cycling { period });
         assert!(outcome.iterations < 150 && outcome.residual.l2 > 0.1, "{outcome}");
     }
@@ -126,11 +127,11 @@ fn an_h_plus_pair_without_condition_8() {
 fn a_singular_pair() {
     let singular = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
     let method = || tmsor(singular.clone(), singular.clone(), 0.7);
-    let (outcome, _) = solve(method(), &[1.5, -1.5], &[1.0, 0.3], Limits::default());
+    let (outcome, _) = solve(method(), &[1.5, -1.5], &[1.0, 0.3], Limits::absolute(1e-10));
     assert!(outcome.converged() && outcome.iterations < 20, "{outcome}");
 
     // The rows sum to zero, q does not.
-    let limits = Limits { iterations: 3000, ..Limits::default() };
+    let limits = Limits { iterations: 3000, ..Limits::absolute(1e-10) };
     let (outcome, _) = solve(method(), &[1.0, 1.5], &[1.0; 2], limits);
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3000));
     assert!(outcome.residual.l2 >= 2.5 / 2_f64.sqrt() * (1.0 - 1e-12)); // what no z and r go below
@@ -149,18 +150,18 @@ fn a_pair_with_three_solutions() {
         ([-0.5, -0.5], [0.0, 0.0], [1.0, 1.0]),
         ([-1.0 / 6.0, 1.0 / 6.0], [0.0, 1.0 / 3.0], [1.0 / 3.0, 0.0]),
     ] {
-        let (outcome, solver) = solve(method(), &q, &start, Limits::default());
+        let (outcome, solver) = solve(method(), &q, &start, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations == 0, "{outcome}");
         assert_eq!((solver.z(), solver.r()), (&z[..], &r[..]));
     }
     for start in [[1.0, 1.0], [-1.0, -1.0], [-0.2, 0.3]] {
-        let (outcome, _) = solve(method(), &q, &start, Limits::default());
+        let (outcome, _) = solve(method(), &q, &start, Limits::absolute(1e-10));
         assert_eq!(outcome.status, Status::Cycling { period: 2 });
         assert!(outcome.iterations < 20, "{outcome}");
     }
 }
 
-fn slider(cells: usize, name: &str, limits: Limits<f64>) -> Outcome {
+fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
     let (a, b, q) = Slider { cells }.pose().unwrap();
     let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
     let method = Named::parse(name, Parameters::default()).unwrap();
@@ -181,7 +182,7 @@ fn tmjsor4_on_the_slider_runs_out_of_iterations() {
 /// An absolute tolerance below what the terms of the residual, of the size of 10³, can cancel to.
 #[test]
 fn the_slider_below_its_floor() {
-    let limits = Limits { absolute: 1e-16, ..Limits::default() };
+    let limits = Limits::absolute(1e-16);
     let outcome = slider(32, "MGS", limits);
     assert_eq!(outcome.status, Status::Stagnated);
     assert!(outcome.iterations < 1000 + 2 * PATIENCE && outcome.residual.l2 < 1e-12, "{outcome}");
@@ -197,9 +198,13 @@ fn generic() -> impl Method<f64> {
 fn overflow() {
     let (outcome, _) = solve(generic(), &[-1e307, 0.9e307], &[0.0; 2], relative(1e-10));
     assert!(outcome.converged() && outcome.iterations < 60, "{outcome}");
-    let (outcome, _) = solve(generic(), &[-1.7e308, 1.6e308], &[0.0; 2], Limits::default());
+    let q = [-1.7e308, 1.6e308];
+    let (outcome, _) = solve(generic(), &q, &[0.0; 2], Limits::absolute(1e-10));
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert_eq!((outcome.iterations, outcome.residual.l2), (0, f64::INFINITY));
+    // A part of an infinite norm is no tolerance.
+    let refused = Solver::new(generic()).solve(&q, relative(1e-10)).unwrap_err();
+    assert!(matches!(refused, Error::Parameter { value: f64::INFINITY, .. }), "{refused}");
 }
 
 /// Near the smallest number: subnormal data converge as far as they have digits, and rest where they have none left.

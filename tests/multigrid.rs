@@ -7,8 +7,8 @@ use hlcp_core::{
     Scalar, Tridiagonal, VaryingFivePoint,
 };
 use hlcp_methods::{
-    Coarsen, Cycle, Divergence, FullMultigrid, Grids, Limits, Method, Multigrid, Outcome, Solver,
-    Status, Tmms,
+    Clock, Coarsen, Cycle, Divergence, FullMultigrid, Grids, Limits, Method, Multigrid, Options,
+    Outcome, Solver, Status, Tmms,
 };
 use hlcp_verify::{Disc, Example, Posed};
 use proptest::prelude::*;
@@ -24,9 +24,9 @@ fn problem<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone>(
 fn solve_from_ones<T: Scalar, M: Method<T>>(
     solver: &mut Solver<T, M>,
     q: &[T],
-    limits: &Limits<T>,
+    limits: &Limits,
 ) -> Outcome {
-    solver.solve(q, &vec![T::one(); q.len()], limits).unwrap()
+    solver.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(*limits)).unwrap()
 }
 
 fn largest_difference<T: Scalar>(u: &[T], v: &[T]) -> f64 {
@@ -36,7 +36,7 @@ fn largest_difference<T: Scalar>(u: &[T], v: &[T]) -> f64 {
 fn disc_cycles(lcp: bool, m: usize, cycle: Cycle) -> usize {
     let scene = Disc { lcp, m }.pose::<f64>().unwrap();
     let mut solver = Solver::new(Multigrid::new(problem(&scene), cycle).unwrap());
-    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     assert!(outcome.converged(), "{m}, lcp {lcp}, {cycle:?}: {outcome}");
     assert_eq!(solver.method().coarse_grids_help(), Some(true));
     // The inverse of A has the norm (m + 1)²/2π², and so have the mixtures of columns of A and B up to a small factor.
@@ -68,7 +68,7 @@ fn single_precision_takes_no_more_cycles() {
     for lcp in [true, false] {
         let scene = Disc { lcp, m: 127 }.pose::<f32>().unwrap();
         let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
-        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
         // The residual's rounding, 4 ε (‖q‖ + …), times the inverse of A: 4·6e-8·4·128·0.5/128·128² near 0.01.
         assert!(largest_difference(solver.z(), &scene.z) <= 1e-2);
@@ -110,10 +110,10 @@ fn rectangles_scalings_and_the_exchange_are_solved_alike() {
         assert!(largest_difference(z, &scene.z) <= 1e-7 && largest_difference(r, &scene.r) <= 1e-7);
     };
     let mut solver = Solver::new(Multigrid::new(posed.clone(), Cycle::W).unwrap());
-    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     check(solver.z(), solver.r(), outcome);
     let mut solver = Solver::new(Multigrid::new(posed.exchanged().unwrap(), Cycle::W).unwrap());
-    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     check(solver.z(), solver.r(), outcome);
 }
 
@@ -143,7 +143,7 @@ fn a_jump_in_the_coefficients_costs_few_cycles_more() {
             planted_disc([m, m], a, b.unwrap(), 1.0)
         };
         let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
-        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations <= 20, "{m}: {outcome}");
         assert!(largest_difference(solver.z(), &scene.z) <= 1e-6);
     }
@@ -171,7 +171,7 @@ fn levels_of_a_users_own_serve_as_well() {
     let scene = Disc { lcp: true, m: 63 }.pose::<f64>().unwrap();
     let solve = |multigrid| {
         let mut solver: Solver<f64, Multigrid<f64, _, _>> = Solver::new(multigrid);
-        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+        let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
         assert!(outcome.converged());
         (outcome.iterations, solver.x().to_vec())
     };
@@ -236,10 +236,11 @@ fn nested_iteration_ends_below_the_discretisation_error() {
         let scene = obstacle(m);
         let mut multigrid = Multigrid::new(problem(&scene), Cycle::F).unwrap();
         let mut x = vec![f64::NAN; scene.q.len()];
-        multigrid.nested(&Rhs::new(&scene.q).unwrap(), &mut x);
+        multigrid.nested(&Rhs::new(&scene.q).unwrap(), &mut x, &mut Clock::endless());
         let nested: Vec<f64> = x.iter().map(|x| x.abs() + x).collect();
         let mut solver = Solver::new(multigrid);
-        let outcome = solver.solve(&scene.q, &x, &Limits::default()).unwrap();
+        let outcome =
+            solver.solve(&scene.q, Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
         assert!(outcome.converged(), "{m}: {outcome}");
         let discretisation = distances(m, solver.z(), &scene.z);
         if m == 17 {
@@ -260,11 +261,12 @@ fn alternating_signs_are_left_to_sweeps() {
         for (mu, m) in [(4.0, 127), (4.0, 128), (0.0, 128)] {
             let scene = Example { symmetric, m, mu, nu: mu }.pose::<f64>().unwrap();
             let mut multigrid = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
-            let cycles = solve_from_ones(&mut multigrid, &scene.q, &Limits::default());
+            let cycles = solve_from_ones(&mut multigrid, &scene.q, &Limits::absolute(1e-10));
             assert!(cycles.converged(), "{cycles}");
             assert_eq!(multigrid.method().coarse_grids_help(), Some(false));
             let tmgs = Tmms::mirrored(problem(&scene), Aor::gauss_seidel()).unwrap();
-            let sweeps = solve_from_ones(&mut Solver::new(tmgs), &scene.q, &Limits::default());
+            let sweeps =
+                solve_from_ones(&mut Solver::new(tmgs), &scene.q, &Limits::absolute(1e-10));
             assert!(cycles.sweeps <= 2 * sweeps.sweeps, "{symmetric} {mu}: {cycles}, {sweeps}");
             assert!(largest_difference(multigrid.z(), &scene.z) <= 1e-8);
         }
@@ -276,7 +278,7 @@ fn alternating_signs_are_left_to_sweeps() {
 fn a_diverging_cycle_is_handed_to_sweeps() {
     let scene = obstacle(64);
     let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::V).unwrap());
-    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let outcome = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     assert!(outcome.converged(), "{outcome}");
 }
 
@@ -293,7 +295,7 @@ fn a_problem_without_solution_is_not_solved() {
     let problem = Hlcp::new(a.unwrap(), Identity { order: nx * ny }, Omega::Uniform(3.0)).unwrap();
     let q: Vec<f64> = (0..nx * ny).map(|k| (k as f64).sin() - 0.2).collect();
     let mut solver = Solver::new(Multigrid::new(problem, Cycle::W).unwrap());
-    let limits = Limits { iterations: 200, ..Limits::default() };
+    let limits = Limits { iterations: 200, ..Limits::absolute(1e-10) };
     let outcome = solve_from_ones(&mut solver, &q, &limits);
     assert!(!outcome.converged(), "{outcome}");
     assert!(outcome.residual.l2 > 0.2 * (nx * ny) as f64 / (nx * ny) as f64);
@@ -307,8 +309,8 @@ fn a_pair_with_three_solutions_ends_at_one_or_none() {
     let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
     for start in [[1.0, 1.0], [-1.0, -1.0], [3.0, -2.0], [-0.2, 0.3]] {
         let mut solver = Solver::new(Multigrid::new(problem.clone(), Cycle::W).unwrap());
-        let limits = Limits { iterations: 100, ..Limits::default() };
-        let outcome = solver.solve(&[1.0, -1.0], &start, &limits).unwrap();
+        let limits = Limits { iterations: 100, ..Limits::absolute(1e-10) };
+        let outcome = solver.solve(&[1.0, -1.0], Options::from_x(&start).limits(limits)).unwrap();
         let third = 1.0 / 3.0;
         let solutions = [[0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0], [0.0, third, third, 0.0]];
         let answer = [solver.z(), solver.r()].concat();
@@ -354,8 +356,8 @@ proptest! {
         let problem = Hlcp::new(a, b, omega).unwrap().with_gamma(0.6).unwrap();
         let mut solver = Solver::new(Multigrid::new(problem, cycle).unwrap());
         let start: Vec<f64> = (0..n).map(|k| 1e3 * noise(k + seed)).collect();
-        let limits = Limits { absolute: 1e-12 * size * (n as f64).sqrt(), ..Limits::default() };
-        let outcome = solver.solve(&q, &start, &limits).unwrap();
+        let limits = Limits::absolute(1e-12 * size * (n as f64).sqrt());
+        let outcome = solver.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
         prop_assert!(outcome.converged(), "{outcome}");
         // The margin is at least 6 − 4·1.2.
         let off = 1.2 / 1.2 * outcome.residual.linf + 1e-14 * size;
@@ -384,14 +386,14 @@ proptest! {
         problem.modulus(&z, &r, &mut x);
         let rhs = Rhs::new(&q).unwrap();
         for _ in 0..12 {
-            let norms = multigrid.step(0, &rhs, &x, &mut y);
+            let norms = multigrid.step(&rhs, &x, &mut y, &mut Clock::endless());
             // A defect is a sum of a dozen terms of the size of 2·4.6·γ, and a cycle's inverse is at most 1/0.3 or so.
             prop_assert!(largest_difference(&x, &y) <= 1e-13 && norms.linf <= 1e-14);
             std::mem::swap(&mut x, &mut y);
         }
         // Elsewhere the norms are those of A z − B r + q.
         let far: Vec<f64> = (0..n).map(|k| 3.0 * noise(seed + 11 * k)).collect();
-        let norms = multigrid.step(0, &rhs, &far, &mut y);
+        let norms = multigrid.step(&rhs, &far, &mut y, &mut Clock::endless());
         let (mut z, mut r) = (vec![0.0; n], vec![0.0; n]);
         problem.recover(&far, &mut z, &mut r);
         let Norms { l2, linf } = problem.residual(&rhs, &z, &r, &mut vec![]);
@@ -452,7 +454,9 @@ fn nan_never_passes_for_success() {
     let problem = || Hlcp::new(Spoilt, Identity { order: 6 }, Omega::Uniform(4.0)).unwrap();
     assert!(matches!(Multigrid::new(problem(), Cycle::W), Err(Error::NotFinite { .. })));
     let mut solver = Solver::new(Multigrid::with_levels(problem(), Cycle::W, &Sound).unwrap());
-    let outcome = solver.solve(&[-1.0; 6], &[1.0; 6], &Limits::default()).unwrap();
+    let outcome = solver
+        .solve(&[-1.0; 6], Options::from_x(&[1.0; 6]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
 }
 
@@ -461,14 +465,15 @@ fn nan_never_passes_for_success() {
 fn a_second_solve_is_the_first() {
     let scene = Disc { lcp: false, m: 50 }.pose::<f64>().unwrap();
     let mut solver = Solver::new(Multigrid::new(problem(&scene), Cycle::W).unwrap());
-    let first = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let first = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     let x = solver.x().to_vec();
     let other: Vec<f64> = scene.q.iter().map(|q| -q).collect();
-    let _ = solve_from_ones(&mut solver, &other, &Limits::default());
-    let second = solve_from_ones(&mut solver, &scene.q, &Limits::default());
+    let _ = solve_from_ones(&mut solver, &other, &Limits::absolute(1e-10));
+    let second = solve_from_ones(&mut solver, &scene.q, &Limits::absolute(1e-10));
     assert_eq!((first.iterations, first.residual), (second.iterations, second.residual));
     assert_eq!(solver.x(), x);
-    let solved = solver.solve(&scene.q, &x, &Limits::default()).unwrap();
+    let solved =
+        solver.solve(&scene.q, Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
     assert!(solved.converged() && solved.iterations == 0);
 }
 
@@ -482,19 +487,25 @@ fn full_multigrid_begins_every_solve_by_itself() {
     let posed = Hlcp::new(a, b, Omega::Uniform(0.9)).unwrap().with_gamma(1.7).unwrap();
     for posed in [posed.clone(), Hlcp::new(a, b, Omega::Uniform(1.2)).unwrap()] {
         let multigrid = Multigrid::new(posed.clone(), Cycle::F).unwrap();
-        let (rhs, cycle) = (Rhs::new(&scene.q).unwrap(), multigrid.sweeps(1));
+        let rhs = Rhs::new(&scene.q).unwrap();
         let (start, mut nested) = (vec![0.6; nx * ny], vec![f64::NAN; nx * ny]);
-        multigrid.clone().nested(&rhs, &mut nested);
+        let mut one = multigrid.clone();
+        let _ = one.step(&rhs, &start, &mut nested, &mut Clock::endless());
+        let cycle = one.work().unwrap().sweeps;
+        multigrid.clone().nested(&rhs, &mut nested, &mut Clock::endless());
 
         let mut solver = Solver::new(FullMultigrid::new(multigrid)).with_history(2);
         let mut first_iterate = vec![];
         let mut run = |start: &[f64], q: &[f64]| {
-            let outcome = solver.solve_observed(q, start, &Limits::default(), |progress| {
-                if progress.iteration == 1 {
-                    first_iterate = progress.x.to_vec();
-                }
-                std::ops::ControlFlow::Continue(())
-            });
+            let outcome = solver.solve(
+                q,
+                Options::from_x(start).limits(Limits::absolute(1e-10)).observer(&mut |progress| {
+                    if progress.iteration == 1 {
+                        first_iterate = progress.x.to_vec();
+                    }
+                    std::ops::ControlFlow::Continue(())
+                }),
+            );
             let outcome = outcome.unwrap();
             assert!(outcome.converged(), "{outcome}");
             assert_eq!(first_iterate == nested, q == scene.q);

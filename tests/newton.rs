@@ -13,8 +13,8 @@ use hlcp_core::{
     Omega, Rhs, Rows, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
-    Jacobian, Limits, Method, Mms, Newton, Norm, Outcome, Preconditioner, Solver, Ssor, Status,
-    Tmms, TridiagonalPart,
+    Clock, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Outcome, Preconditioner, Solver,
+    Ssor, Status, Tmms, TridiagonalPart,
 };
 use hlcp_verify::{Disc, Example, Planted, Slider, oracle::Dense};
 use nalgebra::{DMatrix, DVector, dmatrix, dvector};
@@ -106,11 +106,12 @@ proptest! {
         let n = p.z.len();
         let q = Rhs::new(p.dense.q.as_slice()).unwrap();
         let (mut x, mut between) = (x0[..n].to_vec(), vec![0.0; n]);
+        let mut clock = Clock::endless();
         let (mut newton, mut base) = (Newton::new(mgs(&p.dense), Ssor), mgs(&p.dense));
         let mut y = vec![f64::NAN; n];
-        let norms = newton.step(0, &q, &x, &mut y);
-        prop_assert_eq!(norms, base.step(0, &q, &x, &mut between));
-        let _ = base.step(0, &q, &between, &mut x);
+        let norms = newton.step(&q, &x, &mut y, &mut clock);
+        prop_assert_eq!(norms, base.step(&q, &x, &mut between, &mut clock));
+        let _ = base.step(&q, &between, &mut x, &mut clock);
 
         for forcing in [0.01, 0.1] {
             let (at, next) = (DVector::from_column_slice(&x), DVector::from_column_slice(&y));
@@ -119,7 +120,7 @@ proptest! {
             let rest = &f - &j * (&at - &next);
             prop_assert!(rest.norm() <= forcing * f.norm() + 1e-12, "{} {}", rest.norm(), f.norm());
             x.copy_from_slice(&y);
-            let _ = newton.step(0, &q, &x, &mut y);
+            let _ = newton.step(&q, &x, &mut y, &mut clock);
         }
     }
 
@@ -135,10 +136,10 @@ proptest! {
         let inverse = dense_jacobian(&p.dense, &p.x()).try_inverse().unwrap();
         let start: Vec<f64> = p.x().iter().zip(&shift).map(|(x, shift)| x * shift).collect();
         let mut newton = Solver::new(Newton::new(mgs(&p.dense), Inverse(inverse)));
-        let limits = Limits { norm: Norm::LInf, ..Limits::default() };
-        let outcome = newton.solve(p.dense.q.as_slice(), &start, &limits).unwrap();
+        let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
+        let outcome = newton.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap();
         prop_assert!(outcome.converged() && outcome.iterations <= 1, "{}", outcome);
-        prop_assert!(newton.method().linear_iterations() <= Some(1));
+        prop_assert!(outcome.linear_iterations.unwrap() <= 1);
         // The margin of tests/planted.rs.
         let z = DVector::from_column_slice(newton.z());
         prop_assert!((z - &p.z).amax() <= 1e-10 / 0.025);
@@ -147,7 +148,7 @@ proptest! {
     /// From any start, with every preconditioner, for the problem as posed and exchanged.
     #[test]
     fn it_reaches_the_planted_solution(p in planted(1..24, 0.15), x0 in vec(-9.0..9.0, 24)) {
-        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::default() });
+        let (n, limits) = (p.z.len(), Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) });
         let preconditioners: [fn() -> Boxed; 4] = [
             || Box::new(Ssor),
             || Box::new(TridiagonalPart::new()),
@@ -161,7 +162,7 @@ proptest! {
                 let base: Box<dyn Method<f64, A = Matrix, B = Matrix>> =
                     Box::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
                 let mut newton = Solver::new(Newton::new(base, preconditioner()));
-                let outcome = newton.solve(p.dense.q.as_slice(), &x0[..n], &limits).unwrap();
+                let outcome = newton.solve(p.dense.q.as_slice(), Options::from_x(&x0[..n]).limits(limits)).unwrap();
                 prop_assert!(outcome.converged(), "{}", outcome);
                 // The margin of tests/planted.rs.
                 let (z, r) = (newton.z(), newton.r());
@@ -212,10 +213,15 @@ fn a_cycle_of_active_sets_is_broken() {
     let mut newton = Solver::new(Newton::new(base(), Ssor)).with_history(1000);
     let (q, mut iterates) = (dense.q.as_slice(), vec![]);
     let outcome = newton
-        .solve_observed(q, start.as_slice(), &Limits::default(), |progress| {
-            iterates.push(progress.x.to_vec());
-            ControlFlow::Continue(())
-        })
+        .solve(
+            q,
+            Options::from_x(start.as_slice()).limits(Limits::absolute(1e-10)).observer(
+                &mut |progress| {
+                    iterates.push(progress.x.to_vec());
+                    ControlFlow::Continue(())
+                },
+            ),
+        )
         .unwrap();
     assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
     assert!(newton.z().iter().all(|&z| z <= 1e-9));
@@ -224,7 +230,8 @@ fn a_cycle_of_active_sets_is_broken() {
     assert!(residuals[2..=7].iter().all(|residual| (residual / residuals[1] - 1.0).abs() < 1e-9));
     // Then the base went on from the best iterate.
     let mut expected = vec![0.0; 3];
-    let _ = base().step(0, &Rhs::new(q).unwrap(), &iterates[1], &mut expected);
+    let rhs = Rhs::new(q).unwrap();
+    let _ = base().step(&rhs, &iterates[1], &mut expected, &mut Clock::endless());
     assert_eq!(iterates[8], expected);
 }
 
@@ -242,7 +249,12 @@ fn what_comes_back_need_not_come_back_for_ever() {
             let base = Mms::new(posed(&dense), Correction(damped)).unwrap();
             let mut newton = Solver::new(Newton::new(base, Ssor));
             for start in [[0.9, -0.7, -0.8], [1.0, -1.0, -1.0], [2.0, 1.0, -1.0]] {
-                let outcome = newton.solve(dense.q.as_slice(), &start, &Limits::default()).unwrap();
+                let outcome = newton
+                    .solve(
+                        dense.q.as_slice(),
+                        Options::from_x(&start).limits(Limits::absolute(1e-10)),
+                    )
+                    .unwrap();
                 assert!(outcome.converged(), "{gamma} {omega} {damping} {start:?}: {outcome}");
                 assert!(newton.z().iter().all(|&z| z <= 1e-9));
             }
@@ -262,6 +274,10 @@ impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<O> {
         self.1.fetch_add(1, Relaxed);
         self.0.apply(x, y);
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
+        self.0.try_visit_row(i, visit)
+    }
 }
 
 /// Steps of a method that grow shorter with their number.
@@ -279,8 +295,14 @@ impl<M: Method<f64>> Method<f64> for Fading<M> {
         self.1 = 0;
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
-        let norms = self.0.step(k, q, x, y);
+    fn step(
+        &mut self,
+        q: &Rhs<'_, f64>,
+        x: &[f64],
+        y: &mut Vec<f64>,
+        clock: &mut Clock<'_>,
+    ) -> Norms {
+        let norms = self.0.step(q, x, y, clock);
         self.1 += 1;
         let shorter = 1.0 / (1.0 + 0.01 * self.1 as f64);
         y.iter_mut().zip(x).for_each(|(y, x)| *y = x + shorter * (*y - x));
@@ -314,9 +336,11 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
             count.store(0, Relaxed);
         }
         let start = [0.9, -0.7, -0.8];
-        let outcome = newton.solve(dense.q.as_slice(), &start, &Limits::default()).unwrap();
+        let outcome = newton
+            .solve(dense.q.as_slice(), Options::from_x(&start).limits(Limits::absolute(1e-10)))
+            .unwrap();
         assert!(outcome.converged() && outcome.iterations > 20, "{outcome}");
-        let linear = newton.method().linear_iterations().unwrap();
+        let linear = outcome.linear_iterations.unwrap();
         let (products, solves) = (a.1.load(Relaxed), solves.load(Relaxed));
         let halves = 2 * linear - solves;
         // Two products look at the answer and measure it.
@@ -335,7 +359,9 @@ fn a_singular_jacobian_is_left_behind() {
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
     let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
-    let outcome = newton.solve(&[-1.0, -2.0], &[0.4, 0.6], &Limits::default()).unwrap();
+    let outcome = newton
+        .solve(&[-1.0, -2.0], Options::from_x(&[0.4, 0.6]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert!(outcome.converged(), "{outcome}");
     assert!((newton.z()[0] + newton.z()[1] - 2.0).abs() <= 1e-9);
     assert!((newton.r()[0] - 1.0).abs() <= 1e-9 && newton.r()[1] <= 1e-9);
@@ -353,9 +379,9 @@ fn to_and_fro_is_no_way() {
     let minus = DiagonalMatrix::new(vec![-1.0]).unwrap();
     let problem = Hlcp::new(Identity { order: 1 }, minus, Omega::Uniform(1.3)).unwrap();
     let base = Mms::new(problem, Correction(still)).unwrap();
-    let limits = Limits { iterations: 100, ..Limits::default() };
+    let limits = Limits { iterations: 100, ..Limits::absolute(1e-10) };
     let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
-    let outcome = newton.solve(&[1.0], &[0.4], &limits).unwrap();
+    let outcome = newton.solve(&[1.0], Options::from_x(&[0.4]).limits(limits)).unwrap();
     assert!(!outcome.converged() && turns.load(Relaxed) >= 3 * 2 + 2 + 4, "{outcome}");
 }
 
@@ -365,9 +391,10 @@ fn no_solution_is_no_success() {
     let a = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
     let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-    let limits = Limits { iterations: 3000, ..Limits::default() };
-    let outcome =
-        Solver::new(Newton::new(base, Ssor)).solve(&[-1.0, -1.2], &[0.4, 0.6], &limits).unwrap();
+    let limits = Limits { iterations: 3000, ..Limits::absolute(1e-10) };
+    let outcome = Solver::new(Newton::new(base, Ssor))
+        .solve(&[-1.0, -1.2], Options::from_x(&[0.4, 0.6]).limits(limits))
+        .unwrap();
     assert!(!outcome.converged() && outcome.residual.l2 > 0.5, "{outcome}");
 }
 
@@ -398,7 +425,9 @@ fn an_operator_of_products_and_one_that_turns_nan() {
             Hlcp::new(Tired(0.into(), sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
         let base = Mms::new(problem, Correction(slow)).unwrap();
         let mut newton = Solver::new(Newton::new(base, Correction(slow)));
-        let outcome = newton.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+        let outcome = newton
+            .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
+            .unwrap();
         if sound == usize::MAX {
             assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
         } else {
@@ -419,11 +448,18 @@ fn what_is_solved_exactly_ends_at_once() {
     let still = FromFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
     let base = Mms::new(problem, Correction(still)).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
-    let outcome = newton.solve(&[-3.0, 1.0, -2.0], &[-1.0, 2.0, 1.0], &Limits::default()).unwrap();
+    let outcome = newton
+        .solve(
+            &[-3.0, 1.0, -2.0],
+            Options::from_x(&[-1.0, 2.0, 1.0]).limits(Limits::absolute(1e-10)),
+        )
+        .unwrap();
     assert!(outcome.converged() && outcome.iterations == 2, "{outcome}");
-    assert_eq!(newton.method().linear_iterations(), Some(2));
+    assert_eq!(outcome.linear_iterations, Some(2));
     let x = newton.x().to_vec();
-    let outcome = newton.solve(&[-3.0, 1.0, -2.0], &x, &Limits::default()).unwrap();
+    let outcome = newton
+        .solve(&[-3.0, 1.0, -2.0], Options::from_x(&x).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert_eq!((outcome.iterations, outcome.converged()), (0, true));
 }
 
@@ -431,12 +467,13 @@ fn solve<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: Hlcp<T, A, B>,
     preconditioner: impl Preconditioner<T, A, B>,
     q: &[T],
-    limits: &Limits<T>,
+    limits: &Limits,
 ) -> (Outcome, usize, Vec<T>) {
     let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap();
     let mut newton = Solver::new(Newton::new(tmgs, preconditioner));
-    let outcome = newton.solve(q, &vec![T::one(); q.len()], limits).unwrap();
-    (outcome, newton.method().linear_iterations().unwrap(), newton.z().to_vec())
+    let outcome =
+        newton.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(*limits)).unwrap();
+    (outcome, outcome.linear_iterations.unwrap(), newton.z().to_vec())
 }
 
 #[test]
@@ -447,7 +484,7 @@ fn two_or_three_steps_on_the_papers_examples() {
                 let scene = Example { symmetric, m: 64, mu, nu }.pose::<f64>().unwrap();
                 let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b).unwrap();
                 let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-                let (outcome, _, z) = solve(problem, Ssor, &scene.q, &Limits::default());
+                let (outcome, _, z) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
                 assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
                 // The condition number is below 64² at μ = ν = 0, and smaller elsewhere.
                 assert!(z.iter().zip(&scene.z).all(|(z, known)| (z - known).abs() <= 1e-6));
@@ -462,7 +499,7 @@ fn six_steps_on_the_slider() {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
         let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
         let problem = Hlcp::new(a, b, omega).unwrap();
-        let limits = Limits { absolute: 0.0, relative: 1e-10, ..Limits::default() };
+        let limits = Limits::relative(1e-10);
         let (outcome, inner, z) = solve(problem, TridiagonalPart::new(), &q, &limits);
         assert!(outcome.converged() && outcome.iterations <= 6, "{cells}: {outcome}");
         // The direct solve is the preconditioner: an inner iteration a step.
@@ -485,7 +522,7 @@ fn a_front_that_moves_by_a_point_a_step_is_followed() {
         let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
         let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
         let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
-        let limits = Limits { absolute: 0.0, relative: 1e-10, ..Limits::default() };
+        let limits = Limits::relative(1e-10);
         // With z and r exchanged the active set shrinks where it grew.
         let exchanged = problem.clone().exchanged().unwrap();
         for (outcome, inner, z) in [
@@ -510,7 +547,7 @@ fn tens_of_steps_on_the_disc() {
         let scene = Disc { lcp, m }.pose::<f64>().unwrap();
         let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
         let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-        let (outcome, linear, z) = solve(problem, Ssor, &scene.q, &Limits::default());
+        let (outcome, linear, z) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
         assert!(outcome.converged());
         assert!(outcome.iterations.abs_diff(outer) <= 1, "{lcp} {m}: {outcome}");
         assert!(linear.abs_diff(inner) <= inner / 10, "{lcp} {m}: {linear}");
@@ -524,14 +561,14 @@ fn tens_of_steps_on_the_disc() {
 fn single_precision_reaches_what_it_can() {
     let scene = Disc { lcp: false, m: 48 }.pose::<f32>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let (outcome, _, _) = solve(problem, Ssor, &scene.q, &Limits::default());
+    let (outcome, _, _) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
     assert!(outcome.converged() && outcome.iterations < 30, "{outcome}");
 
     // Below the floor of single precision nothing is claimed.
     let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f32>().unwrap();
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
     let q: Vec<f32> = (0..144).map(|i| f32::sin(1.3 * i as f32) + 0.2).collect();
-    let limits = Limits { absolute: 0.0, rounding: 0.0, ..Limits::default() };
+    let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
     let (outcome, _, _) = solve(problem, Ssor, &q, &limits);
     assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
     // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 144 rows.
@@ -550,10 +587,10 @@ fn scaling_q_scales_the_iterates() {
         let q: Vec<f64> = q.iter().map(|q| scale * q).collect();
         let mut newton =
             Solver::new(Newton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap(), Ssor));
-        let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
-        let outcome = newton.solve(&q, &[0.3 * scale; 30], &limits).unwrap();
+        let limits = Limits::relative(1e-12);
+        let outcome = newton.solve(&q, Options::from_x(&[0.3 * scale; 30]).limits(limits)).unwrap();
         assert!(outcome.converged(), "{outcome}");
-        (outcome.iterations, newton.method().linear_iterations())
+        (outcome.iterations, outcome.linear_iterations)
     };
     let expected = run(0);
     for power in [-700, 700] {

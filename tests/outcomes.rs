@@ -10,7 +10,8 @@ use hlcp_core::{
     Norms, Omega, Rhs, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
-    Divergence, GROWTH, Limits, Method, Mms, Norm, Outcome, PATIENCE, Solver, Status, Tmms,
+    Clock, Divergence, GROWTH, Limits, Method, Mms, Norm, Options, Outcome, PATIENCE, Solver,
+    Status, Tmms, Tolerance,
 };
 use nalgebra::DMatrix;
 use proptest::{array::uniform5, collection::vec, prelude::*};
@@ -44,7 +45,8 @@ fn divergence_by_growth_hands_back_the_best_iterate() {
     for alpha in [2.9, 6.1] {
         let method = Tmms::mirrored(pair(), Aor::sor(alpha).unwrap()).unwrap();
         let mut solver = Solver::new(method).with_history(2000);
-        let outcome = solver.solve(&q, &wave(0.3), &Limits::default()).unwrap();
+        let outcome =
+            solver.solve(&q, Options::from_x(&wave(0.3)).limits(Limits::absolute(1e-10))).unwrap();
         assert_eq!(outcome.status, Status::Diverged(Divergence::Growth));
         assert!(solver.history().last().unwrap().l2 > 1e16 && GROWTH >= 1e16);
         best_comes_back(&solver, outcome);
@@ -61,8 +63,12 @@ fn the_best_iterate_of_the_middle_comes_back() {
     for steps in [1, 2] {
         let check = |method: Box<dyn Method<f64, A = _, B = _>>| {
             let mut solver = Solver::new(method).with_history(500);
-            let outcome =
-                solver.solve(&[-1.0, -1.0], &[9.0, 0.5 / 0.9 + 1e-9], &Limits::default()).unwrap();
+            let outcome = solver
+                .solve(
+                    &[-1.0, -1.0],
+                    Options::from_x(&[9.0, 0.5 / 0.9 + 1e-9]).limits(Limits::absolute(1e-10)),
+                )
+                .unwrap();
             assert!(matches!(outcome.status, Status::Diverged(_)));
             assert!(0 < outcome.answer && outcome.answer < outcome.iterations);
             best_comes_back(&solver, outcome);
@@ -100,7 +106,9 @@ fn divergence_by_nan_says_where_and_when() {
     });
     let problem = Hlcp::new(Tired(0.into()), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Correction(slow)).unwrap());
-    let outcome = solver.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    let outcome = solver
+        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     // Products 0 and 1 are sound, so iterates 0, 1 and 2 are; the residual of the last is not.
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert_eq!((outcome.iterations, outcome.answer), (2, 1));
@@ -110,7 +118,9 @@ fn divergence_by_nan_says_where_and_when() {
     let a = DiagonalMatrix::new(vec![2.5; 3]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Correction(breaks)).unwrap());
-    let outcome = solver.solve(&[-1.5, 2.0, 0.5], &[0.3; 3], &Limits::default()).unwrap();
+    let outcome = solver
+        .solve(&[-1.5, 2.0, 0.5], Options::from_x(&[0.3; 3]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 2 }));
     assert_eq!((outcome.iterations, outcome.answer), (1, 0));
     assert!(outcome.residual.l2.is_finite());
@@ -122,7 +132,8 @@ fn a_cycle_of_period_two() {
     let one = |a: f64| DiagonalMatrix::new(vec![a]).unwrap();
     let problem = Hlcp::new(one(2.0), one(4.0), Omega::Uniform(0.5)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Aor::sor(2.0).unwrap()).unwrap());
-    let outcome = solver.solve(&[-3.0], &[0.25], &Limits::default()).unwrap();
+    let outcome =
+        solver.solve(&[-3.0], Options::from_x(&[0.25]).limits(Limits::absolute(1e-10))).unwrap();
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
     assert!(outcome.to_string().starts_with("cycling with period 2 after "), "{outcome}");
     assert!(outcome.iterations < 10);
@@ -131,16 +142,16 @@ fn a_cycle_of_period_two() {
 
 #[test]
 fn the_rounding_floor_is_stagnation() {
-    let limits = Limits { absolute: 0.0, rounding: 0.0, ..Limits::default() };
-    let mut solver = Solver::new(Tmms::mirrored(pair(), Aor::gauss_seidel()).unwrap());
-    let outcome = solver.solve(&wave(1.0), &wave(0.3), &limits).unwrap();
+    let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
+    let mut solver = Solver::new(Tmms::mirrored(pair::<f64>(), Aor::gauss_seidel()).unwrap());
+    let outcome = solver.solve(&wave(1.0), Options::from_x(&wave(0.3)).limits(limits)).unwrap();
     assert_eq!(outcome.status, Status::Stagnated, "{outcome}");
     assert!(outcome.iterations < 100 + 2 * PATIENCE);
     // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 35 rows.
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::EPSILON * 35_f64.sqrt());
-    let limits = Limits { absolute: 0.0, rounding: 0.0, ..Limits::default() };
+    let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
     let mut solver = Solver::new(Mms::new(pair::<f32>(), Aor::gauss_seidel()).unwrap());
-    let outcome = solver.solve(&wave(1.0), &wave(0.3), &limits).unwrap();
+    let outcome = solver.solve(&wave(1.0), Options::from_x(&wave(0.3)).limits(limits)).unwrap();
     assert_eq!(outcome.status, Status::Stagnated, "{outcome}");
     let single = f64::from(f32::EPSILON);
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * single * 35_f64.sqrt());
@@ -164,8 +175,8 @@ fn a_residual_that_first_grows_is_no_divergence() {
     let mut solver = Solver::new(bidiagonal(n, 1.5, -60.0)).with_history(100);
     let mut q = vec![0.0; n];
     q[0] = -3.0;
-    let limits = Limits { absolute: 0.0, relative: 1e-2, ..Limits::default() };
-    let outcome = solver.solve(&q, &vec![0.25; n], &limits).unwrap();
+    let limits = Limits::relative(1e-2);
+    let outcome = solver.solve(&q, Options::from_x(&vec![0.25; n]).limits(limits)).unwrap();
     assert!(outcome.converged(), "{outcome}");
     let largest = solver.history().iter().fold(0.0, |max: f64, norms| max.max(norms.l2));
     assert!(largest > 1e10 * solver.history()[0].l2);
@@ -181,7 +192,7 @@ fn a_residual_that_repeats_is_not_yet_a_cycle() {
     q[0] = -4.0;
     let mut x0 = vec![1.0; n];
     x0[0] = 3.0;
-    let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
     assert!(outcome.converged(), "{outcome}");
     let residuals = solver.history();
     assert!(residuals[2..12].iter().all(|norms| norms.l2 == residuals[1].l2));
@@ -191,29 +202,36 @@ fn a_residual_that_repeats_is_not_yet_a_cycle() {
 fn limits_and_the_observer_stop_a_solve() {
     let mut solver = Solver::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()).with_history(500);
     let (q, x0) = (wave(1.0), wave(0.3));
-    let full = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    let full = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
     assert!(full.converged());
 
     assert_eq!(solver.history().len(), full.iterations + 1);
     let mut copy = solver.clone(); // with its history's limit
-    let _ = copy.solve(&q, &x0, &Limits::default()).unwrap();
+    let _ = copy.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
     assert_eq!(copy.history(), solver.history());
 
-    let limits = Limits { iterations: 3, ..Limits::default() };
-    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    let limits = Limits { iterations: 3, ..Limits::absolute(1e-10) };
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
     best_comes_back(&solver, outcome);
 
-    let limits = Limits { time: Some(Duration::ZERO), ..Limits::default() };
-    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    let limits = Limits { time: Some(Duration::ZERO), ..Limits::absolute(1e-10) };
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
 
     let mut seen = vec![];
     let outcome = solver
-        .solve_observed(&q, &x0, &Limits::default(), |progress| {
-            seen.push((progress.iteration, progress.residual, progress.x[3]));
-            if progress.iteration == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        })
+        .solve(
+            &q,
+            Options::from_x(&x0).limits(Limits::absolute(1e-10)).observer(&mut |progress| {
+                seen.push((progress.iteration, progress.residual, progress.x[3]));
+                if progress.iteration == 5 {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            }),
+        )
         .unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::Stopped, 5));
     assert_eq!(seen.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
@@ -232,13 +250,19 @@ impl<M: Method<f64>> Method<f64> for Flatterer<M> {
         self.0.problem()
     }
 
-    fn steps(&self) -> usize {
-        self.0.steps()
+    fn step(
+        &mut self,
+        q: &Rhs<'_, f64>,
+        x: &[f64],
+        y: &mut Vec<f64>,
+        clock: &mut Clock<'_>,
+    ) -> Norms {
+        let Norms { l2, linf } = self.0.step(q, x, y, clock);
+        Norms { l2: l2 * self.1, linf: linf * self.1 }
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, f64>, x: &[f64], y: &mut [f64]) -> Norms {
-        let Norms { l2, linf } = self.0.step(k, q, x, y);
-        Norms { l2: l2 * self.1, linf: linf * self.1 }
+    fn complete(&mut self, q: &Rhs<'_, f64>, y: &mut Vec<f64>, spare: &mut Vec<f64>) {
+        self.0.complete(q, y, spare);
     }
 }
 
@@ -253,18 +277,20 @@ fn what_a_step_sees_does_not_decide() {
     };
     for (honest, flattered) in methods().into_iter().zip(methods()) {
         let mut honest = Solver::new(honest);
-        let expected = honest.solve(&q, &x0, &Limits::default()).unwrap();
+        let expected =
+            honest.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
         let mut solver = Solver::new(Flatterer(flattered, 1e-3));
-        let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
+        let outcome =
+            solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
         assert!(outcome.converged() && outcome.residual.l2 <= 1e-10);
         // The same iterates, in spite of the checks that failed between.
         assert_eq!(outcome.iterations, expected.iterations);
         assert_eq!(solver.x(), honest.x());
         // And where it may not go on, the last and best of them comes back.
-        let limits = Limits { iterations: expected.iterations - 1, ..Limits::default() };
-        let outcome = solver.solve(&q, &x0, &limits).unwrap();
+        let limits = Limits { iterations: expected.iterations - 1, ..Limits::absolute(1e-10) };
+        let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
         assert_eq!((outcome.status, outcome.answer), (Status::IterationLimit, limits.iterations));
-        let _ = honest.solve(&q, &x0, &limits).unwrap();
+        let _ = honest.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
         assert_eq!(solver.x(), honest.x());
     }
 }
@@ -273,9 +299,13 @@ fn what_a_step_sees_does_not_decide() {
 fn an_answer_within_the_tolerance_has_converged_whatever_a_step_sees() {
     let (q, x0) = (wave(1.0), wave(0.3));
     let method = || Mms::new(pair(), Aor::gauss_seidel()).unwrap();
-    let expected = Solver::new(method()).solve(&q, &x0, &Limits::default()).unwrap();
-    let limits = Limits { iterations: expected.iterations, ..Limits::default() };
-    let outcome = Solver::new(Flatterer(method(), 1e3)).solve(&q, &x0, &limits).unwrap();
+    let expected = Solver::new(method())
+        .solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10)))
+        .unwrap();
+    let limits = Limits { iterations: expected.iterations, ..Limits::absolute(1e-10) };
+    let outcome = Solver::new(Flatterer(method(), 1e3))
+        .solve(&q, Options::from_x(&x0).limits(limits))
+        .unwrap();
     assert!(outcome.converged(), "{outcome}");
 }
 
@@ -286,7 +316,9 @@ fn gamma_has_no_say_in_the_norms() {
         let gamma = 2_f64.powi(power);
         let problem = pair::<f64>().with_gamma(gamma).unwrap();
         let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-        solver.solve(&wave(1.0), &wave(0.3 * gamma), &Limits::default()).unwrap()
+        solver
+            .solve(&wave(1.0), Options::from_x(&wave(0.3 * gamma)).limits(Limits::absolute(1e-10)))
+            .unwrap()
     };
     let expected = solve(0);
     for power in [-800, -300, 300, 800] {
@@ -301,9 +333,11 @@ fn a_tolerance_that_overflows_is_refused() {
     let problem =
         Hlcp::new(Identity { order: 4 }, Identity { order: 4 }, Omega::Uniform(1.0)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
-    let limits = Limits { relative: 1e-8, ..Limits::default() };
-    assert!(solver.solve(&[-1e308; 4], &[0.25e308; 4], &limits).is_err());
-    let outcome = solver.solve(&[-1e308; 4], &[0.25e308; 4], &Limits::default()).unwrap();
+    let limits = Limits::relative(1e-8);
+    assert!(solver.solve(&[-1e308; 4], Options::from_x(&[0.25e308; 4]).limits(limits)).is_err());
+    let outcome = solver
+        .solve(&[-1e308; 4], Options::from_x(&[0.25e308; 4]).limits(Limits::absolute(1e-10)))
+        .unwrap();
     assert!(!outcome.converged() || outcome.residual.linf <= 1e-10, "{outcome}");
 }
 
@@ -313,25 +347,33 @@ fn a_residual_beside_a_larger_q_is_no_zero() {
     let problem =
         Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Correction(steps)).unwrap());
-    let limits = Limits { absolute: 0.0, iterations: 1, ..Limits::default() };
-    let outcome = solver.solve(&[-1.0, -1e-170], &[0.0, 0.0], &limits).unwrap();
+    let limits = Limits { iterations: 1, ..Limits::absolute(0.0) };
+    let outcome =
+        solver.solve(&[-1.0, -1e-170], Options::from_x(&[0.0, 0.0]).limits(limits)).unwrap();
     assert!(!outcome.converged() && outcome.residual.l2 >= outcome.residual.linf);
     assert!(outcome.residual.linf > 0.0);
 }
 
-/// The tolerance relative to ‖q‖ is in the norm of the test, and the larger of two tolerances counts.
+/// A relative tolerance is in the norm of the test; an absolute one is at most a thousandth of ‖q‖.
 #[test]
-fn tolerances_combine() {
+fn tolerances_are_relative_or_absolute() {
     let (q, x0) = (wave::<f64>(1.0), wave::<f64>(0.3));
     let norms = Norms::of(&q);
     let mut solver = Solver::new(Mms::new(pair(), Aor::gauss_seidel()).unwrap()).with_history(500);
     for (norm, of_q) in [(Norm::L2, norms.l2), (Norm::LInf, norms.linf)] {
-        for (absolute, relative) in [(0.0, 1e-5), (1e-3, 1e-9), (1e-9, 1e-3)] {
-            let limits = Limits { absolute, relative, norm, ..Limits::default() };
-            let outcome = solver.solve(&q, &x0, &limits).unwrap();
-            let tolerance = f64::max(absolute, relative * of_q);
+        assert!(of_q > 1.0);
+        for (tolerance, asked) in [
+            (Tolerance::Relative(1e-5), 1e-5 * of_q),
+            (Tolerance::Relative(1e-3), 1e-3 * of_q),
+            (Tolerance::Relative(0.5), 0.5 * of_q),
+            (Tolerance::Absolute(1e-9), 1e-9),
+            (Tolerance::Absolute(1e-3), 1e-3),
+            (Tolerance::Absolute(0.5), 1e-3 * of_q),
+        ] {
+            let limits = Limits { tolerance, norm, ..Limits::default() };
+            let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
             let residuals: Vec<f64> = solver.history().iter().map(|&n| norm.of(n)).collect();
-            let first = residuals.iter().position(|&residual| residual <= tolerance);
+            let first = residuals.iter().position(|&residual| residual <= asked);
             assert_eq!(first, Some(outcome.iterations));
         }
     }
@@ -347,7 +389,9 @@ fn single_precision_reaches_what_it_can() {
         let at = |k: usize| f64::from((k % m + 1) as u32) / (m + 1) as f64 * 6.0;
         let q: Vec<f32> =
             (0..m * m).map(|k| (at(k).sin() * at(k / m).cos() - 0.3) as f32).collect();
-        let outcome = solver.solve(&q, &vec![1.0; m * m], &Limits::default()).unwrap();
+        let outcome = solver
+            .solve(&q, Options::from_x(&vec![1.0; m * m]).limits(Limits::absolute(1e-10)))
+            .unwrap();
         assert!(outcome.converged(), "{m}: {outcome}");
         // And no more than rounding is forgiven: the same stencil's rows have length √20, and |A| z ≤ 8 z.
         let size = Norms::of(solver.z()).l2 * 20_f64.sqrt() * 1.2
@@ -370,7 +414,8 @@ fn a_long_transient_is_no_stagnation() {
     let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap());
     let mut q = vec![0.0; n];
     (q[0], q[1]) = (-1e16, -1.0);
-    let outcome = solver.solve(&q, &vec![0.0; n], &Limits::default()).unwrap();
+    let outcome =
+        solver.solve(&q, Options::from_x(&vec![0.0; n]).limits(Limits::absolute(1e-10))).unwrap();
     assert!(outcome.converged(), "{outcome}");
 }
 
@@ -383,8 +428,8 @@ fn a_small_movement_is_no_stagnation() {
     let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap());
     let (mut q, mut x0) = (vec![0.0; n], vec![0.5; n]);
     (q[0], x0[0]) = (-1.0, 0.5 + 1e-11);
-    let limits = Limits { absolute: 1e-13, ..Limits::default() };
-    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    let limits = Limits::absolute(1e-13);
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
     assert!(outcome.converged() && outcome.iterations > PATIENCE, "{outcome}");
 }
 
@@ -397,8 +442,8 @@ fn growth_from_almost_nothing_is_no_divergence() {
     q[0] = -1.5;
     let mut x0 = vec![0.5; n];
     x0[0] += 1e-8;
-    let limits = Limits { relative: 1e-11, ..Limits::default() };
-    let outcome = solver.solve(&q, &x0, &limits).unwrap();
+    let limits = Limits::relative(1e-11);
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(limits)).unwrap();
     assert!(outcome.converged(), "{outcome}");
     let largest = solver.history().iter().fold(0.0, |max: f64, norms| max.max(norms.l2));
     assert!(largest > GROWTH * solver.history()[0].l2);
@@ -423,22 +468,23 @@ fn a_cycle_behind_a_false_suspicion() {
     let mut solver = Solver::new(Mms::new(problem, Correction(steps)).unwrap());
     let (mut q, mut x0) = (vec![0.0; n], vec![1.0; n]);
     (q[0], q[n - 1], x0[0], x0[n - 1]) = (-4.0, -3.0, 3.0, 0.25);
-    let outcome = solver.solve(&q, &x0, &Limits::default()).unwrap();
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
     assert_eq!(outcome.status, Status::Cycling { period: 2 }, "{outcome}");
 }
 
 /// Scaling the data and the start by a power of two scales the iterates and nothing else; by a power of ten,
 /// up to rounding.
 fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
-    let relative = T::epsilon() * T::from(64.0).unwrap();
-    let limits = Limits { absolute: T::zero(), relative, rounding: T::zero(), ..Limits::default() };
+    let relative = 64.0 * T::epsilon().to_f64().unwrap();
+    let limits = Limits { rounding: Some(0.0), ..Limits::relative(relative) };
     for norm in [Norm::L2, Norm::LInf] {
         let limits = Limits { norm, ..limits };
         let solve = |scale: f64| {
             let mut solver =
                 Solver::new(Tmms::mirrored(pair(), Aor::sor(T::one()).unwrap()).unwrap());
-            let outcome =
-                solver.solve(&wave::<T>(scale), &wave::<T>(0.3 * scale), &limits).unwrap();
+            let outcome = solver
+                .solve(&wave::<T>(scale), Options::from_x(&wave::<T>(0.3 * scale)).limits(limits))
+                .unwrap();
             (outcome, solver.z().to_vec())
         };
         let (unit, z) = solve(1.0);
@@ -464,7 +510,7 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
 /// However small q is beside the start, or large, the start is no divergence and the answer no false success.
 #[test]
 fn the_start_has_no_say_in_the_scale() {
-    let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
+    let limits = Limits::relative(1e-12);
     for scale in [1e-200, 1e-100, 1.0, 1e100, 1e200] {
         let problems: [Box<dyn Method<f64, A = _, B = _>>; 2] = [
             Box::new(Tmms::mirrored(pair(), Aor::sor(1.0).unwrap()).unwrap()),
@@ -472,7 +518,8 @@ fn the_start_has_no_say_in_the_scale() {
         ];
         for method in problems {
             let mut solver = Solver::new(method);
-            let outcome = solver.solve(&wave(scale), &wave(1.0), &limits).unwrap();
+            let outcome =
+                solver.solve(&wave(scale), Options::from_x(&wave(1.0)).limits(limits)).unwrap();
             assert!(outcome.converged(), "{scale:e}: {outcome}");
             let size = solver.z().iter().chain(solver.r()).fold(0.0, |max: f64, &v| max.max(v));
             assert!((0.01..10.0).contains(&(size / scale)), "{scale:e}: {size:e}");
@@ -495,9 +542,9 @@ fn answers<T: Scalar>(
     [q, x0, omega]: [&[T]; 3],
 ) {
     let [alpha, beta, gamma, absolute, relative] = numbers;
-    let limits =
-        Limits { absolute, relative, rounding: T::zero(), iterations: 40, ..Limits::default() };
-    let run = || -> Result<(), hlcp_core::Error> {
+    let [absolute, relative] = [absolute, relative].map(|v| v.to_f64().unwrap());
+    let run = |tolerance| -> Result<(), hlcp_core::Error> {
+        let limits = Limits { tolerance, rounding: Some(0.0), iterations: 40, ..Limits::default() };
         let (a, b) = (FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?);
         let omega = match omega.first() {
             Some(&omega) if nx == 1 => Omega::Uniform(omega),
@@ -505,18 +552,22 @@ fn answers<T: Scalar>(
         };
         let problem = Hlcp::new(a, b, omega)?.with_gamma(gamma)?;
         let mut solver = Solver::new(Tmms::mirrored(problem, Aor::new(alpha, beta)?)?);
-        let outcome = solver.solve(q, x0, &limits)?;
+        let outcome = solver.solve(q, Options::from_x(x0).limits(limits))?;
         if outcome.converged() {
             // ‖q‖₂ ≤ √n max|qᵢ|, which neither overflows nor vanishes before the product does.
             let largest = q.iter().fold(0.0, |max: f64, q| max.max(q.to_f64().unwrap().abs()));
             let norm = largest * (q.len() as f64).sqrt() * (1.0 + 1e-12);
-            let bound = absolute.to_f64().unwrap().max(relative.to_f64().unwrap() * norm);
+            let bound = match tolerance {
+                Tolerance::Relative(relative) => relative * norm,
+                Tolerance::Absolute(absolute) => absolute.min(1e-3 * norm),
+            };
             assert!(outcome.residual.l2 <= bound, "{} > {bound}", outcome.residual.l2);
             assert!(outcome.residual.l2.is_finite());
         }
         Ok(())
     };
-    let _ = run();
+    let _ = run(Tolerance::Absolute(absolute));
+    assert!(run(Tolerance::Relative(relative)).is_err() || relative < 1.0);
 }
 
 /// Numbers of every kind: special ones, ordinary ones, and any bits at all.

@@ -2,7 +2,7 @@
 //! grids by the dense textbook methods.
 
 use hlcp_core::{Hlcp, Omega, Rows};
-use hlcp_methods::{Limits, Method, Named, Parameters, Solver};
+use hlcp_methods::{Limits, Method, Named, Options, Parameters, Solver};
 use hlcp_verify::{
     Example, Slider,
     oracle::{Dense, Iteration, aor_splitting},
@@ -72,18 +72,18 @@ fn count<A: Rows<f64>, B: Rows<f64>>(
     (a, b, q): (&A, &B, &[f64]),
     tau: f64,
     method: Named,
-    limits: &Limits<f64>,
+    limits: &Limits,
 ) -> Option<usize> {
     let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
     let method: Box<dyn Method<f64, A = _, B = _> + '_> =
         method.on(Hlcp::new(a, b, omega).unwrap()).unwrap();
     let mut solver = Solver::new(method);
-    let outcome = solver.solve(q, &vec![1.0; q.len()], limits).unwrap();
+    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(*limits)).unwrap();
     outcome.converged().then_some(outcome.iterations)
 }
 
-fn slider_limits() -> Limits<f64> {
-    Limits { absolute: 0.0, relative: 1e-10, ..Limits::default() }
+fn slider_limits() -> Limits {
+    Limits::relative(1e-10)
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn counts_of_tables_3_to_5() {
             let scene = Example { symmetric, m: 128, mu: shift, nu: shift }.pose::<f64>().unwrap();
             for (name, expected) in ["MAOR", "AMAOR", "TMAOR"].into_iter().zip(counts) {
                 let data = (&scene.a, &scene.b, &scene.q[..]);
-                let found = count(data, tau, named(name, Some(pair)), &Limits::default());
+                let found = count(data, tau, named(name, Some(pair)), &Limits::absolute(1e-10));
                 assert!(
                     found.is_some_and(|found| same_count(found, expected)),
                     "{name} τ {tau} {pair:?} symmetric {symmetric} shift {shift}: {found:?} for {expected}"
@@ -170,7 +170,7 @@ fn the_textbook_counts_the_same_on_a_small_grid() {
             let scene = Example { symmetric, m, mu: shift, nu: shift }.pose::<f64>().unwrap();
             for name in ["MAOR", "AMAOR", "TMAOR"] {
                 let data = (&scene.a, &scene.b, &scene.q[..]);
-                let found = count(data, tau, named(name, Some(pair)), &Limits::default());
+                let found = count(data, tau, named(name, Some(pair)), &Limits::absolute(1e-10));
                 let expected = textbook_count(&dense, &textbook(&dense, name, pair, pair), 1e-10);
                 assert!(
                     found.is_some_and(|found| same_count(found, expected)),
@@ -274,7 +274,9 @@ fn the_slider_converges_to_the_continuous_problem() {
         let mut mgs =
             Solver::new(named("MGS", None).on(Hlcp::new(&a, &b, omega).unwrap()).unwrap());
         let limits = Limits { iterations: 100_000, ..slider_limits() };
-        assert!(mgs.solve(&q, &vec![1.0; q.len()], &limits).unwrap().converged());
+        assert!(
+            mgs.solve(&q, Options::from_x(&vec![1.0; q.len()]).limits(limits)).unwrap().converged()
+        );
         let rupture = slider.rupture(mgs.z());
         assert!((rupture - Slider::RUPTURE).abs() <= Slider::LENGTH / cells as f64);
         slider.peak(mgs.z()) - Slider::PEAK

@@ -4,7 +4,7 @@ mod common;
 
 use common::{planted, posed};
 use hlcp_core::{Aor, Jacobi};
-use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Solver, Tmms};
+use hlcp_methods::{Amms, Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::Planted;
 use proptest::prelude::*;
 
@@ -15,10 +15,11 @@ const WEIGHT: f64 = 0.15;
 const MARGIN: f64 = 0.4 - 2.5 * WEIGHT;
 
 fn reaches(method: impl Method<f64>, p: &Planted) -> Result<(), TestCaseError> {
-    let limits = Limits { norm: Norm::LInf, ..Limits::default() };
+    let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
     let mut solver = Solver::new(method);
     let start = vec![-0.7; p.z.len()];
-    let outcome = solver.solve(p.dense.q.as_slice(), &start, &limits).unwrap();
+    let outcome =
+        solver.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits)).unwrap();
     prop_assert!(outcome.converged(), "{:?}", outcome);
     // ‖F‖∞ = γ·residual, and z and r are 2/γ and 2ω/γ times as sensitive as x.
     let off = outcome.residual.linf.max(f64::EPSILON * p.dense.q.amax()) / MARGIN;

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 
 use common::{assembled, by_tmgs};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{
     AorStep, Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, certify,
     classes::is_m, convergence,
@@ -211,8 +211,13 @@ fn generic_solutions_are_planted() {
         let omega = Omega::diagonal_ratio(1.0, &generic.a, &generic.b).unwrap();
         let problem = Hlcp::new(generic.a, generic.b, omega).unwrap();
         let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap());
-        let limits = Limits { absolute: 1e-12, ..Limits::default() };
-        assert!(solver.solve(&generic.q, &[1.0; 36], &limits).unwrap().converged());
+        let limits = Limits::absolute(1e-12);
+        assert!(
+            solver
+                .solve(&generic.q, Options::from_x(&[1.0; 36]).limits(limits))
+                .unwrap()
+                .converged()
+        );
         let error = (0..36).map(|k| (solver.z()[k] - z[k]).abs().max((solver.r()[k] - r[k]).abs()));
         assert!(error.fold(0.0, f64::max) <= 1e-11);
     }

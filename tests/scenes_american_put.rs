@@ -4,7 +4,7 @@ mod common;
 
 use common::assembled;
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Scalar};
-use hlcp_methods::{Limits, Mms, Solver};
+use hlcp_methods::{Limits, Mms, Options, Solver};
 use hlcp_verify::{AmericanPut, AorStep, Convergence, Proof, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,8 @@ fn marched<T: Scalar>(put: AmericanPut, warm: bool) -> (Vec<Vec<T>>, usize) {
     let (mut values, mut iterations) = (vec![], 0);
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
-        let outcome = solver.solve(&q, &x, &Limits::default()).unwrap();
+        let outcome =
+            solver.solve(&q, Options::from_x(&x).limits(Limits::absolute(1e-10))).unwrap();
         assert!(outcome.converged(), "{k}: {outcome}");
         iterations += outcome.iterations;
         if warm {

@@ -7,7 +7,7 @@ mod common;
 
 use common::Matrix;
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
-use hlcp_methods::{Amms, Limits, Method, Mms, Solver, Tmms};
+use hlcp_methods::{Amms, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
     AorStep, Contraction, Convergence, Proof, alpha_bound,
     classes::{Answer, is_m},
@@ -267,17 +267,16 @@ fn holds<A: Rows<f64>>(
     };
     let mut x = start.clone();
     for _ in 0..enough {
-        for k in 0..steps.len() {
-            method.step(k, &rhs, &x, &mut y);
-            std::mem::swap(&mut x, &mut y);
-        }
+        method.step(&rhs, &x, &mut y, &mut Clock::endless());
+        method.complete(&rhs, &mut y, &mut x);
+        std::mem::swap(&mut x, &mut y);
     }
     prop_assert!(norm(&x, &star, d) <= 1e-6 * first + floor, "{enough} iterations");
 
     // |z − z*| ≤ |δ| and |r − r*| ≤ ω|δ| with C|δ| ≤ |A z − B r + q|.
     let mut solver = Solver::new(method);
-    let limits = Limits { relative: 1e-9, ..Limits::default() };
-    let outcome = solver.solve(&q, &start, &limits).unwrap();
+    let limits = Limits::relative(1e-9);
+    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
     prop_assert!(outcome.converged(), "{outcome}");
     let worst = p.gaps.iter().map(|gap| outcome.residual.linf / gap).fold(0.0, f64::max);
     let [z, r] = p.solution();

@@ -267,13 +267,21 @@ fn power_of_ten(v: f64) -> String {
     format!("10{}", format!("{v:.0}").chars().map(raised).collect::<String>())
 }
 
-/// Writes `panels`, `columns` to a row, with one legend and a caption of some lines, as `path`.svg.
+/// Writes the picture of [`svg`] as `path`.svg.
 pub(crate) fn write(
     path: &Path,
     columns: usize,
     panels: Vec<Panel>,
     caption: &str,
 ) -> Result<(), Box<dyn Error>> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    Ok(fs::write(path.with_extension("svg"), svg(columns, panels, caption))?)
+}
+
+/// Draws `panels`, `columns` to a row, with one legend and a caption of some lines.
+pub(crate) fn svg(columns: usize, panels: Vec<Panel>, caption: &str) -> String {
     let mut legend: Vec<LegendEntry> = vec![];
     for entry in panels.iter().flat_map(|panel| &panel.legend) {
         if legend.iter().all(|known| known.label != entry.label) {
@@ -306,11 +314,7 @@ pub(crate) fn write(
             color: None,
         });
     }
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    fs::write(path.with_extension("svg"), SvgBackend::new().render_scene(&scene))?;
-    Ok(())
+    SvgBackend::new().render_scene(&scene)
 }
 
 /// Writes the data of a chart beside it, as `path`.csv.
@@ -318,8 +322,12 @@ pub(crate) fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<()
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder)?;
     }
-    fs::write(path.with_extension("csv"), format!("{header}\n{}\n", rows.join("\n")))?;
-    Ok(())
+    Ok(fs::write(path.with_extension("csv"), csv(header, rows))?)
+}
+
+/// A heading and rows as a text.
+pub(crate) fn csv(header: &str, rows: &[String]) -> String {
+    format!("{header}\n{}\n", rows.join("\n"))
 }
 
 /// The command, the machine and the day, for captions.

@@ -13,6 +13,8 @@
 #[path = "../chart/mod.rs"]
 mod chart;
 mod methods;
+#[path = "../print/mod.rs"]
+mod print;
 mod scenes;
 mod table;
 
@@ -20,7 +22,7 @@ use std::{error::Error, path::PathBuf, time::Duration};
 
 use chart::{Panel, Point, Series, provenance, write};
 use clap::Parser;
-use hlcp_core::Rows;
+use hlcp_core::{Rows, files::printable};
 use hlcp_methods::Status;
 use indicatif::{ProgressBar, ProgressStyle};
 use methods::{METHODS, Run, solve};
@@ -92,7 +94,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify_with` proves of it, up to n = 70,000.";
     write_tables(&tables, rows, sizes, &format!("{rules}\n{legend}"), &command)?;
     check(rows)?;
-    println!("wrote {} rows to {} and {}", rows.len(), out.display(), tables.display());
+    print::line(format_args!(
+        "wrote {} rows to {} and {}",
+        rows.len(),
+        printable(out.display()),
+        printable(tables.display())
+    ))?;
     Ok(())
 }
 

@@ -5,10 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_core::{Aor, Hlcp, Omega, Rows};
+use hlcp_core::{Aor, Hlcp, Norms, Omega, Rows};
 use hlcp_methods::{
-    Amms, Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Solver,
-    Ssor, Status, Tmms, TridiagonalPart,
+    Amms, Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Options,
+    Solver, Ssor, Status, Tmms, TridiagonalPart,
 };
 use hlcp_verify::certify_with;
 
@@ -89,12 +89,11 @@ pub(crate) fn solve<A: Rows<f64>, B: Rows<f64>>(
         let (mut status, mut iterations, mut sweeps) = (Status::Converged, 0, 0);
         for q in &problem.qs {
             let limits = Limits {
-                relative: problem.setting.relative,
                 iterations: usize::MAX,
                 time: Some(longest.saturating_sub(begin.elapsed())),
-                ..Limits::default()
+                ..Limits::absolute(f64::max(1e-10, problem.setting.relative * Norms::of(q).l2))
             };
-            let outcome = solver.solve(q, &x, &limits)?;
+            let outcome = solver.solve(q, Options::from_x(&x).limits(limits))?;
             status = outcome.status;
             iterations += outcome.iterations;
             sweeps += outcome.sweeps;

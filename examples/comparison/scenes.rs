@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use hlcp_core::{Identity, Rows};
-use hlcp_methods::{Limits, Solver};
+use hlcp_methods::{Limits, Options, Solver};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Certificate, Disc, Example, JournalBearing, Obstacle, Posed, Slider,
     certify,
@@ -201,12 +201,12 @@ impl<A: Rows<f64>, B: Rows<f64>> Problem<A, B> {
     ) -> Result<Self, Box<dyn Error>> {
         let name = if setting.tridiagonal { "NEWTON" } else { "MGW" };
         let mut solver = Solver::new(method(name, (&a, &b), setting)?);
-        let limits = Limits { absolute: 0.0, iterations: TO_THE_FLOOR, ..Limits::default() };
+        let limits = Limits { iterations: TO_THE_FLOOR, ..Limits::absolute(0.0) };
         let (mut x, mut qs) = (vec![1.0; a.order()], vec![vec![0.0; a.order()]; count]);
         for (k, q) in qs.iter_mut().enumerate() {
             next(k, solver.z(), q);
             // To a tolerance of 0, which need not be met.
-            let outcome = solver.solve(q, &x, &limits)?;
+            let outcome = solver.solve(q, Options::from_x(&x).limits(limits))?;
             let goal =
                 f64::max(1e-10, setting.relative * q.iter().map(|q| q * q).sum::<f64>().sqrt());
             if outcome.residual.l2 > 0.5 * goal {

@@ -8,6 +8,7 @@ use Scene::{
 use clap::{
     CommandFactory, FromArgMatches, Parser, ValueEnum, error::ErrorKind, parser::ValueSource,
 };
+use hlcp_core::files;
 use hlcp_methods::Parameters;
 
 /// Solve a horizontal linear complementarity problem, A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0.
@@ -75,10 +76,12 @@ pub(crate) struct Arguments {
     /// The start x⁰ [default: all ones]
     #[arg(long)]
     pub(crate) x0: Option<PathBuf>,
-    /// Write z to this file, also of a solve that did not converge; needs --method
+    /// Write z to this file, also of a solve that did not converge; needs --method. A regular file
+    /// that exists is replaced; refused are a symbolic link, a device and the like, and the files
+    /// of --a, --b, --q and --x0
     #[arg(long, requires = "method")]
     pub(crate) out_z: Option<PathBuf>,
-    /// Write r to this file, also of a solve that did not converge; needs --method
+    /// Write r to this file, as --out-z does
     #[arg(long, requires = "method")]
     pub(crate) out_r: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM… and TM… alike,
@@ -110,10 +113,16 @@ pub(crate) struct Arguments {
     /// The scale γ of the modulus variable
     #[arg(long, default_value_t = 1.0, allow_hyphen_values = true)]
     pub(crate) gamma: f64,
-    /// Absolute tolerance for ‖A z − B r + q‖ [default: 1e-10, in f32 what rounding allows, and for the slider at
-    /// least 1e-10 ‖q‖]
-    #[arg(long, allow_hyphen_values = true)]
+    /// Absolute tolerance for ‖A z − B r + q‖, in the units of q [default: of scenes 1e-10; of the slider
+    /// and of files there is none, see --rtol; in f32 as well what rounding allows]
+    #[arg(long, allow_hyphen_values = true, conflicts_with = "rtol")]
     pub(crate) tol: Option<f64>,
+    /// Tolerance for ‖A z − B r + q‖ relative to ‖q‖ [default: 1e-10 for the slider and for files]
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) rtol: Option<f64>,
+    /// The longest time of one solve, in seconds
+    #[arg(long, allow_hyphen_values = true)]
+    pub(crate) max_seconds: Option<f64>,
     /// The largest number of iterations
     #[arg(long, default_value_t = 30_000, allow_hyphen_values = true)]
     pub(crate) max_iterations: usize,
@@ -233,17 +242,33 @@ impl Arguments {
         if self.method.is_none() && self.parameters() != Parameters::default() {
             return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
         }
-        if self.out_z.is_some() && self.out_z == self.out_r {
+        if let (Some(z), Some(r)) = (&self.out_z, &self.out_r)
+            && files::same_file(z, r)
+        {
             return Err("--out-z and --out-r name the same file".into());
         }
-        for path in self.out_z.iter().chain(&self.out_r) {
-            let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-            if path.is_dir() || folder.is_some_and(|folder| !folder.is_dir()) {
-                return Err(format!("{} cannot be written", path.display()).into());
+        let inputs = [("--a", &self.a), ("--b", &self.b), ("--q", &self.q), ("--x0", &self.x0)];
+        for (out, path) in [("--out-z", &self.out_z), ("--out-r", &self.out_r)] {
+            let Some(path) = path else { continue };
+            let read = |(_, input): &&(_, &Option<PathBuf>)| {
+                input.as_ref().is_some_and(|input| files::same_file(path, input))
+            };
+            if let Some((input, _)) = inputs.iter().find(read) {
+                let path = files::printable(path.display());
+                return Err(format!(
+                    "{out} {path} would overwrite the file of {input}; give another name"
+                )
+                .into());
             }
+            files::check_output(path)?;
         }
         if self.precisions().contains(&Precision::F32) {
-            let given = [("tau", Some(self.tau)), ("gamma", Some(self.gamma)), ("tol", self.tol)];
+            let given = [
+                ("tau", Some(self.tau)),
+                ("gamma", Some(self.gamma)),
+                ("tol", self.tol),
+                ("rtol", self.rtol),
+            ];
             for (name, value) in given {
                 if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
                     return Err(format!(

@@ -13,16 +13,24 @@
 
 mod arguments;
 mod choice;
+#[path = "../print/mod.rs"]
+mod print;
 mod report;
 mod scenes;
 
-use std::{error::Error, ops::ControlFlow, process::ExitCode};
+use std::{
+    error::Error,
+    io::{self, Write},
+    ops::ControlFlow,
+    process::ExitCode,
+    time::Duration,
+};
 
 use arguments::{Arguments, NormName, Precision};
 use choice::Choice;
 use clap::error::ErrorKind;
-use hlcp_core::{Hlcp, Omega, Rows, Scalar, market};
-use hlcp_methods::{Limits, Method, Norm, Outcome, Solver};
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, files::printable, market};
+use hlcp_methods::{Limits, Method, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, certify, convergence};
 use indicatif::ProgressBar;
 use scenes::Given;
@@ -32,22 +40,23 @@ fn main() -> ExitCode {
     let arguments = match Arguments::given() {
         Ok(arguments) => arguments,
         Err(error) if matches!(error.kind(), ErrorKind::DisplayHelp) => {
-            print!("{error}");
+            // Its reader has gone, or there is none to tell.
+            let _ = error.print();
             return ExitCode::SUCCESS;
         }
-        Err(error) => {
-            eprintln!("{}", one_line(&error));
-            return ExitCode::from(1);
-        }
+        Err(error) => return refuse(&one_line(&error)),
     };
     match in_pool(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(2),
-        Err(error) => {
-            eprintln!("error: {error}");
-            ExitCode::from(1)
-        }
+        Err(error) => refuse(&format!("error: {error}")),
     }
+}
+
+/// Says in one line what is wrong, which may hold the names of files.
+fn refuse(reason: &str) -> ExitCode {
+    let _ = writeln!(io::stderr(), "{}", printable(reason));
+    ExitCode::from(1)
 }
 
 /// Runs on as many threads as were asked for.
@@ -105,15 +114,19 @@ impl Run<'_> {
             Some(path) => market::read_vector(path, given.q.len())?,
             None => vec![T::one(); given.q.len()],
         };
-        let mut limits = Limits { iterations: arguments.max_iterations, ..Limits::<T>::default() };
-        limits.norm = match arguments.norm {
+        let norm = match arguments.norm {
             NormName::L2 => Norm::L2,
             NormName::Linf => Norm::LInf,
         };
-        limits.relative = limits.relative.max(to(given.relative)?);
-        if let Some(tolerance) = arguments.tol {
-            (limits.absolute, limits.rounding) = (to(tolerance)?, T::zero());
-        }
+        let (tolerance, rounding) = match (arguments.tol, arguments.rtol) {
+            (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
+            (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
+            (None, None) => (given.tolerance, None),
+        };
+        let (iterations, time) = (arguments.max_iterations, arguments.max_seconds);
+        let time = time.map(Duration::try_from_secs_f64).transpose();
+        let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
+        let limits = Limits { tolerance, rounding, norm, iterations, time };
         let omega = Omega::diagonal_ratio(to(arguments.tau)?, given.a, given.b)?;
         let mut problem = Hlcp::new(given.a, given.b, omega)?.with_gamma(to(arguments.gamma)?)?;
         if arguments.threads > 1 {
@@ -126,9 +139,8 @@ impl Run<'_> {
             for _ in 0..arguments.repeats {
                 solves.push(march(&choice.name, &mut solver, given, &mut q, &x0, &limits)?);
             }
-            solves.sort_by_key(|solve| solve.outcome.elapsed);
-            let solve = &solves[solves.len() / 2];
-            let outcome = &solve.outcome;
+            solves.sort_by_key(|outcome| outcome.elapsed);
+            let outcome = &solves[solves.len() / 2];
             let error = given
                 .known
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
@@ -138,8 +150,16 @@ impl Run<'_> {
             } else {
                 None
             };
+            // Before anything is printed, because a reader that goes away ends the program.
+            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
+            let outputs: Vec<_> = outputs
+                .iter()
+                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
+                .collect();
+            market::write_vectors(&outputs)?;
             if arguments.json {
-                let mut object = report::object(arguments, given, choice, precision, solve, error);
+                let mut object =
+                    report::object(arguments, given, choice, precision, outcome, error);
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
@@ -147,24 +167,24 @@ impl Run<'_> {
                     object["certified_error_bound"] =
                         json!(certificate.as_ref().map(Certificate::error));
                 }
-                report::line(&object)?;
+                print::line(&object)?;
             } else {
                 if self.rows == 0 {
                     report::head(arguments, given.name, given.q.len())?;
                 }
                 report::row(&choice.name, precision, outcome, error)?;
                 for (key, value) in figures {
-                    report::line(&format_args!("          {key} {value:.6e}"))?;
+                    print::line(format_args!("          {key} {value:.6e}"))?;
                 }
                 if arguments.certify {
-                    report::line(&match choice.steps() {
+                    print::line(match choice.steps() {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
                             "  convergence: not proved, because the check does not cover the method"
                                 .into()
                         }
                     })?;
-                    report::line(&match certificate {
+                    print::line(match certificate {
                         Some(certificate) => format!("  {certificate}"),
                         None => "  solution unique: not proved; certified error: none".into(),
                     })?;
@@ -172,68 +192,52 @@ impl Run<'_> {
             }
             self.rows += 1;
             self.all_converged &= outcome.converged();
-            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
-            let outputs: Vec<_> = outputs
-                .iter()
-                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
-                .collect();
-            market::write_vectors(&outputs)?;
         }
         Ok(())
     }
 }
 
-/// What came of solving the problems of a scene.
-struct Solve {
-    /// Of all of them together; the residual is that of the last.
-    outcome: Outcome,
-    linear_iterations: Option<usize>,
-}
-
 /// Solves the problems of a scene one after another, each from the answer before, until one does not converge, and leaves
-/// the last right-hand side in `q`.
+/// the last right-hand side in `q`; the outcome is that of all of them, with the residual of the last.
 fn march<T: Scalar, M: Method<T>, A, B>(
     name: &str,
     solver: &mut Solver<T, M>,
     given: &Given<'_, T, A, B>,
     q: &mut [T],
     x0: &[T],
-    limits: &Limits<T>,
-) -> Result<Solve, Box<dyn Error>> {
+    limits: &Limits,
+) -> Result<Outcome, Box<dyn Error>> {
     let bar = ProgressBar::new_spinner();
-    let solve = |solver: &mut Solver<T, M>, q: &[T], x0: &[T]| {
-        solver.solve_observed(q, x0, limits, |progress| {
-            if progress.iteration % 64 == 0 {
-                bar.set_message(format!(
-                    "{name}: iteration {}, residual {:.1e}",
-                    progress.iteration, progress.residual.l2
-                ));
-                bar.tick();
-            }
-            ControlFlow::Continue(())
-        })
+    let mut show = |progress: &Progress<'_, T>| {
+        if progress.iteration.is_multiple_of(64) {
+            bar.set_message(format!(
+                "{name}: iteration {}, residual {:.1e}",
+                progress.iteration, progress.residual.l2
+            ));
+            bar.tick();
+        }
+        ControlFlow::Continue(())
     };
     q.copy_from_slice(given.q);
-    let mut outcome = solve(solver, q, x0)?;
-    let mut linear_iterations = solver.method().linear_iterations();
+    let options = Options::from_x(x0).limits(*limits).observer(&mut show);
+    let mut outcome = solver.solve(q, options)?;
     let (count, next) = given.march;
-    let mut x = Vec::new();
     for k in 1..count {
         if !outcome.converged() {
             break;
         }
         next(k, solver.z(), q);
-        x.clear();
-        x.extend_from_slice(solver.x());
-        let step = solve(solver, q, &x)?;
-        outcome.status = step.status;
-        outcome.residual = step.residual;
-        outcome.iterations += step.iterations;
-        outcome.sweeps += step.sweeps;
-        outcome.elapsed += step.elapsed;
-        let more = solver.method().linear_iterations();
-        linear_iterations = linear_iterations.zip(more).map(|(sum, more)| sum + more);
+        let options = Options::resume().limits(*limits).observer(&mut show);
+        let step = solver.solve(q, options)?;
+        let linear = outcome.linear_iterations.zip(step.linear_iterations);
+        outcome = Outcome {
+            iterations: outcome.iterations + step.iterations,
+            sweeps: outcome.sweeps + step.sweeps,
+            linear_iterations: linear.map(|(sum, more)| sum + more),
+            elapsed: outcome.elapsed + step.elapsed,
+            ..step
+        };
     }
     bar.finish_and_clear();
-    Ok(Solve { outcome, linear_iterations })
+    Ok(outcome)
 }

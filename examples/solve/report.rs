@@ -1,15 +1,15 @@
 //! What is printed: a table with a head, or one JSON object.
 
-use std::io::{self, Write};
+use std::io;
 
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::Outcome;
 use serde_json::{Value, json};
 
 use crate::{
-    Solve,
     arguments::{Arguments, Precision, SHIFT, Scene},
     choice::Choice,
+    print,
     scenes::Given,
 };
 
@@ -19,10 +19,10 @@ pub(crate) fn object<T, A, B>(
     given: &Given<'_, T, A, B>,
     choice: &Choice,
     precision: Precision,
-    solve: &Solve,
+    outcome: &Outcome,
     error: Option<f64>,
 ) -> Value {
-    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = &solve.outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
     let [alpha, beta] = choice.relaxation();
     json!({
         "scene": given.name,
@@ -37,9 +37,10 @@ pub(crate) fn object<T, A, B>(
         "outcome": status.to_string().replace(' ', "_"),
         "iterations": iterations,
         "sweeps": sweeps,
-        "linear_iterations": solve.linear_iterations,
+        "linear_iterations": outcome.linear_iterations,
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
+        "residual_over_q": outcome.relative.l2,
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
@@ -52,14 +53,6 @@ pub(crate) fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
     Norms::of(&differences).linf
 }
 
-/// Prints a line; a reader that has gone away ends the program quietly.
-pub(crate) fn line(line: &impl std::fmt::Display) -> io::Result<()> {
-    match writeln!(io::stdout(), "{line}") {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => std::process::exit(0),
-        done => done,
-    }
-}
-
 /// Prints the head of the table.
 pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Result<()> {
     let Arguments { mu, nu, tau, gamma, .. } = arguments;
@@ -69,9 +62,9 @@ pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Resul
         }
         _ => String::new(),
     };
-    line(&format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
-    line(&format_args!(
-        "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>11} {:>8}",
+    print::line(format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
+    print::line(format_args!(
+        "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>9} {:>11} {:>8}",
         "method",
         "precision",
         "outcome",
@@ -79,6 +72,7 @@ pub(crate) fn head(arguments: &Arguments, name: &str, order: usize) -> io::Resul
         "sweeps",
         "residual l2",
         "l-inf",
+        "l2 / q",
         "true error",
         "seconds"
     ))
@@ -91,13 +85,14 @@ pub(crate) fn row(
     outcome: &Outcome,
     error: Option<f64>,
 ) -> io::Result<()> {
-    let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
+    let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
     let seconds = elapsed.as_secs_f64();
-    line(&format_args!(
-        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>11} {seconds:>8.3}",
+    print::line(format_args!(
+        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>9.1e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,
         residual.linf,
+        relative.l2,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
     ))
 }

@@ -3,6 +3,7 @@
 use std::error::Error;
 
 use hlcp_core::{Identity, LinearOperator, Scalar, market};
+use hlcp_methods::Tolerance;
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
 
 use crate::{
@@ -18,8 +19,8 @@ pub(crate) struct Given<'g, T, A, B> {
     pub(crate) q: &'g [T],
     /// z* and r*.
     pub(crate) known: Option<[&'g [T]; 2]>,
-    /// The tolerance relative to ‖q‖ where none is given.
-    pub(crate) relative: f64,
+    /// The tolerance where none is given.
+    pub(crate) tolerance: Tolerance,
     /// What a reader wants to know of (z, r).
     pub(crate) figures: &'g Figures<T>,
     /// How many problems there are, and how to overwrite `q` with that of the `k`-th, for the `z` of the one before.
@@ -30,10 +31,11 @@ type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
 type March<T> = dyn Fn(usize, &[T], &mut [T]);
 
 impl<'g, T, A, B> Given<'g, T, A, B> {
-    /// A problem of which no more is known.
+    /// A problem of which no more is known, to be solved to the paper's tolerance.
     fn new(name: &'g str, a: &'g A, b: &'g B, q: &'g [T]) -> Self {
         let (figures, next): (&Figures<T>, &March<T>) = (&|_, _| Vec::new(), &|_, _, _| {});
-        Self { name, a, b, q, known: None, relative: 0.0, figures, march: (1, next) }
+        let tolerance = Tolerance::Absolute(1e-10);
+        Self { name, a, b, q, known: None, tolerance, figures, march: (1, next) }
     }
 }
 
@@ -45,13 +47,15 @@ impl Run<'_> {
         if let (Some(a), Some(q)) = (&arguments.a, &arguments.q) {
             let a = &market::read_matrix::<T>(a)?;
             let q = &market::read_vector(q, a.order())?;
+            let tolerance = Tolerance::Relative(1e-10);
             return match &arguments.b {
                 Some(b) => {
-                    self.solve(precision, &Given::new("file", a, &market::read_matrix(b)?, q))
+                    let b = &market::read_matrix(b)?;
+                    self.solve(precision, &Given { tolerance, ..Given::new("file", a, b, q) })
                 }
                 None => {
-                    let identity = Identity { order: a.order() };
-                    self.solve(precision, &Given::new("file", a, &identity, q))
+                    let b = &Identity { order: a.order() };
+                    self.solve(precision, &Given { tolerance, ..Given::new("file", a, b, q) })
                 }
             };
         }
@@ -85,7 +89,8 @@ impl Run<'_> {
                     ]
                 };
                 let given = Given::new(name, a, b, q);
-                self.solve(precision, &Given { relative: 1e-10, figures: &figures, ..given })
+                let tolerance = Tolerance::Relative(1e-10);
+                self.solve(precision, &Given { tolerance, figures: &figures, ..given })
             }
             Scene::JournalBearing => {
                 let (nx, ny, ecc) = arguments.journal();

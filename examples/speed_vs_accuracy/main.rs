@@ -15,6 +15,8 @@
 mod chart;
 #[cfg(feature = "faer")]
 mod newton;
+#[path = "../print/mod.rs"]
+mod print;
 mod problem;
 mod profile;
 mod projected;
@@ -24,6 +26,7 @@ use std::{error::Error, path::PathBuf};
 
 use chart::{Panel, Point, Series, provenance, write, write_csv};
 use clap::Parser;
+use hlcp_core::files::printable;
 use hlcp_verify::{Disc, Example, Slider, certify};
 use indicatif::ProgressBar;
 use problem::{Problem, Scene};
@@ -132,7 +135,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     profile::draw(&out, "profile", METHODS, quick, &bar, &provenance(&command))?;
     profile::draw(&out, "profile-beyond", BEYOND, quick, &bar, &provenance(&command))?;
     bar.finish_and_clear();
-    println!("wrote the charts to {}", out.display());
+    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
     Ok(())
 }
 

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows, Scalar};
-use hlcp_methods::{Limits, Mms, Solver};
+use hlcp_methods::{Limits, Mms, Options, Solver};
 use hlcp_verify::{Disc, Example, Slider, certify};
 
 /// What to pose.
@@ -117,7 +117,7 @@ fn to_the_floor(posed: &Posed<f64>) -> Result<Solution, Box<dyn Error>> {
     let Posed { a, b, q } = posed;
     let omega = Omega::diagonal_ratio(1.0, a, b)?;
     let mut solver = Solver::new(Mms::new(Hlcp::new(a, b, omega)?, Aor::sor(1.2)?)?);
-    let limits = Limits { absolute: 0.0, iterations: 1_000_000, ..Limits::default() };
-    let _ = solver.solve(q, &vec![1.0; q.len()], &limits)?;
+    let limits = Limits { iterations: 1_000_000, ..Limits::absolute(0.0) };
+    let _ = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(limits))?;
     Ok([solver.z().to_vec(), solver.r().to_vec()])
 }

@@ -4,8 +4,8 @@ use std::error::Error;
 
 use hlcp_core::{Aor, Hlcp, Omega, Scalar};
 use hlcp_methods::{
-    Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Multigrid, Named, Newton, Outcome,
-    Parameters, Solver, Ssor, Tmms, TridiagonalPart, solve_mixed,
+    Anderson, Auto, Cycle, FullMultigrid, Limits, Method, Multigrid, Named, Newton, Options,
+    Outcome, Parameters, Solver, Ssor, Tmms, TridiagonalPart, solve_mixed,
 };
 use hlcp_verify::{Disc, Example};
 
@@ -158,15 +158,13 @@ fn beyond(
     };
     let mut solver = Solver::new(method);
     let x0 = vec![1.0; posed.q.len()];
-    let outcome = solver.solve(&posed.q, &x0, &limits("T", tolerance))?;
+    let outcome = solver.solve(&posed.q, Options::from_x(&x0).limits(limits("T", tolerance)))?;
     Ok(Some(run(outcome, solver.z(), solver.r())))
 }
 
-fn limits<T: Scalar>(name: &str, tolerance: f64) -> Limits<T> {
-    let steps = if name.starts_with('T') { 2 } else { 1 };
-    let relative = T::from(tolerance).unwrap_or_else(T::nan);
-    let (absolute, rounding) = (T::zero(), T::zero());
-    Limits { absolute, relative, rounding, iterations: SWEEPS / steps, ..Limits::default() }
+fn limits(name: &str, tolerance: f64) -> Limits {
+    let iterations = SWEEPS / if name.starts_with('T') { 2 } else { 1 };
+    Limits { rounding: Some(0.0), iterations, ..Limits::relative(tolerance) }
 }
 
 fn run<T: Scalar>(outcome: Outcome, z: &[T], r: &[T]) -> Run {
@@ -202,7 +200,7 @@ fn in_precision<T: Scalar>(
 ) -> Result<Option<Run>, Box<dyn Error>> {
     let mut solver = method(posed, name, parameters)?;
     let x0 = vec![T::one(); posed.q.len()];
-    let outcome = solver.solve(&posed.q, &x0, &limits(name, tolerance))?;
+    let outcome = solver.solve(&posed.q, Options::from_x(&x0).limits(limits(name, tolerance)))?;
     Ok(Some(run(outcome, solver.z(), solver.r())))
 }
 

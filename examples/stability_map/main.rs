@@ -12,13 +12,15 @@
 
 #[path = "../chart/mod.rs"]
 mod chart;
+#[path = "../print/mod.rs"]
+mod print;
 
 use std::{error::Error, path::PathBuf};
 
 use chart::{Panel, provenance, write, write_csv};
 use clap::Parser;
-use hlcp_core::{Hlcp, Omega, Rows, Scalar};
-use hlcp_methods::{Limits, Named, Outcome, Parameters, Solver, Status};
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, files::printable};
+use hlcp_methods::{Limits, Named, Options, Outcome, Parameters, Solver, Status};
 use hlcp_verify::{AorStep, Convergence, Disc, Example, Slider, convergence, theorem_2};
 use indicatif::ProgressBar;
 use kuva::plot::MarkerShape;
@@ -119,7 +121,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         write_csv(&path, header, &rows)?;
     }
     bar.finish_and_clear();
-    println!("wrote the maps to {}", out.display());
+    print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
     Ok(())
 }
 
@@ -211,18 +213,14 @@ fn solve<T: Scalar>(
     let omega = Omega::diagonal_ratio(to(tau), &posed.a, &posed.b)?;
     let (a, b): (&dyn Rows<T>, &dyn Rows<T>) = (&*posed.a, &*posed.b);
     let parameters = Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() };
+    let per_iteration = if method.starts_with('T') { 2 } else { 1 };
     let method = Named::parse(method, parameters)?.on(Hlcp::new(a, b, omega)?)?;
-    let per_iteration = method.sweeps(1);
     let mut solver = Solver::new(method).with_history(SWEEPS + 1);
-    let relative = to(if to(1e-12) < T::epsilon() { 1e-5 } else { 1e-12 });
-    let limits = Limits {
-        absolute: T::zero(),
-        relative,
-        rounding: T::zero(),
-        iterations: SWEEPS / per_iteration,
-        ..Limits::default()
-    };
-    let outcome = solver.solve(&posed.q, &vec![T::one(); posed.q.len()], &limits)?;
+    let relative = if to(1e-12) < T::epsilon() { 1e-5 } else { 1e-12 };
+    let iterations = SWEEPS / per_iteration;
+    let limits = Limits { rounding: Some(0.0), iterations, ..Limits::relative(relative) };
+    let outcome =
+        solver.solve(&posed.q, Options::from_x(&vec![T::one(); posed.q.len()]).limits(limits))?;
     // The second half of the history, where the start is forgotten.
     let history = solver.history();
     let (half, last) = (history.len() / 2, history.len() - 1);

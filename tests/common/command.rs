@@ -1,17 +1,27 @@
-//! The command `solve`, run as a user runs it.
+//! The programs, `solve` above all, run as a user runs them.
+#![allow(dead_code, reason = "each test program uses its own part")]
 
-use std::process::{Command, Output};
+use std::{
+    path::PathBuf,
+    process::{Command, Output},
+};
 
 use serde_json::Value;
 
-/// Runs the example `solve`, which a bare `cargo test` builds next to the tests.
-pub(crate) fn solve(arguments: &str) -> Output {
+/// An example, which a bare `cargo test` builds next to the tests.
+pub(crate) fn program(name: &str) -> PathBuf {
     let mut path = std::env::current_exe().expect("a test is a file");
     path.pop();
     path.pop();
-    path.push(format!("examples/solve{}", std::env::consts::EXE_SUFFIX));
+    path.push(format!("examples/{name}{}", std::env::consts::EXE_SUFFIX));
     assert!(path.exists(), "{} is missing: run `cargo test` or build the examples", path.display());
-    Command::new(path).args(arguments.split_whitespace()).output().expect("solve starts")
+    path
+}
+
+/// Runs the example `solve`.
+pub(crate) fn solve(arguments: &str) -> Output {
+    let mut command = Command::new(program("solve"));
+    command.args(arguments.split_whitespace()).output().expect("solve starts")
 }
 
 pub(crate) fn text(bytes: &[u8]) -> String {

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test program uses its own part")]
 
 use hlcp_core::{Aor, Diagonal, Hlcp, LinearOperator, Omega, Rows, Scalar};
-use hlcp_methods::{Limits, Solver, Tmms};
+use hlcp_methods::{Limits, Options, Solver, Tmms};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -18,6 +18,11 @@ impl LinearOperator<f64> for Matrix {
 
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         y.copy_from_slice((&self.0 * DVector::from_column_slice(x)).as_slice());
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
+        self.visit_row(i, visit);
+        true
     }
 }
 
@@ -56,8 +61,9 @@ pub(crate) fn by_tmgs<T: Scalar, A: Rows<T>, B: Rows<T>>(a: A, b: B, q: &[T]) ->
     let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
     let method = Tmms::mirrored(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
     let mut solver = Solver::new(method);
-    let limits = Limits { iterations: 200_000, ..Limits::default() };
-    let outcome = solver.solve(q, &vec![T::one(); q.len()], &limits).unwrap();
+    let limits = Limits { iterations: 200_000, ..Limits::absolute(1e-10) };
+    let outcome =
+        solver.solve(q, Options::from_x(&vec![T::one(); q.len()]).limits(limits)).unwrap();
     assert!(outcome.converged(), "{outcome}");
     [solver.z().to_vec(), solver.r().to_vec()]
 }

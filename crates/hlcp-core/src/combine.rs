@@ -31,6 +31,11 @@ impl<T: Scalar> LinearOperator<T> for Identity {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(FivePointView::diagonal(Coefficients::Constant(T::one())))
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for Identity {
@@ -89,6 +94,11 @@ impl<T: Scalar> LinearOperator<T> for DiagonalMatrix<T> {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(FivePointView::diagonal(Coefficients::Each(&self.entries)))
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for DiagonalMatrix<T> {
@@ -137,6 +147,10 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
         }
         Some(view.with(coefficients))
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.of.try_visit_row(i, &mut |j, a| visit(j, self.factor * a))
+    }
 }
 
 impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Scaled<T, O> {
@@ -184,6 +198,11 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Shifted<T, O> {
         let Coefficients::Constant(centre) = centre else { return None };
         let centre = Coefficients::Constant(centre + self.by);
         Some(view.with([south, west, centre, east, north]))
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        visit(i, self.by);
+        self.of.try_visit_row(i, visit)
     }
 }
 
@@ -243,6 +262,10 @@ impl<T: Scalar, L: LinearOperator<T>, R: LinearOperator<T>> LinearOperator<T> fo
         for (y, second) in y.iter_mut().zip(second) {
             *y += second;
         }
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.0.try_visit_row(i, visit) && self.1.try_visit_row(i, visit)
     }
 }
 

@@ -30,6 +30,11 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
             *y = entries.fold(T::zero(), |sum, (&j, &a)| sum + a * x[j]);
         }
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {

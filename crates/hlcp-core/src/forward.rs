@@ -18,6 +18,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         (**self).as_five_point()
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        (**self).try_visit_row(i, visit)
+    }
 }
 
 impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for &O {
@@ -44,6 +48,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Box<O> {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         (**self).as_five_point()
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        (**self).try_visit_row(i, visit)
+    }
 }
 
 impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for Box<O> {
@@ -69,6 +77,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Arc<O> {
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         (**self).as_five_point()
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        (**self).try_visit_row(i, visit)
     }
 }
 

@@ -96,6 +96,7 @@ mod combine;
 #[cfg(feature = "nalgebra-sparse")]
 mod csr;
 mod error;
+pub mod files;
 mod forward;
 mod kernel;
 #[cfg(feature = "nalgebra-sparse")]
@@ -104,6 +105,7 @@ mod norms;
 mod omega;
 mod operator;
 mod problem;
+mod rounding;
 mod scalar;
 mod splitting;
 mod stencil;

@@ -6,48 +6,28 @@
 
 use std::{
     fs::{self, File},
-    io::{BufRead, BufReader, BufWriter, Read, Write},
-    path::{Path, PathBuf},
+    io::{BufRead, BufReader, Read},
+    path::Path,
     str::{FromStr, SplitWhitespace},
 };
 
 use nalgebra_sparse::CsrMatrix;
-use thiserror::Error;
 
-use crate::Scalar;
-
-/// A file that cannot be read or written, and why.
-///
-/// ```
-/// use hlcp_core::market;
-///
-/// let path = std::env::temp_dir().join(format!("hlcp-{}-fault.txt", std::process::id()));
-/// std::fs::write(&path, "1.5\ntwo\n")?;
-/// let error = market::read_vector::<f64>(&path, 2).unwrap_err();
-/// assert_eq!((error.line, error.reason.as_str()), (Some(2), "'two' is no number for 'value'"));
-/// assert!(error.to_string().ends_with("-fault.txt, line 2: 'two' is no number for 'value'"));
-/// # std::fs::remove_file(path)?;
-/// # Ok::<(), std::io::Error>(())
-/// ```
-#[derive(Debug, Error)]
-#[error("{}{}: {reason}", path.display(), line.map_or(String::new(), |line| format!(", line {line}")))]
-pub struct FileError {
-    /// The file.
-    pub path: PathBuf,
-    /// The line, counted from 1, where one is at fault.
-    pub line: Option<usize>,
-    /// What is wrong, with the numbers.
-    pub reason: String,
-}
+pub use crate::files::FileError;
+use crate::{
+    Scalar,
+    files::{self, excerpt},
+};
 
 /// Reads a square matrix.
 ///
 /// # Errors
 ///
-/// [`FileError`] for a file that cannot be opened; a banner other than the ones above; lines that are not
-/// UTF-8, too long or end in CRLF; sizes that are not numbers, not square, more entries than the file can
-/// hold or fewer than rows; entries that are out of range, above the diagonal of a symmetric matrix, given
-/// twice or not finite; and for fewer or more entries than declared.
+/// [`FileError`] for a file that cannot be opened, or is no regular one; a banner other than the
+/// ones above; lines that are not UTF-8, too long or end in CRLF; sizes that are not numbers, not
+/// square, more entries than the file can hold or fewer than rows; entries that are out of range,
+/// above the diagonal of a symmetric matrix, given twice or not finite; and for fewer or more
+/// entries than declared.
 ///
 /// # Cost
 ///
@@ -72,7 +52,8 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
         _ => {
             return Err(lines.fault(format!(
-                "'{banner}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'"
+                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'",
+                excerpt(&banner)
             )));
         }
     };
@@ -176,7 +157,8 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         [number] if !number.starts_with('%') => (false, true),
         _ => {
             return Err(lines.fault(format!(
-                "'{first}' is neither '%%MatrixMarket matrix array|coordinate real|integer general' nor a number"
+                "'{}' is neither '%%MatrixMarket matrix array|coordinate real|integer general' nor a number",
+                excerpt(&first)
             )));
         }
     };
@@ -222,12 +204,12 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 
 /// Writes each vector to its file, in the `array` format with every digit.
 ///
-/// All are written to temporary names first and then renamed, so that a failure leaves existing files as
-/// they were.
+/// A regular file that exists is replaced. A failure leaves all existing files as they were.
 ///
 /// # Errors
 ///
-/// [`FileError`] for the file that could not be written.
+/// [`FileError`] as for [`write_together`](files::write_together): for a file that could not be
+/// written, for two vectors to one file, and for what is no regular file, such as a symbolic link.
 ///
 /// ```
 /// use hlcp_core::market;
@@ -239,42 +221,10 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn write_vectors<T: Scalar>(vectors: &[(&Path, &[T])]) -> Result<(), FileError> {
-    for (k, (path, _)) in vectors.iter().enumerate() {
-        if path.is_dir() {
-            return Err(unusable(path, "is a directory"));
-        }
-        if vectors[..k].iter().any(|(other, _)| other == path) {
-            return Err(unusable(path, "is named for two vectors"));
-        }
-    }
-    let temporary = |path: &Path| {
-        let mut name = path.as_os_str().to_owned();
-        name.push(format!(".{}.partial", std::process::id()));
-        PathBuf::from(name)
-    };
-    let write = |path: &Path, vector: &[T]| -> std::io::Result<()> {
-        let mut file = BufWriter::new(File::create(temporary(path))?);
+    files::write_together(vectors, |vector, file| {
         writeln!(file, "%%MatrixMarket matrix array real general\n{} 1", vector.len())?;
-        for value in vector {
-            writeln!(file, "{value:e}")?;
-        }
-        file.into_inner()?.sync_all()
-    };
-    let mut done = Ok(());
-    for (path, vector) in vectors {
-        done = done.and_then(|()| write(path, vector).map_err(|e| unusable(path, e)));
-    }
-    for (path, _) in vectors {
-        let rename = || fs::rename(temporary(path), path).map_err(|e| unusable(path, e));
-        done = done.and_then(|()| rename());
-        // What could not be renamed is of no use; after a success there is nothing left to remove.
-        let _ = fs::remove_file(temporary(path));
-    }
-    done
-}
-
-fn unusable(path: &Path, error: impl ToString) -> FileError {
-    FileError { path: path.to_owned(), line: None, reason: error.to_string() }
+        vector.iter().try_for_each(|value| writeln!(file, "{value:e}"))
+    })
 }
 
 /// The longest line a file may have, in bytes.
@@ -290,13 +240,14 @@ struct Lines<'p> {
 
 impl<'p> Lines<'p> {
     fn open(path: &'p Path) -> Result<Self, FileError> {
-        let file = File::open(path).map_err(|e| unusable(path, e))?;
-        let metadata = file.metadata().map_err(|e| unusable(path, e))?;
-        if !metadata.is_file() {
-            return Err(unusable(path, "not a regular file"));
+        // To open a FIFO is to wait for its writer.
+        let found = fs::metadata(path).map_err(|e| FileError::new(path, e))?;
+        if !found.is_file() {
+            let kind = files::kind(&found);
+            return Err(FileError::new(path, format!("is {kind}; give a regular file instead")));
         }
-        let length = metadata.len();
-        Ok(Self { path, length, reader: BufReader::new(file), number: 0 })
+        let file = File::open(path).map_err(|e| FileError::new(path, e))?;
+        Ok(Self { path, length: found.len(), reader: BufReader::new(file), number: 0 })
     }
 
     fn fault(&self, reason: impl ToString) -> FileError {
@@ -321,7 +272,7 @@ impl<'p> Lines<'p> {
         self.number += 1;
         let mut bytes = Vec::new();
         let mut limited = self.reader.by_ref().take(LONGEST);
-        limited.read_until(b'\n', &mut bytes).map_err(|e| unusable(self.path, e))?;
+        limited.read_until(b'\n', &mut bytes).map_err(|e| FileError::new(self.path, e))?;
         if bytes.is_empty() {
             return Ok(None);
         }
@@ -356,7 +307,9 @@ impl<'p> Lines<'p> {
     fn expect_end(&mut self) -> Result<(), FileError> {
         while let Some(line) = self.next()? {
             if !is_filler(&line) {
-                return Err(self.fault(format!("'{line}' comes after the last entry wanted")));
+                return Err(
+                    self.fault(format!("'{}' comes after the last entry wanted", excerpt(&line)))
+                );
             }
         }
         Ok(())
@@ -376,7 +329,8 @@ impl<'p> Lines<'p> {
 
     fn number<N: FromStr>(&self, word: Option<&str>, wanted: &str) -> Result<N, FileError> {
         let word = word.ok_or_else(|| self.fault(format!("'{wanted}' is wanted")))?;
-        word.parse().map_err(|_| self.fault(format!("'{word}' is no number for '{wanted}'")))
+        let fault = || self.fault(format!("'{}' is no number for '{wanted}'", excerpt(word)));
+        word.parse().map_err(|_| fault())
     }
 
     /// The value that ends a line.
@@ -391,7 +345,7 @@ impl<'p> Lines<'p> {
 
     fn no_more(&self, words: &mut SplitWhitespace<'_>) -> Result<(), FileError> {
         match words.next() {
-            Some(word) => Err(self.fault(format!("'{word}' is one word too many"))),
+            Some(word) => Err(self.fault(format!("'{}' is one word too many", excerpt(word)))),
             None => Ok(()),
         }
     }

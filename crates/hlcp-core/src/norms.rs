@@ -2,7 +2,8 @@ use crate::{Error, Scalar, scalar::to_f64};
 
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
-/// Both are NaN as soon as one entry is.
+/// Both are NaN as soon as one entry is. Of a vector that a step measures as it goes, the 2-norm is an
+/// upper bound, at most √n too large, where it is below 10⁻¹⁴⁰ ‖q‖ or above 10¹⁵⁰ ‖q‖.
 ///
 /// ```
 /// let norms = hlcp_core::Norms::of(&[1e-12, f64::NAN]);
@@ -28,7 +29,7 @@ impl Norms {
     /// ```
     pub fn of<T: Scalar>(v: &[T]) -> Self {
         let largest = v.iter().fold(T::zero(), |max, &v| max.max(v.abs()));
-        let mut meter = Meter::new(power_of_two_near(to_f64(largest)), v.len());
+        let mut meter = Meter::for_size(to_f64(largest), v.len());
         v.iter().for_each(|&v| meter.add(v));
         meter.norms()
     }
@@ -57,16 +58,20 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    pub(crate) fn new(unit: f64, order: usize) -> Self {
+    fn new(unit: f64, order: usize) -> Self {
         Self { unit, inverse: unit.recip(), order, squares: 0.0, largest: 0.0 }
+    }
+
+    /// A meter for vectors of `order` entries of at most about this size.
+    pub(crate) fn for_size(size: f64, order: usize) -> Self {
+        Self::new(power_of_two_near(size), order)
     }
 
     #[inline(always)]
     pub(crate) fn add<T: Scalar>(&mut self, v: T) {
-        let v = to_f64(v) * self.inverse;
-        self.squares += v * v;
+        self.squares += self.square(v);
         // A NaN is dropped here and kept by the sum.
-        self.largest = self.largest.max(v.abs());
+        self.largest = self.largest.max(to_f64(v).abs());
     }
 
     /// Adds the squares of a stretch, and compares its entries with the largest.
@@ -100,7 +105,7 @@ impl Meter {
     }
 
     pub(crate) fn norms(&self) -> Norms {
-        self.finish(self.squares, self.largest * self.unit)
+        self.finish(self.squares, self.largest)
     }
 
     /// The norms, from the sum of squares in units and the largest value.
@@ -201,9 +206,21 @@ impl<'q, T: Scalar> Rhs<'q, T> {
         self.norms
     }
 
+    /// Measures a vector that is expected to be of the size of `q`, and once more with a meter of
+    /// its own size where its squares would overflow or vanish in the units of `q`.
+    pub(crate) fn measured(&self, measure: impl Fn(Meter) -> Norms) -> Norms {
+        let meter = self.meter(T::one());
+        let norms = measure(meter);
+        let ratio = norms.linf / meter.unit;
+        if (1e-140..=1e150).contains(&ratio) || norms.linf == 0.0 || !norms.linf.is_finite() {
+            return norms;
+        }
+        measure(Meter::for_size(norms.linf, self.q.len()))
+    }
+
     /// A meter for vectors of the size of `γ q`.
     pub(crate) fn meter(&self, gamma: T) -> Meter {
-        Meter::new(power_of_two_near(self.norms.linf * to_f64(gamma)), self.q.len())
+        Meter::for_size(self.norms.linf * to_f64(gamma), self.q.len())
     }
 }
 

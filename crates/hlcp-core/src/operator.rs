@@ -47,6 +47,17 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }
+
+    /// Calls `visit(j, aᵢⱼ)` for the entries of row `i` and returns true, or returns false if the
+    /// operator does not know its rows.
+    ///
+    /// The entries of one column may come in parts, in any order. A type that implements [`Rows`]
+    /// calls [`visit_row`](Rows::visit_row) here. With it a solver bounds the rounding in a
+    /// residual, and evaluates the residual exactly where rounding decides; of an operator that
+    /// answers false, as the default does, it can only estimate the rounding.
+    fn try_visit_row(&self, _i: usize, _visit: &mut dyn FnMut(usize, T)) -> bool {
+        false
+    }
 }
 
 /// An operator that knows its diagonal: what [`Jacobi`](crate::Jacobi) and Ω = τ D_A D_B⁻¹ ask for.

@@ -226,7 +226,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Overwrites `z` and `r` with `(|x| + x)/γ` and `Ω(|x| − x)/γ`.
     ///
-    /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` without NaN.
+    /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` of which `2|x|` is finite. An
+    /// entry that overflows makes `zᵢ` or `rᵢ` infinite, which no solver calls converged.
     ///
     /// # Panics
     ///
@@ -350,7 +351,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
         if let Some(sweep) = Sweep::new(self) {
-            return sweep.residual(q, z, r);
+            return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
         let (az, br) = halves(scratch, z.len());
         if self.exchanged {
@@ -360,11 +361,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             self.a.apply(z, az);
             self.b.apply(r, br);
         }
-        let mut meter = q.meter(T::one());
-        for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
-            meter.add(az - br + q);
-        }
-        meter.norms()
+        q.measured(|mut meter| {
+            for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
+                meter.add(az - br + q);
+            }
+            meter.norms()
+        })
     }
 
     pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {

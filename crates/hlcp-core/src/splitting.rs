@@ -1,3 +1,5 @@
+use std::ops::Deref;
+
 use crate::{
     Diagonal, Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, omega::positive_entry,
     scalar::to_f64,
@@ -92,9 +94,25 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     ) -> Norms;
 }
 
-impl<T: Scalar, A, B, S: Step<T, A, B> + ?Sized> Step<T, A, B> for Box<S> {
+/// A splitting behind `&`, `Box` or `Arc` is a splitting.
+impl<T: Scalar, P: Deref<Target: Splitting<T>> + Send + Sync> Splitting<T> for P {
+    fn solve(&self, rhs: &[T], y: &mut [T]) {
+        (**self).solve(rhs, y);
+    }
+
+    fn sweeps(&self) -> usize {
+        (**self).sweeps()
+    }
+}
+
+/// A step behind `&`, `Box` or `Arc` is a step.
+impl<T: Scalar, A, B, P: Deref<Target: Step<T, A, B>> + Send + Sync> Step<T, A, B> for P {
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
         (**self).check(problem)
+    }
+
+    fn sweeps(&self) -> usize {
+        (**self).sweeps()
     }
 
     fn step(

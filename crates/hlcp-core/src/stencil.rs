@@ -84,6 +84,11 @@ impl<T: Scalar> LinearOperator<T> for FivePoint<T> {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(self.view())
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for FivePoint<T> {

@@ -100,6 +100,11 @@ impl<T: Scalar, F: Fn(usize) -> [T; 3] + Send + Sync> LinearOperator<T> for Trid
             }
         }
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar, F: Fn(usize) -> [T; 3] + Send + Sync> Diagonal<T> for Tridiagonal<F> {

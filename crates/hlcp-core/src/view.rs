@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::Scalar;
 
 /// The coefficients of one direction of a five-point operator.
@@ -137,26 +139,38 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// assert_eq!(y, [110.0, 108.0, 116.0]);
     /// ```
     pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        let from = j * nx + start;
+        for (coefficients, points, neighbours) in self.directions(nx, j, start, y.len(), x.len()) {
+            let y = &mut y[points.start - from..points.end - from];
+            coefficients.add_product(points.start, &x[neighbours], y);
+        }
+    }
+
+    /// Returns, direction by direction, the coefficients, the points of a stretch of `length` points
+    /// of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points and
+    /// `nx` columns; the centre first.
+    #[inline(always)]
+    pub(crate) fn directions(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        length: usize,
+        n: usize,
+    ) -> [(Coefficients<'a, T>, Range<usize>, Range<usize>); 5] {
         let [south, west, centre, east, north] = self.coefficients;
-        let (from, length) = (j * nx + start, y.len());
-        let until = from + length;
-        centre.add_product(from, &x[from..until], y);
-        if start > 0 {
-            west.add_product(from, &x[from - 1..until - 1], y);
-        } else {
-            west.add_product(from + 1, &x[from..until - 1], &mut y[1..]);
-        }
-        if start + length < nx {
-            east.add_product(from, &x[from + 1..until + 1], y);
-        } else {
-            east.add_product(from, &x[from + 1..until], &mut y[..length - 1]);
-        }
-        if j > 0 {
-            south.add_product(from, &x[from - nx..until - nx], y);
-        }
-        if until + nx <= x.len() {
-            north.add_product(from, &x[from + nx..until + nx], y);
-        }
+        let (from, until) = (j * nx + start, j * nx + start + length);
+        let (first, last) = (usize::from(start == 0), usize::from(start + length == nx));
+        let (here, nowhere) = (from..until, (from..from, 0..0));
+        let below = if j > 0 { (here.clone(), from - nx..until - nx) } else { nowhere.clone() };
+        let above = if until + nx <= n { (here.clone(), from + nx..until + nx) } else { nowhere };
+        [
+            (centre, here.clone(), here),
+            (west, from + first..until, from + first - 1..until - 1),
+            (east, from..until - last, from + 1..until + 1 - last),
+            (south, below.0, below.1),
+            (north, above.0, above.1),
+        ]
     }
 }
 

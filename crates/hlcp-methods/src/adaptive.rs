@@ -1,6 +1,6 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
-use crate::Method;
+use crate::{Clock, Method};
 
 /// A method that chooses its own parameters: SOR by AMMS or by MMS, with the α that shrinks the residual fastest.
 ///
@@ -27,14 +27,14 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{AdaptiveSor, Limits, Solver};
+/// use hlcp_methods::{AdaptiveSor, Limits, Options, Solver};
 ///
 /// let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 32 * 32 }, Omega::Uniform(4.0))?;
 /// let q: Vec<f64> = (0..32 * 32).map(|k| if k % 32 < 20 { -0.01 } else { 0.02 }).collect();
 ///
 /// let mut solver = Solver::new(AdaptiveSor::new(problem)?);
-/// let outcome = solver.solve(&q, &vec![1.0; 32 * 32], &Limits::default())?;
+/// let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 32 * 32]))?;
 /// assert!(outcome.converged() && solver.method().alpha() > 1.5);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -78,12 +78,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for AdaptiveSor<T, A, B> {
         self.search = Search::default();
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "a sweep is one step");
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, _: &mut Clock<'_>) -> Norms {
         let alpha = T::from(self.alpha()).and_then(|alpha| Aor::sor(alpha).ok());
         let sor = alpha.unwrap_or(Aor::gauss_seidel());
         let norms = if self.is_accelerated() {

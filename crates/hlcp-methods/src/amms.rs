@@ -1,6 +1,6 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
-use crate::Method;
+use crate::{Clock, Method};
 
 /// The accelerated modulus-based matrix splitting method, AMMS, with AOR splittings.
 ///
@@ -30,7 +30,7 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Amms, Limits, Solver};
+/// use hlcp_methods::{Amms, Limits, Options, Solver};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
@@ -38,7 +38,7 @@ use crate::Method;
 /// let mut amgs = Solver::new(Amms::new(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
-/// assert!(amgs.solve(&q, &[1.0; 64], &Limits::default())?.converged());
+/// assert!(amgs.solve(&q, Options::from_x(&[1.0; 64]))?.converged());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -67,8 +67,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Amms<T, A, B> {
         &self.problem
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "AMMS has one step");
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, _: &mut Clock<'_>) -> Norms {
         self.aor.accelerated_step(&self.problem, q, x, y)
     }
 }

@@ -1,7 +1,7 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Scalar};
 
 use crate::{
-    Method,
+    Clock, Method, Work,
     krylov::{add, dot},
     method::iterate,
 };
@@ -57,15 +57,15 @@ const SLACK: f64 = 100.0;
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Anderson, Limits, Solver, Tmms};
+/// use hlcp_methods::{Anderson, Limits, Options, Solver, Tmms};
 ///
 /// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
 /// let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel())?;
 /// let q: Vec<f64> = (0..256).map(|i| (0.05 * i as f64).sin() - 0.2).collect();
 ///
-/// let plain = Solver::new(tmgs.clone()).solve(&q, &[1.0; 256], &Limits::default())?;
-/// let fast = Solver::new(Anderson::new(tmgs, 10)?).solve(&q, &[1.0; 256], &Limits::default())?;
+/// let plain = Solver::new(tmgs.clone()).solve(&q, Options::from_x(&[1.0; 256]))?;
+/// let fast = Solver::new(Anderson::new(tmgs, 10)?).solve(&q, Options::from_x(&[1.0; 256]))?;
 /// assert!(fast.converged() && 5 * fast.iterations < plain.iterations);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -160,8 +160,8 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         self.base.problem()
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        self.base.sweeps(iterations)
+    fn work(&self) -> Option<Work> {
+        self.base.work()
     }
 
     fn restart(&mut self) {
@@ -169,17 +169,12 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         self.history = History::default();
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
     }
 
-    fn linear_iterations(&self) -> Option<usize> {
-        self.base.linear_iterations()
-    }
-
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "an iteration of Anderson acceleration is one step");
-        let norms = iterate(&mut self.base, q, x, y, &mut self.between);
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        let norms = iterate(&mut self.base, q, x, y, &mut self.between, clock);
         let (n, residual, history) = (x.len(), norms.l2, &mut self.history);
         if history.iterations == 0 {
             history.first = residual;

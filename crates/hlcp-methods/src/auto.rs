@@ -1,6 +1,6 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
-use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart};
+use crate::{AdaptiveSor, Clock, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart, Work};
 
 /// The method for people who do not want to choose one.
 ///
@@ -23,14 +23,14 @@ use crate::{AdaptiveSor, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart}
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Auto, Limits, Solver};
+/// use hlcp_methods::{Auto, Limits, Options, Solver};
 ///
 /// let a = FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 10_000 }, Omega::Uniform(4.0))?;
 /// let q: Vec<f64> = (0..10_000).map(|k| if k % 100 < 60 { -1e-3 } else { 2e-3 }).collect();
 ///
 /// let mut solver = Solver::new(Auto::new(problem)?);
-/// let outcome = solver.solve(&q, &vec![1.0; 10_000], &Limits::default())?;
+/// let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 10_000]))?;
 /// assert!(outcome.converged() && solver.method().uses() == "multigrid");
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -109,13 +109,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
         }
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        let taken = iterations.min(self.taken);
+    fn work(&self) -> Option<Work> {
         let first = match &self.first {
-            First::Newton(newton) => newton.sweeps(taken),
-            First::Sor(sor) => sor.sweeps(taken),
+            First::Newton(newton) => newton.work(),
+            First::Sor(_) => Some(Work::sweeps(self.taken)),
         };
-        first + self.multigrid.as_ref().map_or(0, |multigrid| multigrid.sweeps(iterations - taken))
+        let multigrid = self.multigrid.as_ref().and_then(|multigrid| multigrid.work());
+        Some(first.unwrap_or_default() + multigrid.unwrap_or_default())
     }
 
     fn restart(&mut self) {
@@ -129,25 +129,18 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
         (self.taken, self.seen) = (0, [f64::NAN; 2]);
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
     }
 
-    fn linear_iterations(&self) -> Option<usize> {
-        match &self.first {
-            First::Newton(newton) => newton.linear_iterations(),
-            First::Sor(_) => None,
-        }
-    }
-
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         let slow = self.is_slow();
         if let Some(multigrid) = self.multigrid.as_mut().filter(|_| slow) {
-            return multigrid.step(k, q, x, y);
+            return multigrid.step(q, x, y, clock);
         }
         let norms = match &mut self.first {
-            First::Newton(newton) => newton.step(k, q, x, y),
-            First::Sor(sor) => sor.step(k, q, x, y),
+            First::Newton(newton) => newton.step(q, x, y, clock),
+            First::Sor(sor) => sor.step(q, x, y, clock),
         };
         // The residual is that of the iterate before this step.
         if self.taken == WATCHED / 2 || self.taken == WATCHED {

@@ -2,7 +2,7 @@
 
 use hlcp_core::{Correction, Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting};
 
-use crate::Jacobian;
+use crate::{Clock, Jacobian};
 
 /// An approximate inverse of [`Jacobian`]s: what [`Newton`](crate::Newton) preconditions its inner solver with.
 ///
@@ -43,6 +43,12 @@ pub trait Preconditioner<T: Scalar, A, B>: Send + Sync {
 }
 
 impl<T: Scalar, A, B, P: Preconditioner<T, A, B> + ?Sized> Preconditioner<T, A, B> for Box<P> {
+    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
+        (**self).solve(jacobian, rhs, y);
+    }
+}
+
+impl<T: Scalar, A, B, P: Preconditioner<T, A, B> + ?Sized> Preconditioner<T, A, B> for &mut P {
     fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
         (**self).solve(jacobian, rhs, y);
     }
@@ -200,18 +206,20 @@ pub(crate) struct BiCgStab<T> {
     v: Vec<T>,
     t: Vec<T>,
     hat: Vec<T>,
+    /// For products with J, of length 2n.
+    pub(crate) scratch: Vec<T>,
 }
 
 impl<T: Scalar> BiCgStab<T> {
     pub(crate) fn new(n: usize) -> Self {
         let [residual, shadow, p, v, t, hat] = std::array::from_fn(|_| vec![T::zero(); n]);
-        Self { residual, shadow, p, v, t, hat }
+        Self { residual, shadow, p, v, t, hat, scratch: vec![T::zero(); 2 * n] }
     }
 
     /// Overwrites `s` with an approximate solution of `J s = rhs`.
     ///
-    /// Ends when the residual is at most `tolerance` times the right-hand side, after `limit` iterations, or where the
-    /// recurrence breaks down. One iteration is two products and two calls of the preconditioner.
+    /// Ends when the residual is at most `tolerance` times the right-hand side, after `limit`
+    /// iterations, when the clock is up, or where the recurrence breaks down. One iteration is two products and two calls of the preconditioner.
     pub(crate) fn solve<A: LinearOperator<T>, B: LinearOperator<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
@@ -219,9 +227,9 @@ impl<T: Scalar> BiCgStab<T> {
         rhs: &[T],
         s: &mut [T],
         (tolerance, limit): (f64, usize),
-        scratch: &mut Vec<T>,
+        clock: &mut Clock<'_>,
     ) -> Inner {
-        let Self { residual, shadow, p, v, t, hat } = self;
+        let Self { residual, shadow, p, v, t, hat, scratch } = self;
         // In units of the right-hand side, whose squares might overflow or vanish.
         let unit = to_scalar::<T>(Norms::of(rhs).l2);
         if unit == T::zero() {
@@ -237,7 +245,7 @@ impl<T: Scalar> BiCgStab<T> {
         }
         let (mut rho, mut alpha, mut omega) = (1.0, 1.0, 1.0);
         let mut inner = Inner { iterations: 0, residual: 1.0 };
-        while inner.iterations < limit && inner.residual > tolerance {
+        while inner.iterations < limit && inner.residual > tolerance && !clock.is_up() {
             let next = dot(shadow, residual);
             let beta = to_scalar::<T>(next / rho * (alpha / omega));
             let old = to_scalar::<T>(omega);
@@ -255,6 +263,9 @@ impl<T: Scalar> BiCgStab<T> {
             add(residual, -alpha, v);
             inner.residual = dot(residual, residual).sqrt();
             if inner.residual <= tolerance {
+                break;
+            }
+            if clock.is_up() {
                 break;
             }
             preconditioner.solve(jacobian, residual, hat);
@@ -343,7 +354,7 @@ mod tests {
                     &rhs,
                     &mut s,
                     goal,
-                    &mut vec![],
+                    &mut Clock::endless(),
                 );
                 assert!(inner.residual <= tolerance && inner.iterations <= 40, "{inner:?}");
                 let off = (DVector::from_vec(s) - &expected).norm() / expected.norm();

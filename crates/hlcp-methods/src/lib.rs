@@ -7,7 +7,7 @@
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Omega};
-//! use hlcp_methods::{Auto, Limits, Solver};
+//! use hlcp_methods::{Auto, Limits, Options, Solver};
 //!
 //! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
@@ -16,7 +16,7 @@
 //! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
 //!
 //! let mut solver = Solver::new(Auto::new(problem)?);
-//! let outcome = solver.solve(&q, &vec![1.0; 3600], &Limits::default())?;
+//! let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 3600]))?;
 //! assert!(outcome.converged(), "{outcome}");
 //! let (z, r) = (solver.z(), solver.r());
 //! assert!(z[0] > 0.0 && r[59] > 0.0);
@@ -48,7 +48,7 @@
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-//! use hlcp_methods::{Amms, Limits, Solver};
+//! use hlcp_methods::{Amms, Limits, Options, Solver};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
 //! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
@@ -57,7 +57,7 @@
 //! for day in 0..4 {
 //!     let load = |k: usize| ((k % 32) as f32 / 10.0).cos() + 0.01 * day as f32;
 //!     let q: Vec<f32> = (0..1024).map(load).collect();
-//!     let outcome = solver.resume(&q, &Limits::default())?; // from the x of the day before
+//!     let outcome = solver.solve(&q, Options::resume())?; // from the x of the day before
 //!     assert!(outcome.converged());
 //!     iterations.push(outcome.iterations);
 //! }
@@ -84,9 +84,11 @@ mod mms;
 mod multigrid;
 mod named;
 mod newton;
+mod options;
 mod outcome;
 mod solver;
 mod tmms;
+mod tolerance;
 mod watch;
 
 pub use adaptive::AdaptiveSor;
@@ -95,15 +97,16 @@ pub use amms::Amms;
 pub use anderson::Anderson;
 pub use auto::Auto;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
-pub use limits::{Limits, Norm};
-pub use method::Method;
+pub use limits::{Limits, Norm, Tolerance};
+pub use method::{Method, Work};
 pub use mixed::solve_mixed;
 pub use mms::Mms;
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{NameError, Named, Parameters};
 pub use newton::{Jacobian, Newton};
+pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
-pub use solver::{Progress, Solver};
+pub use solver::Solver;
 pub use tmms::Tmms;
 pub use watch::{GROWTH, PATIENCE};
 

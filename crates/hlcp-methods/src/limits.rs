@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use hlcp_core::{Error, Norms, Rhs, Scalar};
 
-/// The norm a stopping test reads.
+/// The norm that a stopping test reads.
 ///
 /// ```
 /// use hlcp_core::Norms;
@@ -22,7 +22,7 @@ pub enum Norm {
 }
 
 impl Norm {
-    /// This one of two norms.
+    /// Returns this norm of the two.
     pub fn of(self, norms: Norms) -> f64 {
         match self {
             Self::L2 => norms.l2,
@@ -31,92 +31,137 @@ impl Norm {
     }
 }
 
-/// When an iteration may stop.
+/// How large a residual `‖A z − B r + q‖` may be in an answer.
 ///
-/// It has converged when `‖A z − B r + q‖` is at most the largest of
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Limits, Mms, Solver, Tolerance};
 ///
-/// * `absolute`,
-/// * `relative·‖q‖`, never relative to the first residual: the start has no say in how good an answer is,
-/// * `rounding·ε·(‖q‖ + a‖z‖ + b‖r‖)`, where `a` and `b` are the lengths of a typical row of `A` and `B`
-///   (the 2-norm; taken from one product with a vector of random signs). That is the size of the terms that
-///   a residual sums, times their rounding: what a precision can tell from zero.
+/// // Half of the error goes in each sweep, from z − r = 3e-9 on.
+/// let one = Identity { order: 1 };
+/// let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Aor::sor(0.5)?)?);
+/// let mut sweeps = |tolerance| -> Result<usize, hlcp_core::Error> {
+///     let limits = Limits { tolerance, ..Limits::default() };
+///     Ok(solver.solve(&[-3e-9], limits)?.iterations)
+/// };
+/// assert_eq!(sweeps(Tolerance::Relative(1e-10))?, 34);
+/// assert_eq!(sweeps(Tolerance::Absolute(1e-16))?, 25);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Tolerance {
+    /// This multiple of ‖q‖, below 1. It is not relative to the first residual, so that a good
+    /// start does not tighten the test.
+    Relative(f64),
+    /// This number, in the units of `q`; never more than a thousandth of ‖q‖.
+    Absolute(f64),
+}
+
+/// When an iteration stops.
 ///
-/// The default is the paper's: 2-norm, absolute 10⁻¹⁰, 30,000 iterations. A precision too coarse for an
-/// absolute 10⁻¹⁰ (`f32`) has `rounding = 4` beside it: an entry of the residual is a sum of some ten terms,
-/// each rounded to half an ε, so its floor is near `√10 ε/2` of their size.
+/// It has converged when the residual `‖A z − B r + q‖` of the answer is within the
+/// [`tolerance`](Self::tolerance), *with* a bound on the rounding in that residual; where the bound
+/// is too coarse to decide, the residual is evaluated in twice the digits of double precision. So
+/// the exact residual of a converged answer is within what was asked, unless an operator
+/// does not know its rows and the rounding can only be estimated.
+///
+/// A precision too coarse for the tolerance (`f32`) converges as well when the residual is at most
+/// `rounding·ε·(‖q‖ + a‖z‖ + b‖r‖)`, where `a` and `b` are the lengths of a typical row of `A` and
+/// `B` (the 2-norm, taken from one product with a vector of random signs), *and* the exact residual
+/// is at most a thousandth of ‖q‖. That is the size of the terms that a residual sums times
+/// their rounding: an entry of the residual is a sum of about ten terms, each rounded to half an ε,
+/// so its floor is near `√10 ε/2` of their size.
+///
+/// The default is a tolerance of 10⁻¹⁰ relative to ‖q‖ in the 2-norm, 30,000 iterations and no
+/// limit on time.
 ///
 /// ```
 /// use std::time::Duration;
-/// use hlcp_methods::{Limits, Norm};
+/// use hlcp_methods::{Limits, Norm, Tolerance};
 ///
 /// let limits = Limits {
-///     relative: 1e-8,
 ///     norm: Norm::LInf,
 ///     time: Some(Duration::from_secs(60)),
-///     ..Limits::<f64>::default()
+///     ..Limits::relative(1e-8)
 /// };
-/// assert_eq!((limits.absolute, limits.iterations), (1e-10, 30_000));
+/// assert_eq!((limits.tolerance, limits.iterations), (Tolerance::Relative(1e-8), 30_000));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Limits<T> {
+pub struct Limits {
     /// The residual that is good enough.
-    pub absolute: T,
-    /// The residual over ‖q‖ that is good enough.
-    pub relative: T,
-    /// The residual that is good enough, in units of the rounding errors in it.
+    pub tolerance: Tolerance,
+    /// The residual that is good enough in units of the rounding errors in it; `None` is 4 in
+    /// `f32` and 0, which asks for the tolerance, in `f64`.
     ///
-    /// Costs one product with `A` and one with `B` a solve, unless zero.
-    pub rounding: T,
-    /// The norm of all three.
+    /// Costs one product with `A` and one with `B` per solve, unless zero.
+    pub rounding: Option<f64>,
+    /// The norm of both.
     pub norm: Norm,
     /// The largest number of iterations.
     pub iterations: usize,
-    /// The longest time, looked at once an iteration.
+    /// The longest time, looked at at least once per sweep.
     pub time: Option<Duration>,
 }
 
-impl<T: Scalar> Default for Limits<T> {
+impl Default for Limits {
     fn default() -> Self {
-        let from = |v| T::from(v).unwrap_or_else(T::epsilon);
-        let coarse = T::epsilon() > from(1e-12);
+        Self::relative(1e-10)
+    }
+}
+
+/// No residual above this part of ‖q‖ is accepted as that of an answer, unless a relative tolerance
+/// asks for it.
+pub(crate) const FRACTION: f64 = 1e-3;
+
+impl Limits {
+    /// The default limits with a tolerance relative to ‖q‖.
+    pub fn relative(tolerance: f64) -> Self {
         Self {
-            absolute: from(1e-10),
-            relative: T::zero(),
-            rounding: if coarse { from(4.0) } else { T::zero() },
+            tolerance: Tolerance::Relative(tolerance),
+            rounding: None,
             norm: Norm::L2,
             iterations: 30_000,
             time: None,
         }
     }
-}
 
-impl<T: Scalar> Limits<T> {
-    /// The residual that is good enough for this `q`, apart from rounding.
-    pub(crate) fn tolerance(&self, q: &Rhs<'_, T>) -> Result<f64, Error> {
-        let absolute = number("absolute tolerance", self.absolute)?;
-        let relative = number("relative tolerance", self.relative)?;
-        number("rounding tolerance", self.rounding)?;
-        if relative == 0.0 {
-            return Ok(absolute);
-        }
+    /// The default limits with an absolute tolerance.
+    pub fn absolute(tolerance: f64) -> Self {
+        Self { tolerance: Tolerance::Absolute(tolerance), ..Self::relative(0.0) }
+    }
+
+    /// Returns the residual that is good enough for this `q`, apart from rounding.
+    pub(crate) fn asked<T: Scalar>(&self, q: &Rhs<'_, T>) -> Result<f64, Error> {
         let norm = self.norm.of(q.norms());
-        Ok(absolute.max(number("relative tolerance times the norm of q", relative * norm)?))
+        not_negative("rounding tolerance", self.rounding.unwrap_or(0.0))?;
+        match self.tolerance {
+            Tolerance::Relative(value) if value >= 1.0 => {
+                let name = "relative tolerance";
+                Err(Error::Parameter { name, value, range: "below 1" })
+            }
+            Tolerance::Relative(value) => {
+                let asked = not_negative("relative tolerance", value)? * norm;
+                not_negative("relative tolerance times the norm of q", asked)
+            }
+            Tolerance::Absolute(value) => {
+                Ok(not_negative("absolute tolerance", value)?.min(FRACTION * norm))
+            }
+        }
     }
 
-    /// `rounding·ε` in double precision.
-    pub(crate) fn roundings(&self) -> f64 {
-        (self.rounding * T::epsilon()).to_f64().unwrap_or(0.0)
+    /// Returns `rounding·ε` of the precision `T`.
+    pub(crate) fn roundings<T: Scalar>(&self) -> f64 {
+        let epsilon = T::epsilon().to_f64().unwrap_or(0.0);
+        self.rounding.unwrap_or(if epsilon > 1e-12 { 4.0 } else { 0.0 }) * epsilon
     }
 }
 
-/// Refuses what is negative or not finite.
-fn number<T: Scalar>(name: &'static str, value: T) -> Result<f64, Error> {
-    match value.to_f64() {
-        Some(value) if value >= 0.0 && value.is_finite() => Ok(value),
-        value => Err(Error::Parameter {
-            name,
-            value: value.unwrap_or(f64::NAN),
-            range: "finite and not negative",
-        }),
+/// Refuses a tolerance that is negative or not finite.
+fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
+    if value >= 0.0 && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::Parameter { name, value, range: "finite and not negative" })
     }
 }

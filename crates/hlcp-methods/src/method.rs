@@ -1,13 +1,16 @@
+use std::ops::DerefMut;
+
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 
-/// A modulus-based method on a fixed problem: what [`Solver`](crate::Solver) iterates.
+use crate::Clock;
+
+/// A modulus-based method on a fixed problem, which a [`Solver`](crate::Solver) iterates.
 ///
-/// One iteration is [`steps`](Self::steps) steps, numbered from 0. The steps are public, so a loop can be
-/// driven by hand:
+/// The steps are public, so a loop can be driven by hand:
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs};
-/// use hlcp_methods::{Method, Mms};
+/// use hlcp_methods::{Clock, Method, Mms};
 ///
 /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(3, 3, [0.0, -1.0, 8.0, -1.0, 0.0])?;
@@ -17,7 +20,7 @@ use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 /// let q = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0, 9.0];
 /// let q = Rhs::new(&q)?;
 /// let (mut x, mut y) = (vec![1.0; 9], vec![0.0; 9]);
-/// while mgs.step(0, &q, &x, &mut y).l2 > 1e-10 {
+/// while mgs.step(&q, &x, &mut y, &mut Clock::endless()).l2 > 1e-10 {
 ///     std::mem::swap(&mut x, &mut y);
 /// }
 /// # Ok::<(), hlcp_core::Error>(())
@@ -31,102 +34,130 @@ pub trait Method<T: Scalar> {
     /// The problem.
     fn problem(&self) -> &Hlcp<T, Self::A, Self::B>;
 
-    /// How many steps make one iteration.
-    fn steps(&self) -> usize {
-        1
-    }
-
-    /// How many sweeps over the unknowns the `iterations` since [`restart`](Self::restart) were worth; one a step where a
-    /// step is a sweep.
-    fn sweeps(&self, iterations: usize) -> usize {
-        iterations * self.steps()
-    }
-
-    /// Forgets earlier iterates; a [`Solver`](crate::Solver) calls it as it begins a solve. Only a method whose steps
-    /// depend on those before has anything to forget.
-    fn restart(&mut self) {}
-
-    /// Whether a step depends on those before it. An iterate that comes back then need not come back for ever, and a
-    /// [`Solver`](crate::Solver) does not call that [cycling](crate::Status::Cycling).
-    fn remembers(&self) -> bool {
-        false
-    }
-
-    /// The iterations of inner linear solves since [`restart`](Self::restart), of a method that has them.
-    fn linear_iterations(&self) -> Option<usize> {
-        None
-    }
-
-    /// The norms of `A z − B r + q` at `x`, of a method whose steps cost much more; a [`Solver`](crate::Solver) then takes
-    /// no step from the iterate that is its answer.
-    fn residual(&mut self, _q: &Rhs<'_, T>, _x: &[T]) -> Option<Norms> {
-        None
-    }
-
-    /// Takes step number `k` of an iteration, from `x` to `y`, and returns the norms of `A z − B r + q` at `x`, the
-    /// step's *input*.
+    /// Overwrites `y` with the next iterate after `x`, or with what
+    /// [`complete`](Self::complete) makes it of, and returns the norms of `A z − B r + q` at `x`,
+    /// the step's *input*.
     ///
     /// What `y` held before is never read. `y` depends on the arguments and on the steps since
-    /// [`restart`](Self::restart) alone.
+    /// [`restart`](Self::restart) only. A step that takes longer than a sweep asks `clock`; when
+    /// that is up the step returns the norms and may leave anything in `y`.
     ///
     /// # Panics
     ///
-    /// Unless `k` is below [`steps`](Self::steps) and all slices have the problem's order.
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms;
+    /// Unless all vectors have the problem's order.
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms;
+
+    /// Completes in `y` the iteration that [`step`](Self::step) began there; `spare` is a vector of
+    /// the same length to work in, and may change places with `y`.
+    ///
+    /// A method with two half-steps takes the second one here. Between the two a solver knows the
+    /// norms at `x`, and only now gives up the vector that `x` may have to be kept in.
+    fn complete(&mut self, _q: &Rhs<'_, T>, _y: &mut Vec<T>, _spare: &mut Vec<T>) {}
+
+    /// Forgets earlier iterates; a [`Solver`](crate::Solver) calls it as it begins a solve. Only a
+    /// method whose steps depend on those before has anything to forget.
+    fn restart(&mut self) {}
+
+    /// Returns whether a step depends on those before it. For such a method a repeated iterate does
+    /// not imply a cycle, so a [`Solver`](crate::Solver) does not report
+    /// [`Cycling`](crate::Status::Cycling).
+    fn has_memory(&self) -> bool {
+        false
+    }
+
+    /// Returns the work since [`restart`](Self::restart), of a method that counts it; of one that
+    /// does not, a [`Solver`](crate::Solver) counts a sweep per iteration.
+    fn work(&self) -> Option<Work> {
+        None
+    }
+
+    /// Returns the norms of `A z − B r + q` at `x`, of a method whose steps cost much more; a
+    /// [`Solver`](crate::Solver) then takes no step from the iterate that is its answer.
+    fn residual(&mut self, _q: &Rhs<'_, T>, _x: &[T]) -> Option<Norms> {
+        None
+    }
 }
 
-/// Overwrites `y` with one whole iteration from `x`, and returns the norms at `x`; `between` is scratch.
+/// The work of some iterations.
+///
+/// ```
+/// use hlcp_methods::Work;
+///
+/// let (base, newton) = (Work::sweeps(2), Work { sweeps: 40, linear_iterations: Some(9) });
+/// assert_eq!(base + newton, Work { sweeps: 42, linear_iterations: Some(9) });
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// The sweeps over the unknowns that it is worth.
+    pub sweeps: usize,
+    /// The iterations of inner linear solves, of a method that has them.
+    pub linear_iterations: Option<usize>,
+}
+
+impl Work {
+    /// The work of so many sweeps.
+    pub fn sweeps(sweeps: usize) -> Self {
+        Self { sweeps, linear_iterations: None }
+    }
+}
+
+impl std::ops::Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let [one, two] = [self.linear_iterations, other.linear_iterations];
+        Self {
+            sweeps: self.sweeps + other.sweeps,
+            linear_iterations: one.map_or(two, |one| Some(one + two.unwrap_or(0))),
+        }
+    }
+}
+
+/// Overwrites `y` with one whole iteration from `x`, and returns the norms at `x`; `spare` is
+/// scratch.
 pub(crate) fn iterate<T: Scalar, M: Method<T>>(
     method: &mut M,
     q: &Rhs<'_, T>,
     x: &[T],
-    y: &mut [T],
-    between: &mut [T],
+    y: &mut Vec<T>,
+    spare: &mut Vec<T>,
+    clock: &mut Clock<'_>,
 ) -> Norms {
-    let last = method.steps() - 1;
-    // The last step must end in y.
-    let (mut to, mut other) = if last.is_multiple_of(2) { (y, between) } else { (between, y) };
-    let norms = method.step(0, q, x, to);
-    for k in 1..=last {
-        std::mem::swap(&mut to, &mut other);
-        let _ = method.step(k, q, other, to);
-    }
+    let norms = method.step(q, x, y, clock);
+    method.complete(q, y, spare);
     norms
 }
 
-impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for Box<M> {
-    type A = M::A;
-    type B = M::B;
+/// A method behind `&mut` or `Box` is a method.
+impl<T: Scalar, P: DerefMut<Target: Method<T>>> Method<T> for P {
+    type A = <P::Target as Method<T>>::A;
+    type B = <P::Target as Method<T>>::B;
 
     fn problem(&self) -> &Hlcp<T, Self::A, Self::B> {
         (**self).problem()
     }
 
-    fn steps(&self) -> usize {
-        (**self).steps()
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        (**self).step(q, x, y, clock)
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        (**self).sweeps(iterations)
+    fn complete(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, spare: &mut Vec<T>) {
+        (**self).complete(q, y, spare);
     }
 
     fn restart(&mut self) {
         (**self).restart();
     }
 
-    fn remembers(&self) -> bool {
-        (**self).remembers()
+    fn has_memory(&self) -> bool {
+        (**self).has_memory()
     }
 
-    fn linear_iterations(&self) -> Option<usize> {
-        (**self).linear_iterations()
+    fn work(&self) -> Option<Work> {
+        (**self).work()
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         (**self).residual(q, x)
-    }
-
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        (**self).step(k, q, x, y)
     }
 }

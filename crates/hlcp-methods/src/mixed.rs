@@ -1,6 +1,6 @@
 use hlcp_core::{Error, Rhs};
 
-use crate::{Limits, Method, Outcome, Solver, Status};
+use crate::{Limits, Method, Options, Outcome, Solver, Status};
 
 /// Iterates in single precision as far as that reaches, and in double precision from there.
 ///
@@ -33,7 +33,7 @@ use crate::{Limits, Method, Outcome, Solver, Status};
 /// let mut single = Solver::new(Tmms::mirrored(narrow, Aor::gauss_seidel())?);
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
 /// let outcome = solve_mixed(&mut single, &mut double, &q, &[1.0; 64], &Limits::default())?;
-/// assert!(outcome.converged() && outcome.residual.l2 <= 1e-10);
+/// assert!(outcome.converged() && outcome.relative.l2 <= 1e-10);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
@@ -41,25 +41,18 @@ pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
     double: &mut Solver<f64, D>,
     q: &[f64],
     x0: &[f64],
-    limits: &Limits<f64>,
+    limits: &Limits,
 ) -> Result<Outcome, Error> {
     let begin = std::time::Instant::now();
     let narrow = |v: &[f64]| v.iter().map(|&v| v as f32).collect::<Vec<_>>();
     let (narrow_q, narrow_x0) = (narrow(q), narrow(x0));
-    let coarse = Limits {
-        absolute: limits.absolute as f32,
-        relative: limits.relative as f32,
-        norm: limits.norm,
-        iterations: limits.iterations,
-        time: limits.time,
-        ..Limits::default()
-    };
     // What vanishes in single precision is as far out of its reach as what overflows.
     let fits = Rhs::new(&narrow_q).is_ok_and(|q| q.norms().linf > 0.0);
-    let first = if fits { single.solve(&narrow_q, &narrow_x0, &coarse).ok() } else { None };
+    let options = Options::from_x(&narrow_x0).limits(Limits { rounding: None, ..*limits });
+    let first = if fits { single.solve(&narrow_q, options).ok() } else { None };
     let ran_away = |first: &Outcome| matches!(first.status, Status::Diverged(_));
     let Some(first) = first.filter(|first| !ran_away(first)) else {
-        return double.solve(q, x0, limits);
+        return double.solve(q, Options::from_x(x0).limits(*limits));
     };
     let start: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
     let remaining = Limits {
@@ -67,7 +60,7 @@ pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
         time: limits.time.map(|time| time.saturating_sub(begin.elapsed())),
         ..*limits
     };
-    let second = double.solve(q, &start, &remaining)?;
+    let second = double.solve(q, Options::from_x(&start).limits(remaining))?;
     Ok(Outcome {
         iterations: first.iterations + second.iterations,
         answer: first.iterations + second.answer,

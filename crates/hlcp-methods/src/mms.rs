@@ -1,6 +1,6 @@
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Step};
 
-use crate::Method;
+use crate::{Clock, Method, Work};
 
 /// The modulus-based matrix splitting method, MMS.
 ///
@@ -38,7 +38,7 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Limits, Mms, Solver};
+/// use hlcp_methods::{Limits, Mms, Options, Solver};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
@@ -46,13 +46,14 @@ use crate::Method;
 /// let mut msor = Solver::new(Mms::new(Hlcp::new(a, b, omega)?, Aor::sor(1.2)?)?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
-/// assert!(msor.solve(&q, &[1.0; 64], &Limits::default())?.converged());
+/// assert!(msor.solve(&q, Options::from_x(&[1.0; 64]))?.converged());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Mms<T, A, B, S> {
     problem: Hlcp<T, A, B>,
     step: S,
+    sweeps: usize,
     scratch: Vec<T>,
 }
 
@@ -64,7 +65,7 @@ impl<T: Scalar, A, B, S: Step<T, A, B>> Mms<T, A, B, S> {
     /// What [`Step::check`] refuses.
     pub fn new(problem: Hlcp<T, A, B>, step: S) -> Result<Self, Error> {
         step.check(&problem)?;
-        Ok(Self { problem, step, scratch: Vec::new() })
+        Ok(Self { problem, step, sweeps: 0, scratch: Vec::new() })
     }
 }
 
@@ -81,12 +82,16 @@ where
         &self.problem
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        iterations * self.step.sweeps()
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, _: &mut Clock<'_>) -> Norms {
+        self.sweeps += self.step.sweeps();
+        self.step.step(&self.problem, q, x, y, &mut self.scratch)
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "MMS has one step");
-        self.step.step(&self.problem, q, x, y, &mut self.scratch)
+    fn restart(&mut self) {
+        self.sweeps = 0;
+    }
+
+    fn work(&self) -> Option<Work> {
+        Some(Work::sweeps(self.sweeps))
     }
 }

@@ -1,6 +1,6 @@
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
-use crate::{Method, Preconditioner, krylov::BiCgStab, method::iterate};
+use crate::{Clock, Method, Preconditioner, Work, krylov::BiCgStab, method::iterate};
 
 /// A residual of at most this part of the smallest one of the phase is progress.
 const PROGRESS: f64 = 0.9;
@@ -153,8 +153,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 /// # Cost
 ///
 /// An outer step takes one defect and one inner solve; an inner iteration two products with `A` and with `B` and two
-/// calls of the preconditioner. [`linear_iterations`](Method::linear_iterations) counts them; [`sweeps`](Method::sweeps)
-/// takes a defect, two products and a call of the preconditioner for one sweep each. `11n` numbers beside the base's and the preconditioner's, all allocated by
+/// calls of the preconditioner. [`work`](Method::work) counts them, and takes a defect, two products
+/// and a call of the preconditioner for one sweep each. `11n` numbers beside the base's and the preconditioner's, all allocated by
 /// [`new`](Self::new).
 ///
 /// # Convergence
@@ -175,7 +175,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Method, Newton, Solver, Ssor, Tmms};
+/// use hlcp_methods::{Limits, Method, Newton, Options, Solver, Ssor, Tmms};
 ///
 /// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
@@ -183,9 +183,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
 /// let mut newton = Solver::new(Newton::new(tmgs, Ssor));
 ///
 /// let q: Vec<f64> = (0..256).map(|i| (0.05 * i as f64).sin() - 0.2).collect();
-/// let outcome = newton.solve(&q, &[1.0; 256], &Limits::default())?;
+/// let outcome = newton.solve(&q, Options::from_x(&[1.0; 256]))?;
 /// assert!(outcome.converged() && outcome.iterations < 10);
-/// assert!(newton.method().linear_iterations() < Some(100));
+/// assert!(outcome.linear_iterations < Some(100));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -197,7 +197,6 @@ pub struct Newton<T, M, P> {
     at: Vec<T>,
     f: Vec<T>,
     best: Vec<T>,
-    scratch: Vec<T>,
     linear_iterations: usize,
     base_iterations: usize,
     defects: usize,
@@ -234,7 +233,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             at,
             f,
             best,
-            scratch: vec![T::zero(); 2 * n],
             linear_iterations: 0,
             base_iterations: 0,
             defects: 0,
@@ -248,17 +246,17 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Measures F at `at`, where the next step is taken.
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.base.problem();
-        problem.defect(q.entries(), &self.at, &mut self.f, &mut self.scratch);
+        problem.defect(q.entries(), &self.at, &mut self.f, &mut self.krylov.scratch);
         Norms::of(&self.f).over(problem.gamma())
     }
 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether it makes unknowns active,
     /// and inactive.
-    fn correct(&mut self, forcing: f64, y: &mut [T]) -> Option<[bool; 2]> {
+    fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[bool; 2]> {
         let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
-        let (preconditioner, scratch) = (&mut self.preconditioner, &mut self.scratch);
-        let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, scratch);
+        let preconditioner = &mut self.preconditioner;
+        let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);
         self.linear_iterations += inner.iterations;
         let mut ways = [false; 2];
         for (y, &at) in y.iter_mut().zip(&self.at) {
@@ -271,11 +269,11 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     }
 
     /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
-    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
+    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
         self.base_iterations += 1;
-        let _ = iterate(&mut self.base, q, &self.best, y, &mut self.f);
+        let _ = iterate(&mut self.base, q, &self.best, y, &mut self.f, clock);
     }
 }
 
@@ -287,8 +285,10 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         self.base.problem()
     }
 
-    fn sweeps(&self, _: usize) -> usize {
-        self.base.sweeps(self.base_iterations) + self.defects + 4 * self.linear_iterations
+    fn work(&self) -> Option<Work> {
+        let sweeps = self.defects + 4 * self.linear_iterations;
+        let own = Work { sweeps, linear_iterations: Some(self.linear_iterations) };
+        Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
     }
 
     fn restart(&mut self) {
@@ -298,12 +298,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         (self.phase, self.resting, self.rest) = (None, 0, 2);
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
-    }
-
-    fn linear_iterations(&self) -> Option<usize> {
-        Some(self.linear_iterations)
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
@@ -312,14 +308,13 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         Some(self.measure(q))
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "an iteration of Newton's method is one step");
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         // A look at an iterate counts where a step follows, and so does the defect where the step is taken.
         self.defects += std::mem::take(&mut self.looks);
         if self.resting > 0 {
             self.resting -= 1;
             self.base_iterations += 1;
-            return iterate(&mut self.base, q, x, y, &mut self.f);
+            return iterate(&mut self.base, q, x, y, &mut self.f, clock);
         }
         self.defects += 1;
         let (norms, forcing);
@@ -332,8 +327,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             phase
         } else {
             self.base_iterations += 2;
-            norms = iterate(&mut self.base, q, x, y, &mut self.f);
-            let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f);
+            norms = iterate(&mut self.base, q, x, y, &mut self.f, clock);
+            let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f, clock);
             forcing = FORCING[0];
             self.best.copy_from_slice(x);
             let last = self.measure(q).l2;
@@ -345,13 +340,13 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         } else if self.phase.is_some() && !phase.nested {
             phase.quiet += 1;
         }
-        let ways = if phase.quiet < PATIENCE { self.correct(forcing, y) } else { None };
+        let ways = if phase.quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
         if let Some(ways) = ways {
             phase.nested = ways == phase.ways && ways[0] != ways[1];
             phase.ways = ways;
             self.phase = Some(phase);
         } else {
-            self.fall_back(q, y);
+            self.fall_back(q, y, clock);
         }
         norms
     }

@@ -6,14 +6,14 @@ use hlcp_core::Norms;
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Divergence, Limits, Mms, Solver, Status};
+/// use hlcp_methods::{Divergence, Limits, Mms, Options, Solver, Status};
 ///
 /// // One unknown, z − r = 3: a sweep of SOR multiplies the error of x by 1 − α.
 /// let one = Identity { order: 1 };
 /// let ends = |alpha| -> Result<Status, hlcp_core::Error> {
 ///     let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
 ///     let mut solver = Solver::new(Mms::new(problem, Aor::sor(alpha)?)?);
-///     Ok(solver.solve(&[-3.0], &[1.0], &Limits::default())?.status)
+///     Ok(solver.solve(&[-3.0], Options::from_x(&[1.0]))?.status)
 /// };
 /// assert_eq!(ends(1.5)?, Status::Converged);
 /// assert_eq!(ends(2.0)?, Status::Cycling { period: 2 });
@@ -23,19 +23,23 @@ use hlcp_core::Norms;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
-    /// The residual of the answer, recomputed from the problem, is within the tolerance.
+    /// The residual of the answer, recomputed from the problem and with a bound on its rounding, is
+    /// within the tolerance.
     Converged,
     /// The iterates ran away; [`Outcome::iterations`] says when it was seen.
     ///
     /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces NaN.
     /// Remedy: a smaller α, another τ, or a method with a theorem for the pair.
     Diverged(Divergence),
-    /// The iterates moved by no more than rounding for [`PATIENCE`](crate::PATIENCE) iterations without a
-    /// smaller residual, or came to rest.
+    /// The iterates came to rest, or moved by no more than rounding for [`PATIENCE`](crate::PATIENCE)
+    /// iterations without a smaller residual, or rounding hid their residual: the iterates grew so
+    /// large, or the residual so small, that it consists of rounding.
     ///
-    /// Cause: the tolerance is below what the precision can reach; or, with a residual far above it, steps too
-    /// small to move x, as an Ω of the wrong size makes them, or rows of an operator of your own that are not those of its
-    /// product. Remedy: a looser or a relative tolerance, or a wider precision; another τ; a look at the operator.
+    /// Cause: the tolerance is below what the precision can reach; or the problem has no solution
+    /// and the iterates run away; or, with a residual far above the tolerance, steps too small to move
+    /// x, as an Ω of the wrong size makes them, or an operator of your own whose rows are not those of
+    /// its product. Remedy: a looser tolerance, or a wider precision; another τ; a look at the
+    /// operator.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///
@@ -60,7 +64,7 @@ pub enum Status {
 ///
 /// ```
 /// use hlcp_core::{Correction, FromFn, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Divergence, Limits, Mms, Solver, Status};
+/// use hlcp_methods::{Divergence, Limits, Mms, Options, Solver, Status};
 ///
 /// // A splitting of one's own whose second pivot is zero.
 /// let splitting = FromFn(|rhs: &[f64], y: &mut [f64]| {
@@ -70,7 +74,7 @@ pub enum Status {
 /// });
 /// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Correction(splitting))?);
-/// let outcome = solver.solve(&[-3.0, -3.0], &[0.0; 2], &Limits::default())?;
+/// let outcome = solver.solve(&[-3.0, -3.0], Options::from_x(&[0.0; 2]))?;
 /// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -102,19 +106,19 @@ impl fmt::Display for Status {
     }
 }
 
-/// What became of a solve.
+/// The outcome of a solve.
 ///
 /// The answer itself stays with the [`Solver`](crate::Solver): the last iterate on success, the one with
 /// the smallest residual otherwise.
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Mms, Solver, Status};
+/// use hlcp_methods::{Limits, Mms, Options, Solver, Status};
 ///
 /// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is the best iterate.
 /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::sor(3.0)?)?);
-/// let outcome = solver.solve(&[-3.0], &[1.0], &Limits { iterations: 4, ..Limits::default() })?;
+/// let outcome = solver.solve(&[-3.0], Options::from_x(&[1.0]).limits(Limits { iterations: 4, ..Limits::default() }))?;
 /// assert_eq!((outcome.status, outcome.iterations, outcome.answer), (Status::IterationLimit, 4, 0));
 /// assert_eq!((solver.z(), outcome.residual.linf), (&[2.0][..], 1.0));
 /// # Ok::<(), hlcp_core::Error>(())
@@ -133,10 +137,15 @@ pub struct Outcome {
     /// The stopping test's look at the last iterate is the first step of an iteration that is not
     /// counted.
     pub sweeps: usize,
+    /// The iterations of inner linear solves, of a method that has them.
+    pub linear_iterations: Option<usize>,
     /// Wall-clock time of the iteration and of recovering the answer.
     pub elapsed: Duration,
-    /// The norms of `A z − B r + q` for the answer, recomputed from the problem.
+    /// The norms of `A z − B r + q` for the answer, recomputed from the problem. Where rounding
+    /// decides, upper bounds on the exact ones.
     pub residual: Norms,
+    /// Each of these over the same norm of `q`; 0 for a residual of 0.
+    pub relative: Norms,
 }
 
 impl Outcome {
@@ -148,7 +157,7 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { status, iterations, sweeps, elapsed, residual, .. } = self;
+        let Self { status, iterations, sweeps, elapsed, residual, relative, .. } = self;
         write!(f, "{status}")?;
         match status {
             Status::Cycling { period } => write!(f, " with period {period}")?,
@@ -158,8 +167,9 @@ impl fmt::Display for Outcome {
         let seconds = elapsed.as_secs_f64();
         write!(
             f,
-            " after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), residual {:.2e}",
-            residual.l2
+            " after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), \
+             residual {:.2e} ({:.1e} of q)",
+            residual.l2, relative.l2
         )
     }
 }

@@ -1,6 +1,6 @@
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step};
 
-use crate::Method;
+use crate::{Clock, Method, Work};
 
 /// The two-step modulus-based matrix splitting method, TMMS.
 ///
@@ -35,7 +35,7 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Limits, Solver, Tmms};
+/// use hlcp_methods::{Limits, Options, Solver, Tmms};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
@@ -43,7 +43,7 @@ use crate::Method;
 /// let mut tmaor = Solver::new(Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::new(1.1, 0.9)?)?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
-/// assert!(tmaor.solve(&q, &[1.0; 64], &Limits::default())?.converged());
+/// assert!(tmaor.solve(&q, Options::from_x(&[1.0; 64]))?.converged());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -51,6 +51,7 @@ pub struct Tmms<T, A, B, S1, S2> {
     problem: Hlcp<T, A, B>,
     first: S1,
     second: S2,
+    sweeps: usize,
     scratch: Vec<T>,
 }
 
@@ -63,7 +64,7 @@ impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2
     pub fn new(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
         first.check(&problem)?;
         second.check(&problem)?;
-        Ok(Self { problem, first, second, scratch: Vec::new() })
+        Ok(Self { problem, first, second, sweeps: 0, scratch: Vec::new() })
     }
 }
 
@@ -92,19 +93,22 @@ where
         &self.problem
     }
 
-    fn steps(&self) -> usize {
-        2
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, _: &mut Clock<'_>) -> Norms {
+        self.sweeps += self.first.sweeps();
+        self.first.step(&self.problem, q, x, y, &mut self.scratch)
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        iterations * (self.first.sweeps() + self.second.sweeps())
+    fn complete(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, spare: &mut Vec<T>) {
+        self.sweeps += self.second.sweeps();
+        let _ = self.second.step(&self.problem, q, y, spare, &mut self.scratch);
+        std::mem::swap(y, spare);
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        match k {
-            0 => self.first.step(&self.problem, q, x, y, &mut self.scratch),
-            1 => self.second.step(&self.problem, q, x, y, &mut self.scratch),
-            _ => panic!("TMMS has two steps"),
-        }
+    fn restart(&mut self) {
+        self.sweeps = 0;
+    }
+
+    fn work(&self) -> Option<Work> {
+        Some(Work::sweeps(self.sweeps))
     }
 }

@@ -1,4 +1,4 @@
-//! What tells an iteration that is slow from one that is lost.
+//! Detects divergence, stagnation and cycles.
 
 use hlcp_core::Scalar;
 
@@ -86,9 +86,10 @@ impl<T: Scalar> Watch<T> {
         *self = Self { scale, remembers, anchor, ..Self::new() };
     }
 
-    /// Notes the residual of iterate `k`; whether it is the smallest so far.
-    pub(crate) fn is_best(&mut self, k: usize, residual: f64) -> bool {
-        let best = k == 0 || residual < self.best;
+    /// Notes the residual of iterate `k`; returns whether it is the smallest so far, or counts as
+    /// that because the best iterate is `lost`.
+    pub(crate) fn is_best(&mut self, k: usize, residual: f64, lost: bool) -> bool {
+        let best = k == 0 || lost || residual < self.best;
         if k == 0 {
             self.scale = self.scale.max(residual);
         }
@@ -96,6 +97,11 @@ impl<T: Scalar> Watch<T> {
             (self.best, self.best_at) = (residual, k);
         }
         best
+    }
+
+    /// The number of iterations since the smallest residual.
+    pub(crate) fn quiet(&self, k: usize) -> usize {
+        k - self.best_at
     }
 
     /// Looks at iterate `k`, its residual and the step that leads on from it.
@@ -109,7 +115,7 @@ impl<T: Scalar> Watch<T> {
         if residual > GROWTH * self.scale {
             return Some(Alarm::Diverging(Divergence::Growth));
         }
-        let quiet = k - self.best_at;
+        let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
             if k == at + 1 {
                 self.moved = !moves_by_rounding(&self.anchor, x);

@@ -9,7 +9,7 @@ use crate::{
     comparison::{Transposed, wide},
     pair::Pair,
     perron::{Comparison, solve},
-    rounding::{Sum, div_up, down, mul_up, up},
+    rounding::{Sum, div_up, down, larger, mul_up, up},
 };
 
 /// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
@@ -73,7 +73,7 @@ pub struct Certificate {
 impl Certificate {
     /// Not less than the largest error of a component of `z` or `r`.
     pub fn error(&self) -> f64 {
-        self.z.iter().chain(&self.r).copied().fold(0.0, f64::max)
+        self.z.iter().chain(&self.r).copied().fold(0.0, larger)
     }
 }
 
@@ -225,8 +225,8 @@ fn positive(v: &[f64]) -> bool {
 }
 
 fn positive_diagonals<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
-    let zero = T::zero();
-    (0..a.order()).all(|i| a.diagonal_entry(i) > zero && b.diagonal_entry(i) > zero)
+    let sound = |entry: T| entry > T::zero() && entry.is_finite();
+    (0..a.order()).all(|i| sound(a.diagonal_entry(i)) && sound(b.diagonal_entry(i)))
 }
 
 /// The bounds on `z` and `r` that one on `|δ|` is.
@@ -301,11 +301,6 @@ fn finest<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
     (0..2).for_each(|_| sharpen(pair, defect, &mut w));
     w
-}
-
-/// The larger, and NaN if either is.
-fn larger(x: f64, y: f64) -> f64 {
-    if x.is_nan() || x > y { x } else { y }
 }
 
 /// Calls `row(i, p, y)` for every row `i` of `C`, with its diagonal entry `p` from below and its

@@ -14,7 +14,7 @@ use std::fmt;
 use hlcp_core::{Rows, Scalar};
 
 use crate::{
-    comparison::{Modulus, visit},
+    comparison::{Modulus, visit, wide},
     perron::{Bracket, Comparison, noda},
     rounding::Sum,
 };
@@ -101,7 +101,6 @@ impl fmt::Display for Failure {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
-    // A NaN is no entry of a Z-matrix.
     all_entries(a, |row, column, a| row == column || a <= 0.0)
 }
 
@@ -156,16 +155,15 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    match all_entries(a, |_, _, a| a.is_finite()) {
+    match all_entries(a, |_, _, _| true) {
         Answer::No(failure) => return Answer::No(failure),
         Answer::Undecided => return Answer::Undecided,
         Answer::Yes(()) => {}
     }
-    let zero = |row: &usize| wide_diagonal(a, *row) == 0.0;
-    if let Some(row) = (0..a.order()).find(zero) {
-        return Answer::No(Failure::Entry { row, column: row });
+    match unsound_diagonal(a, f64::abs) {
+        Some(row) => Answer::No(Failure::Entry { row, column: row }),
+        None => radius_below_one(&Modulus::of(a)),
     }
-    radius_below_one(&Modulus::of(a))
 }
 
 /// Whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
@@ -179,8 +177,7 @@ pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    let bad = |row: &usize| wide_diagonal(a, *row) <= 0.0 || wide_diagonal(a, *row).is_nan();
-    match (0..a.order()).find(bad) {
+    match unsound_diagonal(a, |entry| entry) {
         Some(row) => Answer::No(Failure::Entry { row, column: row }),
         None => is_h(a),
     }
@@ -204,11 +201,13 @@ pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
     }
 }
 
-fn wide_diagonal<T: Scalar>(a: &impl Rows<T>, i: usize) -> f64 {
-    crate::comparison::wide(a.diagonal_entry(i))
+/// The first row whose `part` of the diagonal entry is not positive and finite.
+fn unsound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Option<usize> {
+    let entry = |i: usize| part(wide(a.diagonal_entry(i)));
+    (0..a.order()).find(|&i| !(entry(i) > 0.0 && entry(i).is_finite()))
 }
 
-/// The first stored entry for which `holds(i, j, aᵢⱼ)` is false.
+/// The first stored entry that is not finite or for which `holds(i, j, aᵢⱼ)` is false.
 pub(crate) fn all_entries<T: Scalar>(
     a: &impl Rows<T>,
     holds: impl Fn(usize, usize, f64) -> bool,
@@ -216,7 +215,7 @@ pub(crate) fn all_entries<T: Scalar>(
     for row in 0..a.order() {
         let mut first = None;
         visit(a, row, |column, a| {
-            if first.is_none() && !holds(row, column, a) {
+            if first.is_none() && !(a.is_finite() && holds(row, column, a)) {
                 first = Some(Failure::Entry { row, column });
             }
         });

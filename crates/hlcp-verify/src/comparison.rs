@@ -4,7 +4,7 @@ use hlcp_core::{Hlcp, Omega, Rows, Scalar};
 
 use crate::{
     perron::Comparison,
-    rounding::{mul_down, mul_up},
+    rounding::{larger, mul_down, mul_up, smaller},
 };
 
 /// A scalar as `f64`; exact for `f32` and `f64`.
@@ -13,8 +13,10 @@ pub(crate) fn wide<T: Scalar>(value: T) -> f64 {
 }
 
 /// Walks row `i` in double precision.
+///
+/// An infinite entry comes as NaN, of which nothing is proved: infinity rounds down to a number.
 pub(crate) fn visit<T: Scalar>(a: &impl Rows<T>, i: usize, mut each: impl FnMut(usize, f64)) {
-    a.visit_row(i, &mut |j, v| each(j, wide(v)));
+    a.visit_row(i, &mut |j, v| each(j, if v.is_finite() { wide(v) } else { f64::NAN }));
 }
 
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.
@@ -52,7 +54,7 @@ pub(crate) enum Against {
 
 /// `D_A + D_BΩ − G` for a pair with positive diagonals.
 ///
-/// A diagonal entry that is not positive makes the row's `D` zero, which no vector can make positive.
+/// A diagonal entry that is not positive makes the row's `D` NaN: nothing is proved of it.
 pub(crate) struct Coupled<'a, T, A, B> {
     pub(crate) a: &'a A,
     pub(crate) b: &'a B,
@@ -85,7 +87,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
     /// Row `i` of `C` alone: its diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)`, with the off-diagonal moduli in `g`.
     pub(crate) fn coupled_row(&self, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
         let [a, b_omega] = self.walk(i, g);
-        a.min(b_omega)
+        smaller(a, b_omega)
     }
 
     /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
@@ -105,12 +107,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
                 }
                 let b = mul_up(b.abs(), self.omega.at(j));
                 match g.get_mut(next) {
-                    // Not `max`, which would drop a NaN.
-                    Some(entry) if entry.0 == j => {
-                        if b > entry.1 || b.is_nan() {
-                            entry.1 = b;
-                        }
-                    }
+                    Some(entry) if entry.0 == j => entry.1 = larger(b, entry.1),
                     _ => g.insert(next, (j, b)),
                 }
             }
@@ -127,7 +124,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Coupled<'_, T, A, B> {
     fn row(&self, _: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
         let [a, b_omega] = self.walk(i, g);
         if !(a > 0.0 && b_omega > 0.0) {
-            return 0.0;
+            return f64::NAN;
         }
         // One rounding of each: `d − g` in place of the exact minimum may be off, so `d` and `g` give way.
         let part = match self.against {

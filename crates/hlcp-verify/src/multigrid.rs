@@ -196,6 +196,14 @@ impl Multigrid {
         x
     }
 
+    /// How many steps a cycle on this level makes on the next: two where that is no more work.
+    ///
+    /// However slowly the levels shrink, all cycles on one meet no more rows than the first has.
+    fn steps(&self, level: usize) -> usize {
+        let [fine, coarse] = [0, 1].map(|next| self.levels[level + next].matrix.order());
+        if 2 * coarse <= fine { 2 } else { 1 }
+    }
+
     /// A forward sweep, the next level, a backward sweep.
     fn cycle(&self, level: usize, b: &[f64]) -> Vec<f64> {
         let Level { matrix, aggregate } = &self.levels[level];
@@ -222,7 +230,7 @@ impl Multigrid {
         let correction = if last && self.bottom.is_some() {
             self.cycle(level + 1, &coarse)
         } else {
-            self.conjugate_residuals(level + 1, &coarse, 2, 0.0)
+            self.conjugate_residuals(level + 1, &coarse, self.steps(level), 0.0)
         };
         for (x, &a) in x.iter_mut().zip(aggregate) {
             *x += correction[a as usize];
@@ -239,4 +247,45 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 /// `y += a x`.
 fn add(y: &mut [f64], a: f64, x: &[f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A tree of stars: each node of a star of `1 + leaves` is the centre of another.
+    fn stars(leaves: usize, depth: u32) -> Sparse {
+        let n = (leaves + 1).pow(depth);
+        let mut off = vec![vec![]; n];
+        let mut size = 1;
+        while size < n {
+            for centre in (0..n).step_by(size * (leaves + 1)) {
+                for leaf in 1..=leaves {
+                    off[centre].push((centre + leaf * size, 1.0));
+                    off[centre + leaf * size].push((centre, 1.0));
+                }
+            }
+            size *= leaves + 1;
+        }
+        let mut matrix = Sparse::default();
+        off.into_iter().for_each(|row| matrix.push(row.len() as f64 + 0.01, row));
+        matrix
+    }
+
+    /// Aggregates of a star grow by one leaf at a time.
+    #[test]
+    fn levels_that_shrink_slowly_do_not_multiply_the_work() {
+        let multigrid = Multigrid::new(stars(17, 3));
+        let order = |level: usize| multigrid.levels[level].matrix.order();
+        let (mut cycles, last) = (1, multigrid.levels.len() - 1);
+        assert!(last >= 9 && order(last) > order(0) / 10);
+        for level in 0..last {
+            cycles *= multigrid.steps(level);
+            assert!(cycles * order(level + 1) <= order(0), "{cycles} cycles on level {level}");
+        }
+        // With two steps everywhere there would be 2⁹ cycles on 612 rows for one on 5832.
+        let x = multigrid.solve(&vec![1.0; order(0)], 1e-3);
+        let residual = multigrid.levels[0].matrix.residual(&vec![1.0; order(0)], &x);
+        assert!(dot(&residual, &residual) <= 1e-6 * order(0) as f64);
+    }
 }

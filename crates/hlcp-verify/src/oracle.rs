@@ -209,7 +209,7 @@ impl Dense {
 
     /// All solutions `(z, r)`, found by trying every choice of `zᵢ = 0` or `rᵢ = 0`, in no order.
     ///
-    /// A choice whose linear system is singular is passed over, so of a continuum of solutions only
+    /// A choice whose linear system is singular or overflows is passed over, so of a continuum only
     /// isolated ones are sure to be found; a solution with `zᵢ = rᵢ = 0` comes once for each choice.
     ///
     /// # Panics
@@ -246,7 +246,7 @@ impl Dense {
                     },
                 );
             let Some(y) = system.full_piv_lu().solve(&-&self.q) else { continue };
-            if y.iter().all(|&y| y >= -1e-12 * scale) {
+            if y.iter().all(|&y| y.is_finite() && y >= -1e-12 * scale) {
                 let part = |z: bool| {
                     DVector::from_fn(n, |i, _| if in_z(i) == z { y[i].max(0.0) } else { 0.0 })
                 };

@@ -2,7 +2,7 @@
 
 use crate::{
     multigrid::{Multigrid, Sparse},
-    rounding::{Sum, div_down, div_up},
+    rounding::{Sum, div_down, div_up, mul_up},
 };
 
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
@@ -20,8 +20,12 @@ pub(crate) trait Comparison {
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64;
 }
 
-/// A relative error that no entry of the comparison matrices with lower brackets exceeds.
+/// A relative error that no entry of the comparison matrices with lower brackets exceeds,
+/// underflow apart.
 const ENTRIES: f64 = 16.0 * f64::EPSILON;
+
+/// Twice what underflow adds to such an entry or takes from it, or more.
+const SMALL: f64 = 16.0 * f64::from_bits(1);
 
 /// A Collatz–Wielandt bracket: `lower ≤ ρ(D⁻¹G) ≤ upper`.
 ///
@@ -68,13 +72,20 @@ fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>)
     let mut worst = Quotient { lower: 0.0, upper: -1.0, k: 0 };
     for k in 0..z.matrices() {
         let d = z.row(k, i, g);
-        let mut sum = Sum::default();
-        g.iter().for_each(|&(j, g)| sum.add(g, x[j]));
+        let (mut sum, mut total) = (Sum::default(), 0.0);
+        g.iter().for_each(|&(j, g)| {
+            sum.add(g, x[j]);
+            total += x[j];
+        });
         let (gx, dx) = (sum.interval(), d * x[i]);
         let upper = if dx > 0.0 { div_up(gx.upper, dx.next_down()) } else { f64::INFINITY };
         let upper = if upper.is_nan() { f64::INFINITY } else { upper };
         if upper > worst.upper {
-            let lower = div_down(gx.lower, dx.next_up()) * (1.0 - 4.0 * ENTRIES);
+            let over = (dx.next_up() + mul_up(SMALL, x[i])).next_up();
+            let lower = (gx.lower - mul_up(SMALL, total)).next_down();
+            let lower = div_down(lower, over) * (1.0 - 4.0 * ENTRIES);
+            // The largest number stands for all beyond it.
+            let lower = if d < f64::MAX { lower } else { 0.0 };
             // A tie goes to the first matrix, so that rounding does not mix the rows.
             let k = if upper > worst.upper * (1.0 + 1e-9) || k == 0 { k } else { worst.k };
             worst = Quotient { lower: if lower > 0.0 { lower } else { 0.0 }, upper, k };
@@ -170,7 +181,11 @@ fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
                     z.row(0, j, &mut other);
                     let back = other.iter().find(|entry| entry.0 == i).map_or(0.0, |entry| entry.1);
                     if forth > 0.0 && back > 0.0 {
-                        logarithm[j] = logarithm[i] + 0.5 * (back / forth).log2();
+                        logarithm[j] = logarithm[i] + 0.5 * (back.log2() - forth.log2());
+                        // Each node is pushed once: NaN would mark it as not met yet.
+                        if !logarithm[j].is_finite() {
+                            return None;
+                        }
                         stack.push(j);
                     }
                 }

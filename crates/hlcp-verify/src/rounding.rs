@@ -26,6 +26,16 @@ pub(crate) fn div_down(a: f64, b: f64) -> f64 {
     (a / b).next_down()
 }
 
+/// The larger, and NaN if either is; `max` would drop it.
+pub(crate) fn larger(x: f64, y: f64) -> f64 {
+    if x.is_nan() || x > y { x } else { y }
+}
+
+/// The smaller, and NaN if either is; `min` would drop it.
+pub(crate) fn smaller(x: f64, y: f64) -> f64 {
+    if x.is_nan() || x < y { x } else { y }
+}
+
 /// Not less than the non-negative number that `roundings` basic operations on non-negative ones computed as `x`.
 ///
 /// For loops that must not branch. Sums, products and quotients of non-negative numbers, each meeting at most k

@@ -45,6 +45,14 @@ impl AorStep {
         Self { backward: true, ..self }
     }
 
+    /// Whether `M` is: `1/α` and `β/α` are numbers.
+    pub(crate) fn defined(&self) -> bool {
+        let defined = |[alpha, beta]: [f64; 2]| {
+            [alpha, 1.0 / alpha, beta, beta / alpha].iter().all(|p| p.is_finite())
+        };
+        defined(self.a) && defined(self.b)
+    }
+
     /// The same step with |x⁺| in the swept triangle, as in AMMS.
     pub fn accelerated(self) -> Self {
         Self { accelerated: true, ..self }
@@ -122,7 +130,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
         Self { problem, steps }
     }
 
-    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
+    /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`; NaN unless the step is defined.
     fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
         let step = &self.steps[k];
         let mut row: Vec<(usize, f64, Interval)> = vec![];
@@ -168,7 +176,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
                 each(Entry { column, new: 0.0, old: (n + modulus).next_up() });
             }
         }
-        pivot
+        if step.defined() { pivot } else { f64::NAN }
     }
 
     /// The factor of one iteration for the weights `d`; `None` unless it is proved to be below 1.

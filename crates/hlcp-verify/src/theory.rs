@@ -144,7 +144,7 @@ pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let same = |step: &AorStep| step.a == first.a && step.b == first.a && !step.accelerated;
     let parameters = if !steps.iter().all(same) {
         Answer::No(Failure::Parameter("one (alpha, beta) for A, B and all steps of MMS or TMMS"))
-    } else if !(0.0 < beta && beta <= alpha) {
+    } else if !(0.0 < beta && beta <= alpha && first.defined()) {
         Answer::No(Failure::Parameter("0 < beta <= alpha"))
     } else {
         Answer::Yes(())
@@ -388,8 +388,8 @@ fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
         entry == 0.0 || alpha > 0.0 && holds
     };
     for step in steps {
-        if step.accelerated {
-            return Answer::No(Failure::Parameter("a step of MMS or TMMS"));
+        if step.accelerated || !step.defined() {
+            return Answer::No(Failure::Parameter("finite ones of a step of MMS or TMMS"));
         }
         let of_a = all_entries(problem.a(), |i, j, entry| fits(step, step.a, i, j, entry));
         let of_b = all_entries(problem.b(), |i, j, entry| fits(step, step.b, i, j, entry));
@@ -408,6 +408,9 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
     for row in 0..problem.order() {
         of_a.clear();
         visit(problem.a(), row, |j, a| of_a.push((j, a)));
+        if of_a.iter().any(|a| a.1.is_nan()) {
+            return Answer::Undecided;
+        }
         let mut first = Answer::Yes(());
         visit(problem.b(), row, |column, b| {
             if column == row || b == 0.0 || !first.is_yes() {
@@ -415,7 +418,8 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
             }
             let a = of_a.binary_search_by_key(&column, |a| a.0).map_or(0.0, |at| of_a[at].1);
             let size = compare_product(b.abs(), wide(problem.omega().at(column)), a.abs());
-            if a * b < 0.0 || size.is_some_and(|order| order.is_gt()) {
+            // The product of the two might underflow.
+            if a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0 || size.is_some_and(|order| order.is_gt()) {
                 first = Answer::No(Failure::Entry { row, column });
             } else if size.is_none() {
                 first = Answer::Undecided;

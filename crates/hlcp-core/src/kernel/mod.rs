@@ -86,9 +86,13 @@ impl<'a, T: Scalar> Sweep<'a, T> {
 
     /// Whether all rows are the same but for the grid's edge.
     pub(crate) fn is_constant(&self) -> bool {
-        let pair = [self.a.coefficients(), self.b.coefficients()];
         matches!(self.omega, Coefficients::Constant(_))
-            && pair.into_iter().all(|coefficients| constant(coefficients).is_some())
+            && self.views().into_iter().all(|view| constant(view.coefficients()).is_some())
+    }
+
+    /// The operators `A` and `B`.
+    pub(crate) fn views(&self) -> [FivePointView<'a, T>; 2] {
+        [self.a, self.b]
     }
 
     /// The number of points in a row and of rows.
@@ -97,12 +101,12 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     }
 
     /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of `A r − B z − q`.
-    pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T]) -> Norms {
+    pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
         let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
-        let (meter, sum) = (q.meter(T::one()), Sum::new());
+        let sum = Sum::new();
         team::spread(team::threads(self.parallel, nx * ny), &|| {
             let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
             while let Some((number, first)) = bands.next() {

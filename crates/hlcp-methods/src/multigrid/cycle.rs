@@ -6,6 +6,10 @@ use super::{
     smoother::{Pair, ROWS, Source},
     transfer::{self, Axis},
 };
+use crate::Clock;
+
+/// Points of a grid whose sweep takes long enough to look at the clock before.
+const LONG: usize = 4096;
 
 /// How often a cycle visits the coarser grids.
 ///
@@ -97,7 +101,10 @@ pub(super) struct Equation<'l, T: Scalar> {
 
 impl<T: Scalar> Equation<'_, T> {
     /// A forward and a backward sweep.
-    pub(super) fn smooth(&mut self, x: &mut [T]) {
+    pub(super) fn smooth(&mut self, x: &mut [T], clock: &mut Clock<'_>) {
+        if x.len() >= LONG && clock.is_up() {
+            return;
+        }
         self.pair.relax(false, self.f, x, &mut self.work.rows, &self.work.zeros);
         self.pair.relax(true, self.f, x, &mut self.work.rows, &self.work.zeros);
     }
@@ -110,11 +117,11 @@ impl<T: Scalar> Equation<'_, T> {
     }
 
     /// One cycle.
-    pub(super) fn cycle(&mut self, kind: Cycle, x: &mut [T]) {
-        self.smooth(x);
+    pub(super) fn cycle(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
+        self.smooth(x, clock);
         if !self.coarser.is_empty() {
-            self.correct(kind, x);
-            self.smooth(x);
+            self.correct(kind, x, clock);
+            self.smooth(x, clock);
         }
     }
 
@@ -122,7 +129,7 @@ impl<T: Scalar> Equation<'_, T> {
     ///
     /// There `K_H(x_H) = K_H(I x) − R F(x)` is solved, for `x_H` near the injected `I x`, and `x` receives the
     /// interpolated `x_H − I x`, unless it is not finite.
-    pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T]) {
+    pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         self.defect(x);
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
         let (grid, work) = (level.grid(), &mut *self.work);
@@ -139,7 +146,7 @@ impl<T: Scalar> Equation<'_, T> {
         let visits = kind.visits(coarser.is_empty());
         let mut below = Equation { pair, f: source, coarser, work };
         for &visit in visits {
-            below.cycle(visit, coarse);
+            below.cycle(visit, coarse, clock);
         }
         transfer::inject(axes, x, |k, fine| coarse[k] -= fine);
         if coarse.iter().all(|correction| correction.is_finite()) {
@@ -148,7 +155,7 @@ impl<T: Scalar> Equation<'_, T> {
     }
 
     /// Overwrites `x` by nested iteration: from the coarsest grid's solution, one cycle on each finer grid.
-    pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T]) {
+    pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         x.fill(T::zero());
         if let Some((level, coarser)) = self.coarser.split_first_mut() {
             let (grid, work) = (level.grid(), &mut *self.work);
@@ -159,9 +166,9 @@ impl<T: Scalar> Equation<'_, T> {
             }
             transfer::restrict(axes, &work.defect[..x.len()], f, &mut work.rows);
             let source = Source { factor: T::one(), entries: f };
-            Equation { pair, f: source, coarser, work }.nested(kind, coarse);
+            Equation { pair, f: source, coarser, work }.nested(kind, coarse, clock);
             transfer::interpolate_smooth(axes, coarse, x, &mut self.work.rows);
         }
-        self.cycle(kind, x);
+        self.cycle(kind, x, clock);
     }
 }

@@ -1,7 +1,7 @@
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 
 use super::Multigrid;
-use crate::Method;
+use crate::{Clock, Method, Work};
 
 /// Full multigrid: a solve begins with [nested iteration](Multigrid::nested), whatever the start, and goes on by cycles.
 ///
@@ -16,7 +16,7 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Solver};
+/// use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Options, Solver};
 ///
 /// let m = 63;
 /// let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
@@ -25,9 +25,9 @@ use crate::Method;
 ///
 /// let q: Vec<f64> = (0..m * m).map(|k| if k % m < 20 { -2e-3 } else { 1e-3 }).collect();
 /// let one = Limits { iterations: 1, ..Limits::default() };
-/// let after_one = solver.solve(&q, &vec![1.0; m * m], &one)?;
+/// let after_one = solver.solve(&q, one)?;
 /// assert!(!after_one.converged() && after_one.residual.l2 < 1e-2);
-/// assert!(solver.solve(&q, &vec![1.0; m * m], &Limits::default())?.converged());
+/// assert!(solver.solve(&q, Options::from_x(&vec![1.0; m * m]))?.converged());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -51,10 +51,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for FullMu
         self.multigrid.problem()
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        // Nested iteration is worth a cycle, two sweeps, and a cycle on grids that halve.
-        let nested = self.multigrid.sweeps(1) + 2;
-        self.multigrid.sweeps(iterations) + if iterations > 0 { nested } else { 0 }
+    fn work(&self) -> Option<Work> {
+        self.multigrid.work()
     }
 
     fn restart(&mut self) {
@@ -62,17 +60,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for FullMu
         self.begun = false;
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         if std::mem::replace(&mut self.begun, true) {
-            return self.multigrid.step(k, q, x, y);
+            return self.multigrid.step(q, x, y, clock);
         }
-        assert_eq!(k, 0, "a cycle is one step");
         let norms = self.multigrid.norms(q, x);
-        self.multigrid.nested(q, y);
+        self.multigrid.nested(q, y, clock);
         norms
     }
 }

@@ -20,7 +20,7 @@ use self::{
     smoother::{Pair, Source},
     transfer::Axis,
 };
-use crate::Method;
+use crate::{Clock, Method, Work as Count};
 
 /// Multigrid by the full approximation scheme, for a pair of five-point operators: the number of iterations
 /// does not grow with the grid.
@@ -62,7 +62,7 @@ use crate::Method;
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Cycle, Limits, Multigrid, Solver};
+/// use hlcp_methods::{Cycle, Limits, Multigrid, Options, Solver};
 ///
 /// // A membrane on 63 × 63 points, pressed against a flat obstacle in the middle and lifted at the sides.
 /// let m = 63;
@@ -71,7 +71,7 @@ use crate::Method;
 /// let mut multigrid = Solver::new(Multigrid::new(problem, Cycle::W)?);
 ///
 /// let q: Vec<f64> = (0..m * m).map(|k| if k % m < 20 { -2e-3 } else { 1e-3 }).collect();
-/// let outcome = multigrid.solve(&q, &vec![1.0; m * m], &Limits::default())?;
+/// let outcome = multigrid.solve(&q, Options::from_x(&vec![1.0; m * m]))?;
 /// assert!(outcome.converged() && outcome.iterations <= 13);
 /// assert_eq!(multigrid.method().coarse_grids_help(), Some(true));
 /// # Ok::<(), hlcp_core::Error>(())
@@ -84,6 +84,8 @@ pub struct Multigrid<T: Scalar, A, B> {
     sweeps: usize,
     levels: Vec<Level<T>>,
     work: Work<T>,
+    /// The sweeps since the restart.
+    taken: usize,
     pace: Pace,
     kept: Vec<T>,
 }
@@ -123,7 +125,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         let sizes = [grid].into_iter().chain(levels.iter().map(Level::grid)).map(points);
         let walks = cycle.walks(&sizes.collect::<Vec<_>>());
         let (sweeps, work) = (walks.div_ceil(points(grid)), Work::new(grid));
-        Ok(Self { problem, grid, cycle, sweeps, levels, work, pace: Pace::new(), kept: vec![] })
+        let (taken, pace, kept) = (0, Pace::new(), vec![]);
+        Ok(Self { problem, grid, cycle, sweeps, levels, work, taken, pace, kept })
     }
 
     /// The `[nx, ny]` of the grids, from the problem's own to the coarsest.
@@ -162,24 +165,26 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Norms, Omega, Rhs};
-    /// use hlcp_methods::{Cycle, Method, Multigrid};
+    /// use hlcp_methods::{Clock, Cycle, Method, Multigrid};
     ///
     /// let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 961 }, Omega::Uniform(4.0))?;
     /// let mut multigrid = Multigrid::new(problem, Cycle::W)?;
     /// let (q, mut x) = ([-1e-3; 961], [f64::NAN; 961]);
-    /// multigrid.nested(&Rhs::new(&q)?, &mut x);
-    /// let residual = multigrid.step(0, &Rhs::new(&q)?, &x, &mut [0.0; 961]);
+    /// multigrid.nested(&Rhs::new(&q)?, &mut x, &mut Clock::endless());
+    /// let residual = multigrid.step(&Rhs::new(&q)?, &x, &mut vec![0.0; 961], &mut Clock::endless());
     /// assert!(residual.l2 < 1e-3);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T]) {
+    pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);
+        // A cycle, two sweeps, and a cycle on grids that halve.
+        self.taken += 2 * self.sweeps + 2;
         let cycle = self.cycle;
         let mut equation = self.equation(q);
-        equation.nested(cycle, x);
-        equation.smooth(x);
-        equation.cycle(cycle, x);
+        equation.nested(cycle, x, clock);
+        equation.smooth(x, clock);
+        equation.cycle(cycle, x, clock);
     }
 
     /// The norms of `A z − B r + q` at `x`.
@@ -210,29 +215,30 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         &self.problem
     }
 
-    fn sweeps(&self, iterations: usize) -> usize {
-        iterations * self.sweeps
+    fn work(&self) -> Option<Count> {
+        Some(Count::sweeps(self.taken))
     }
 
     fn restart(&mut self) {
         self.pace = Pace::new();
+        self.taken = 0;
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "a cycle is one step");
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
+        self.taken += self.sweeps;
         let (kind, pairs, mut pace) = (self.cycle, self.sweeps.div_ceil(2), self.pace);
         let gamma = self.problem.gamma();
         let mut kept = std::mem::take(&mut self.kept);
         let mut equation = self.equation(q);
         let norms = Norms::of(equation.defect(x));
-        let sweep = |equation: &mut Equation<'_, T>, x: &[T], y: &mut [T]| {
+        let sweep = |equation: &mut Equation<'_, T>, x: &[T], y: &mut [T], clock: &mut Clock| {
             y.copy_from_slice(x);
-            (0..pairs).for_each(|_| equation.smooth(y));
+            (0..pairs).for_each(|_| equation.smooth(y, clock));
         };
         let turn = pace.turn(norms.l2);
         if turn == Turn::Keep {
@@ -240,18 +246,18 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
             kept.extend_from_slice(x);
         }
         match turn {
-            Turn::Sweep => sweep(&mut equation, x, y),
-            Turn::Return => sweep(&mut equation, &kept, y),
+            Turn::Sweep => sweep(&mut equation, x, y, clock),
+            Turn::Return => sweep(&mut equation, &kept, y, clock),
             Turn::Cycle | Turn::Keep => {
                 y.copy_from_slice(x);
-                equation.cycle(kind, y);
+                equation.cycle(kind, y, clock);
             }
             Turn::Compare => {
                 y.copy_from_slice(x);
-                let [before, swept, cycled] = compare(&mut equation, kind, y);
+                let [before, swept, cycled] = compare(&mut equation, kind, y, clock);
                 pace.compared(cycled / before, (swept / before).powi(pairs as i32));
                 if cycled.is_nan() || cycled > swept {
-                    sweep(&mut equation, x, y);
+                    sweep(&mut equation, x, y, clock);
                 }
             }
         }
@@ -264,14 +270,19 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
 ///
 /// By the third pair what is rough is gone, so the first two numbers tell the pace of sweeps, and the first and the
 /// last that of a cycle.
-fn compare<T: Scalar>(equation: &mut Equation<'_, T>, kind: Cycle, x: &mut [T]) -> [f64; 3] {
-    equation.smooth(x);
-    equation.smooth(x);
+fn compare<T: Scalar>(
+    equation: &mut Equation<'_, T>,
+    kind: Cycle,
+    x: &mut [T],
+    clock: &mut Clock<'_>,
+) -> [f64; 3] {
+    equation.smooth(x, clock);
+    equation.smooth(x, clock);
     let before = Norms::of(equation.defect(x)).l2;
-    equation.smooth(x);
+    equation.smooth(x, clock);
     let swept = Norms::of(equation.defect(x)).l2;
-    equation.correct(kind, x);
-    equation.smooth(x);
+    equation.correct(kind, x, clock);
+    equation.smooth(x, clock);
     [before, swept, Norms::of(equation.defect(x)).l2]
 }
 

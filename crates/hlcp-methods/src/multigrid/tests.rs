@@ -4,7 +4,7 @@ use hlcp_core::{
     FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
 };
 
-use crate::Method;
+use crate::{Clock, Method, Work as Count};
 
 use super::{
     Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise, coarser,
@@ -261,7 +261,7 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
         let source = Source { factor: 0.7, entries: &q };
         let mut equation = Equation { pair, f: source, coarser: &mut levels, work: &mut work };
         for _ in 0..2 {
-            equation.cycle(kind, &mut x);
+            equation.cycle(kind, &mut x, &mut Clock::endless());
             cycle(&grids, visits, &f, &mut expected);
             close(&x, &expected, 1e-12);
         }
@@ -307,11 +307,19 @@ fn cycles_are_counted_in_sweeps() {
         let sweeps = walks.div_ceil(225);
         let a = FivePoint::new(15, 15, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
         let problem = Hlcp::new(a, Identity { order: 225 }, Omega::Uniform(4.0)).unwrap();
-        let multigrid = Multigrid::new(problem, kind).unwrap();
-        assert_eq!((multigrid.sweeps(0), multigrid.sweeps(3)), (0, 3 * sweeps));
+        let mut multigrid = Multigrid::new(problem, kind).unwrap();
         // The nested iteration counts as one cycle and two sweeps.
-        let full = FullMultigrid::new(multigrid);
-        assert_eq!((full.sweeps(0), full.sweeps(3)), (0, 4 * sweeps + 2));
+        let mut full = FullMultigrid::new(multigrid.clone());
+        let (q, x, mut y) = (vec![1.0; 225], vec![1.0; 225], vec![0.0; 225]);
+        for method in [&mut multigrid as &mut dyn Method<f64, A = _, B = _>, &mut full] {
+            let q = Rhs::new(&q).unwrap();
+            assert_eq!(method.work(), Some(Count::sweeps(0)));
+            for _ in 0..3 {
+                let _ = method.step(&q, &x, &mut y, &mut Clock::endless());
+            }
+        }
+        assert_eq!(multigrid.work(), Some(Count::sweeps(3 * sweeps)));
+        assert_eq!(full.work(), Some(Count::sweeps(4 * sweeps + 2)));
     }
 }
 
@@ -329,13 +337,13 @@ fn a_failed_trial_leaves_no_trace() {
     let mut returns = 0;
     for _ in 0..60 {
         let mut pace = multigrid.pace;
-        let norms = multigrid.step(0, &q, &x, &mut y);
+        let norms = multigrid.step(&q, &x, &mut y, &mut Clock::endless());
         match pace.turn(norms.l2) {
             Turn::Keep => kept.clone_from(&x),
             Turn::Return => {
                 let pairs = multigrid.sweeps.div_ceil(2);
                 let mut equation = multigrid.equation(&q);
-                (0..pairs).for_each(|_| equation.smooth(&mut kept));
+                (0..pairs).for_each(|_| equation.smooth(&mut kept, &mut Clock::endless()));
                 assert_eq!(y, kept);
                 returns += 1;
             }

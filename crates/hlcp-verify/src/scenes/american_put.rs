@@ -25,7 +25,7 @@ use super::{check, narrow, positive, wide};
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, LinearOperator, Omega};
-/// use hlcp_methods::{Limits, Solver, Tmms};
+/// use hlcp_methods::{Limits, Options, Solver, Tmms};
 /// use hlcp_verify::AmericanPut;
 ///
 /// let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 32, steps: 32 };
@@ -35,7 +35,7 @@ use super::{check, narrow, positive, wide};
 /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
 /// for k in 0..put.lcps() {
 ///     put.q(k, solver.z(), &mut q);
-///     assert!(solver.resume(&q, &Limits::default())?.converged());
+///     assert!(solver.solve(&q, Options::resume())?.converged());
 /// }
 /// let price = 40.0 * put.price(solver.z(), 36.0 / 40.0);
 /// assert!((price - 4.4867).abs() < 2e-3); // QuantLib's reference value is 4.48667344

@@ -170,14 +170,14 @@ impl Bearing2d {
     ///
     /// ```
     /// use hlcp_core::{Aor, Hlcp, Omega};
-    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 47, ny: 11, ecc: 0.6, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
     /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    /// assert!(solver.solve(&q, &vec![1.0; q.len()], &Limits::default())?.converged());
+    /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
     /// assert!((scene.sommerfeld(solver.z()) / 0.121 - 1.0).abs() < 0.03); // Raimondi and Boyd's table has 0.121
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -215,14 +215,14 @@ impl Bearing2d {
     ///
     /// ```
     /// use hlcp_core::{Aor, Hlcp, Omega};
-    /// use hlcp_methods::{Limits, Solver, Tmms};
+    /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 15, ny: 5, ecc: 0.5, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
     /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    /// assert!(solver.solve(&q, &[1.0; 75], &Limits::default())?.converged());
+    /// assert!(solver.solve(&q, Options::from_x(&[1.0; 75]))?.converged());
     /// let [drawn, returned, ends] = scene.flows(solver.z(), solver.r());
     /// assert!(ends > 0.1 && (drawn - returned - ends).abs() <= 1e-9); // 75 residuals of 2-norm 1e-10
     /// # Ok::<(), hlcp_core::Error>(())

@@ -1,0 +1,417 @@
+//! How far rounding reaches into a residual, and residuals without it.
+
+use std::ops::Range;
+
+use crate::{
+    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
+    scalar::to_f64,
+};
+
+/// Random signs by which an operator without rows is probed.
+const PROBES: u64 = 2;
+
+/// Roundings per entry that are assumed of an operator without rows, in units of ε.
+const ASSUMED: f64 = 8.0;
+
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
+    /// Returns bounds on the rounding in the norms of `A z − B r + q` at the `z` and `r` that
+    /// [`recover`](Self::recover) makes of `x`, however the residual is evaluated in `T`.
+    ///
+    /// An entry of the residual sums `k` terms. Evaluated in any order it is within
+    /// `(k + 8) ε (|q| + |A|z + |B|r)` of its exact value, recovery included (Higham, *Accuracy and
+    /// Stability of Numerical Algorithms*, §3.1, with ε twice the unit roundoff). Where an
+    /// operator does not know its rows
+    /// ([`try_visit_row`](LinearOperator::try_visit_row)) the result is an estimate from products
+    /// with random signs. Infinite or NaN where the terms overflow.
+    ///
+    /// # Cost
+    ///
+    /// For constant five-point operators one pass over `x`, otherwise a walk over all rows;
+    /// two products with each operator if it has no rows, with `2n` numbers of `scratch`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega, Rhs};
+    ///
+    /// let identity = Identity { order: 1 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0))?;
+    /// // At z = 2e16 the residual 2e16 − r + 1 is known to within a few units, no better.
+    /// let rounding = problem.rounding(&Rhs::new(&[1.0])?, &[1e16], &mut vec![]);
+    /// assert!((4.0..100.0).contains(&rounding.linf));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
+        self.assert_orders([q.entries().len(), x.len()]);
+        let epsilon = to_f64(T::epsilon());
+        let tiny = to_f64(T::min_positive_value()) * epsilon;
+        // What underflows counts as well, but a sum of zeros is exact.
+        let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
+        if let Some(rows) = Sweep::new(self).and_then(|sweep| sweep.row_sums()) {
+            let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
+            let mut entries = [[T::zero(); STRETCH]; 2];
+            for (start, x) in x.chunks(STRETCH).enumerate().map(|(k, x)| (k * STRETCH, x)) {
+                for (i, &x) in x.iter().enumerate() {
+                    entries[0][i] = self.z_entry(x);
+                    entries[1][i] = self.r_entry(start + i, x);
+                }
+                meter.add_to(&mut sums[0], &entries[0][..x.len()]);
+                meter.add_to(&mut sums[1], &entries[1][..x.len()]);
+            }
+            let [z, r] = sums.map(|sum| meter.norms_of(&sum, T::one()));
+            let q = q.norms();
+            let bound = |of: fn(Norms) -> f64| {
+                (10.0 + 8.0) * unit(of(q) + rows[0] * of(z) + rows[1] * of(r))
+            };
+            return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
+        }
+        let mut meter = q.meter(T::one());
+        if let Some(sweep) = Sweep::new(self) {
+            sweep.sum_terms(self, q, x, |sums: &Sums| {
+                meter.add((10.0 + 8.0) * unit(sums.terms));
+            });
+            return meter.norms();
+        }
+        let walked = (0..x.len()).all(|i| {
+            let (mut sums, mut count) = (Sums::new(to_f64(q.entries()[i])), 0.0);
+            let known = self.terms(i, x, |entry, value| {
+                sums.add(to_f64(entry), to_f64(value));
+                count += 1.0;
+            });
+            meter.add((count + 8.0) * unit(sums.terms));
+            known
+        });
+        if walked { meter.norms() } else { self.estimated_rounding(q, x, scratch) }
+    }
+
+    /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
+    /// [`recover`](Self::recover) makes of `x`, or `None` if an operator does not know its rows.
+    ///
+    /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
+    /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
+    /// dot product*, SIAM J. Sci. Comput. 26, 2005). NaN where a product overflows.
+    ///
+    /// # Cost
+    ///
+    /// A walk over all rows with about thirty operations per entry; no storage.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs};
+    ///
+    /// // At z = (1e16, 1e16) both rows are 1e16 − 1e16 + 0.75; double precision drops 0.75 where
+    /// // it is added to 1e16.
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
+    /// let exact = problem.exact_residual(&Rhs::new(&[0.75, 0.75])?, &[5e15, 5e15]);
+    /// assert!((exact.expect("rows").linf - 0.75).abs() < 1e-12);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        let mut meter = q.meter(T::one());
+        if !self.exact_rows(q, x, |sums, count| meter.add(sums.bound(count))) {
+            return None;
+        }
+        let n = x.len() as f64;
+        // The sum of n squares and its root are rounded, too.
+        let Norms { l2, linf } = meter.norms();
+        Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
+    }
+
+    /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in `T`,
+    /// so that no iteration in `T` can be expected to reduce it; `None` if an operator does not
+    /// know its rows.
+    ///
+    /// # Cost
+    ///
+    /// As [`exact_residual`](Self::exact_residual).
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega, Rhs};
+    ///
+    /// let third = DiagonalMatrix::new(vec![3.0])?;
+    /// let problem = Hlcp::new(third, Identity { order: 1 }, Omega::Uniform(1.0))?;
+    /// let q = Rhs::new(&[-1.0])?;
+    /// assert_eq!(problem.is_at_rounding(&q, &[1.0 / 6.0]), Some(true)); // z is the double next to 1/3
+    /// assert_eq!(problem.is_at_rounding(&q, &[0.17]), Some(false));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
+        let (mut at, epsilon) = (true, to_f64(T::epsilon()));
+        self.exact_rows(q, x, |sums, count| {
+            at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
+        })
+        .then_some(at)
+    }
+
+    /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square of
+    /// a product with random signs. Of the operators as they are, also after an exchange.
+    ///
+    /// # Cost
+    ///
+    /// One product with `A`, one with `B`; `2n` numbers of `scratch`.
+    ///
+    /// ```
+    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega};
+    ///
+    /// let a = DiagonalMatrix::new(vec![3.0, 4.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
+    /// let [a, b] = problem.row_lengths(&mut vec![]);
+    /// assert!((a * a - 12.5).abs() < 1e-12 && (b - 1.0).abs() < 1e-15);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
+        let n = self.order();
+        if scratch.len() < 2 * n {
+            scratch.resize(2 * n, T::zero());
+        }
+        let (signs, product) = scratch[..2 * n].split_at_mut(n);
+        signs.iter_mut().zip(random_signs(1)).for_each(|(entry, sign)| *entry = sign);
+        let mut length = |operator: &dyn LinearOperator<T>| {
+            operator.apply(signs, product);
+            Norms::of(product).l2 / (n as f64).sqrt()
+        };
+        [length(self.a()), length(self.b())]
+    }
+
+    /// Calls `take` with the exact sum over each row and the number of its products; returns whether
+    /// the rows are known.
+    fn exact_rows(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&ExactSums, f64)) -> bool {
+        self.assert_orders([q.entries().len(), x.len()]);
+        if let Some(sweep) = Sweep::new(self) {
+            sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
+            return true;
+        }
+        let sign = self.q_factor() / self.gamma();
+        (0..x.len()).all(|i| {
+            let (mut sums, mut count) = (ExactSums::new(to_f64(sign * q.entries()[i])), 0.0);
+            let known = self.terms(i, x, |entry, value| {
+                sums.add(to_f64(entry), to_f64(value));
+                count += 1.0;
+            });
+            take(&sums, count);
+            known
+        })
+    }
+
+    /// Calls `visit` with the entries of row `i` of `A` and of `−B`, and with what they multiply;
+    /// returns whether the rows are known.
+    fn terms(&self, i: usize, x: &[T], mut visit: impl FnMut(T, T)) -> bool {
+        self.a().try_visit_row(i, &mut |j, a| visit(a, self.z_entry(x[j])))
+            && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
+    }
+
+    /// The entry of `z` that [`recover`](Self::recover) makes of `x`; of `r` after an exchange.
+    fn z_entry(&self, x: T) -> T {
+        (x.abs() + x) / self.gamma()
+    }
+
+    /// The entry of `r` that [`recover`](Self::recover) makes of `x`; of `z` after an exchange.
+    fn r_entry(&self, j: usize, x: T) -> T {
+        self.omega().at(j) * (x.abs() - x) / self.gamma()
+    }
+
+    /// The rounding as the terms' root mean squares have it, which random signs show.
+    fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
+        let n = x.len();
+        if scratch.len() < 2 * n {
+            scratch.resize(2 * n, T::zero());
+        }
+        let (part, product) = scratch[..2 * n].split_at_mut(n);
+        let mut terms = q.norms();
+        for of_a in [true, false] {
+            let mut largest = Norms { l2: 0.0, linf: 0.0 };
+            for seed in 1..=PROBES {
+                let signs = random_signs::<T>(seed);
+                for (j, ((part, &x), sign)) in part.iter_mut().zip(x).zip(signs).enumerate() {
+                    let entry = if of_a { self.z_entry(x) } else { self.r_entry(j, x) };
+                    *part = sign * entry;
+                }
+                if of_a {
+                    self.a().apply(part, product);
+                } else {
+                    self.b().apply(part, product);
+                }
+                let norms = Norms::of(product);
+                // A NaN must survive.
+                let larger = |old: f64, new: f64| if new <= old { old } else { new };
+                largest = Norms {
+                    l2: larger(largest.l2, norms.l2),
+                    linf: larger(largest.linf, norms.linf),
+                };
+            }
+            terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
+        }
+        let unit = ASSUMED * to_f64(T::epsilon());
+        Norms { l2: unit * terms.l2, linf: unit * terms.linf }
+    }
+}
+
+/// Returns ones with random signs, the same ones for the same seed.
+fn random_signs<T: Scalar>(seed: u64) -> impl Iterator<Item = T> {
+    let mut bits = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed);
+    std::iter::repeat_with(move || {
+        // Knuth's linear congruential generator; its top bit.
+        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        if bits >> 63 == 0 { T::one() } else { -T::one() }
+    })
+}
+
+/// A sum of products as a walk over one row makes it.
+trait RowSum: Copy {
+    /// The sum of one number.
+    fn new(first: f64) -> Self;
+    /// Adds `a·b`.
+    fn add(&mut self, a: f64, b: f64);
+}
+
+/// The moduli of the terms of a row.
+#[derive(Debug, Clone, Copy)]
+struct Sums {
+    terms: f64,
+}
+
+impl RowSum for Sums {
+    fn new(first: f64) -> Self {
+        Self { terms: first.abs() }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, a: f64, b: f64) {
+        self.terms += (a * b).abs();
+    }
+}
+
+/// The terms of a row in twice the digits of double precision, and their moduli.
+#[derive(Debug, Clone, Copy)]
+struct ExactSums {
+    high: f64,
+    low: f64,
+    terms: f64,
+}
+
+impl ExactSums {
+    /// An upper bound on the modulus of the exact sum of `count` products and the first number.
+    fn bound(&self, count: f64) -> f64 {
+        let unit = (count + 5.0) * f64::EPSILON;
+        let tiny = if self.terms == 0.0 { 0.0 } else { f64::MIN_POSITIVE * f64::EPSILON };
+        let value = (self.high + self.low).abs();
+        value * (1.0 + 2.0 * f64::EPSILON) + unit * unit * self.terms + count * tiny
+    }
+}
+
+impl RowSum for ExactSums {
+    fn new(first: f64) -> Self {
+        Self { high: first, low: 0.0, terms: first.abs() }
+    }
+
+    /// Adds the product and its error, both without rounding, to the sum and its error.
+    #[inline(always)]
+    fn add(&mut self, a: f64, b: f64) {
+        let (product, of_product) = exact_product(a, b);
+        let (sum, of_sum) = exact_sum(self.high, product);
+        self.high = sum;
+        self.low += of_product + of_sum;
+        self.terms += product.abs();
+    }
+}
+
+/// Returns the rounded sum and its error (D. E. Knuth's TwoSum).
+#[inline(always)]
+fn exact_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let of_b = sum - a;
+    (sum, (a - (sum - of_b)) + (b - of_b))
+}
+
+/// Returns the rounded product and its error (T. J. Dekker's TwoProduct); NaN beyond 2⁹⁹⁶.
+#[inline(always)]
+fn exact_product(a: f64, b: f64) -> (f64, f64) {
+    let halves = |v: f64| {
+        // 2²⁷ + 1 splits 53 digits into two halves of 26.
+        let shifted = 134_217_729.0 * v;
+        let high = shifted - (shifted - v);
+        (high, v - high)
+    };
+    let (product, (a_high, a_low), (b_high, b_low)) = (a * b, halves(a), halves(b));
+    let error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
+    (product, error)
+}
+
+/// Points of a row of the grid that are summed side by side.
+const STRETCH: usize = 64;
+
+impl<T: Scalar> Sweep<'_, T> {
+    /// Calls `take` with the sum over each row, point by point.
+    fn sum_terms<A: LinearOperator<T>, B: LinearOperator<T>, S: RowSum>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        mut take: impl FnMut(&S),
+    ) {
+        let ([nx, ny], sign) = (self.grid(), problem.q_factor() / problem.gamma());
+        let [a, b] = self.views();
+        let mut sums = [S::new(0.0); STRETCH];
+        for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
+            let (from, length) = (j * nx + start, STRETCH.min(nx - start));
+            for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
+                *sum = S::new(to_f64(sign * q));
+            }
+            for (c, points, neighbours) in a.directions(nx, j, start, length, x.len()) {
+                let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
+                add_products(&mut sums[points.start - from..], c, points, T::one(), z);
+            }
+            for (c, points, neighbours) in b.directions(nx, j, start, length, x.len()) {
+                let r = neighbours.map(|k| problem.r_entry(k, x[k]));
+                add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
+            }
+            sums[..length].iter().for_each(&mut take);
+        }
+    }
+
+    /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.
+    fn row_sums(&self) -> Option<[f64; 2]> {
+        let sum = |coefficients: [Coefficients<'_, T>; 5]| {
+            let constant = |c: Coefficients<'_, T>| match c {
+                Coefficients::Constant(c) => Some(to_f64(c.abs())),
+                Coefficients::Each(_) => None,
+            };
+            coefficients.into_iter().map(constant).sum::<Option<f64>>()
+        };
+        let [a, b] = self.views().map(|view| view.coefficients());
+        Some([sum(a)?, sum(b)?])
+    }
+}
+
+/// Adds `sign·c·value` to the sums, for each of the points.
+#[inline(always)]
+fn add_products<T: Scalar, S: RowSum>(
+    sums: &mut [S],
+    c: Coefficients<'_, T>,
+    points: Range<usize>,
+    sign: T,
+    values: impl Iterator<Item = T>,
+) {
+    let sums = sums.iter_mut().zip(values);
+    match c {
+        Coefficients::Constant(c) if c == T::zero() => {}
+        Coefficients::Constant(c) => {
+            sums.for_each(|(sum, value)| sum.add(to_f64(sign * c), to_f64(value)));
+        }
+        Coefficients::Each(c) => {
+            for ((sum, value), &c) in sums.zip(&c[points]) {
+                sum.add(to_f64(sign * c), to_f64(value));
+            }
+        }
+    }
+}

@@ -1,0 +1,184 @@
+use std::{ops::ControlFlow, time::Duration};
+
+use hlcp_core::Norms;
+
+use crate::Limits;
+
+/// How a [`Solver`](crate::Solver) sets out, when it stops and who watches.
+///
+/// The default starts from `x = 0`, that is `z = r = 0`, within the default [`Limits`].
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Limits, Mms, Options, Solver, Status};
+///
+/// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+/// let q = [-2.0, 5.0, -6.0];
+///
+/// let outcome = solver.solve(&q, Options::default())?;
+/// assert!(outcome.converged());
+///
+/// // The next of a sequence of problems that change little, from the last answer.
+/// assert!(solver.solve(&[-2.0, 5.0, -6.1], Options::resume())?.iterations < outcome.iterations);
+///
+/// // From a known z and r, within other limits, watched by a closure that may stop the solve.
+/// let mut stop = |progress: &hlcp_methods::Progress<'_, f64>| {
+///     if progress.x[0] > 0.2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+/// };
+/// let options = Options::from_solution(&[0.5, 0.0, 1.0], &[0.0, 1.0, 0.0])
+///     .limits(Limits::relative(1e-12))
+///     .observer(&mut stop);
+/// assert_eq!(solver.solve(&q, options)?.status, Status::Stopped);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Options<'o, T> {
+    pub(crate) start: Start<'o, T>,
+    pub(crate) limits: Limits,
+    pub(crate) observer: Option<Watched<'o, T>>,
+}
+
+/// The iterate that a solve begins with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Start<'o, T> {
+    Zero,
+    Last,
+    X(&'o [T]),
+    Solution([&'o [T]; 2]),
+}
+
+/// A closure that sees every iterate and may stop the solve.
+pub type Observer<'o, T> = dyn FnMut(&Progress<'_, T>) -> ControlFlow<()> + 'o;
+
+/// An observer that can be printed as part of [`Options`].
+pub(crate) struct Watched<'o, T>(pub(crate) &'o mut Observer<'o, T>);
+
+impl<T> std::fmt::Debug for Watched<'_, T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("observer")
+    }
+}
+
+impl<T> Default for Options<'_, T> {
+    fn default() -> Self {
+        Self { start: Start::Zero, limits: Limits::default(), observer: None }
+    }
+}
+
+impl<T> From<Limits> for Options<'_, T> {
+    fn from(limits: Limits) -> Self {
+        Self::default().limits(limits)
+    }
+}
+
+impl<'o, T> Options<'o, T> {
+    /// Starts from the [`x`](crate::Solver::x) of the last solve, or from 0 if there was none.
+    pub fn resume() -> Self {
+        Self { start: Start::Last, ..Self::default() }
+    }
+
+    /// Starts from the modulus variable `x`, of the problem's order.
+    pub fn from_x(x: &'o [T]) -> Self {
+        Self { start: Start::X(x), ..Self::default() }
+    }
+
+    /// Starts from `z` and `r`, each of the problem's order: a solution of a similar problem.
+    pub fn from_solution(z: &'o [T], r: &'o [T]) -> Self {
+        Self { start: Start::Solution([z, r]), ..Self::default() }
+    }
+
+    /// Replaces the limits.
+    pub fn limits(self, limits: Limits) -> Self {
+        Self { limits, ..self }
+    }
+
+    /// Shows every iterate to `observer`, which may stop the solve.
+    ///
+    /// Within a long step (an inner solve, nested iteration) the observer sees the iterate that the
+    /// step sets out from again and again, at least once per sweep. An iterate that meets the
+    /// tolerance has converged even where the observer says stop.
+    pub fn observer(self, observer: &'o mut Observer<'o, T>) -> Self {
+        Self { observer: Some(Watched(observer)), ..self }
+    }
+}
+
+/// The state of a running solve, as an observer sees it.
+///
+/// ```
+/// use std::ops::ControlFlow;
+/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+/// use hlcp_methods::{Mms, Options, Progress, Solver};
+///
+/// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
+/// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
+/// let mut seen = vec![];
+/// let mut note = |progress: &Progress<'_, f64>| {
+///     seen.push((progress.iteration, progress.x[0], progress.residual.linf));
+///     ControlFlow::Continue(())
+/// };
+/// let _ = solver.solve(&[-3.0], Options::default().observer(&mut note))?;
+/// assert_eq!(seen, [(0, 0.0, 3.0), (1, 1.5, 0.0)]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Progress<'s, T> {
+    /// The number of iterations that led to the iterate; 0 for the start.
+    pub iteration: usize,
+    /// The norms of `A z − B r + q` at the iterate, as the next step measured them. Within
+    /// a long step that has not measured them yet, those of the iterate before, and of `q` at first.
+    pub residual: Norms,
+    /// The time since the solve began.
+    pub elapsed: Duration,
+    /// The iterate.
+    pub x: &'s [T],
+}
+
+/// Asked by a [`Method`](crate::Method) in the course of a long step whether to go on.
+///
+/// ```
+/// use hlcp_methods::Clock;
+///
+/// let mut asked = 0;
+/// let mut is_up = || {
+///     asked += 1;
+///     asked > 2
+/// };
+/// let mut clock = Clock::new(&mut is_up);
+/// assert_eq!([(); 4].map(|()| clock.is_up()), [false, false, true, true]);
+/// assert!(!Clock::endless().is_up());
+/// ```
+pub struct Clock<'c> {
+    ask: Option<&'c mut dyn FnMut() -> bool>,
+    up: bool,
+}
+
+impl<'c> Clock<'c> {
+    /// A clock that is up as soon as `ask` returns true.
+    pub fn new(ask: &'c mut dyn FnMut() -> bool) -> Self {
+        Self { ask: Some(ask), up: false }
+    }
+
+    /// A clock that is never up.
+    pub fn endless() -> Self {
+        Self { ask: None, up: false }
+    }
+
+    /// Returns whether the step should end as soon as it can; once true, always true.
+    ///
+    /// To be asked about once per sweep: it may take the time and call an observer.
+    pub fn is_up(&mut self) -> bool {
+        if !self.up {
+            self.up = self.ask.as_mut().is_some_and(|ask| ask());
+        }
+        self.up
+    }
+}
+
+impl std::fmt::Debug for Clock<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Clock").field("up", &self.up).finish_non_exhaustive()
+    }
+}

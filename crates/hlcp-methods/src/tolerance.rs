@@ -1,0 +1,161 @@
+//! The stopping test: what was asked, and whether an iterate is shown to meet it.
+
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar};
+
+use crate::{Limits, Norm, limits::FRACTION};
+
+/// Iterates that seem to meet the tolerance while rounding hides their residual, before the solve
+/// ends as stagnated.
+const HIDDEN: usize = 24;
+
+/// What a residual is held against.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Test {
+    norm: Norm,
+    asked: f64,
+    /// The largest residual that rounding may excuse.
+    cap: f64,
+    /// The factor of `size`, and `‖q‖ + a‖z‖ + b‖r‖` at some recent iterate.
+    roundings: f64,
+    size: f64,
+    /// The lengths of a typical row of A and of B.
+    rows: [f64; 2],
+    /// The bound on rounding at the last iterate that was judged.
+    rounding: Norms,
+    /// Iterates whose residual was hidden by rounding.
+    hidden: usize,
+    /// The iteration from which on another iterate may be judged, and the distance to the next.
+    due: usize,
+    gap: usize,
+}
+
+impl Test {
+    pub(crate) fn new<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        limits: &Limits,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        scratch: &mut Vec<T>,
+    ) -> Result<Self, Error> {
+        let (norm, asked, roundings) = (limits.norm, limits.asked(q)?, limits.roundings::<T>());
+        let rows = if roundings > 0.0 { problem.row_lengths(scratch) } else { [0.0; 2] };
+        let rounding = Norms { l2: 0.0, linf: 0.0 };
+        let cap = FRACTION * norm.of(q.norms());
+        Ok(Self {
+            norm,
+            asked,
+            cap,
+            roundings,
+            size: 0.0,
+            rows,
+            rounding,
+            hidden: 0,
+            due: 0,
+            gap: 1,
+        })
+    }
+
+    /// Measures the size of the residual's terms at `x`, if rounding may excuse a residual.
+    pub(crate) fn renew<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+    ) {
+        if self.roundings == 0.0 {
+            return;
+        }
+        let to_f64 = |v: T| v.to_f64().unwrap_or(f64::NAN);
+        // Lanes side by side, which a processor sums at once.
+        let (mut z, mut r) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
+        for (i, x) in x.chunks(8).enumerate() {
+            for (l, &x) in x.iter().enumerate() {
+                let (x, omega) = (to_f64(x), to_f64(problem.omega().at(8 * i + l)));
+                for (sums, v) in [(&mut z, x.max(0.0)), (&mut r, omega * (-x).max(0.0))] {
+                    sums[0][l] += v * v;
+                    sums[1][l] = f64::max(sums[1][l], v);
+                }
+            }
+        }
+        let [z, r] = [z, r].map(|[squares, largest]| match self.norm {
+            Norm::L2 => squares.iter().sum::<f64>().sqrt(),
+            Norm::LInf => largest.into_iter().fold(0.0, f64::max),
+        });
+        let terms = 2.0 * (self.rows[0] * z + self.rows[1] * r) / to_f64(problem.gamma());
+        let size = self.norm.of(q.norms()) + terms;
+        self.size = if size.is_finite() { size } else { 0.0 };
+    }
+
+    /// Returns whether a residual seems good enough, so that a judgement is worth its cost.
+    pub(crate) fn is_near(&self, iteration: usize, norms: Norms) -> bool {
+        iteration >= self.due && self.seems_within(norms)
+    }
+
+    fn seems_within(&self, norms: Norms) -> bool {
+        let excused = (self.roundings * self.size).min(self.cap);
+        self.norm.of(norms) <= self.asked.max(excused)
+    }
+
+    /// Judges the iterate `x`, whose residual was measured as `norms`: `Ok` with upper bounds on the
+    /// exact norms that show it to be good enough, or `Err` with the best that is known of them.
+    pub(crate) fn judge<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        norms: Norms,
+        scratch: &mut Vec<T>,
+    ) -> Result<Norms, Norms> {
+        self.renew(problem, q, x);
+        if !self.seems_within(norms) {
+            return Err(norms);
+        }
+        self.rounding = problem.rounding(q, x, scratch);
+        // The sum of n squares is rounded, too.
+        let sum = 1.0 + x.len() as f64 * f64::EPSILON;
+        let bound =
+            Norms { l2: norms.l2 * sum + self.rounding.l2, linf: norms.linf + self.rounding.linf };
+        if self.admits(norms, bound) {
+            return Ok(bound);
+        }
+        let exact = problem.exact_residual(q, x).filter(|exact| exact.l2.is_finite());
+        match exact {
+            Some(exact) if self.admits(norms, exact) => Ok(exact),
+            _ => Err(exact.unwrap_or(bound)),
+        }
+    }
+
+    /// Returns whether a measured residual and a bound on the exact one are good enough.
+    fn admits(&self, norms: Norms, bound: Norms) -> bool {
+        let [residual, bound] = [norms, bound].map(|norms| self.norm.of(norms));
+        let excused = self.roundings > 0.0 && residual <= self.roundings * self.size;
+        bound <= self.asked || excused && bound <= self.cap
+    }
+
+    /// Returns the residual to report of an answer that was judged good enough by `bound`, and
+    /// measured once more: the measured one unless that is larger by rounding. `None` if more than
+    /// rounding is between the two, as where an operator's product is not that of its rows.
+    pub(crate) fn confirm(&self, measured: Norms, bound: Norms) -> Option<Norms> {
+        let rounding = self.norm.of(self.rounding);
+        if self.seems_within(measured) {
+            Some(measured)
+        } else {
+            (self.norm.of(measured) <= self.norm.of(bound) + 2.0 * rounding).then_some(bound)
+        }
+    }
+
+    /// Notes that the judgement of an iterate was `Err(bound)`, and puts off the next one, each time
+    /// for longer, unless rounding hides the residual.
+    pub(crate) fn refused(&mut self, iteration: usize, bound: Norms) {
+        if self.norm.of(bound) > self.cap {
+            self.hidden += 1;
+        } else {
+            (self.due, self.gap) = (iteration + self.gap, 2 * self.gap);
+        }
+    }
+
+    /// Returns whether rounding has hidden the residual of so many iterates that no answer is to be
+    /// expected.
+    pub(crate) fn is_hidden(&self) -> bool {
+        self.hidden >= HIDDEN
+    }
+}

@@ -1,0 +1,379 @@
+//! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
+//! nothing false.
+
+mod common;
+
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use common::Matrix;
+use hlcp_core::{Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
+use hlcp_verify::{
+    AorStep, Certificate, Convergence, Witness, alpha_bound, certify, certify_with,
+    classes::{Answer, Failure, is_h, is_h_plus, is_m, is_strictly_dominant, is_z},
+    convergence,
+    oracle::Dense,
+    relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
+};
+use nalgebra::{DMatrix, dmatrix, dvector};
+use num_rational::BigRational;
+use num_traits::Signed;
+use proptest::{collection::vec, prelude::*, sample::select};
+
+/// For all functions on one pair together, which make some forty searches: a search has at most 40
+/// steps with three walks of each of four rows for each of two steps of a method, and one walk for
+/// each entry to begin with.
+const WALKS: usize = 50_000;
+
+/// A matrix that says of its diagonal what it likes, and panics when its rows are walked too often.
+#[derive(Debug)]
+struct Counted {
+    rows: Matrix,
+    diagonal: Vec<f64>,
+    walks: AtomicUsize,
+}
+
+impl Counted {
+    fn new(matrix: DMatrix<f64>) -> Self {
+        let diagonal = matrix.diagonal().iter().copied().collect();
+        Self { rows: Matrix(matrix), diagonal, walks: AtomicUsize::new(0) }
+    }
+}
+
+impl LinearOperator<f64> for Counted {
+    fn order(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.rows.apply(x, y);
+    }
+}
+
+impl Diagonal<f64> for Counted {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.diagonal[i]
+    }
+}
+
+impl Rows<f64> for Counted {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        assert!(self.walks.fetch_add(1, Relaxed) < WALKS, "more than {WALKS} walks");
+        self.rows.visit_row(i, visit);
+    }
+}
+
+fn exact(value: f64) -> BigRational {
+    BigRational::from_float(value).expect("finite")
+}
+
+/// Whether a Z-matrix is a nonsingular M-matrix: whether Gaussian elimination has positive pivots.
+///
+/// Without divisions, in multiples of 2⁻²²⁰⁰, which products of two doubles are.
+fn is_m_exactly(n: usize, entry: impl Fn(usize, usize) -> BigRational) -> bool {
+    let unit = exact(2_f64.powi(1000)) * exact(2_f64.powi(1000)) * exact(2_f64.powi(200));
+    let whole = |i, j| (entry(i, j) * &unit).to_integer();
+    let mut m: Vec<Vec<_>> = (0..n).map(|i| (0..n).map(|j| whole(i, j)).collect()).collect();
+    for k in 0..n {
+        if !m[k][k].is_positive() {
+            return false;
+        }
+        for i in k + 1..n {
+            for j in k + 1..n {
+                m[i][j] = &m[k][k] * &m[i][j] - &m[i][k] * &m[k][j];
+            }
+        }
+    }
+    true
+}
+
+/// Whether ⟨A⟩ is a nonsingular M-matrix.
+fn is_h_exactly(a: &DMatrix<f64>) -> bool {
+    is_m_exactly(a.nrows(), |i, j| exact(if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }))
+}
+
+/// Whether the matrix `C` of a pair and an Ω is a nonsingular M-matrix.
+fn is_coupled_exactly(a: &DMatrix<f64>, b: &DMatrix<f64>, omega: &[f64]) -> bool {
+    is_m_exactly(a.nrows(), |i, j| {
+        let [a, b_omega] = [exact(a[(i, j)]), exact(b[(i, j)]) * exact(omega[j])];
+        if i == j { a.min(b_omega) } else { -a.abs().max(b_omega.abs()) }
+    })
+}
+
+/// (II), the signs and sizes off the diagonal.
+fn is_ii_exactly(a: &DMatrix<f64>, b: &DMatrix<f64>, omega: &[f64]) -> bool {
+    let n = omega.len();
+    (0..n * n).map(|k| (k / n, k % n)).filter(|(i, j)| i != j).all(|(i, j)| {
+        let [a, b] = [exact(a[(i, j)]), exact(b[(i, j)])];
+        !(&a * &b).is_negative() && b.abs() * exact(omega[j]) <= a.abs()
+    })
+}
+
+#[derive(Debug)]
+struct Case {
+    a: Counted,
+    b: Counted,
+    omega: Vec<f64>,
+    q: Vec<f64>,
+}
+
+/// Matrices of order 1 to 4 whose rows and columns are scaled by anything, in half of the cases both
+/// alike: products leave the doubles on both sides. In half some entries are replaced, and in half of
+/// those a diagonal that is no number keeps silent about it.
+fn cases() -> impl Strategy<Value = Case> {
+    const SCALES: [f64; 10] = [5e-324, 1e-300, 1e-165, 1e-160, 1e-4, 1.0, 1e4, 1e160, 1e165, 1e300];
+    const SHARES: [f64; 10] = [0.0, -0.0, 0.0, 0.1, -0.1, 0.3, -0.3, 0.5, 0.8, -1.2];
+    const ENTRIES: [f64; 14] = [
+        0.0,
+        -0.0,
+        5e-324,
+        -1e-310,
+        1e-300,
+        1e-165,
+        1.0,
+        -1.0,
+        1e165,
+        -1e165,
+        1e300,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    let scales = |n| {
+        let one = Just(vec![1.0; n]);
+        let two = (select(&SCALES), select(&SCALES), vec(any::<bool>(), n));
+        let two =
+            two.prop_map(|(s, t, which)| which.iter().map(|&w| if w { s } else { t }).collect());
+        prop_oneof![one, two, vec(select(&SCALES), n)]
+    };
+    let matrix = |n, [spoilt, silent]: [bool; 2], [left, right]: [Vec<f64>; 2]| {
+        let others = vec((0..8_usize, select(&ENTRIES)), n * n);
+        (vec(select(&SHARES), n * n), others).prop_map(move |(shares, others)| {
+            let entry = |i: usize, j: usize| {
+                left[i] * if i == j { 1.0 } else { shares[i * n + j] } * right[j]
+            };
+            let mut counted = Counted::new(DMatrix::from_fn(n, n, entry));
+            for (k, (chance, other)) in others.into_iter().enumerate() {
+                if spoilt && chance == 0 {
+                    counted.rows.0[(k / n, k % n)] = other;
+                    if k / n == k % n && (other.is_finite() || !silent) {
+                        counted.diagonal[k / n] = other;
+                    }
+                }
+            }
+            counted
+        })
+    };
+    (1..5_usize, any::<[bool; 3]>()).prop_flat_map(move |(n, [spoilt, silent, alike])| {
+        (scales(n), scales(n), scales(n), scales(n), scales(n)).prop_flat_map(
+            move |(left, right, other_left, other_right, q)| {
+                let sides = [left, right];
+                let other = if alike { sides.clone() } else { [other_left, other_right] };
+                let omega = if alike { Just(vec![1.0; n]).boxed() } else { scales(n).boxed() };
+                let pair = [sides, other].map(|sides| matrix(n, [spoilt, silent], sides));
+                let [a, b] = pair;
+                (a, b, omega).prop_map(move |(a, b, omega)| Case { a, b, omega, q: q.clone() })
+            },
+        )
+    })
+}
+
+/// Whether the answer says more than that an entry or a parameter is out of range.
+fn claims<W>(answer: &Answer<W>) -> bool {
+    matches!(answer, Answer::Yes(_) | Answer::No(Failure::Radius(_)))
+}
+
+/// How many (matrices, pairs) were decided.
+fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
+    let n = q.len();
+    let matrices = [&a.rows.0, &b.rows.0];
+    let sound = matrices.map(|m| m.iter().all(|entry| entry.is_finite()));
+    let mut decided = [0, 0];
+    for (m, sound) in [a, b].into_iter().zip(sound) {
+        let answers = [is_h(m), is_h_plus(m), is_m(m)];
+        decided[0] += usize::from(claims(&answers[0]));
+        if sound {
+            let yes = is_h_exactly(&m.rows.0);
+            for answer in &answers {
+                prop_assert!(!claims(answer) || answer.is_yes() == yes, "{answer:?}");
+            }
+        } else {
+            prop_assert!(!answers.iter().any(claims), "{answers:?}");
+            prop_assert!(!is_z(m).is_yes() && !is_strictly_dominant(m).is_yes());
+        }
+    }
+
+    let (ones, zero) = (vec![1.0; n], vec![0.0; n]);
+    let mut certificates = vec![certify(a, b, q, &zero, &ones).unwrap()];
+    for witness in [
+        Witness::Left { v: ones.clone() },
+        Witness::Right { omega: omega.clone(), d: ones.clone() },
+        Witness::Right { omega: ones.clone(), d: q.clone() },
+    ] {
+        certificates.push(certify_with(a, b, q, &ones, &zero, witness).unwrap());
+    }
+    let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
+    let gauss_seidel = AorStep::new(1.0, 1.0);
+    let relaxed = relaxed_theorem(&problem, &[gauss_seidel]);
+    let first = theorem_1(&problem, &[gauss_seidel]);
+    let [one, two] = [first.applies(), theorem_2(&problem, &[gauss_seidel]).applies()];
+    let brackets = [alpha_bound(&problem), relaxed_alpha_bound(&problem)];
+    let convergences = [
+        vec![gauss_seidel],
+        vec![AorStep::new(1.2, 0.7), AorStep::new(1.2, 0.7).backward()],
+        vec![AorStep::new(0.9, 1.1).accelerated()],
+    ]
+    .map(|steps| convergence(&problem, &steps));
+    decided[1] += usize::from(claims(&relaxed));
+
+    if sound == [true; 2] {
+        let [a, b] = matrices;
+        let both = || is_h_exactly(a) && is_h_exactly(b);
+        let coupled = is_coupled_exactly(a, b, omega);
+        prop_assert!(!claims(&relaxed) || relaxed.is_yes() == coupled, "{relaxed:?}");
+        prop_assert!(!one || both() && is_ii_exactly(a, b, omega));
+        prop_assert!(!two || coupled && is_ii_exactly(a, b, omega));
+        for Certificate { witness, z, r } in certificates.into_iter().flatten() {
+            prop_assert!(z.iter().chain(&r).all(|&bound| bound >= 0.0), "{z:?} {r:?}");
+            let holds = match witness {
+                Witness::Left { .. } => both(),
+                Witness::Right { omega, .. } => is_coupled_exactly(a, b, &omega),
+            };
+            prop_assert!(holds);
+        }
+    } else {
+        prop_assert!(certificates.iter().all(Option::is_none), "{certificates:?}");
+        prop_assert!(!claims(&relaxed) && !one && !two, "{relaxed:?}");
+        let proved = |c: &Convergence| matches!(c, Convergence::Proved(..));
+        prop_assert!(!convergences.iter().any(proved), "{convergences:?}");
+        prop_assert!(sound[0] || !first.signs_and_sizes.is_yes());
+        let [_, all] = brackets;
+        prop_assert_eq!((all.lower, all.upper), (0.0, f64::INFINITY));
+    }
+
+    for [alpha, beta] in
+        [[f64::NAN, 1.0], [1.0, f64::NAN], [f64::INFINITY, 1.0], [1.0, f64::INFINITY], [0.0, 0.0]]
+    {
+        let step = [AorStep::new(alpha, beta)];
+        prop_assert!(
+            !theorem_1(&problem, &step).applies() && !theorem_2(&problem, &step).applies()
+        );
+        prop_assert!(!relaxed_theorem(&problem, &step).is_yes());
+        prop_assert!(matches!(convergence(&problem, &step), Convergence::NotProved(_)));
+    }
+    Ok(decided)
+}
+
+#[test]
+fn every_claim_about_hostile_pairs_is_exactly_true() {
+    use proptest::{strategy::ValueTree, test_runner::TestRunner};
+    let cases_asked =
+        std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(2_000);
+    let (mut runner, strategy, mut decided) = (TestRunner::default(), cases(), [0, 0]);
+    for _ in 0..cases_asked {
+        let case = strategy.new_tree(&mut runner).unwrap().current();
+        let [matrices, pairs] = check(&case).unwrap_or_else(|e| panic!("{e}: {case:?}"));
+        decided = [decided[0] + matrices, decided[1] + pairs];
+    }
+    println!("{cases_asked} pairs: {} matrices and {} pairs decided", decided[0], decided[1]);
+    assert!(decided[0] > cases_asked / 2 && decided[1] > cases_asked / 8, "{decided:?}");
+}
+
+/// The balancing of rows meets 10¹⁶⁵/10⁻¹⁶⁵ and its inverse; balanced, all moduli are 1.
+#[test]
+fn ratios_beyond_the_doubles_are_balanced() {
+    let (small, large) = (1e-165, 1e165);
+    let a = Counted::new(dmatrix![1.0, small, 0.0; large, 1.0, large; 0.0, small, 1.0]);
+    let b = Identity { order: 3 };
+    assert_eq!(certify(&a, &b, &[1.0; 3], &[0.0; 3], &[1.0; 3]).unwrap(), None);
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+    assert!(matches!(convergence(&problem, &[AorStep::new(1.0, 1.0)]), Convergence::NotProved(_)));
+    let answer = is_h(&a);
+    assert!(matches!(answer, Answer::No(Failure::Radius(r)) if r <= 2_f64.sqrt()), "{answer:?}");
+    // (I + |C_A|)/2
+    let bracket = alpha_bound(&problem);
+    assert!(bracket.lower > 1.207 && bracket.upper < 1.208, "{bracket:?}");
+}
+
+/// A diagonal that is 4 when asked for, and no number when its row is walked.
+#[test]
+fn a_diagonal_that_is_no_number_proves_nothing() {
+    let good = dmatrix![4.0, -1.0; -1.0, 4.0];
+    for spoilt in [f64::NAN, f64::INFINITY] {
+        let mut bad = Counted::new(good.clone());
+        bad.rows.0[(1, 1)] = spoilt;
+        let (good, q, zero) = (Counted::new(good.clone()), [1.0, -1.0], [0.0; 2]);
+        for [a, b] in [[&bad, &good], [&good, &bad]] {
+            assert_eq!(certify(a, b, &q, &zero, &zero).unwrap(), None);
+            for witness in [
+                Witness::Left { v: vec![1.0; 2] },
+                Witness::Right { omega: vec![1.0; 2], d: vec![1.0; 2] },
+            ] {
+                assert_eq!(certify_with(a, b, &q, &zero, &zero, witness).unwrap(), None);
+            }
+            let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
+            let step = [AorStep::new(1.0, 1.0)];
+            assert!(matches!(convergence(&problem, &step), Convergence::NotProved(_)));
+            assert_eq!(alpha_bound(&problem).upper, f64::INFINITY);
+        }
+        assert!(!is_z(&bad).is_yes() && !is_h_plus(&bad).is_yes());
+    }
+    // And the other way round.
+    let mut bad = Counted::new(good.clone());
+    bad.diagonal[0] = f64::INFINITY;
+    assert!(!is_h(&bad).is_yes() && !is_h_plus(&bad).is_yes());
+    let witness = Witness::Right { omega: vec![1.0; 2], d: vec![1.0; 2] };
+    let good = Matrix(good);
+    assert_eq!(certify_with(&bad, &good, &[1.0; 2], &[0.0; 2], &[0.0; 2], witness).unwrap(), None);
+}
+
+/// Parameters that no entry meets may not be NaN or infinite either.
+#[test]
+fn parameters_that_are_no_numbers_prove_nothing() {
+    let upper = Matrix(dmatrix![4.0, -1.0; 0.0, 4.0]);
+    let problem = Hlcp::new(&upper, &upper, Omega::Uniform(1.0)).unwrap();
+    assert!(theorem_1(&problem, &[AorStep::new(1.0, 1.0)]).applies());
+    for beta in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let step = [AorStep::new(1.0, beta)];
+        assert!(!theorem_1(&problem, &step).applies());
+        assert!(matches!(convergence(&problem, &step), Convergence::NotProved(_)));
+    }
+    let steps = [AorStep::new(f64::INFINITY, 1.0)];
+    assert!(!theorem_2(&problem, &steps).parameters.is_yes());
+}
+
+/// a₁₂b₁₂ = −10⁻⁴⁰⁰ rounds to zero, which has no sign.
+#[test]
+fn signs_are_compared_where_products_underflow() {
+    let a = Matrix(dmatrix![1.0, 1e-100; 0.0, 1.0]);
+    let b = Matrix(dmatrix![1.0, -1e-300; 0.0, 1.0]);
+    let problem = Hlcp::new(a, b, Omega::Each(vec![1.0, 1e100])).unwrap();
+    let theorem = theorem_1(&problem, &[AorStep::new(1.0, 1.0)]);
+    assert_eq!(theorem.signs_and_sizes, Answer::No(Failure::Entry { row: 0, column: 1 }));
+}
+
+/// a₁₁ + b₁₁ is 3.4·10³⁰⁸, which the largest double is far from.
+#[test]
+fn no_radius_is_stated_where_a_sum_overflows() {
+    let a = dmatrix![1.7e308, 0.3e308; 1.6e308, 0.4e308];
+    let b = dmatrix![1.7e308, 0.0; 0.0, 0.4e308];
+    assert!(is_coupled_exactly(&a, &b, &[1.0; 2]));
+    let problem = Hlcp::new(Matrix(a), Matrix(b), Omega::Uniform(1.0)).unwrap();
+    let relaxed = relaxed_theorem(&problem, &[AorStep::new(1.0, 1.0)]);
+    assert!(!matches!(relaxed, Answer::No(_)), "{relaxed:?}");
+}
+
+/// A z of 10⁶⁰⁰ is not infinity.
+#[test]
+fn a_solution_is_finite() {
+    let (a, b) = (dmatrix![1e-300], dmatrix![1.0]);
+    let (q, omega) = (dvector![-1e300], dvector![1.0]);
+    assert!(Dense { a, b, q, omega, gamma: 1.0 }.solutions().is_empty());
+}
+
+/// A bound that is NaN bounds nothing.
+#[test]
+fn the_error_of_a_certificate_keeps_nan() {
+    let witness = Witness::Left { v: vec![1.0] };
+    let certificate = Certificate { witness, z: vec![f64::NAN], r: vec![1.0] };
+    assert!(certificate.error().is_nan());
+}
