@@ -6,13 +6,19 @@ use super::{
     coarsen::coarsen,
     matrix::{Lu, Matrix, NONE},
 };
-use crate::krylov::{add, dot, to_scalar};
+use crate::{
+    Clock,
+    krylov::{add, dot, to_scalar},
+};
 
 /// The order up to which a matrix is factorised.
 const SMALL: usize = 100;
 
 /// Sweeps on a coarsest level that is larger: its unknowns hang together too little to be joined.
 const LAST: usize = 4;
+
+/// Rows that take long enough to walk over to look at the clock before.
+const LONG: usize = 4096;
 
 /// Symmetric Gauss–Seidel passes that find a near-kernel vector, and what bounds its entries.
 const PASSES: usize = 6;
@@ -76,11 +82,18 @@ pub(super) struct Hierarchy<T> {
 
 impl<T: Scalar> Hierarchy<T> {
     /// The levels below `matrix`, whose columns are scaled; unknowns of which `apart` is true stay
-    /// on the first.
-    pub(super) fn new(matrix: Matrix<T>, apart: impl Fn(usize) -> bool) -> Self {
+    /// on the first. None when the clock is up.
+    pub(super) fn new(
+        matrix: Matrix<T>,
+        apart: impl Fn(usize) -> bool,
+        clock: &mut Clock<'_>,
+    ) -> Option<Self> {
         let (mut levels, mut walked) = (vec![Level::new(matrix, vec![])], 0);
         let mut bottom = None;
         loop {
+            if clock.is_up() {
+                return None;
+            }
             let first = levels.len() == 1;
             let fine = levels.last_mut().expect("there is one from the start");
             let order = fine.matrix.order();
@@ -95,13 +108,13 @@ impl<T: Scalar> Hierarchy<T> {
             if 10 * coarse.order() > 9 * order {
                 break;
             }
-            let weight = near_kernel(&coarse);
+            let weight = near_kernel(&coarse, clock);
             coarse.scale_columns(&weight);
             walked += 2 * PASSES * coarse.entries();
             fine.aggregate = aggregate;
             levels.push(Level::new(coarse, weight));
         }
-        Self { levels, bottom, walked }
+        Some(Self { levels, bottom, walked })
     }
 
     fn matrix(&self) -> &Matrix<T> {
@@ -124,27 +137,44 @@ impl<T: Scalar> Hierarchy<T> {
         self.walked as f64 / self.entries() as f64
     }
 
-    /// Overwrites `y` with a cycle for `rhs`, and `product` with the matrix times `y`.
-    pub(super) fn cycle(&mut self, cycle: Cycle, rhs: &[T], y: &mut [T], product: &mut [T]) {
+    /// Overwrites `y` with a cycle for `rhs`, and `product` with the matrix times `y`;
+    /// both with anything when the clock is up.
+    pub(super) fn cycle(
+        &mut self,
+        cycle: Cycle,
+        rhs: &[T],
+        y: &mut [T],
+        product: &mut [T],
+        clock: &mut Clock<'_>,
+    ) {
         let Self { levels, bottom, walked } = self;
-        let mut descent = Descent { cycle, bottom: bottom.as_ref(), walked };
+        let mut descent = Descent { cycle, bottom: bottom.as_ref(), walked, clock };
         descent.visit(levels, rhs, y, product);
     }
 }
 
 /// One visit to all levels.
-struct Descent<'h, T> {
+struct Descent<'h, 'c, T> {
     cycle: Cycle,
     bottom: Option<&'h Lu<T>>,
     walked: &'h mut usize,
+    clock: &'h mut Clock<'c>,
 }
 
-impl<T: Scalar> Descent<'_, T> {
+impl<T: Scalar> Descent<'_, '_, T> {
+    /// Returns whether there is no time for a walk over so many rows.
+    fn is_late(&mut self, rows: usize) -> bool {
+        rows >= LONG && self.clock.is_up()
+    }
+
     /// A forward sweep, the coarser levels, a forward sweep, on the first of `levels`.
     fn visit(&mut self, levels: &mut [Level<T>], rhs: &[T], y: &mut [T], product: &mut [T]) {
         let Some((Level { matrix, aggregate, .. }, coarser)) = levels.split_first_mut() else {
             return;
         };
+        if self.is_late(rhs.len()) {
+            return;
+        }
         // Half a walk, half of one for the residual, one, and half of one for the product.
         *self.walked += 5 * matrix.entries() / 2;
         if coarser.is_empty() {
@@ -175,7 +205,9 @@ impl<T: Scalar> Descent<'_, T> {
             }
         }
         coarser[0].work = work;
-        matrix.sweep(rhs, y, product);
+        if !self.is_late(rhs.len()) {
+            matrix.sweep(rhs, y, product);
+        }
     }
 
     /// Overwrites the first `x` with an approximate solution on the first of `levels`.
@@ -219,9 +251,12 @@ impl<T: Scalar> Descent<'_, T> {
 
 /// Relaxes `matrix v = 0` from `v = e`: what is left is what sweeps reduce least, as far as it
 /// varies slowly.
-pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>) -> Vec<T> {
+pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
     for _ in 0..PASSES {
+        if v.len() >= LONG && clock.is_up() {
+            break;
+        }
         (0..v.len()).for_each(|i| matrix.relax_homogeneous(i, &mut v));
         (0..v.len()).rev().for_each(|i| matrix.relax_homogeneous(i, &mut v));
     }

@@ -16,7 +16,7 @@ use self::{
     order::Flow,
 };
 use crate::{
-    Jacobian, Preconditioner,
+    Clock, Jacobian, Preconditioner,
     krylov::{Inner, add, dot, to_scalar},
 };
 
@@ -186,6 +186,15 @@ impl<T: Scalar> Amg<T> {
     ///
     /// Unless the problem is of the order of that given to [`new`](Self::new).
     pub fn set_up<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) {
+        self.set_up_within(jacobian, &mut Clock::endless());
+    }
+
+    /// As [`set_up`](Self::set_up), but leaves no hierarchy when the clock is up.
+    fn set_up_within<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) {
         let n = jacobian.problem().order();
         assert_eq!(n, self.rhs.len(), "a problem of the same order");
         let active = (0..n).map(|i| jacobian.is_active(i));
@@ -200,7 +209,7 @@ impl<T: Scalar> Amg<T> {
         let (scale, dry) = void_scale(&matrix, &void);
         matrix.scale_columns(&scale);
         self.walks += VOID as f64;
-        self.build(matrix, scale, |at| dry[at]);
+        self.build(matrix, scale, |at| dry[at], clock);
     }
 
     /// How often a hierarchy was built.
@@ -245,13 +254,19 @@ impl<T: Scalar> Amg<T> {
     }
 
     /// Builds the hierarchy below `matrix`, whose columns have been scaled by `scale`.
-    fn build(&mut self, mut matrix: Matrix<T>, mut scale: Vec<T>, apart: impl Fn(usize) -> bool) {
+    fn build(
+        &mut self,
+        mut matrix: Matrix<T>,
+        mut scale: Vec<T>,
+        apart: impl Fn(usize) -> bool,
+        clock: &mut Clock<'_>,
+    ) {
         self.walks = self.walks();
-        let v = near_kernel(&matrix);
+        let v = near_kernel(&matrix, clock);
         matrix.scale_columns(&v);
         scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
         self.scale = scale;
-        self.hierarchy = Some(Hierarchy::new(matrix, apart));
+        self.hierarchy = Hierarchy::new(matrix, apart, clock);
         // Assembled, scaled twice, six symmetric passes.
         self.walks += 3.0 + 12.0;
         self.set_ups += 1;
@@ -261,15 +276,16 @@ impl<T: Scalar> Amg<T> {
     /// K-cycles.
     ///
     /// Ends when the residual is at most `tolerance` times the right-hand side, after about `limit`
-    /// iterations, or where nothing is gained.
+    /// iterations, where nothing is gained, or when the clock is up.
     pub(crate) fn solve_to<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
         rhs: &[T],
         y: &mut [T],
         (tolerance, limit): (f64, usize),
+        clock: &mut Clock<'_>,
     ) -> Inner {
-        self.set_up(jacobian);
+        self.set_up_within(jacobian, clock);
         y.fill(T::zero());
         // In units of the right-hand side, whose squares might overflow or vanish.
         let unit = to_scalar::<T>(Norms::of(rhs).l2);
@@ -282,39 +298,49 @@ impl<T: Scalar> Amg<T> {
         for bootstraps in 0..=BOOTSTRAPS {
             let left = limit.saturating_sub(inner.iterations);
             let steps = if bootstraps < BOOTSTRAPS { left.min(BOOTSTRAP) } else { left };
-            inner.iterations += self.flexible(&mut residual, &mut x, tolerance, steps);
+            inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
             inner.residual = dot(&residual, &residual).sqrt();
             for (at, x) in x.iter_mut().enumerate() {
                 y[self.at(at)] += *x * self.scale[at] * unit;
                 *x = T::zero();
             }
             let wanting = inner.residual > tolerance && inner.iterations < limit;
-            if !wanting || bootstraps == BOOTSTRAPS {
+            if !wanting || bootstraps == BOOTSTRAPS || clock.is_up() {
                 break;
             }
-            self.bootstrap(jacobian);
+            self.bootstrap(jacobian, clock);
             inner.iterations += ROUGH;
         }
         inner
     }
 
     /// Builds the hierarchy around the slowest vector: a rough solution of `J v = e`.
-    fn bootstrap<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) {
+    fn bootstrap<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) {
         let n = self.scale.len();
         let (mut residual, mut v) = (vec![T::one(); n], vec![T::zero(); n]);
-        self.flexible(&mut residual, &mut v, 0.0, ROUGH);
+        self.flexible(&mut residual, &mut v, (0.0, ROUGH), clock);
         bounded(&mut v);
         v.iter_mut().zip(&self.scale).for_each(|(v, &scale)| *v *= scale);
         let mut matrix = self.assemble(jacobian);
         matrix.scale_columns(&v);
-        self.build(matrix, v, |_| false);
+        self.build(matrix, v, |_| false, clock);
     }
 
     /// Moves `x` by at most `limit` steps, until `residual` is at most `goal`; returns the steps.
-    fn flexible(&mut self, residual: &mut [T], x: &mut [T], goal: f64, limit: usize) -> usize {
+    fn flexible(
+        &mut self,
+        residual: &mut [T],
+        x: &mut [T],
+        (goal, limit): (f64, usize),
+        clock: &mut Clock<'_>,
+    ) -> usize {
         let Some(hierarchy) = &mut self.hierarchy else { return 0 };
         for step in 0..limit {
-            if dot(residual, residual).sqrt() <= goal {
+            if dot(residual, residual).sqrt() <= goal || clock.is_up() {
                 return step;
             }
             let at = step % KEPT;
@@ -325,7 +351,10 @@ impl<T: Scalar> Amg<T> {
             let (before, rest) = self.kept.split_at_mut(at);
             let Some(([p, product], after)) = rest.split_first_mut() else { return step };
             let after = if step < KEPT { &[] } else { &*after };
-            hierarchy.cycle(Cycle::K, residual, p, product);
+            hierarchy.cycle(Cycle::K, residual, p, product, clock);
+            if clock.is_up() {
+                return step;
+            }
             for [older, image] in before.iter().chain(after) {
                 let share = dot(product, image);
                 add(product, -share, image);
@@ -398,7 +427,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
             self.rhs[at] = rhs[self.at(at)];
         }
         if let Some(hierarchy) = &mut self.hierarchy {
-            hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product);
+            let clock = &mut Clock::endless();
+            hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
         }
         for at in 0..rhs.len() {
             y[self.at(at)] = self.y[at] * self.scale[at];

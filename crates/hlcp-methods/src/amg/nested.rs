@@ -7,6 +7,7 @@ use super::{
     matrix::{Matrix, Members, NONE},
     newton::Steps,
 };
+use crate::Clock;
 
 /// The order up to which a problem is solved from 0.
 const SMALL: usize = 200;
@@ -21,11 +22,16 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     q: &[T],
     x: &mut [T],
+    clock: &mut Clock<'_>,
 ) -> Result<f64, Error> {
     let n = x.len();
-    let (aggregate, a, b) = coarser(&Matrix::of(problem.a()), &Matrix::of(problem.b()));
+    if clock.is_up() {
+        return Ok(0.0);
+    }
+    let coarser = coarser(&Matrix::of(problem.a()), &Matrix::of(problem.b()), clock);
+    let Some((aggregate, a, b)) = coarser else { return Ok(0.0) };
     let count = a.order();
-    if 10 * count > 9 * n {
+    if 10 * count > 9 * n || clock.is_up() {
         return Ok(0.0);
     }
     let (mut coarse_q, mut omega) = (vec![T::zero(); count], vec![T::zero(); count]);
@@ -41,11 +47,11 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
     let mut walks = 0.0;
     if count > SMALL {
-        walks += start(&coarse, &coarse_q, &mut coarse_x)?;
+        walks += start(&coarse, &coarse_q, &mut coarse_x, clock)?;
     }
     let near = NEAR * Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
-        let solved = steps.step(&coarse, &coarse_q, &mut coarse_x);
+        let solved = steps.step(&coarse, &coarse_q, &mut coarse_x, clock);
         if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {
             break;
         }
@@ -63,20 +69,27 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     Ok(walks * count as f64 / n as f64)
 }
 
-/// The aggregates of two passes of pairing, and A and B on them.
-fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matrix<T>) {
-    let (mut aggregate, a, b) = halved(a, b);
-    let (second, a, b) = halved(&a, &b);
+/// Aggregates, and A and B on them.
+type Coarser<T> = (Vec<u32>, Matrix<T>, Matrix<T>);
+
+/// The aggregates of two passes of pairing, unless the clock is up before.
+fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
+    let (mut aggregate, a, b) = halved(a, b, clock)?;
+    let (second, a, b) = halved(&a, &b, clock)?;
     aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);
-    (aggregate, a, b)
+    Some((aggregate, a, b))
 }
 
-fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>) -> (Vec<u32>, Matrix<T>, Matrix<T>) {
+fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
     let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
     // In one unit: of equal traces.
     let (aggregate, count) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], |_| false);
-    let [a, b] = [a, b].map(|m| in_series(m, &aggregate, count).aggregated(&aggregate, count));
-    (aggregate, a, b)
+    let mut sum = |m| {
+        let late = clock.is_up();
+        (!late).then(|| in_series(m, &aggregate, count).aggregated(&aggregate, count))
+    };
+    let (a, b) = (sum(a)?, sum(b)?);
+    Some((aggregate, a, b))
 }
 
 /// The matrix with couplings between aggregates weakened, as conductors are by others in series

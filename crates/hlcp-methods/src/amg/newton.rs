@@ -3,7 +3,7 @@
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
-use crate::{Jacobian, Method, krylov::to_scalar, method::iterate};
+use crate::{Clock, Jacobian, Method, Work, krylov::to_scalar, method::iterate};
 
 /// A residual of at most this part of the smallest one of the phase is progress.
 const PROGRESS: f64 = 0.9;
@@ -87,21 +87,28 @@ impl<T: Scalar> Steps<T> {
         Norms::of(&self.f)
     }
 
-    /// Takes a step from `x`; whether it got anywhere.
+    /// Takes a step from `x`; whether it got anywhere before the clock was up.
     pub(super) fn step<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
         q: &[T],
         x: &mut [T],
+        clock: &mut Clock<'_>,
     ) -> bool {
         let pairs = match (self.plain, self.halved) {
             (true, _) => 0,
             (_, true) => 1,
             _ => PAIRS,
         };
-        for _ in 0..pairs {
-            (0..x.len()).for_each(|i| relax(problem, q, x, i));
-            (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
+        for sweep in 0..2 * pairs {
+            if clock.is_up() {
+                return false;
+            }
+            if sweep % 2 == 0 {
+                (0..x.len()).for_each(|i| relax(problem, q, x, i));
+            } else {
+                (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
+            }
         }
         self.sweeps += 2 * pairs;
         let size = self.measure(problem, q, x).l2;
@@ -111,7 +118,8 @@ impl<T: Scalar> Steps<T> {
         // where it was.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
         let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
-        let inner = self.amg.solve_to(&Jacobian::new(problem, x), &self.f, &mut self.s, goal);
+        let jacobian = Jacobian::new(problem, x);
+        let inner = self.amg.solve_to(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
         self.flips = 0;
         for (x, &s) in x.iter_mut().zip(&self.s) {
@@ -193,7 +201,7 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 /// # Cost
 ///
 /// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
-/// [`sweeps`](Method::sweeps) counts all of it, set-ups and start included, in walks over the rows.
+/// [`work`](Method::work) counts all of it, set-ups and start included, in walks over the rows.
 /// Storage: `4n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
 /// for a while.
 ///
@@ -218,7 +226,7 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
-/// use hlcp_methods::{AmgNewton, Limits, Method, Mms, Solver};
+/// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 ///
 /// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h along x.
 /// let m = 64;
@@ -237,9 +245,9 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 ///
 /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
 /// let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
-/// let outcome = solver.solve(&q, &vec![1.0; m * m], &Limits::default())?;
+/// let outcome = solver.solve(&q, Limits::default())?;
 /// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
-/// assert!(solver.method().linear_iterations() <= Some(85));
+/// assert!(outcome.linear_iterations <= Some(85));
 /// assert!(solver.method().amg().set_ups() <= outcome.iterations + 1);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -304,19 +312,19 @@ where
     }
 
     /// Overwrites `y` with an iteration of the base from `x`.
-    fn rest(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+    fn rest(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.base_iterations += 1;
-        iterate(&mut self.base, q, x, y, &mut self.between)
+        iterate(&mut self.base, q, x, y, &mut self.between, clock)
     }
 
     /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
     /// base go on.
-    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut [T]) {
+    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
         self.steps.plain = !self.steps.plain;
         let best = std::mem::take(&mut self.best);
-        let _ = self.rest(q, &best, y);
+        let _ = self.rest(q, &best, y, clock);
         self.best = best;
     }
 }
@@ -333,9 +341,10 @@ where
         self.base.problem()
     }
 
-    fn sweeps(&self, _: usize) -> usize {
-        let walks = self.started + self.steps.walks();
-        self.base.sweeps(self.base_iterations) + walks.ceil() as usize
+    fn work(&self) -> Option<Work> {
+        let sweeps = (self.started + self.steps.walks()).ceil() as usize;
+        let own = Work { sweeps, linear_iterations: Some(self.steps.linear_iterations) };
+        Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
     }
 
     fn restart(&mut self) {
@@ -345,12 +354,8 @@ where
         (self.phase, self.resting, self.rest) = (None, 0, 2);
     }
 
-    fn remembers(&self) -> bool {
+    fn has_memory(&self) -> bool {
         true
-    }
-
-    fn linear_iterations(&self) -> Option<usize> {
-        Some(self.steps.linear_iterations)
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
@@ -358,18 +363,17 @@ where
         Some(self.steps.measure(problem, q.entries(), x).over(problem.gamma()))
     }
 
-    fn step(&mut self, k: usize, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        assert_eq!(k, 0, "an iteration of Newton's method is one step");
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         if self.resting > 0 {
             self.resting -= 1;
-            return self.rest(q, x, y);
+            return self.rest(q, x, y, clock);
         }
         let problem = self.base.problem();
         let norms = self.steps.measure(problem, q.entries(), x).over(problem.gamma());
         y.copy_from_slice(x);
         if std::mem::take(&mut self.fresh) && norms.l2 > WARM * q.norms().l2 {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
-            self.started = nested::start(problem, q.entries(), y).unwrap_or(0.0);
+            self.started = nested::start(problem, q.entries(), y, clock).unwrap_or(0.0);
         }
         let begins = self.phase.is_none();
         let mut phase =
@@ -382,14 +386,15 @@ where
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = (PATIENCE / 2).saturating_mul(self.rest);
+        let steps = phase.quiet < patience && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
-        if phase.quiet < patience && self.steps.step(problem, q.entries(), y) && moved(x, y) {
+        if steps && moved(x, y) {
             if self.steps.flips < phase.fewest {
                 (phase.fewest, phase.quiet) = (self.steps.flips, 0);
             }
             self.phase = Some(phase);
-        } else {
-            self.fall_back(q, y);
+        } else if !clock.is_up() {
+            self.fall_back(q, y, clock);
         }
         norms
     }

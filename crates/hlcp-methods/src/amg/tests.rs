@@ -1,11 +1,13 @@
-use hlcp_core::{Aor, Coefficients, Diagonal, Identity, LinearOperator, Omega, VaryingFivePoint};
+use hlcp_core::{
+    Aor, Coefficients, Diagonal, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
+};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
     matrix::{Lu, NONE},
     *,
 };
-use crate::{Limits, Method, Mms, Newton, Solver, Ssor};
+use crate::{Limits, Method, Mms, Newton, Options, Solver, Ssor};
 
 /// Numbers between −1 and 1 without a pattern.
 fn noise(k: usize) -> f64 {
@@ -87,10 +89,10 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     let galerkin = (p.transpose() * &dense * &p).lu();
     expected += &p * galerkin.solve(&(p.transpose() * (&rhs - &dense * &expected))).unwrap();
     expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
-    let mut hierarchy = Hierarchy::new(matrix, |i| i == 77);
+    let mut hierarchy = Hierarchy::new(matrix, |i| i == 77, &mut Clock::endless()).unwrap();
     for cycle in [Cycle::W, Cycle::K] {
         let (mut y, mut product) = (vec![f64::NAN; 256], vec![f64::NAN; 256]);
-        hierarchy.cycle(cycle, rhs.as_slice(), &mut y, &mut product);
+        hierarchy.cycle(cycle, rhs.as_slice(), &mut y, &mut product, &mut Clock::endless());
         // Conditions are of the order of the number of points.
         let off = (DVector::from_vec(y) - &expected).amax() / expected.amax();
         assert!(off < 256.0 * 100.0 * f64::EPSILON, "{off}");
@@ -247,6 +249,11 @@ fn planted<T: Scalar>(
     (z, r, q)
 }
 
+/// From this start to a residual of 1e-10.
+fn from_one<T>(start: &[T]) -> Options<'_, T> {
+    Options::from_x(start).limits(Limits::absolute(1e-10))
+}
+
 /// The method on an ordinary base.
 type Plain<'p, T, A, B> = AmgNewton<T, Mms<T, &'p A, &'p B, Aor<T>>>;
 
@@ -263,9 +270,11 @@ fn solver<'p, T: Scalar, A: Rows<T>, B: Rows<T>>(
 fn solve_planted<T: Scalar>(what: &str, a: &impl Rows<T>, b: &impl Rows<T>, width: usize) -> f64 {
     let (z, r, q) = planted(a, b, width);
     let mut solver = solver(a, b);
-    let outcome = solver.solve(&q, &vec![T::one(); z.len()], &Limits::default()).unwrap();
+    let start = vec![T::one(); z.len()];
+    let options = Options::from_x(&start).limits(Limits::relative(1e-13));
+    let outcome = solver.solve(&q, options).unwrap();
     assert!(outcome.converged(), "{what}: {outcome}");
-    let inner = solver.method().linear_iterations().unwrap();
+    let inner = outcome.linear_iterations.unwrap();
     assert!(outcome.iterations <= 25 && inner <= 250, "{what}: {outcome}, {inner}");
     let off = |found: &[T], planted: &[T]| {
         let largest = |max: f64, v: f64| max.max(v);
@@ -290,7 +299,8 @@ fn solves_planted<T: Scalar>() -> f64 {
     worst.max(solve_planted("random pair", &a, &b, 50))
 }
 
-/// Errors are residuals times an inverse: of 1e-10 and norms below 1e4 here, whatever the family.
+/// Errors are residuals times an inverse: of 1e-13 ‖q‖ < 1e-8 and norms below 100 here, whatever the
+/// family.
 #[test]
 fn planted_solutions_are_found_in_double_precision() {
     let worst = solves_planted::<f64>();
@@ -322,7 +332,7 @@ fn the_preconditioner_is_linear_and_the_k_cycle_is_not() {
                 None => amg.solve(&jacobian, rhs, &mut y),
                 Some(cycle) => {
                     let hierarchy = amg.hierarchy.as_mut().unwrap();
-                    hierarchy.cycle(cycle, rhs, &mut y, &mut amg.product);
+                    hierarchy.cycle(cycle, rhs, &mut y, &mut amg.product, &mut Clock::endless());
                 }
             }
             y
@@ -345,9 +355,10 @@ fn newton_takes_fewer_linear_iterations_with_it_than_with_sweeps() {
     let mut with = Solver::new(Newton::new(base(), Amg::new(&problem).unwrap()));
     let mut without = Solver::new(Newton::new(base(), Ssor));
     let start = vec![1.0; 3600];
-    assert!(with.solve(&q, &start, &Limits::default()).unwrap().converged());
-    assert!(without.solve(&q, &start, &Limits::default()).unwrap().converged());
-    let [with, without] = [with.method().linear_iterations(), without.method().linear_iterations()];
+    let with = with.solve(&q, from_one(&start)).unwrap();
+    let without = without.solve(&q, from_one(&start)).unwrap();
+    assert!(with.converged() && without.converged());
+    let [with, without] = [with, without].map(|outcome| outcome.linear_iterations);
     assert!(2 * with.unwrap() < without.unwrap(), "{with:?} {without:?}");
 }
 
@@ -362,7 +373,7 @@ fn mass_is_in_balance() {
     let inlet = 1.2;
     (0..m).for_each(|j| q[j * m] -= inlet);
     let mut solver = solver(&a, &b);
-    assert!(solver.solve(&q, &vec![1.0; m * m], &Limits::default()).unwrap().converged());
+    assert!(solver.solve(&q, from_one(&vec![1.0; m * m])).unwrap().converged());
     let (z, r) = (solver.z(), solver.r());
     assert!(z.iter().any(|&z| z > 0.0) && r.iter().any(|&r| r > 0.0));
     let [south, west, _, east, north] = a.as_five_point().unwrap().coefficients();
@@ -383,27 +394,30 @@ fn a_second_solve_gives_the_same_answer() {
     let (_, _, q) = planted(&a, &b, 50);
     let mut solver = solver(&a, &b);
     let start = vec![1.0; 2500];
-    let first = solver.solve(&q, &start, &Limits::default()).unwrap();
+    let first = solver.solve(&q, from_one(&start)).unwrap();
     let x = solver.x().to_vec();
-    let second = solver.solve(&q, &start, &Limits::default()).unwrap();
+    let second = solver.solve(&q, from_one(&start)).unwrap();
     assert_eq!((first.iterations, first.sweeps), (second.iterations, second.sweeps));
     assert!(solver.x() == x);
     // From its answer there is nothing to do.
-    assert_eq!(solver.resume(&q, &Limits::default()).unwrap().iterations, 0);
+    assert_eq!(
+        solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10))).unwrap().iterations,
+        0
+    );
 }
 
 #[test]
 fn another_omega_or_gamma_changes_nothing_but_rounding() {
     let [a, b] = film::<f64>(50, 1.0);
-    let (z, _, q) = planted(&a, &b, 50);
+    let (_, _, q) = planted(&a, &b, 50);
     let outcomes = [(1.0, 1.0), (1e3, 1.0), (1e-3, 7.0)].map(|(tau, gamma)| {
         let omega = Omega::diagonal_ratio(tau, &a, &b).unwrap();
         let problem = Hlcp::new(&a, &b, omega).unwrap().with_gamma(gamma).unwrap();
         let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
         let mut solver = Solver::new(AmgNewton::new(base).unwrap());
-        let outcome = solver.solve(&q, &vec![0.0; z.len()], &Limits::default()).unwrap();
+        let outcome = solver.solve(&q, Limits::absolute(1e-10)).unwrap();
         assert!(outcome.converged());
-        (outcome.iterations, solver.method().linear_iterations())
+        (outcome.iterations, outcome.linear_iterations)
     });
     assert_eq!(outcomes, [outcomes[0]; 3]);
 }
@@ -430,12 +444,15 @@ fn singular_rows_end_without_an_answer() {
     let b = Identity { order: 400 };
     let mut solver = solver(&a, &b);
     // What flows in has no way out, and r only takes in.
-    let limits = Limits { iterations: 30, ..Limits::default() };
-    let outcome = solver.solve(&vec![-1.0; 400], &vec![1.0; 400], &limits).unwrap();
+    let limits = Limits { iterations: 30, ..Limits::absolute(1e-10) };
+    let outcome = solver.solve(&[-1.0; 400], Options::from_x(&[1.0; 400]).limits(limits)).unwrap();
     assert!(!outcome.converged(), "{outcome}");
     // With as much drawn as fed there are answers, up to a constant.
     let q: Vec<f64> = (0..400).map(|k| (std::f64::consts::TAU * k as f64 / 400.0).sin()).collect();
-    assert!(solver.solve(&q, &vec![1.0; 400], &Limits::default()).unwrap().converged());
+    // z is of the size of (400/2π)², and rounding leaves 3e-11 of q.
+    let options = Options::from_x(&[1.0; 400]).limits(Limits::relative(1e-9));
+    let outcome = solver.solve(&q, options).unwrap();
+    assert!(outcome.converged(), "{outcome}");
 }
 
 /// Every J here is diagonal: no unknown is joined to another, and a thousand are too many for
@@ -446,11 +463,11 @@ fn rows_that_do_not_hang_together_are_no_obstacle() {
     let b = Identity { order: 1000 };
     let q: Vec<f64> = (0..1000).map(noise).collect();
     let mut solver = solver(&a, &b);
-    let outcome = solver.solve(&q, &vec![1.0; 1000], &Limits::default()).unwrap();
+    let outcome = solver.solve(&q, from_one(&[1.0; 1000])).unwrap();
     assert!(outcome.converged() && outcome.iterations <= 1, "{outcome}");
     let (a, b) = (listed(1, &[], 2.0), Identity { order: 1 });
     let mut one = self::solver(&a, &b);
-    assert!(one.solve(&[-3.0], &[0.0], &Limits::default()).unwrap().converged());
+    assert!(one.solve(&[-3.0], Limits::absolute(1e-10)).unwrap().converged());
     assert_eq!(one.z(), [1.5]);
 }
 
@@ -470,7 +487,7 @@ fn a_front_takes_no_step_for_each_point() {
     let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
     let b = Identity { order: n };
     let mut solver = solver(&a, &b);
-    let outcome = solver.solve(&q, &vec![1.0; n], &Limits::default()).unwrap();
+    let outcome = solver.solve(&q, from_one(&vec![1.0; n])).unwrap();
     assert!(outcome.converged() && outcome.iterations <= n / 5 + 2, "{outcome}");
     // The fold of the distance is half a cell from the nearest point, and z there off by its slope.
     assert!((solver.z()[n / 2] - 0.1).abs() < h, "{}", solver.z()[n / 2]);
@@ -483,8 +500,9 @@ fn the_base_has_its_turns_where_no_step_helps() {
     let a: Listed<f64> = Listed(vec![vec![(0, 1.0), (1, -1.0)], vec![(0, -1.0), (1, 1.0)]]);
     let b = Identity { order: 2 };
     let mut solver = solver(&a, &b);
-    let limits = Limits { iterations: 60, ..Limits::default() };
-    let outcome = solver.solve(&[-1.0, -1.0], &[1.0, 1.0], &limits).unwrap();
+    let limits = Limits { iterations: 60, ..Limits::absolute(1e-10) };
+    let options = Options::from_x(&[1.0, 1.0]).limits(limits);
+    let outcome = solver.solve(&[-1.0, -1.0], options).unwrap();
     assert!(!outcome.converged(), "{outcome}");
     assert!(solver.method().base_iterations >= 2 + 4, "{}", solver.method().base_iterations);
 }
@@ -498,13 +516,55 @@ fn scaling_q_scales_the_iterates() {
         let scale = 2_f64.powi(power);
         let q: Vec<f64> = q.iter().map(|q| scale * q).collect();
         let mut solver = solver(&a, &b);
-        let limits = Limits { absolute: 0.0, relative: 1e-12, ..Limits::default() };
-        let outcome = solver.solve(&q, &vec![0.3 * scale; q.len()], &limits).unwrap();
+        let start = vec![0.3 * scale; q.len()];
+        let options = Options::from_x(&start).limits(Limits::relative(1e-12));
+        let outcome = solver.solve(&q, options).unwrap();
         assert!(outcome.converged(), "{outcome}");
-        (outcome.iterations, solver.method().linear_iterations())
+        (outcome.iterations, outcome.linear_iterations)
     };
     let expected = run(0);
     for power in [-700, 700] {
         assert_eq!(run(power), expected);
     }
+}
+
+/// Counts from the start on a coarser problem to the end of the last linear solve of a step.
+#[test]
+fn a_step_ends_with_the_time() {
+    let m = 130;
+    let [a, b] = film::<f64>(m, 1.0);
+    let (_, _, q) = planted(&a, &b, m);
+    let q = Rhs::new(&q).unwrap();
+    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+    let problem = Hlcp::new(&a, &b, omega).unwrap();
+    let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
+    let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+    let mut whole = 0;
+    let mut count = || {
+        whole += 1;
+        false
+    };
+    let expected = amg.step(&q, &x, &mut y, &mut Clock::new(&mut count));
+    let walks = amg.work().unwrap().sweeps;
+    // Every walk over a matrix that is long is asked for, but those that measure or assemble.
+    assert!(2 * whole > walks, "{whole} of {walks}");
+    for late in (0..whole).step_by(7) {
+        amg.restart();
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > late
+        };
+        let norms = amg.step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        assert_eq!((norms, asked), (expected, late + 1), "asked until the time is up, and no more");
+    }
+    amg.restart();
+    // What was cut short leaves no trace.
+    let mut asked = 0;
+    let mut count = || {
+        asked += 1;
+        false
+    };
+    assert_eq!(amg.step(&q, &x, &mut y, &mut Clock::new(&mut count)), expected);
+    assert_eq!((asked, amg.work().unwrap().sweeps), (whole, walks));
 }
