@@ -95,7 +95,7 @@ pub use adaptive::AdaptiveSor;
 pub use amg::{Amg, AmgNewton};
 pub use amms::Amms;
 pub use anderson::Anderson;
-pub use auto::Auto;
+pub use auto::{Auto, AutoChoice, AutoEnd, AutoTurn};
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm, Tolerance};
 pub use method::{Method, Work};
