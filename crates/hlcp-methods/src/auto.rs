@@ -3,7 +3,8 @@ use std::fmt;
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
-    AdaptiveSor, AmgNewton, Clock, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart, Work,
+    AdaptiveSor, AmgNewton, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton, Preconditioner,
+    Ssor, TridiagonalPart, Work,
 };
 
 /// The method for people who do not want to choose one: four methods take turns on one iterate, by
@@ -12,8 +13,7 @@ use crate::{
 /// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves;
 ///   [`Multigrid`] by F-cycles waits, if both operators are five-point ones on one grid.
 /// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`] by
-///   W-cycles, on such a grid; [`AmgNewton`]; and Newton's method preconditioned by the three middle
-///   diagonals, the lines of a grid.
+///   W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
 /// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses) says
 /// which is at work, and [`history`](Self::history) why those before were left.
@@ -30,7 +30,7 @@ use crate::{
 /// | multigrid | 0.1 | 60, or five cycles |
 /// | Newton's method with algebraic multigrid | 0.04 | 600 |
 /// | adaptive SOR | 0.02 | 24 |
-/// | Newton's method with lines | 0.01 | 120, or 24 steps of elimination |
+/// | Newton's method | 0.01 | 120, or 24 steps of elimination |
 ///
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
@@ -39,7 +39,8 @@ use crate::{
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
-/// times the smallest so far. A residual that has grown a millionfold over that ends the window.
+/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and
+/// the first one ends the window.
 ///
 /// # Cost
 ///
@@ -73,6 +74,7 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
+    tridiagonal: bool,
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
@@ -84,6 +86,8 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
+    /// The larger of ‖q‖ and the first residual.
+    scale: f64,
     history: Vec<AutoTurn>,
 }
 
@@ -100,7 +104,7 @@ pub enum AutoChoice {
     Multigrid,
     /// [`AmgNewton`].
     AmgNewton,
-    /// [`Newton`] with [`TridiagonalPart`].
+    /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`] elsewhere.
     Newton,
 }
 
@@ -110,7 +114,7 @@ impl fmt::Display for AutoChoice {
             Self::Sor => "adaptive SOR",
             Self::Multigrid => "multigrid",
             Self::AmgNewton => "Newton with algebraic multigrid",
-            Self::Newton => "Newton with lines",
+            Self::Newton => "Newton",
         })
     }
 }
@@ -124,7 +128,7 @@ impl fmt::Display for AutoChoice {
 pub enum AutoEnd {
     /// Another one promised more than the progress that was measured.
     Slow,
-    /// The residual had grown a millionfold.
+    /// The residual had grown to 10⁶ times the larger of ‖q‖ and the first one.
     Growing,
     /// The method could not be set up, for a diagonal entry that is not positive, say.
     Refused,
@@ -179,7 +183,8 @@ impl fmt::Display for AutoTurn {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
-/// A residual of this many times that of the iterate that is kept has grown.
+/// A residual of this many times the larger of ‖q‖ and the first residual has grown.
+/// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
 
 /// What a window leaves of a promise.
@@ -242,24 +247,49 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     }
 }
 
+/// What Newton's method falls back on: Gauss–Seidel, which runs away least.
+type Base<T, A, B> = Mms<T, A, B, Aor<T>>;
+
+/// What Newton's method has for its linear systems.
+#[derive(Debug, Clone)]
+enum Inner<T> {
+    Elimination(TridiagonalPart<T>),
+    Ssor,
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
+    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
+        match self {
+            Self::Elimination(part) => part.solve(jacobian, rhs, y),
+            Self::Ssor => Ssor.solve(jacobian, rhs, y),
+        }
+    }
+}
+
+type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
+
 #[derive(Debug, Clone)]
 enum Worker<T: Scalar, A, B> {
     Sor(AdaptiveSor<T, A, B>),
     Multigrid(Box<Multigrid<T, A, B>>),
-    AmgNewton(Box<AmgNewton<T, Mms<T, A, B, Aor<T>>>>),
-    Newton(Box<Newton<T, Mms<T, A, B, Aor<T>>, TridiagonalPart<T>>>),
+    AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
+    Newton(Box<PlainNewton<T, A, B>>),
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
-    fn new(choice: AutoChoice, problem: Hlcp<T, A, B>, cycle: Cycle) -> Result<Self, Error> {
-        // Gauss–Seidel runs away least of what Newton's method may fall back on.
+    fn new(choice: AutoChoice, problem: Hlcp<T, A, B>, tridiagonal: bool) -> Result<Self, Error> {
         let base = |problem| Mms::new(problem, Aor::gauss_seidel());
         Ok(match choice {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
-            AutoChoice::Multigrid => Self::Multigrid(Box::new(Multigrid::new(problem, cycle)?)),
+            AutoChoice::Multigrid => {
+                let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
+                Self::Multigrid(Box::new(Multigrid::new(problem, cycle)?))
+            }
             AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
             AutoChoice::Newton => {
-                Self::Newton(Box::new(Newton::new(base(problem)?, TridiagonalPart::new())))
+                let part = TridiagonalPart::new();
+                let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
+                Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
             }
         })
     }
@@ -282,7 +312,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Multigrid, Newton, Sor};
-        let order: &[AutoChoice] = if TridiagonalPart::is_all(&problem) {
+        let tridiagonal = TridiagonalPart::is_all(&problem);
+        let order: &[AutoChoice] = if tridiagonal {
             &[Newton, Multigrid] // elimination is exact, and cycles find long fronts
         } else {
             &[Sor, Multigrid, AmgNewton, Newton]
@@ -297,7 +328,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             best: f64::INFINITY,
             kept: vec![T::zero(); problem.order()],
             kept_residual: f64::INFINITY,
+            scale: 0.0,
             history: Vec::with_capacity(8),
+            tridiagonal,
             problem,
         };
         auto.set_up(0)?;
@@ -319,10 +352,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     fn set_up(&mut self, at: usize) -> Result<(), Error> {
         let candidate = &mut self.candidates[at];
         if candidate.worker.is_none() {
-            // Tridiagonal operators on a grid have one row of points.
-            let one_row = self.problem.grid().is_ok_and(|grid| grid.contains(&1));
-            let cycle = if one_row { Cycle::F } else { Cycle::W };
-            candidate.worker = Some(Worker::new(candidate.choice, self.problem.clone(), cycle)?);
+            let problem = self.problem.clone();
+            candidate.worker = Some(Worker::new(candidate.choice, problem, self.tridiagonal)?);
         }
         Ok(())
     }
@@ -336,10 +367,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.work().map_or(0, |work| work.sweeps)
     }
 
+    /// Takes in a residual of the turn.
     fn see(&mut self, residual: f64) {
         self.best = self.best.min(residual);
-        if let Some(turn) = self.history.last_mut() {
+        let sweeps = self.sweeps();
+        if let Some((turn, before)) = self.history.split_last_mut() {
             turn.residual = self.best;
+            turn.sweeps = sweeps - before.iter().map(|turn| turn.sweeps).sum::<usize>();
         }
     }
 
@@ -417,15 +451,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
         let norms = worker.method().step(q, x, y, clock);
         let (residual, sweeps) = (norms.l2, self.sweeps());
+        if self.history.len() == 1 && led == 0 {
+            self.scale = residual.max(q.norms().l2);
+        }
         if residual < GAIN * self.kept_residual {
             self.kept.copy_from_slice(x);
             self.kept_residual = residual;
         }
         self.see(residual);
-        if let Some(turn) = self.history.last_mut() {
-            turn.sweeps += sweeps - led;
-        }
-        let grown = !(residual <= GROWN * self.kept_residual);
+        let grown = residual.is_nan() || residual > GROWN * self.scale;
         let (spent, window) = (led - self.begun, self.candidates[self.at].window);
         let rate = match self.middle {
             _ if grown => f64::NEG_INFINITY,
@@ -438,6 +472,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             _ => return norms,
         };
+        if clock.is_up() {
+            return norms;
+        }
         self.candidates[self.at].judge(rate);
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         (self.begun, self.middle) = (if moved_on { sweeps } else { led }, None);
