@@ -1,29 +1,63 @@
+use std::fmt;
+
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
-use crate::{AdaptiveSor, Clock, Cycle, Method, Mms, Multigrid, Newton, TridiagonalPart, Work};
+use crate::{
+    AdaptiveSor, AmgNewton, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton, Preconditioner,
+    Ssor, TridiagonalPart, Work,
+};
 
-/// The method for people who do not want to choose one.
+/// The method for people who do not want to choose one: four methods take turns on one iterate, by
+/// the progress that they are measured to make.
 ///
-/// * It begins, where `A` and `B` are tridiagonal, with [`Newton`] by direct inner solves, which falls back on Gauss–Seidel;
-///   elsewhere with [`AdaptiveSor`], which finds α as it goes.
-/// * If both operators are five-point ones on one grid and that is slow (24 steps of Newton's method were not enough, or 24
-///   sweeps show that 200 more would not be), it goes on with [`Multigrid`], by F-cycles where there is but one row of points
-///   and W-cycles elsewhere, which in their turn give way to sweeps where no coarse grid helps.
+/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves;
+///   [`Multigrid`] by F-cycles waits, if both operators are five-point ones on one grid.
+/// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`] by
+///   W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
-/// All of it works on one iterate: nothing is computed twice, and a choice that fails is left within the same solve.
+/// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses) says
+/// which is at work, and [`history`](Self::history) why those before were left.
+///
+/// # Turns
+///
+/// Progress is what a sweep, or work that is [worth](Method::work) one, takes off the logarithm of
+/// the smallest residual so far. It is measured over the second half of a window of work, and then
+/// the method with the best prospect goes on: a method's prospect is its last progress, or its
+/// *promise* if that is more. Promise and window are, to begin with,
+///
+/// | method | promise | window, in sweeps |
+/// |---|---|---|
+/// | multigrid | 0.1 | 60, or five cycles |
+/// | Newton's method with algebraic multigrid | 0.04 | 600 |
+/// | adaptive SOR | 0.02 | 24 |
+/// | Newton's method | 0.01 | 120, or 24 steps of elimination |
+///
+/// and after each window of a method its promise is divided by four and its window doubled. So SOR
+/// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
+/// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
+/// better. Decisions depend on residuals and counts alone, never on time.
+///
+/// All work on one iterate. Where a window ends with a larger residual than that of the iterate
+/// that is kept, the next method goes on from the latter; the residual of that one is at most ten
+/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and
+/// the first one ends the window.
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` to begin with, then that of the method at work; the storage of Newton's method and of
-/// multigrid where they may be called.
+/// One walk over the rows of `A` and `B` to begin with, then that of the method at work. Storage:
+/// `n` numbers, and that of the methods that have had a turn.
 ///
 /// # Convergence
 ///
-/// That of the method at work.
+/// If one of the methods halves the residual with every `W` sweeps' worth of work, from wherever it
+/// is, the solve converges: others are tried less and less, and once its window is some `4W` it is
+/// not left for a method that does worse. The work on others is at most a multiple of its own,
+/// since a trial takes the work in which a method as good as its promise takes off a fixed number
+/// of digits. Otherwise that of the method at work.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Auto, Limits, Options, Solver};
+/// use hlcp_methods::{Auto, AutoChoice, AutoEnd, Options, Solver};
 ///
 /// let a = FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 10_000 }, Omega::Uniform(4.0))?;
@@ -31,122 +65,426 @@ use crate::{AdaptiveSor, Clock, Cycle, Method, Mms, Multigrid, Newton, Tridiagon
 ///
 /// let mut solver = Solver::new(Auto::new(problem)?);
 /// let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 10_000]))?;
-/// assert!(outcome.converged() && solver.method().uses() == "multigrid");
+/// assert!(outcome.converged() && solver.method().uses() == AutoChoice::Multigrid);
+/// let first = solver.method().history()[0];
+/// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
+/// assert_eq!(first.sweeps, 25);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
-    first: First<T, A, B>,
-    multigrid: Option<Box<Multigrid<T, A, B>>>,
-    // Steps of the first method so far, and the residuals after the twelfth and the twenty-fourth.
-    taken: usize,
-    seen: [f64; 2],
+    problem: Hlcp<T, A, B>,
+    tridiagonal: bool,
+    candidates: Vec<Candidate<T, A, B>>,
+    /// Which of them is at work.
+    at: usize,
+    /// The work at the beginning of the window, and in its middle with the smallest residual then.
+    begun: usize,
+    middle: Option<(usize, f64)>,
+    /// The smallest residual so far.
+    best: f64,
+    /// An iterate and its residual, of at most ten times the smallest.
+    kept: Vec<T>,
+    kept_residual: f64,
+    /// The larger of ‖q‖ and the first residual.
+    scale: f64,
+    history: Vec<AutoTurn>,
 }
 
-/// What it begins with.
+/// A method that [`Auto`] can call.
+///
+/// ```
+/// assert_eq!(hlcp_methods::AutoChoice::AmgNewton.to_string(), "Newton with algebraic multigrid");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AutoChoice {
+    /// [`AdaptiveSor`].
+    Sor,
+    /// [`Multigrid`].
+    Multigrid,
+    /// [`AmgNewton`].
+    AmgNewton,
+    /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`] elsewhere.
+    Newton,
+}
+
+impl fmt::Display for AutoChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Sor => "adaptive SOR",
+            Self::Multigrid => "multigrid",
+            Self::AmgNewton => "Newton with algebraic multigrid",
+            Self::Newton => "Newton",
+        })
+    }
+}
+
+/// Why [`Auto`] left a method.
+///
+/// ```
+/// assert_eq!(hlcp_methods::AutoEnd::Slow.to_string(), "another one promised more");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AutoEnd {
+    /// Another one promised more than the progress that was measured.
+    Slow,
+    /// The residual had grown to 10⁶ times the larger of ‖q‖ and the first one.
+    Growing,
+    /// The method could not be set up, for a diagonal entry that is not positive, say.
+    Refused,
+}
+
+impl fmt::Display for AutoEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Slow => "another one promised more",
+            Self::Growing => "the residual had grown",
+            Self::Refused => "it could not be set up",
+        })
+    }
+}
+
+/// The turn of one method in a solve by [`Auto`].
+///
+/// ```
+/// use hlcp_methods::{AutoChoice, AutoEnd, AutoTurn};
+///
+/// let turn = AutoTurn {
+///     choice: AutoChoice::Sor,
+///     sweeps: 25,
+///     residual: 0.5,
+///     end: Some(AutoEnd::Slow),
+/// };
+/// assert_eq!(
+///     turn.to_string(),
+///     "adaptive SOR: 25 sweeps, to a residual of 5.00e-1; another one promised more"
+/// );
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AutoTurn {
+    /// The method.
+    pub choice: AutoChoice,
+    /// The work of the turn, in sweeps.
+    pub sweeps: usize,
+    /// The smallest 2-norm of a residual that has been seen in the solve by the end of the turn.
+    pub residual: f64,
+    /// Why it ended; `None` of the last turn.
+    pub end: Option<AutoEnd>,
+}
+
+impl fmt::Display for AutoTurn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { choice, sweeps, residual, end } = self;
+        write!(f, "{choice}: {sweeps} sweeps, to a residual of {residual:.2e}")?;
+        end.map_or(Ok(()), |end| write!(f, "; {end}"))
+    }
+}
+
+/// A residual of this part of that of the iterate that is kept is worth keeping its own.
+const GAIN: f64 = 0.1;
+
+/// A residual of this many times the larger of ‖q‖ and the first residual has grown.
+/// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
+const GROWN: f64 = 1e6;
+
+/// What a window leaves of a promise.
+const SHRINK: f64 = 0.25;
+
+impl AutoChoice {
+    /// The promise, per sweep, and the length of the first window, in sweeps.
+    ///
+    /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 300 to
+    /// 900 sweeps' worth of work for them.
+    fn promise(self) -> (f64, usize) {
+        match self {
+            Self::Sor => (0.02, 24),
+            Self::Multigrid => (0.1, 60),
+            Self::AmgNewton => (0.04, 600),
+            Self::Newton => (0.01, 120),
+        }
+    }
+}
+
+/// A method with its prospects.
 #[derive(Debug, Clone)]
-enum First<T: Scalar, A, B> {
-    Newton(Box<Direct<T, A, B>>),
-    Sor(AdaptiveSor<T, A, B>),
+struct Candidate<T: Scalar, A, B> {
+    choice: AutoChoice,
+    worker: Option<Worker<T, A, B>>,
+    /// The iterations of the worker since the restart.
+    iterations: usize,
+    promise: f64,
+    window: usize,
+    /// The last progress.
+    rate: f64,
 }
 
-/// Newton's method with elimination in tridiagonal operators, on Gauss–Seidel, which runs away least.
-type Direct<T, A, B> = Newton<T, Mms<T, A, B, Aor<T>>, TridiagonalPart<T>>;
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
+    fn new(choice: AutoChoice) -> Self {
+        let (promise, window) = choice.promise();
+        Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
+    }
 
-/// The steps that the first method is watched for, SOR from the middle on.
-const WATCHED: usize = 24;
-/// The least that a sweep is to take off the logarithm of the residual: ten digits in 230 sweeps.
-const SLOW: f64 = 0.1;
+    /// The work of the worker since the restart.
+    fn work(&self) -> Work {
+        let counted = match &self.worker {
+            Some(Worker::Multigrid(multigrid)) => multigrid.work(),
+            Some(Worker::AmgNewton(newton)) => newton.work(),
+            Some(Worker::Newton(newton)) => newton.work(),
+            Some(Worker::Sor(_)) | None => None,
+        };
+        counted.unwrap_or(Work::sweeps(self.iterations))
+    }
+
+    fn prospect(&self) -> f64 {
+        self.rate.max(self.promise)
+    }
+
+    /// Takes in what a window has shown.
+    fn judge(&mut self, rate: f64) {
+        self.rate = rate;
+        self.promise *= SHRINK;
+        self.window = self.window.saturating_mul(2);
+    }
+}
+
+/// What Newton's method falls back on: Gauss–Seidel, which runs away least.
+type Base<T, A, B> = Mms<T, A, B, Aor<T>>;
+
+/// What Newton's method has for its linear systems.
+#[derive(Debug, Clone)]
+enum Inner<T> {
+    Elimination(TridiagonalPart<T>),
+    Ssor,
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
+    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
+        match self {
+            Self::Elimination(part) => part.solve(jacobian, rhs, y),
+            Self::Ssor => Ssor.solve(jacobian, rhs, y),
+        }
+    }
+}
+
+type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
+
+#[derive(Debug, Clone)]
+enum Worker<T: Scalar, A, B> {
+    Sor(AdaptiveSor<T, A, B>),
+    Multigrid(Box<Multigrid<T, A, B>>),
+    AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
+    Newton(Box<PlainNewton<T, A, B>>),
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
+    fn new(choice: AutoChoice, problem: Hlcp<T, A, B>, tridiagonal: bool) -> Result<Self, Error> {
+        let base = |problem| Mms::new(problem, Aor::gauss_seidel());
+        Ok(match choice {
+            AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
+            AutoChoice::Multigrid => {
+                let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
+                Self::Multigrid(Box::new(Multigrid::new(problem, cycle)?))
+            }
+            AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
+            AutoChoice::Newton => {
+                let part = TridiagonalPart::new();
+                let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
+                Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
+            }
+        })
+    }
+
+    fn method(&mut self) -> &mut dyn Method<T, A = A, B = B> {
+        match self {
+            Self::Sor(sor) => sor,
+            Self::Multigrid(multigrid) => multigrid,
+            Self::AmgNewton(newton) => newton,
+            Self::Newton(newton) => newton,
+        }
+    }
+}
 
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.
     ///
     /// # Errors
     ///
-    /// What the [`Aor`](hlcp_core::Aor)'s [`check`](hlcp_core::Step::check) refuses.
+    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        let (first, cycle) = if TridiagonalPart::is_all(&problem) {
-            let base = Mms::new(problem.clone(), Aor::gauss_seidel())?;
-            (First::Newton(Box::new(Newton::new(base, TridiagonalPart::new()))), Cycle::F)
+        use AutoChoice::{AmgNewton, Multigrid, Newton, Sor};
+        let tridiagonal = TridiagonalPart::is_all(&problem);
+        let order: &[AutoChoice] = if tridiagonal {
+            &[Newton, Multigrid] // elimination is exact, and cycles find long fronts
         } else {
-            (First::Sor(AdaptiveSor::new(problem.clone())?), Cycle::W)
+            &[Sor, Multigrid, AmgNewton, Newton]
         };
-        let multigrid = Multigrid::new(problem, cycle).ok().map(Box::new);
-        Ok(Self { first, multigrid, taken: 0, seen: [f64::NAN; 2] })
+        let has_grid = problem.grid().is_ok();
+        let possible = order.iter().filter(|&&choice| choice != Multigrid || has_grid);
+        let mut auto = Self {
+            candidates: possible.map(|&choice| Candidate::new(choice)).collect(),
+            at: 0,
+            begun: 0,
+            middle: None,
+            best: f64::INFINITY,
+            kept: vec![T::zero(); problem.order()],
+            kept_residual: f64::INFINITY,
+            scale: 0.0,
+            history: Vec::with_capacity(8),
+            tridiagonal,
+            problem,
+        };
+        auto.set_up(0)?;
+        auto.restart();
+        Ok(auto)
     }
-}
 
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Auto<T, A, B> {
-    /// What is at work: `"newton"`, `"multigrid"`, `"amsor"` or `"msor"`.
-    pub fn uses(&self) -> &'static str {
-        match &self.first {
-            _ if self.multigrid.is_some() && self.is_slow() => "multigrid",
-            First::Newton(_) => "newton",
-            First::Sor(sor) if sor.is_accelerated() => "amsor",
-            First::Sor(_) => "msor",
+    /// The method at work.
+    pub fn uses(&self) -> AutoChoice {
+        self.candidates[self.at].choice
+    }
+
+    /// The turns of the solve, the last of which is that of the method at work.
+    pub fn history(&self) -> &[AutoTurn] {
+        &self.history
+    }
+
+    /// Sets up a method, if it has not been.
+    fn set_up(&mut self, at: usize) -> Result<(), Error> {
+        let candidate = &mut self.candidates[at];
+        if candidate.worker.is_none() {
+            let problem = self.problem.clone();
+            candidate.worker = Some(Worker::new(candidate.choice, problem, self.tridiagonal)?);
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
+        let choice = self.candidates[at].choice;
+        self.history.push(AutoTurn { choice, sweeps: 0, residual: self.best, end });
+    }
+
+    fn sweeps(&self) -> usize {
+        self.work().map_or(0, |work| work.sweeps)
+    }
+
+    /// Takes in a residual of the turn.
+    fn see(&mut self, residual: f64) {
+        self.best = self.best.min(residual);
+        let sweeps = self.sweeps();
+        if let Some((turn, before)) = self.history.split_last_mut() {
+            turn.residual = self.best;
+            turn.sweeps = sweeps - before.iter().map(|turn| turn.sweeps).sum::<usize>();
         }
     }
 
-    /// Whether the first method has been watched long enough and found wanting.
-    fn is_slow(&self) -> bool {
-        let rate = (self.seen[0] / self.seen[1]).ln() / (WATCHED / 2) as f64;
-        let wanting = match &self.first {
-            First::Newton(_) => true,
-            First::Sor(_) => rate.is_nan() || rate < SLOW,
-        };
-        self.taken > WATCHED && wanting
+    /// Lets the method with the best prospect go on, of equal ones the one at work; returns whether
+    /// that is another one.
+    fn choose(&mut self, end: AutoEnd) -> bool {
+        loop {
+            let prospect = |at: usize| self.candidates[at].prospect();
+            let better =
+                |best: usize, at: usize| if prospect(at) > prospect(best) { at } else { best };
+            let next = (0..self.candidates.len()).fold(self.at, better);
+            if next == self.at {
+                return false;
+            }
+            if self.set_up(next).is_ok() {
+                if let Some(turn) = self.history.last_mut() {
+                    turn.end = Some(end);
+                }
+                self.begin(next, None);
+                self.at = next;
+                return true;
+            }
+            let refused = &mut self.candidates[next];
+            (refused.promise, refused.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+            let turn = self.history.pop();
+            self.begin(next, Some(AutoEnd::Refused));
+            self.history.extend(turn);
+        }
     }
 }
 
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Auto<T, A, B> {
+impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A, B> {
     type A = A;
     type B = B;
 
     fn problem(&self) -> &Hlcp<T, A, B> {
-        match &self.first {
-            First::Newton(newton) => newton.problem(),
-            First::Sor(sor) => sor.problem(),
-        }
+        &self.problem
     }
 
     fn work(&self) -> Option<Work> {
-        let first = match &self.first {
-            First::Newton(newton) => newton.work(),
-            First::Sor(_) => Some(Work::sweeps(self.taken)),
-        };
-        let multigrid = self.multigrid.as_ref().and_then(|multigrid| multigrid.work());
-        Some(first.unwrap_or_default() + multigrid.unwrap_or_default())
+        Some(self.candidates.iter().fold(Work::default(), |sum, each| sum + each.work()))
     }
 
     fn restart(&mut self) {
-        match &mut self.first {
-            First::Newton(newton) => newton.restart(),
-            First::Sor(sor) => sor.restart(),
+        for candidate in &mut self.candidates {
+            let mut worker = candidate.worker.take();
+            worker.iter_mut().for_each(|worker| worker.method().restart());
+            *candidate = Candidate { worker, ..Candidate::new(candidate.choice) };
         }
-        if let Some(multigrid) = &mut self.multigrid {
-            multigrid.restart();
-        }
-        (self.taken, self.seen) = (0, [f64::NAN; 2]);
+        (self.at, self.begun, self.middle) = (0, 0, None);
+        (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
+        self.history.clear();
+        self.begin(0, None);
     }
 
     fn has_memory(&self) -> bool {
         true
     }
 
-    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        let slow = self.is_slow();
-        if let Some(multigrid) = self.multigrid.as_mut().filter(|_| slow) {
-            return multigrid.step(q, x, y, clock);
-        }
-        let norms = match &mut self.first {
-            First::Newton(newton) => newton.step(q, x, y, clock),
-            First::Sor(sor) => sor.step(q, x, y, clock),
+    fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        // Elsewhere a step is worth little more than a look.
+        let Some(Worker::AmgNewton(newton)) = &mut self.candidates[self.at].worker else {
+            return None;
         };
-        // The residual is that of the iterate before this step.
-        if self.taken == WATCHED / 2 || self.taken == WATCHED {
-            self.seen[self.taken / WATCHED] = norms.l2;
+        let norms = newton.residual(q, x)?;
+        self.see(norms.l2);
+        Some(norms)
+    }
+
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        // The work that has led to x.
+        let led = self.sweeps();
+        let candidate = &mut self.candidates[self.at];
+        candidate.iterations += 1;
+        let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
+        let norms = worker.method().step(q, x, y, clock);
+        let (residual, sweeps) = (norms.l2, self.sweeps());
+        if self.history.len() == 1 && led == 0 {
+            self.scale = residual.max(q.norms().l2);
         }
-        self.taken += 1;
+        if residual < GAIN * self.kept_residual {
+            self.kept.copy_from_slice(x);
+            self.kept_residual = residual;
+        }
+        self.see(residual);
+        let grown = residual.is_nan() || residual > GROWN * self.scale;
+        let (spent, window) = (led - self.begun, self.candidates[self.at].window);
+        let rate = match self.middle {
+            _ if grown => f64::NEG_INFINITY,
+            None if 2 * spent >= window => {
+                self.middle = Some((led, self.best));
+                return norms;
+            }
+            Some((middle, best)) if spent >= window => {
+                (best / self.best).ln() / (led - middle) as f64
+            }
+            _ => return norms,
+        };
+        if clock.is_up() {
+            return norms;
+        }
+        self.candidates[self.at].judge(rate);
+        let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
+        (self.begun, self.middle) = (if moved_on { sweeps } else { led }, None);
+        // The residual of y is not known, but that of x is.
+        if grown || moved_on && residual > self.kept_residual {
+            y.copy_from_slice(&self.kept);
+        } else if residual < self.kept_residual {
+            self.kept.copy_from_slice(x);
+            self.kept_residual = residual;
+        }
         norms
     }
 }

@@ -6,9 +6,9 @@ use crate::{Clock, Jacobian};
 
 /// An approximate inverse of [`Jacobian`]s: what [`Newton`](crate::Newton) preconditions its inner solver with.
 ///
-/// [`Ssor`] and [`TridiagonalPart`] walk rows; a [`SplittingStep`] brings any [`Splitting`] of `A +
-/// BΩ`, that is an `M` that ignores which columns are active; and a multigrid cycle for the linear
-/// system is an implementation away.
+/// [`Ssor`] and [`TridiagonalPart`] walk rows; [`Amg`](crate::Amg) is a multigrid cycle built from
+/// rows; and a [`SplittingStep`] brings any [`Splitting`] of `A + BΩ`, that is an `M` that ignores
+/// which columns are active.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, Scalar};

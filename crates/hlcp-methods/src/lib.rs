@@ -45,7 +45,8 @@
 //! | [`Mms`] (AMMS too), [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products with a splitting of your own, rows otherwise |
 //! | [`AdaptiveSor`] | when no α is known: it finds one as it goes | rows |
 //! | [`Multigrid`], [`FullMultigrid`] | on grids where `z` and `r` are positive on regions: the work per unknown does not grow | five-point operators |
-//! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
+//! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
+//! | [`AmgNewton`] | where coefficients jump, oil is carried along, or rows have no grid: films with textures, rings, boxes | rows with positive diagonals |
 //! | [`Anderson`] | around any other, when sweeps are slow and nothing else applies | what the other asks for, and vectors |
 //! | [`Auto`] | to have one of these chosen | rows |
 //!
@@ -83,6 +84,7 @@
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
+mod amg;
 mod anderson;
 mod auto;
 mod jacobian;
@@ -106,8 +108,9 @@ mod tolerance;
 pub use hlcp_core::*;
 
 pub use adaptive::AdaptiveSor;
+pub use amg::{Amg, AmgNewton};
 pub use anderson::Anderson;
-pub use auto::Auto;
+pub use auto::{Auto, AutoChoice, AutoEnd, AutoTurn};
 pub use jacobian::Jacobian;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm, Tolerance};

@@ -1,0 +1,92 @@
+//! Aggregates: pairs by the largest coupling, twice a level.
+
+use hlcp_core::Scalar;
+
+use super::matrix::{Matrix, NONE};
+
+/// A coupling of less than this part of an unknown's largest one is weak.
+const WEAK: f64 = 0.25;
+
+/// Couplings of at least this part of another one are as strong: rounding alone may tell them
+/// apart.
+const ALIKE: f64 = 0.999;
+
+/// The most members of a pair that leftovers join; `in_series` has eight bits for them.
+const MEMBERS: u8 = 4;
+
+/// Which of `.1` aggregates each unknown joins, numbered by their first members.
+///
+/// The coupling of `i` and `j` is `−aᵢⱼ − aⱼᵢ` in the weighted sum of the matrices, rows and
+/// columns alike, so that no direction of a flow is preferred. Unknowns of which `apart` is true
+/// join none.
+pub(super) fn pairs<T: Scalar>(
+    matrices: &[(&Matrix<T>, T)],
+    apart: impl Fn(usize) -> bool,
+) -> (Vec<u32>, usize) {
+    let n = matrices.first().map_or(0, |(matrix, _)| matrix.order());
+    let columns: Vec<_> = matrices.iter().map(|(matrix, _)| matrix.transpose()).collect();
+    let mut aggregate = vec![NONE; n];
+    let mut members: Vec<u8> = Vec::with_capacity(n / 2 + 1);
+    let mut coupling = vec![T::zero(); n];
+    let mut near: Vec<u32> = Vec::new();
+    let [weak, alike] = [WEAK, ALIKE].map(T::of);
+    for i in 0..n {
+        if aggregate[i] != NONE || apart(i) {
+            continue;
+        }
+        for (&(matrix, factor), columns) in matrices.iter().zip(&columns) {
+            let column = columns.column(i).iter().map(|&(j, a)| (j as usize, a));
+            for (j, a) in matrix.off(i).chain(column).filter(|&(j, _)| !apart(j)) {
+                if coupling[j] == T::zero() {
+                    near.push(j as u32);
+                }
+                coupling[j] -= factor * a;
+            }
+        }
+        let largest = near.iter().fold(T::zero(), |max, &j| max.max(coupling[j as usize]));
+        // The strongest free neighbour, of several the one with the largest number, so that the
+        // aggregates of a grid line up; and the strongest aggregate with room.
+        let (mut partner, mut host) = ((NONE, T::zero()), (NONE, T::zero()));
+        for j in near.drain(..) {
+            let strength = std::mem::replace(&mut coupling[j as usize], T::zero());
+            let to = aggregate[j as usize];
+            if strength <= T::zero() || strength < weak * largest {
+                continue;
+            }
+            if to != NONE {
+                if members[to as usize] < MEMBERS && strength > host.1 {
+                    host = (to, strength);
+                }
+            } else if strength * alike > partner.1
+                || strength >= alike * partner.1 && (partner.0 == NONE || j > partner.0)
+            {
+                partner = (j, strength);
+            }
+        }
+        let joined = if partner.0 == NONE && host.0 != NONE {
+            host.0
+        } else {
+            members.push(0);
+            members.len() as u32 - 1
+        };
+        for i in [i as u32, partner.0].into_iter().filter(|&i| i != NONE) {
+            aggregate[i as usize] = joined;
+            members[joined as usize] += 1;
+        }
+    }
+    (aggregate, members.len())
+}
+
+/// The aggregates of two passes of pairing, and the sums over pairs of them.
+pub(super) fn coarsen<T: Scalar>(
+    matrix: &Matrix<T>,
+    apart: impl Fn(usize) -> bool,
+) -> (Vec<u32>, Matrix<T>) {
+    let (mut aggregate, half) = pairs(&[(matrix, T::one())], apart);
+    let middle = matrix.aggregated(&aggregate, half);
+    let (second, quarter) = pairs(&[(&middle, T::one())], |_| false);
+    for a in aggregate.iter_mut().filter(|a| **a != NONE) {
+        *a = second[*a as usize];
+    }
+    (aggregate, middle.aggregated(&second, quarter))
+}

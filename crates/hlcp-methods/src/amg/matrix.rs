@@ -1,0 +1,351 @@
+//! Assembled rows with 32-bit columns, split at the diagonal so that half a sweep walks half a
+//! matrix.
+
+use std::ops::Range;
+
+use hlcp_core::{Diagonal, LinearOperator, Rows, Scalar};
+
+/// No aggregate: an unknown that the sweeps alone settle.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A square matrix by rows, each with what is left of the diagonal first.
+#[derive(Debug, Clone)]
+pub(super) struct Matrix<T> {
+    pub(super) diagonal: Vec<T>,
+    /// The reciprocals of the diagonal; 0 where it is no pivot, and an unknown stays as it is.
+    inverse: Vec<T>,
+    starts: Vec<usize>,
+    middles: Vec<usize>,
+    columns: Vec<u32>,
+    values: Vec<T>,
+}
+
+impl<T: Scalar> Matrix<T> {
+    pub(super) fn with_capacity(n: usize, entries: usize) -> Self {
+        let mut starts = Vec::with_capacity(n + 1);
+        starts.push(0);
+        Self {
+            diagonal: Vec::with_capacity(n),
+            inverse: Vec::with_capacity(n),
+            starts,
+            middles: Vec::with_capacity(n),
+            columns: Vec::with_capacity(entries),
+            values: Vec::with_capacity(entries),
+        }
+    }
+
+    /// The rows of an operator.
+    pub(super) fn of(operator: &impl Rows<T>) -> Self {
+        let n = operator.order();
+        let mut matrix = Self::with_capacity(n, 4 * n);
+        let mut row: Vec<(u32, T)> = vec![];
+        for i in 0..n {
+            row.clear();
+            operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
+            matrix.push(&row);
+        }
+        matrix
+    }
+
+    /// Appends the next row, no column of which comes twice.
+    pub(super) fn push(&mut self, row: &[(u32, T)]) {
+        let i = self.order() as u32;
+        let mut diagonal = T::zero();
+        for &(j, a) in row.iter().filter(|entry| entry.0 <= i) {
+            if j == i {
+                diagonal = a;
+            } else {
+                self.columns.push(j);
+                self.values.push(a);
+            }
+        }
+        self.middles.push(self.columns.len());
+        for &(j, a) in row.iter().filter(|entry| entry.0 > i) {
+            self.columns.push(j);
+            self.values.push(a);
+        }
+        self.starts.push(self.columns.len());
+        self.diagonal.push(diagonal);
+        self.inverse.push(pivot(diagonal));
+    }
+
+    pub(super) fn order(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    /// The entries that are stored, the diagonal's included.
+    pub(super) fn entries(&self) -> usize {
+        self.columns.len() + self.order()
+    }
+
+    fn range(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T)> + '_ {
+        let columns = self.columns[range.clone()].iter();
+        columns.zip(&self.values[range]).map(|(&j, &a)| (j as usize, a))
+    }
+
+    /// The entries of row `i` beside the diagonal.
+    pub(super) fn off(&self, i: usize) -> impl Iterator<Item = (usize, T)> + '_ {
+        self.range(self.starts[i]..self.starts[i + 1])
+    }
+
+    /// As [`off`](Self::off), to be overwritten.
+    pub(super) fn off_mut(&mut self, i: usize) -> impl Iterator<Item = (usize, &mut T)> {
+        let range = self.starts[i]..self.starts[i + 1];
+        let columns = self.columns[range.clone()].iter();
+        columns.zip(&mut self.values[range]).map(|(&j, a)| (j as usize, a))
+    }
+
+    #[inline]
+    fn lower(&self, i: usize, y: &[T]) -> T {
+        self.range(self.starts[i]..self.middles[i]).fold(T::zero(), |sum, (j, a)| sum + a * y[j])
+    }
+
+    #[inline]
+    fn upper(&self, i: usize, y: &[T]) -> T {
+        self.range(self.middles[i]..self.starts[i + 1])
+            .fold(T::zero(), |sum, (j, a)| sum + a * y[j])
+    }
+
+    /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and `rest` with `rhs` less what is
+    /// left of the diagonal and on it: 0 but for rounding and for rows without a pivot.
+    pub(super) fn sweep_from_zero(&self, rhs: &[T], y: &mut [T], rest: &mut [T]) {
+        for i in 0..self.order() {
+            let known = rhs[i] - self.lower(i, y);
+            y[i] = known * self.inverse[i];
+            rest[i] = known - self.diagonal[i] * y[i];
+        }
+    }
+
+    /// Takes from `rest` what is right of the diagonal, row by row, and shows what is left.
+    pub(super) fn residual_above(&self, y: &[T], rest: &[T], mut show: impl FnMut(usize, T)) {
+        for (i, &rest) in rest.iter().enumerate() {
+            show(i, rest - self.upper(i, y));
+        }
+    }
+
+    /// Sweeps `y` forward, and overwrites `product` with the matrix times the new `y`.
+    pub(super) fn sweep(&self, rhs: &[T], y: &mut [T], product: &mut [T]) {
+        for i in 0..self.order() {
+            let lower = self.lower(i, y);
+            let known = rhs[i] - self.upper(i, y) - lower;
+            if self.inverse[i] != T::zero() {
+                y[i] = known * self.inverse[i];
+            }
+            product[i] = lower + self.diagonal[i] * y[i];
+        }
+        for (i, product) in product.iter_mut().enumerate() {
+            *product += self.upper(i, y);
+        }
+    }
+
+    /// Overwrites `product` with the matrix times `y`.
+    pub(super) fn product(&self, y: &[T], product: &mut [T]) {
+        for (i, product) in product.iter_mut().enumerate() {
+            *product = self.lower(i, y) + self.diagonal[i] * y[i] + self.upper(i, y);
+        }
+    }
+
+    /// Relaxes the equation `row i of this matrix times v = 0`.
+    pub(super) fn relax_homogeneous(&self, i: usize, v: &mut [T]) {
+        v[i] = -(self.lower(i, v) + self.upper(i, v)) * self.inverse[i];
+    }
+
+    /// Multiplies column `j` by `scale[j]`, for all `j`.
+    pub(super) fn scale_columns(&mut self, scale: &[T]) {
+        for (&j, a) in self.columns.iter().zip(&mut self.values) {
+            *a *= scale[j as usize];
+        }
+        for (i, &scale) in scale.iter().enumerate() {
+            self.diagonal[i] *= scale;
+            self.inverse[i] = pivot(self.diagonal[i]);
+        }
+    }
+
+    /// The columns' entries beside the diagonal: the rows of the transpose.
+    pub(super) fn transpose(&self) -> Transpose<T> {
+        let mut starts = vec![0; self.order() + 1];
+        for &j in &self.columns {
+            starts[j as usize + 1] += 1;
+        }
+        for j in 0..self.order() {
+            starts[j + 1] += starts[j];
+        }
+        let mut next = starts.clone();
+        let mut entries = vec![(0, T::zero()); self.columns.len()];
+        for i in 0..self.order() {
+            for (j, a) in self.off(i) {
+                entries[next[j]] = (i as u32, a);
+                next[j] += 1;
+            }
+        }
+        Transpose { starts, entries }
+    }
+
+    /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is
+    /// left out.
+    pub(super) fn aggregated(&self, aggregate: &[u32], count: usize) -> Self {
+        let members = Members::new(aggregate, count);
+        let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
+        let mut place = vec![usize::MAX; count];
+        let mut row: Vec<(u32, T)> = Vec::new();
+        for a in 0..count {
+            row.clear();
+            let mut add = |to: u32, value: T| {
+                // A place of an earlier row holds another column now, or lies beyond.
+                let at = &mut place[to as usize];
+                match row.get_mut(*at).filter(|entry| entry.0 == to) {
+                    Some(entry) => entry.1 += value,
+                    None => {
+                        *at = row.len();
+                        row.push((to, value));
+                    }
+                }
+            };
+            for i in members.of(a).iter().map(|&i| i as usize) {
+                add(a as u32, self.diagonal[i]);
+                for (j, value) in self.off(i).filter(|&(j, _)| aggregate[j] != NONE) {
+                    add(aggregate[j], value);
+                }
+            }
+            row.sort_unstable_by_key(|entry| entry.0);
+            coarse.push(&row);
+        }
+        coarse
+    }
+}
+
+/// The members of aggregates.
+#[derive(Debug)]
+pub(super) struct Members {
+    starts: Vec<usize>,
+    members: Vec<u32>,
+}
+
+impl Members {
+    pub(super) fn new(aggregate: &[u32], count: usize) -> Self {
+        let joined = || aggregate.iter().enumerate().filter(|(_, a)| **a != NONE);
+        let mut starts = vec![0; count + 1];
+        joined().for_each(|(_, &a)| starts[a as usize + 1] += 1);
+        (0..count).for_each(|a| starts[a + 1] += starts[a]);
+        let (mut members, mut next) = (vec![0; starts[count]], starts.clone());
+        for (i, &a) in joined() {
+            members[next[a as usize]] = i as u32;
+            next[a as usize] += 1;
+        }
+        Self { starts, members }
+    }
+
+    pub(super) fn of(&self, aggregate: usize) -> &[u32] {
+        &self.members[self.starts[aggregate]..self.starts[aggregate + 1]]
+    }
+}
+
+impl<T: Scalar> LinearOperator<T> for Matrix<T> {
+    fn order(&self) -> usize {
+        self.diagonal.len()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.product(x, y);
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Matrix<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.diagonal[i]
+    }
+}
+
+impl<T: Scalar> Rows<T> for Matrix<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.range(self.starts[i]..self.middles[i]).for_each(|(j, a)| visit(j, a));
+        visit(i, self.diagonal[i]);
+        self.range(self.middles[i]..self.starts[i + 1]).for_each(|(j, a)| visit(j, a));
+    }
+}
+
+/// What a diagonal entry is divided by: its reciprocal, or 0 where there is none.
+fn pivot<T: Scalar>(diagonal: T) -> T {
+    let inverse = diagonal.recip();
+    if inverse.is_finite() && diagonal.is_finite() { inverse } else { T::zero() }
+}
+
+/// The entries of a matrix by columns, without the diagonal.
+#[derive(Debug)]
+pub(super) struct Transpose<T> {
+    starts: Vec<usize>,
+    entries: Vec<(u32, T)>,
+}
+
+impl<T: Scalar> Transpose<T> {
+    pub(super) fn column(&self, j: usize) -> &[(u32, T)] {
+        &self.entries[self.starts[j]..self.starts[j + 1]]
+    }
+}
+
+/// A dense LU factorisation with partial pivoting, for the coarsest level.
+#[derive(Debug, Clone)]
+pub(super) struct Lu<T> {
+    n: usize,
+    factors: Vec<T>,
+    rows: Vec<usize>,
+}
+
+impl<T: Scalar> Lu<T> {
+    pub(super) fn new(matrix: &Matrix<T>) -> Self {
+        let n = matrix.order();
+        let mut factors = vec![T::zero(); n * n];
+        for i in 0..n {
+            factors[i * n + i] = matrix.diagonal[i];
+            for (j, a) in matrix.off(i) {
+                factors[i * n + j] = a;
+            }
+        }
+        let mut rows: Vec<usize> = (0..n).collect();
+        // A pivot that is lost in the rounding of the matrix is none.
+        let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));
+        let least = size * T::epsilon();
+        for k in 0..n {
+            let at = |i: &usize| factors[i * n + k].abs();
+            let best = (k..n).fold(k, |best, i| if at(&i) > at(&best) { i } else { best });
+            if best != k {
+                rows.swap(k, best);
+                for j in 0..n {
+                    factors.swap(k * n + j, best * n + j);
+                }
+            }
+            let diagonal = factors[k * n + k];
+            // Stored as its reciprocal; 0 leaves the unknown at 0.
+            let inverse = if diagonal.abs() > least { pivot(diagonal) } else { T::zero() };
+            factors[k * n + k] = inverse;
+            let (above, below) = factors.split_at_mut((k + 1) * n);
+            let above = &above[k * n..];
+            for row in below.chunks_exact_mut(n) {
+                let factor = row[k] * inverse;
+                row[k] = factor;
+                if factor != T::zero() {
+                    for j in k + 1..n {
+                        row[j] -= factor * above[j];
+                    }
+                }
+            }
+        }
+        Self { n, factors, rows }
+    }
+
+    /// Overwrites `y` with the solution for `rhs`.
+    pub(super) fn solve(&self, rhs: &[T], y: &mut [T]) {
+        let n = self.n;
+        for i in 0..n {
+            let row = &self.factors[i * n..i * n + i];
+            let known = rhs[self.rows[i]];
+            y[i] = row.iter().zip(&*y).fold(known, |sum, (&l, &y)| sum - l * y);
+        }
+        for i in (0..n).rev() {
+            let row = &self.factors[i * n..(i + 1) * n];
+            let known =
+                row[i + 1..].iter().zip(&y[i + 1..]).fold(y[i], |sum, (&u, &y)| sum - u * y);
+            y[i] = known * row[i];
+        }
+    }
+}

@@ -1,0 +1,440 @@
+//! Algebraic multigrid for J(x), from rows.
+
+mod coarsen;
+mod cycle;
+mod matrix;
+mod nested;
+mod newton;
+mod order;
+
+use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar};
+
+pub use self::newton::AmgNewton;
+use self::{
+    cycle::{Cycle, Hierarchy, bounded, near_kernel},
+    matrix::Matrix,
+    order::Flow,
+};
+use crate::{
+    Clock, Jacobian, Preconditioner,
+    krylov::{Inner, add, dot},
+};
+
+/// Gauss–Seidel passes over the rows of the void.
+const VOID: usize = 3;
+
+/// An unknown of the void is dry, and joins no aggregate, where its scale, in units of diagonal
+/// entries, is below this.
+const DRY: f64 = 1e-6;
+
+/// The directions that the outer iteration keeps.
+const KEPT: usize = 20;
+
+/// The iterations after which a hierarchy is built anew around what they leave, how often, and the
+/// iterations that find that.
+const BOOTSTRAP: usize = 20;
+const BOOTSTRAPS: usize = 2;
+const ROUGH: usize = 8;
+
+/// Algebraic multigrid for [`Jacobian`]s, built from rows.
+///
+/// Where J mixes conduction with jumps (columns of `A`) and transport (columns of `B`) no grid says
+/// how to coarsen it. Here rows do:
+///
+/// 1. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
+///    void of an oil film, are multiplied by the `s` that solves their own rows with `s = 1` on the
+///    former (three Gauss–Seidel passes): what full neighbours send in flows on. Then a constant
+///    nearly solves `J v = 0` also across the edge of the film. An unknown with `s ≈ 0`, through
+///    which nothing flows, joins no aggregate; sweeps settle it. The operator that conducts is the
+///    one whose couplings have more of a counterpart across the diagonal, `A` if none has.
+/// 2. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
+///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
+///    are first scaled by what six symmetric Gauss–Seidel passes on `J v = 0` leave of a constant,
+///    and coarse entries are sums over pairs of aggregates, which conserves mass. From a hundred
+///    rows down the system is solved by elimination.
+/// 3. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
+///    flow. Each level is visited twice.
+///
+/// # Two cycles
+///
+/// As a [`Preconditioner`], for any Krylov method, this is a W-cycle, whose coarse equations are
+/// solved by two steps of a stationary iteration: for one J a linear map. [`AmgNewton`] takes the
+/// K-cycle, whose steps are those of generalised conjugate residuals, one where that gains a factor
+/// of four. It converges faster, but is not a linear map, and needs a flexible outer iteration; it
+/// has one, GCR with 20 directions, which builds the hierarchy anew, twice at most, around a rough
+/// solution of `J v = e` where 20 iterations were not enough.
+///
+/// # Cost
+///
+/// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
+/// `x` have changed: some 25 to 30 walks over the rows of J. A cycle takes about five, however
+/// large the problem.
+///
+/// # Storage
+///
+/// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
+/// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
+/// that is 80 bytes a row; all levels together have [`complexity`](Self::complexity) times as many,
+/// some 1.3 to 1.5 on grids. Beside it `4n` numbers, `2n` on coarser levels, and for [`AmgNewton`]
+/// `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up
+/// allocates, and a linear solve does; a cycle does not.
+///
+/// # Convergence
+///
+/// No theorem covers these J, which are neither symmetric nor M-matrices before they are scaled.
+/// For symmetric M-matrices with row sums that are not negative, aggregates of some quality bound
+/// the condition of two levels, whatever the size (Napov and Notay). The outer iteration of
+/// [`AmgNewton`] minimises the residual, so a cycle that is poor makes it slow, not wrong.
+///
+/// # Source
+///
+/// Y. Notay, *An aggregation-based algebraic multigrid method*, ETNA 37 (2010), for double pairing
+/// and the K-cycle, and *Aggregation-based algebraic multigrid for convection–diffusion equations*,
+/// SIAM J. Sci. Comput. 34 (2012), for rows that are not symmetric; A. Napov and Y. Notay, *An
+/// algebraic multigrid method with guaranteed convergence rate*, SIAM J. Sci. Comput. 34 (2012).
+/// The scaling of the void is our own.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega};
+/// use hlcp_methods::{Amg, Jacobian, Preconditioner};
+///
+/// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+/// let x: Vec<f64> = (0..1600).map(|k| if k % 40 < 25 { 1.0 } else { -1.0 }).collect();
+/// let jacobian = Jacobian::new(&problem, &x);
+///
+/// let mut amg = Amg::new(&problem)?;
+/// amg.set_up(&jacobian);
+/// let (rhs, mut y, mut product) = ([1.0; 1600], [0.0; 1600], [0.0; 1600]);
+/// amg.solve(&jacobian, &rhs, &mut y);
+/// jacobian.apply(&y, &mut product, &mut vec![]);
+/// product.iter_mut().for_each(|p| *p -= 1.0);
+/// assert!(Norms::of(&product).l2 < 0.5 * 40.0); // the residual, and that of y = 0
+/// assert!(amg.set_ups() == 1 && amg.complexity() < Some(1.5));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Amg<T> {
+    /// The unknown at each place of the order along the flow, and the place of each unknown; empty
+    /// where they agree.
+    order: Vec<u32>,
+    place: Vec<u32>,
+    /// Whether the columns of A are those that conduct.
+    a_conducts: bool,
+    /// The columns that are A's in the hierarchy.
+    active: Vec<bool>,
+    /// The factors of the columns of J, by place.
+    scale: Vec<T>,
+    hierarchy: Option<Hierarchy<T>>,
+    // A right-hand side, a solution and its product with J, by place and in the unit of `scale`.
+    rhs: Vec<T>,
+    y: Vec<T>,
+    product: Vec<T>,
+    kept: Vec<[Vec<T>; 2]>,
+    walks: f64,
+    set_ups: usize,
+}
+
+impl<T: Scalar> Amg<T> {
+    /// Multigrid for the Jacobians of `problem`, without a hierarchy yet.
+    ///
+    /// # Cost
+    ///
+    /// `A` and `B` are walked over three times and assembled for a while, to find the order along
+    /// the flow.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for an order of 2³² and more, [`Error::NotPositive`] for the first
+    /// diagonal entry of `A` or `B` that is zero, negative or not finite, [`Error::NotFinite`] for
+    /// the first row of `A` or `B` with an entry that is NaN or infinite.
+    pub fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<Self, Error> {
+        let n = problem.order();
+        if n >= u32::MAX as usize {
+            let range = "less than 2³² − 1, which columns are named with";
+            return Err(Error::Parameter { name: "the order", value: n as f64, range });
+        }
+        check(["A", "diagonal of A"], problem.a())?;
+        check(["B", "diagonal of B"], problem.b())?;
+        let flows = [Flow::of(&Matrix::of(problem.a())), Flow::of(&Matrix::of(problem.b()))];
+        let a_conducts = flows[0].share <= flows[1].share;
+        let order = flows[usize::from(a_conducts)].order(n).unwrap_or_default();
+        let mut place = vec![0; order.len()];
+        for (at, &i) in order.iter().enumerate() {
+            place[i as usize] = at as u32;
+        }
+        let zeros = || vec![T::zero(); n];
+        Ok(Self {
+            order,
+            place,
+            a_conducts,
+            active: vec![],
+            scale: vec![],
+            hierarchy: None,
+            rhs: zeros(),
+            y: zeros(),
+            product: zeros(),
+            kept: vec![],
+            walks: 0.0,
+            set_ups: 0,
+        })
+    }
+
+    /// Builds the hierarchy of `jacobian`, unless it has the one of the same columns.
+    ///
+    /// # Panics
+    ///
+    /// Unless the problem is of the order of that given to [`new`](Self::new).
+    pub fn set_up<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) {
+        self.set_up_within(jacobian, &mut Clock::endless());
+    }
+
+    /// As [`set_up`](Self::set_up), but leaves no hierarchy when the clock is up.
+    fn set_up_within<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) {
+        let n = jacobian.problem().order();
+        assert_eq!(n, self.rhs.len(), "a problem of the same order");
+        let active = (0..n).map(|i| jacobian.is_active(i));
+        if self.hierarchy.is_some() && active.clone().eq(self.active.iter().copied()) {
+            return;
+        }
+        self.active.clear();
+        self.active.extend(active);
+        let mut matrix = self.assemble(jacobian);
+        let void: Vec<bool> =
+            (0..n).map(|at| self.active[self.at(at)] != self.a_conducts).collect();
+        let (scale, dry) = void_scale(&matrix, &void);
+        matrix.scale_columns(&scale);
+        self.walks += VOID as f64;
+        self.build(matrix, scale, |at| dry[at], clock);
+    }
+
+    /// How often a hierarchy was built.
+    pub fn set_ups(&self) -> usize {
+        self.set_ups
+    }
+
+    /// The entries of all levels over those of J, of the last hierarchy that was built.
+    pub fn complexity(&self) -> Option<f64> {
+        self.hierarchy.as_ref().map(Hierarchy::complexity)
+    }
+
+    /// The walks over the rows of J that set-ups and cycles were worth.
+    pub(crate) fn walks(&self) -> f64 {
+        self.walks + self.hierarchy.as_ref().map_or(0.0, Hierarchy::walks)
+    }
+
+    /// Forgets the hierarchy, and counts from zero.
+    pub(crate) fn forget(&mut self) {
+        (self.hierarchy, self.walks, self.set_ups) = (None, 0.0, 0);
+    }
+
+    /// The unknown at a place.
+    fn at(&self, place: usize) -> usize {
+        self.order.get(place).map_or(place, |&i| i as usize)
+    }
+
+    /// The rows of J in the order along the flow.
+    fn assemble<A: Rows<T>, B: Rows<T>>(&self, jacobian: &Jacobian<'_, T, A, B>) -> Matrix<T> {
+        let n = self.rhs.len();
+        let entries = self.hierarchy.as_ref().map_or(4 * n, Hierarchy::entries);
+        let mut matrix = Matrix::with_capacity(n, entries);
+        let mut row: Vec<(u32, T)> = vec![];
+        for at in 0..n {
+            row.clear();
+            jacobian.visit_row(self.at(at), |j, a| {
+                row.push((self.place.get(j).copied().unwrap_or(j as u32), a));
+            });
+            matrix.push(&row);
+        }
+        matrix
+    }
+
+    /// Builds the hierarchy below `matrix`, whose columns have been scaled by `scale`.
+    fn build(
+        &mut self,
+        mut matrix: Matrix<T>,
+        mut scale: Vec<T>,
+        apart: impl Fn(usize) -> bool,
+        clock: &mut Clock<'_>,
+    ) {
+        self.walks = self.walks();
+        let v = near_kernel(&matrix, clock);
+        matrix.scale_columns(&v);
+        scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
+        self.scale = scale;
+        self.hierarchy = Hierarchy::new(matrix, apart, clock);
+        // Assembled, scaled twice, six symmetric passes.
+        self.walks += 3.0 + 12.0;
+        self.set_ups += 1;
+    }
+
+    /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
+    /// K-cycles.
+    ///
+    /// Ends when the residual is at most `tolerance` times the right-hand side, after about `limit`
+    /// iterations, where nothing is gained, or when the clock is up.
+    pub(crate) fn solve_to<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        rhs: &[T],
+        y: &mut [T],
+        (tolerance, limit): (f64, usize),
+        clock: &mut Clock<'_>,
+    ) -> Inner {
+        self.set_up_within(jacobian, clock);
+        y.fill(T::zero());
+        // In units of the right-hand side, whose squares might overflow or vanish.
+        let unit = T::of(Norms::of(rhs).l2);
+        if unit == T::zero() {
+            return Inner { iterations: 0, residual: 0.0 };
+        }
+        let mut residual: Vec<T> = (0..rhs.len()).map(|at| rhs[self.at(at)] / unit).collect();
+        let mut x = vec![T::zero(); rhs.len()];
+        let mut inner = Inner { iterations: 0, residual: 1.0 };
+        for bootstraps in 0..=BOOTSTRAPS {
+            let left = limit.saturating_sub(inner.iterations);
+            let steps = if bootstraps < BOOTSTRAPS { left.min(BOOTSTRAP) } else { left };
+            inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
+            inner.residual = dot(&residual, &residual).sqrt();
+            for (at, x) in x.iter_mut().enumerate() {
+                y[self.at(at)] += *x * self.scale[at] * unit;
+                *x = T::zero();
+            }
+            let wanting = inner.residual > tolerance && inner.iterations < limit;
+            if !wanting || bootstraps == BOOTSTRAPS || clock.is_up() {
+                break;
+            }
+            self.bootstrap(jacobian, clock);
+            inner.iterations += ROUGH;
+        }
+        inner
+    }
+
+    /// Builds the hierarchy around the slowest vector: a rough solution of `J v = e`.
+    fn bootstrap<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) {
+        let n = self.scale.len();
+        let (mut residual, mut v) = (vec![T::one(); n], vec![T::zero(); n]);
+        self.flexible(&mut residual, &mut v, (0.0, ROUGH), clock);
+        bounded(&mut v);
+        v.iter_mut().zip(&self.scale).for_each(|(v, &scale)| *v *= scale);
+        let mut matrix = self.assemble(jacobian);
+        matrix.scale_columns(&v);
+        self.build(matrix, v, |_| false, clock);
+    }
+
+    /// Moves `x` by at most `limit` steps, until `residual` is at most `goal`; returns the steps.
+    fn flexible(
+        &mut self,
+        residual: &mut [T],
+        x: &mut [T],
+        (goal, limit): (f64, usize),
+        clock: &mut Clock<'_>,
+    ) -> usize {
+        let Some(hierarchy) = &mut self.hierarchy else { return 0 };
+        for step in 0..limit {
+            if dot(residual, residual).sqrt() <= goal || clock.is_up() {
+                return step;
+            }
+            let at = step % KEPT;
+            if self.kept.len() == at {
+                self.kept.push([vec![T::zero(); x.len()], vec![T::zero(); x.len()]]);
+            }
+            // The oldest pair gives way; pairs beyond it are of this solve once all have been used.
+            let (before, rest) = self.kept.split_at_mut(at);
+            let Some(([p, product], after)) = rest.split_first_mut() else { return step };
+            let after = if step < KEPT { &[] } else { &*after };
+            hierarchy.cycle(Cycle::K, residual, p, product, clock);
+            if clock.is_up() {
+                return step;
+            }
+            for [older, image] in before.iter().chain(after) {
+                let share = dot(product, image);
+                add(product, -share, image);
+                add(p, -share, older);
+            }
+            let inverse = dot(product, product).sqrt().recip();
+            let length = dot(residual, product) * inverse;
+            if !(inverse.is_normal() && length.is_finite()) {
+                return step;
+            }
+            for v in [&mut *p, &mut *product] {
+                v.iter_mut().for_each(|v| *v *= T::of(inverse));
+            }
+            add(x, length, p);
+            add(residual, -length, product);
+        }
+        limit
+    }
+}
+
+/// The scale of the void and which of it is dry: 1 elsewhere, and in the void what solves its rows.
+fn void_scale<T: Scalar>(matrix: &Matrix<T>, void: &[bool]) -> (Vec<T>, Vec<bool>) {
+    let of_void = || (0..void.len()).filter(|&i| void[i]);
+    let mut scale: Vec<T> =
+        void.iter().map(|&void| if void { T::zero() } else { T::one() }).collect();
+    for _ in 0..VOID {
+        of_void().for_each(|i| matrix.relax_homogeneous(i, &mut scale));
+    }
+    let full = (0..void.len()).filter(|&i| !void[i]).map(|i| matrix.diagonal[i]);
+    let (sum, count) = full.fold((T::zero(), 0.0), |(sum, count), d| (sum + d, count + 1.0));
+    // The mean diagonal entry elsewhere.
+    let unit = if count > 0.0 { sum / T::of(count) } else { T::one() };
+    let least = T::of(DRY);
+    let mut dry = vec![false; void.len()];
+    for i in of_void() {
+        let alike = unit / matrix.diagonal[i];
+        let wet = scale[i] / alike;
+        if !(wet > least && wet < least.recip()) {
+            dry[i] = true;
+            scale[i] = if alike.is_normal() { alike } else { T::one() };
+        }
+    }
+    (scale, dry)
+}
+
+/// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite.
+fn check<T: Scalar>(
+    [name, diagonal]: [&'static str; 2],
+    operator: &impl Rows<T>,
+) -> Result<(), Error> {
+    let wide = |value: T| value.to_f64().unwrap_or(f64::NAN);
+    for index in 0..operator.order() {
+        let d = operator.diagonal_entry(index);
+        if !(d > T::zero() && d.is_finite()) {
+            return Err(Error::NotPositive { what: diagonal, index, value: wide(d) });
+        }
+        let mut bad = None;
+        operator.visit_row(index, &mut |_, a| bad = bad.or((!a.is_finite()).then_some(a)));
+        if let Some(a) = bad {
+            return Err(Error::NotFinite { what: name, index, value: wide(a) });
+        }
+    }
+    Ok(())
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
+    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
+        self.set_up(jacobian);
+        for at in 0..rhs.len() {
+            self.rhs[at] = rhs[self.at(at)];
+        }
+        if let Some(hierarchy) = &mut self.hierarchy {
+            let clock = &mut Clock::endless();
+            hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
+        }
+        for at in 0..rhs.len() {
+            y[self.at(at)] = self.y[at] * self.scale[at];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

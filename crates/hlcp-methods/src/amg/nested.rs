@@ -1,0 +1,220 @@
+//! A start from coarser problems, which rows alone define.
+
+use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
+
+use super::{
+    coarsen::pairs,
+    matrix::{Matrix, Members, NONE},
+    newton::Steps,
+};
+use crate::Clock;
+
+/// The order up to which a problem is solved from 0.
+const SMALL: usize = 200;
+
+/// The most steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
+const STEPS: usize = 4;
+const NEAR: f64 = 1e-3;
+
+/// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
+/// positive diagonals; returns the work in walks over the rows.
+pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    q: &[T],
+    x: &mut [T],
+    clock: &mut Clock<'_>,
+) -> Result<f64, Error> {
+    let n = x.len();
+    if clock.is_up() {
+        return Ok(0.0);
+    }
+    let coarser = coarser(&Matrix::of(problem.a()), &Matrix::of(problem.b()), clock);
+    let Some((aggregate, a, b)) = coarser else { return Ok(0.0) };
+    let count = a.order();
+    if 10 * count > 9 * n || clock.is_up() {
+        return Ok(0.0);
+    }
+    let (mut coarse_q, mut omega) = (vec![T::zero(); count], vec![T::zero(); count]);
+    let mut members = vec![T::zero(); count];
+    for (i, (&to, &q)) in aggregate.iter().zip(q).enumerate() {
+        let to = to as usize;
+        coarse_q[to] += problem.q_factor() * q;
+        omega[to] += problem.omega().entry(i);
+        members[to] += T::one();
+    }
+    omega.iter_mut().zip(&members).for_each(|(omega, &members)| *omega /= members);
+    let coarse = Hlcp::new(a, b, Omega::Each(omega))?;
+    let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
+    let mut walks = 0.0;
+    if count > SMALL {
+        walks += start(&coarse, &coarse_q, &mut coarse_x, clock)?;
+    }
+    let near = NEAR * Norms::of(&coarse_q).l2;
+    for _ in 0..STEPS {
+        let solved = steps.step(&coarse, &coarse_q, &mut coarse_x, clock);
+        if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {
+            break;
+        }
+    }
+    walks += steps.walks();
+    if coarse_x.iter().all(|x| x.is_finite()) {
+        for (i, (x, &from)) in x.iter_mut().zip(&aggregate).enumerate() {
+            // r is the same on both, so −x is divided by Ω's own entry.
+            *x = coarse_x[from as usize];
+            if *x < T::zero() {
+                *x *= coarse.omega().entry(from as usize) / problem.omega().entry(i);
+            }
+        }
+    }
+    Ok(walks * count as f64 / n as f64)
+}
+
+/// Aggregates, and A and B on them.
+type Coarser<T> = (Vec<u32>, Matrix<T>, Matrix<T>);
+
+/// The aggregates of two passes of pairing, unless the clock is up before.
+fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
+    let (mut aggregate, a, b) = halved(a, b, clock)?;
+    let (second, a, b) = halved(&a, &b, clock)?;
+    aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);
+    Some((aggregate, a, b))
+}
+
+fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
+    let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
+    // In one unit: of equal traces.
+    let (aggregate, count) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], |_| false);
+    let mut sum = |m| {
+        let late = clock.is_up();
+        (!late).then(|| in_series(m, &aggregate, count).aggregated(&aggregate, count))
+    };
+    let (a, b) = (sum(a)?, sum(b)?);
+    Some((aggregate, a, b))
+}
+
+/// The matrix with couplings between aggregates weakened, as conductors are by others in series
+/// with them.
+///
+/// From the middle of an aggregate to the middle of the next lead half of the coupling within the
+/// one, the coupling between them, and half of that within the other; what leads there side by side
+/// adds up. On cells of two by two of a grid that is the usual rule for conductances. Only what is
+/// symmetric conducts: transport stays as it is, and so do the sums of rows and of columns, that is
+/// the balances.
+fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> Matrix<T> {
+    let (n, two) = (matrix.order(), T::one() + T::one());
+    let conduction = conduction(matrix);
+    let members = Members::new(aggregate, count);
+    // Which members of the aggregate at hand, a bit each, touch another one.
+    let mut touching = vec![(NONE, 0_u8); count];
+    let mut within = vec![T::zero(); n];
+    let mut half = conduction.clone();
+    for own in 0..count {
+        let group = members.of(own);
+        for (bit, &i) in group.iter().enumerate() {
+            for (j, _) in conduction.off(i as usize) {
+                // Another aggregate's bits are forgotten.
+                let touching = &mut touching[aggregate[j] as usize];
+                if touching.0 != own as u32 {
+                    *touching = (own as u32, 0);
+                }
+                touching.1 |= 1 << bit;
+            }
+        }
+        for &i in group {
+            conduction.off(i as usize).for_each(|(k, c)| within[k] = c);
+            for (j, half) in half.off_mut(i as usize) {
+                // Members that do not touch the other aggregate lie behind i.
+                let touches = touching[aggregate[j] as usize].1;
+                let behind = group.iter().enumerate().filter(|(bit, _)| touches & (1 << bit) == 0);
+                let behind = behind.fold(T::zero(), |sum, (_, &k)| sum + within[k as usize]);
+                let leaves = aggregate[j] as usize != own && behind > T::zero();
+                *half = if leaves { (two * behind).recip() } else { T::zero() };
+            }
+            conduction.off(i as usize).for_each(|(k, _)| within[k] = T::zero());
+        }
+    }
+    // The same couplings seen from the other side: rows and columns of a symmetric pattern come in
+    // one order.
+    let other = half.transpose();
+    let mut weakened = Matrix::with_capacity(n, matrix.entries());
+    let (mut loss, mut row) = (vec![T::zero(); n], vec![]);
+    for i in 0..n {
+        let mut total = T::zero();
+        let sides = half.off(i).zip(other.column(i));
+        for ((j, c), ((_, own), &(_, other))) in conduction.off(i).zip(sides) {
+            if own + other > T::zero() {
+                loss[j] = c - (c.recip() + own + other).recip();
+                total += loss[j];
+            }
+        }
+        row.clear();
+        row.push((i as u32, matrix.diagonal[i] - total));
+        row.extend(matrix.off(i).map(|(j, a)| (j as u32, a + loss[j])));
+        weakened.push(&row);
+        conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
+    }
+    weakened
+}
+
+/// The symmetric part of the negative couplings, `min(−aᵢⱼ, −aⱼᵢ)` where that is positive.
+fn conduction<T: Scalar>(matrix: &Matrix<T>) -> Matrix<T> {
+    let (n, columns) = (matrix.order(), matrix.transpose());
+    let mut back = vec![T::zero(); n];
+    let mut conduction = Matrix::with_capacity(n, matrix.entries());
+    let mut row = vec![];
+    for i in 0..n {
+        columns.column(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
+        row.clear();
+        row.extend(matrix.off(i).map(|(j, a)| (j as u32, back[j].min(-a))));
+        row.retain(|&(_, c)| c > T::zero());
+        conduction.push(&row);
+        columns.column(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
+    }
+    conduction
+}
+
+#[cfg(test)]
+mod tests {
+    use hlcp_core::VaryingFivePoint;
+
+    use super::*;
+
+    /// Two by two cells of a grid with conductances that jump: in series along an axis, in parallel
+    /// across.
+    #[test]
+    fn cells_of_two_by_two_conduct_as_resistors_do() {
+        let c = |i: usize, j: usize| 1.0 + ((7 * i + 3 * j) % 5) as f64;
+        let d = |i: usize, j: usize| 2.0 + ((2 * i + 5 * j) % 3) as f64;
+        let a = VaryingFivePoint::from_fn(4, 4, |i, j| {
+            let [s, w, e, n] = [d(i, j), c(i, j), c(i + 1, j), d(i, j + 1)];
+            [-s, -w, s + w + e + n, -e, -n]
+        });
+        let fine = Matrix::<f64>::of(&a.unwrap());
+        let aggregate: Vec<u32> = (0..16).map(|k| k / 8 * 2 + k % 4 / 2).collect();
+        let coarse = in_series(&fine, &aggregate, 4).aggregated(&aggregate, 4);
+        let row = |j: usize| 1.0 / (0.5 / c(1, j) + 1.0 / c(2, j) + 0.5 / c(3, j));
+        let line = |i: usize| 1.0 / (0.5 / d(i, 1) + 1.0 / d(i, 2) + 0.5 / d(i, 3));
+        let off: Vec<_> = coarse.off(0).collect();
+        let expected = [(1, -row(0) - row(1)), (2, -line(0) - line(1))];
+        assert_eq!(off.len(), 2);
+        for ((to, a), (expected_to, expected)) in off.into_iter().zip(expected) {
+            assert!(to == expected_to && (a - expected).abs() < 1e-14, "{to} {a} {expected}");
+        }
+        // What leads out stays.
+        let out = c(0, 0) + c(0, 1) + d(0, 0) + d(1, 0);
+        let sum = coarse.off(0).fold(coarse.diagonal[0], |sum, (_, a)| sum + a);
+        assert!((sum - out).abs() < 1e-13);
+    }
+
+    #[test]
+    fn transport_is_summed_as_it_is() {
+        let b = VaryingFivePoint::from_fn(6, 1, |i, _| {
+            [0.0, -1.0 - i as f64, 2.0 + i as f64, 0.0, 0.0]
+        });
+        let fine = Matrix::<f64>::of(&b.unwrap());
+        let aggregate = [0, 0, 1, 1, 2, 2];
+        let coarse = in_series(&fine, &aggregate, 3).aggregated(&aggregate, 3);
+        assert_eq!(coarse.diagonal, [3.0, 5.0, 7.0]);
+        assert_eq!(coarse.off(2).collect::<Vec<_>>(), [(1, -5.0)]);
+    }
+}

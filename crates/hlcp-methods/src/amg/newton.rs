@@ -1,0 +1,401 @@
+//! Newton's method with algebraic multigrid inside.
+
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
+
+use super::{Amg, nested};
+use crate::{Clock, Jacobian, Method, Work, method::iterate};
+
+/// A residual of at most this part of the smallest one of the phase is progress.
+const PROGRESS: f64 = 0.9;
+
+/// Steps without progress that end the first phase.
+const PATIENCE: usize = 6;
+
+/// The most iterations of one inner solve.
+const INNER: usize = 300;
+
+/// The inner tolerance while signs change, and once they do not.
+const FORCING: [f64; 2] = [1e-2, 1e-5];
+
+/// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise
+/// one.
+const PAIRS: usize = 4;
+
+/// A start whose residual is at most this part of that of 0 is better than what a coarser problem
+/// has to say.
+const WARM: f64 = 0.1;
+
+/// The way of a step, in units of `ε` times the largest unknown, that rounding explains.
+const ROUNDING: f64 = 16.0;
+
+/// Steps of Newton's method, without a safeguard.
+#[derive(Debug, Clone)]
+pub(super) struct Steps<T> {
+    amg: Amg<T>,
+    f: Vec<T>,
+    s: Vec<T>,
+    scratch: Vec<T>,
+    /// The smallest defect that a step set out from, and whether the last step set out from half of
+    /// the one before.
+    best: f64,
+    halved: bool,
+    /// The signs that the last step changed.
+    flips: usize,
+    /// Whether steps are Newton's own: no sweeps before them, and no stop at the edge of a piece.
+    plain: bool,
+    linear_iterations: usize,
+    sweeps: usize,
+}
+
+impl<T: Scalar> Steps<T> {
+    pub(super) fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<Self, Error> {
+        let zeros = || vec![T::zero(); problem.order()];
+        Ok(Self {
+            amg: Amg::new(problem)?,
+            f: zeros(),
+            s: zeros(),
+            scratch: Vec::new(),
+            best: f64::INFINITY,
+            halved: true,
+            flips: usize::MAX,
+            plain: false,
+            linear_iterations: 0,
+            sweeps: 0,
+        })
+    }
+
+    fn restart(&mut self) {
+        self.amg.forget();
+        (self.best, self.halved, self.flips) = (f64::INFINITY, true, usize::MAX);
+        self.plain = false;
+        (self.linear_iterations, self.sweeps) = (0, 0);
+    }
+
+    /// The work so far, in walks over the rows.
+    pub(super) fn walks(&self) -> f64 {
+        self.sweeps as f64 + self.amg.walks()
+    }
+
+    /// Measures F at `x`.
+    pub(super) fn measure<A, B>(&mut self, problem: &Hlcp<T, A, B>, q: &[T], x: &[T]) -> Norms
+    where
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
+        self.sweeps += 1;
+        problem.defect(q, x, &mut self.f, &mut self.scratch);
+        Norms::of(&self.f)
+    }
+
+    /// Takes a step from `x`; whether it got anywhere before the clock was up.
+    pub(super) fn step<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        q: &[T],
+        x: &mut [T],
+        clock: &mut Clock<'_>,
+    ) -> bool {
+        let pairs = match (self.plain, self.halved) {
+            (true, _) => 0,
+            (_, true) => 1,
+            _ => PAIRS,
+        };
+        for sweep in 0..2 * pairs {
+            if clock.is_up() {
+                return false;
+            }
+            if sweep % 2 == 0 {
+                (0..x.len()).for_each(|i| relax(problem, q, x, i));
+            } else {
+                (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
+            }
+        }
+        self.sweeps += 2 * pairs;
+        let size = self.measure(problem, q, x).l2;
+        self.halved = size <= 0.5 * self.best;
+        self.best = self.best.min(size);
+        // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
+        // where it was.
+        let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
+        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let jacobian = Jacobian::new(problem, x);
+        let inner = self.amg.solve_to(&jacobian, &self.f, &mut self.s, goal, clock);
+        self.linear_iterations += inner.iterations;
+        self.flips = 0;
+        for (x, &s) in x.iter_mut().zip(&self.s) {
+            let next = *x - s;
+            // J says nothing of what is beyond the edge of its piece.
+            let stays = (*x >= T::zero()) == (next >= T::zero());
+            self.flips += usize::from(!stays);
+            *x = if stays || self.plain { next } else { T::zero() };
+        }
+        // NaN is not below 1 either; an entry that is not finite has made the residual NaN.
+        inner.residual < 1.0 && x.iter().all(|x| x.is_finite())
+    }
+}
+
+/// Solves row `i` for `xᵢ` exactly, whatever its sign.
+fn relax<T, A, B>(problem: &Hlcp<T, A, B>, q: &[T], x: &mut [T], i: usize)
+where
+    T: Scalar,
+    A: Rows<T>,
+    B: Rows<T>,
+{
+    let (mut t, mut pivots) = (problem.q_factor() * q[i], [T::zero(); 2]);
+    problem.a().visit_row(i, &mut |j, a| {
+        if j == i {
+            pivots[0] = a + a;
+        } else {
+            t += a * (x[j].abs() + x[j]);
+        }
+    });
+    problem.b().visit_row(i, &mut |j, b| {
+        let b = problem.omega().entry(j) * b;
+        if j == i {
+            pivots[1] = b + b;
+        } else {
+            t -= b * (x[j].abs() - x[j]);
+        }
+    });
+    x[i] = -t / if t <= T::zero() { pivots[0] } else { pivots[1] };
+}
+
+/// Whether more than rounding leads from `x` to `y`.
+fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
+    let largest = |max: T, v: T| max.max(v.abs());
+    let size = x.iter().copied().fold(T::zero(), largest);
+    let way = x.iter().zip(y).map(|(&x, &y)| y - x).fold(T::zero(), largest);
+    way > T::of(ROUNDING) * T::epsilon() * size
+}
+
+/// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.
+///
+/// As [`Newton`](crate::Newton) does, one iteration solves the piece of F that `x` lies on, `J(x) s
+/// = F(x)`, to some extent, but
+///
+/// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the
+///   last step did not halve the defect;
+/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to a hundredth of the
+///   smallest defect so far, and to 10⁻⁵ of this one once no sign changes;
+/// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front
+///   back and forth.
+///
+/// # The start
+///
+/// The first iteration takes an `x` whose residual is at most a tenth of ‖q‖ as it is. Otherwise it
+/// starts from the solution of a coarser problem, and that one from the next: rows are paired
+/// twice, as in [`Amg`] but by the couplings of `A` and `B` together, `q` and all couplings are
+/// summed over pairs, so that oil is conserved, and couplings that conduct both ways are first put
+/// in series with half of those within their aggregates. On a grid these are cells of two by two;
+/// no grid need be known.
+///
+/// # Safeguard
+///
+/// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first,
+/// second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value in the
+/// phase nor changed fewer signs than any before them in the phase; or when a step leads nowhere,
+/// or a linear solve fails. Then the base method takes over at the best iterate of the phase, for
+/// 2, 4, 8, … iterations. Every second phase takes Newton's own steps: without sweeps, and across
+/// zero.
+///
+/// # Cost
+///
+/// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
+/// [`work`](Method::work) counts all of it, set-ups and start included, in walks over the rows.
+/// Storage: `4n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
+/// for a while.
+///
+/// # Convergence
+///
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
+/// [`Tmms`](crate::Tmms) provide, from any start, by the proof for [`Newton`](crate::Newton): in a
+/// phase that does not end ‖F‖ falls by tenths for ever, since no more than `n + 1` times in a
+/// phase can a step change fewer signs than any before; one that ends hands over an iterate with an
+/// ‖F‖ no larger than it found, that is multiplies the error by no more than a constant; and the
+/// base's iterations between phases, of which there are ever more, multiply it by a number that
+/// tends to zero. What sweeps and a start do within a phase is of no matter to that.
+///
+/// # Source
+///
+/// The outer iteration is Newton's for the Fischer–Burmeister form of T. Woloszynski, P. Podsiadlo
+/// and G. W. Stachowiak, *Efficient solution to the cavitation problem in hydrodynamic
+/// lubrication*, Tribology Letters 58 (2015), with another function and inexact; sweeps before a
+/// linear correction that stops at the edge of its piece are those of R. Kornhuber, *Monotone
+/// multigrid methods for elliptic variational inequalities I*, Numerische Mathematik 69 (1994). For
+/// the multigrid see [`Amg`].
+///
+/// ```
+/// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
+/// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
+///
+/// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h along x.
+/// let m = 64;
+/// let h = |i: usize, j: usize| {
+///     let pocket = (20..40).contains(&i) && (20..40).contains(&j);
+///     2.0 - i as f64 / m as f64 + if pocket { 1.0 } else { 0.0 }
+/// };
+/// let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
+/// let a = VaryingFivePoint::from_fn(m, m, |i, j| {
+///     let [s, w] = [face(h(i, j), h(i, j.max(1) - 1)), face(h(i, j), h(i.max(1) - 1, j))];
+///     let [e, n] = [face(h(i, j), h(i + 1, j)), face(h(i, j), h(i, j + 1))];
+///     [-s, -w, s + w + e + n, -e, -n]
+/// })?;
+/// let b = VaryingFivePoint::from_fn(m, m, |i, j| [0.0, -h(i.max(1) - 1, j), h(i, j), 0.0, 0.0])?;
+/// let q: Vec<f64> = (0..m * m).map(|k| h(k % m, k / m) - h((k % m).max(1) - 1, k / m)).collect();
+///
+/// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+/// let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
+/// let outcome = solver.solve(&q, Limits::default())?;
+/// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
+/// assert!(outcome.linear_iterations <= Some(85));
+/// assert!(solver.method().amg().set_ups() <= outcome.iterations + 1);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct AmgNewton<T, M> {
+    base: M,
+    steps: Steps<T>,
+    /// The best iterate of the phase, and scratch.
+    best: Vec<T>,
+    between: Vec<T>,
+    /// The walks of the start on coarser problems.
+    started: f64,
+    pub(super) base_iterations: usize,
+    /// Whether the next step is the first of a solve.
+    fresh: bool,
+    /// The phase, unless the base has its turn or a phase is about to begin.
+    phase: Option<Phase>,
+    /// The iterations that the base has left, and how many it gets after the next phase.
+    resting: usize,
+    rest: usize,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Phase {
+    /// The smallest residual, the fewest signs that a step changed, and the steps since one of them
+    /// was new.
+    best: f64,
+    fewest: usize,
+    quiet: usize,
+}
+
+impl<T: Scalar, M: Method<T>> AmgNewton<T, M>
+where
+    M::A: Rows<T>,
+    M::B: Rows<T>,
+{
+    /// Newton's method on the problem of `base`, which it falls back on.
+    ///
+    /// # Errors
+    ///
+    /// As [`Amg::new`].
+    pub fn new(base: M) -> Result<Self, Error> {
+        let steps = Steps::new(base.problem())?;
+        let zeros = || vec![T::zero(); steps.f.len()];
+        Ok(Self {
+            best: zeros(),
+            between: zeros(),
+            base,
+            steps,
+            started: 0.0,
+            base_iterations: 0,
+            fresh: true,
+            phase: None,
+            resting: 0,
+            rest: 2,
+        })
+    }
+
+    /// The multigrid at work.
+    pub fn amg(&self) -> &Amg<T> {
+        &self.steps.amg
+    }
+
+    /// Overwrites `y` with an iteration of the base from `x`.
+    fn rest(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        self.base_iterations += 1;
+        iterate(&mut self.base, q, x, y, &mut self.between, clock)
+    }
+
+    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
+    /// base go on.
+    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
+        (self.phase, self.resting) = (None, self.rest - 1);
+        self.rest = self.rest.saturating_mul(2);
+        self.steps.plain = !self.steps.plain;
+        let best = std::mem::take(&mut self.best);
+        let _ = self.rest(q, &best, y, clock);
+        self.best = best;
+    }
+}
+
+impl<T: Scalar, M: Method<T>> Method<T> for AmgNewton<T, M>
+where
+    M::A: Rows<T>,
+    M::B: Rows<T>,
+{
+    type A = M::A;
+    type B = M::B;
+
+    fn problem(&self) -> &Hlcp<T, M::A, M::B> {
+        self.base.problem()
+    }
+
+    fn work(&self) -> Option<Work> {
+        let sweeps = (self.started + self.steps.walks()).ceil() as usize;
+        let own = Work { sweeps, linear_iterations: Some(self.steps.linear_iterations) };
+        Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
+    }
+
+    fn restart(&mut self) {
+        self.base.restart();
+        self.steps.restart();
+        (self.started, self.base_iterations, self.fresh) = (0.0, 0, true);
+        (self.phase, self.resting, self.rest) = (None, 0, 2);
+    }
+
+    fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        let problem = self.base.problem();
+        Some(self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma()))
+    }
+
+    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        if self.resting > 0 {
+            self.resting -= 1;
+            return self.rest(q, x, y, clock);
+        }
+        let problem = self.base.problem();
+        let norms = self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma());
+        y.copy_from_slice(x);
+        if std::mem::take(&mut self.fresh) && norms.l2 > WARM * q.norms().l2 {
+            // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
+            self.started = nested::start(problem, q.entries(), y, clock).unwrap_or(0.0);
+        }
+        let begins = self.phase.is_none();
+        let mut phase =
+            self.phase.unwrap_or(Phase { best: norms.l2, fewest: usize::MAX, quiet: 0 });
+        if begins || norms.l2 <= PROGRESS * phase.best {
+            (phase.best, phase.quiet) = (norms.l2, 0);
+            self.best.copy_from_slice(x);
+        } else {
+            phase.quiet += 1;
+        }
+        // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
+        let patience = (PATIENCE / 2).saturating_mul(self.rest);
+        let steps = phase.quiet < patience && self.steps.step(problem, q.entries(), y, clock);
+        // A step that leads nowhere would be repeated for ever.
+        if steps && moved(x, y) {
+            if self.steps.flips < phase.fewest {
+                (phase.fewest, phase.quiet) = (self.steps.flips, 0);
+            }
+            self.phase = Some(phase);
+        } else if !clock.is_up() {
+            self.fall_back(q, y, clock);
+        }
+        norms
+    }
+}

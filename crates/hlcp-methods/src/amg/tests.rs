@@ -1,0 +1,570 @@
+use hlcp_core::{
+    Aor, Coefficients, Diagonal, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
+};
+use nalgebra::{DMatrix, DVector};
+
+use super::{
+    matrix::{Lu, NONE},
+    *,
+};
+use crate::{Limits, Method, Mms, Newton, Options, Solver, Ssor};
+
+/// Numbers between −1 and 1 without a pattern.
+fn noise(k: usize) -> f64 {
+    (12.9898 * k as f64 + 0.3).sin() * 0.7 + (78.233 * k as f64).cos() * 0.3
+}
+
+fn narrow<T: Scalar>(v: f64) -> T {
+    T::from(v).unwrap()
+}
+
+/// A sparse matrix without symmetry, and the same dense.
+fn sparse(n: usize) -> (Matrix<f64>, DMatrix<f64>) {
+    let mut dense = DMatrix::zeros(n, n);
+    let mut matrix = Matrix::with_capacity(n, 4 * n);
+    for i in 0..n {
+        for e in 1..4 {
+            dense[(i, (i * e * e + 7 * e) % n)] = noise(31 * i + e);
+        }
+        dense[(i, i)] = 4.0 + noise(i);
+        let row = (0..n as u32).map(|j| (j, dense[(i, j as usize)]));
+        matrix.push(&row.filter(|e| e.1 != 0.0).collect::<Vec<_>>());
+    }
+    (matrix, dense)
+}
+
+#[test]
+fn aggregated_entries_are_the_galerkin_product() {
+    let (matrix, dense) = sparse(40);
+    let aggregate: Vec<u32> =
+        (0..40).map(|i| if i % 9 == 4 { NONE } else { (i * 7 % 11) as u32 }).collect();
+    let p = DMatrix::from_fn(40, 11, |i, a| f64::from(u8::from(aggregate[i] == a as u32)));
+    let expected = p.transpose() * dense * &p;
+    let coarse = matrix.aggregated(&aggregate, 11);
+    let mut found = DMatrix::from_diagonal(&DVector::from_column_slice(&coarse.diagonal));
+    for i in 0..11 {
+        coarse.off(i).for_each(|(j, a)| found[(i, j)] += a);
+    }
+    // Sums of 16 entries of at most 5, in another order.
+    assert!((found - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
+}
+
+#[test]
+fn sweeps_solve_with_the_lower_triangle_and_return_products() {
+    let (matrix, dense) = sparse(40);
+    let rhs = DVector::from_fn(40, |i, _| noise(i + 5));
+    let lower = dense.lower_triangle();
+    let (mut y, mut product) = (vec![f64::NAN; 40], vec![f64::NAN; 40]);
+    matrix.sweep_from_zero(rhs.as_slice(), &mut y, &mut product);
+    let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
+    // Pivots of at least 3 against three entries of at most 1: errors grow by no more than a small
+    // factor.
+    let close = |found: &[f64], expected: &DVector<f64>| {
+        (DVector::from_column_slice(found) - expected).amax() < 1e3 * f64::EPSILON
+    };
+    assert!(close(&y, &expected));
+    matrix.residual_above(&y, &product.clone(), |i, residual| product[i] = residual);
+    assert!(close(&product, &(&rhs - &dense * &expected)));
+    matrix.sweep(rhs.as_slice(), &mut y, &mut product);
+    expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
+    assert!(close(&y, &expected) && close(&product, &(dense * expected)));
+}
+
+/// Two levels against their definition: a sweep, the Galerkin system, a sweep. The factors of coarse
+/// columns cancel.
+#[test]
+fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
+    let [a, _] = film::<f64>(16, 1.0);
+    let matrix = Matrix::of(&a);
+    let (aggregate, coarse) = coarsen::coarsen(&matrix, |i| i == 77);
+    assert!(coarse.order() <= 100 && aggregate[77] == NONE);
+    let p = DMatrix::from_fn(256, coarse.order(), |i, to| {
+        f64::from(u8::from(aggregate[i] == to as u32))
+    });
+    let mut dense = DMatrix::from_diagonal(&DVector::from_column_slice(&matrix.diagonal));
+    (0..256).for_each(|i| matrix.off(i).for_each(|(j, a)| dense[(i, j)] = a));
+    let lower = dense.lower_triangle();
+    let rhs = DVector::from_fn(256, |i, _| noise(i));
+    let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
+    let galerkin = (p.transpose() * &dense * &p).lu();
+    expected += &p * galerkin.solve(&(p.transpose() * (&rhs - &dense * &expected))).unwrap();
+    expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
+    let mut hierarchy = Hierarchy::new(matrix, |i| i == 77, &mut Clock::endless()).unwrap();
+    for cycle in [Cycle::W, Cycle::K] {
+        let (mut y, mut product) = (vec![f64::NAN; 256], vec![f64::NAN; 256]);
+        hierarchy.cycle(cycle, rhs.as_slice(), &mut y, &mut product, &mut Clock::endless());
+        // Conditions are of the order of the number of points.
+        let off = (DVector::from_vec(y) - &expected).amax() / expected.amax();
+        assert!(off < 256.0 * 100.0 * f64::EPSILON, "{off}");
+        let off = (DVector::from_vec(product) - &dense * &expected).amax() / expected.amax();
+        assert!(off < 256.0 * 100.0 * 100.0 * f64::EPSILON, "{off}");
+    }
+}
+
+#[test]
+fn elimination_solves_what_it_can() {
+    let (matrix, dense) = sparse(40);
+    let rhs = DVector::from_fn(40, |i, _| noise(i));
+    let mut y = [f64::NAN; 40];
+    Lu::new(&matrix).solve(rhs.as_slice(), &mut y);
+    let condition = dense.singular_values().max() / dense.singular_values().min();
+    let expected = dense.lu().solve(&rhs).unwrap();
+    let off = (DVector::from_column_slice(&y) - &expected).norm() / expected.norm();
+    assert!(off < 40.0 * condition * f64::EPSILON, "{off}");
+    // Of a singular one, with a row of zeros beside, what the other rows say.
+    let mut singular = Matrix::<f64>::with_capacity(3, 4);
+    for row in [&[(0, 1.0), (1, -1.0)][..], &[(0, -1.0), (1, 1.0)], &[]] {
+        singular.push(row);
+    }
+    let mut y = [f64::NAN; 3];
+    Lu::new(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
+    assert_eq!(y, [2.0, 0.0, 0.0]);
+}
+
+/// A film on `m × m` cells: conductances h³ that jump at the rims of pockets, and wind along x, or
+/// against the numbering.
+fn film<T: Scalar>(m: usize, wind: f64) -> [VaryingFivePoint<'static, T>; 2] {
+    let h = |i: usize, j: usize| {
+        let pocket = i * 6 / m % 2 == 1 && j * 6 / m % 2 == 1;
+        1.2 - 0.2 * i as f64 / m as f64 + if pocket { 2.0 } else { 0.0 }
+    };
+    let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
+    let a = VaryingFivePoint::from_fn(m, m, |i, j| {
+        let here = h(i, j);
+        let [s, w] = [face(here, h(i, j.max(1) - 1)), face(here, h(i.max(1) - 1, j))];
+        let [e, n] = [face(here, h(i + 1, j)), face(here, h(i, j + 1))];
+        [-s, -w, s + w + e + n, -e, -n].map(narrow)
+    });
+    let b = VaryingFivePoint::from_fn(m, m, |i, j| {
+        let [west, east] = [h(i.max(1) - 1, j), h(i + 1, j)].map(|h| -h * wind.abs());
+        let [west, east] = if wind > 0.0 { [west, 0.0] } else { [0.0, east] };
+        [0.0, west, h(i, j) * wind.abs(), east, 0.0].map(narrow)
+    });
+    [a, b].map(Result::unwrap)
+}
+
+/// Rows without a grid.
+#[derive(Debug)]
+struct Listed<T>(Vec<Vec<(usize, T)>>);
+
+impl<T: Scalar> LinearOperator<T> for Listed<T> {
+    fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        for (y, row) in y.iter_mut().zip(&self.0) {
+            *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
+        }
+    }
+}
+
+impl<T: Scalar> Diagonal<T> for Listed<T> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.0[i].iter().find(|e| e.0 == i).map_or(T::zero(), |e| e.1)
+    }
+}
+
+impl<T: Scalar> Rows<T> for Listed<T> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
+    }
+}
+
+/// The matrix with these couplings and columns that sum to `slack`.
+fn listed<T: Scalar>(n: usize, couplings: &[(usize, usize, f64)], slack: f64) -> Listed<T> {
+    let mut dense: Vec<std::collections::BTreeMap<usize, f64>> = vec![Default::default(); n];
+    for (j, row) in dense.iter_mut().enumerate() {
+        row.insert(j, slack);
+    }
+    for &(i, j, g) in couplings.iter().filter(|c| c.0 != c.1) {
+        *dense[i].entry(j).or_default() -= g;
+        *dense[j].entry(j).or_default() += g;
+    }
+    Listed(
+        dense.into_iter().map(|r| r.into_iter().map(|(j, a)| (j, narrow(a))).collect()).collect(),
+    )
+}
+
+/// A box of m³ points whose conductances jump by a thousand.
+fn boxes<T: Scalar>(m: usize) -> Listed<T> {
+    let octant = |k: usize| k % m * 2 / m + k / m % m * 2 / m + k / m / m * 2 / m;
+    let c = |k: usize| if octant(k).is_multiple_of(2) { 1.0 } else { 1e3 };
+    let mut couplings = vec![];
+    for k in 0..m * m * m {
+        for (stride, at) in [(1, k % m), (m, k / m % m), (m * m, k / m / m)] {
+            if at + 1 < m {
+                let g = 2.0 / (1.0 / c(k) + 1.0 / c(k + stride));
+                couplings.extend([(k, k + stride, g), (k + stride, k, g)]);
+            }
+        }
+    }
+    listed(m * m * m, &couplings, 0.1)
+}
+
+/// A ring that conducts, and carries around itself.
+fn ring<T: Scalar>(nx: usize, ny: usize) -> [Listed<T>; 2] {
+    let (mut conduction, mut transport) = (vec![], vec![]);
+    for k in 0..nx * ny {
+        let [i, j] = [k % nx, k / nx];
+        let h = |i: usize| 1.0 + 0.6 * (std::f64::consts::TAU * i as f64 / nx as f64).cos();
+        let east = j * nx + (i + 1) % nx;
+        conduction.extend([(k, east, h(i).powi(3)), (east, k, h(i).powi(3))]);
+        if j + 1 < ny {
+            conduction.extend([(k, k + nx, h(i).powi(3)), (k + nx, k, h(i).powi(3))]);
+        }
+        transport.push((east, k, h(i)));
+    }
+    [listed(nx * ny, &conduction, 0.02), listed(nx * ny, &transport, 0.02)]
+}
+
+/// Couplings anywhere.
+fn random<T: Scalar>(n: usize, seed: usize) -> Listed<T> {
+    let couplings: Vec<_> = (0..4 * n)
+        .map(|e| {
+            let to = (noise(e + seed) + 1.0) * 0.5 * n as f64;
+            (to as usize % n, e % n, 0.1 + noise(3 * e + seed).abs())
+        })
+        .collect();
+    listed(n, &couplings, 0.05)
+}
+
+/// A planted solution: patches where z is positive, and others where r is.
+fn planted<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    width: usize,
+) -> (Vec<T>, Vec<T>, Vec<T>) {
+    let n = a.order();
+    let sign = |k: usize| {
+        let [x, y] = [k % width, k / width].map(|i| i as f64 / width as f64);
+        (4.0 * x + 1.0).sin() + (3.0 * y + x).cos() * 0.8 + 0.1
+    };
+    let z: Vec<T> = (0..n).map(|k| narrow(sign(k).max(0.0))).collect();
+    let r: Vec<T> = (0..n).map(|k| narrow((-sign(k)).max(0.0))).collect();
+    let (mut az, mut q) = (vec![T::zero(); n], vec![T::zero(); n]);
+    a.apply(&z, &mut az);
+    b.apply(&r, &mut q);
+    q.iter_mut().zip(&az).for_each(|(q, &az)| *q -= az);
+    (z, r, q)
+}
+
+/// From this start to a residual of 1e-10.
+fn from_one<T>(start: &[T]) -> Options<'_, T> {
+    Options::from_x(start).limits(Limits::absolute(1e-10))
+}
+
+/// The method on an ordinary base.
+type Plain<'p, T, A, B> = AmgNewton<T, Mms<T, &'p A, &'p B, Aor<T>>>;
+
+fn solver<'p, T: Scalar, A: Rows<T>, B: Rows<T>>(
+    a: &'p A,
+    b: &'p B,
+) -> Solver<T, Plain<'p, T, A, B>> {
+    let omega = Omega::diagonal_ratio(T::one(), a, b).unwrap();
+    let base = Mms::new(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
+    Solver::new(AmgNewton::new(base).unwrap())
+}
+
+/// Solves a planted problem, and returns how far z and r are off.
+fn solve_planted<T: Scalar>(what: &str, a: &impl Rows<T>, b: &impl Rows<T>, width: usize) -> f64 {
+    let (z, r, q) = planted(a, b, width);
+    let mut solver = solver(a, b);
+    let start = vec![T::one(); z.len()];
+    let options = Options::from_x(&start).limits(Limits::relative(1e-13));
+    let outcome = solver.solve(&q, options).unwrap();
+    assert!(outcome.converged(), "{what}: {outcome}");
+    let inner = outcome.linear_iterations.unwrap();
+    assert!(outcome.iterations <= 25 && inner <= 250, "{what}: {outcome}, {inner}");
+    let off = |found: &[T], planted: &[T]| {
+        let largest = |max: f64, v: f64| max.max(v);
+        found.iter().zip(planted).map(|(&f, &p)| (f - p).abs().to_f64().unwrap()).fold(0.0, largest)
+    };
+    off(solver.z(), &z).max(off(solver.r(), &r))
+}
+
+fn solves_planted<T: Scalar>() -> f64 {
+    let mut worst = 0.0_f64;
+    for wind in [1.0, -0.7] {
+        let [a, b] = film::<T>(60, wind);
+        worst = worst.max(solve_planted("film", &a, &b, 60));
+        // The roles exchanged: B conducts and A carries.
+        worst = worst.max(solve_planted("film exchanged", &b, &a, 60));
+    }
+    let [a, b] = ring::<T>(64, 40);
+    worst = worst.max(solve_planted("ring", &a, &b, 64));
+    let a = boxes::<T>(14);
+    worst = worst.max(solve_planted("box", &a, &Identity { order: 14 * 14 * 14 }, 14));
+    let [a, b] = [random::<T>(3000, 1), random::<T>(3000, 977)];
+    worst.max(solve_planted("random pair", &a, &b, 50))
+}
+
+/// Errors are residuals times an inverse: of 1e-13 ‖q‖ < 1e-8 and norms below 100 here, whatever the
+/// family.
+#[test]
+fn planted_solutions_are_found_in_double_precision() {
+    let worst = solves_planted::<f64>();
+    assert!(worst < 1e-6, "{worst}");
+}
+
+/// As above, with residuals of some thousand roundings of 6e-8.
+#[test]
+fn planted_solutions_are_found_in_single_precision() {
+    let worst = solves_planted::<f32>();
+    assert!(worst < 0.3, "{worst}");
+}
+
+#[test]
+fn the_preconditioner_is_linear_and_the_k_cycle_is_not() {
+    let [a, b] = film::<f64>(40, 1.0);
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(1.3)).unwrap();
+    let x: Vec<f64> = (0..1600).map(|k| (k as f64 / 170.0).sin()).collect();
+    let jacobian = Jacobian::new(&problem, &x);
+    let mut amg = Amg::new(&problem).unwrap();
+    amg.set_up(&jacobian);
+    let u: Vec<f64> = (0..1600).map(|k| noise(k + 2)).collect();
+    let v: Vec<f64> = (0..1600).map(|k| (k as f64 / 40.0).cos()).collect();
+    let sum: Vec<f64> = u.iter().zip(&v).map(|(u, v)| u - 3.0 * v).collect();
+    let mut bend = |cycle: Option<Cycle>| {
+        let [pu, pv, ps] = [&u, &v, &sum].map(|rhs| {
+            let mut y = vec![f64::NAN; 1600];
+            match cycle {
+                None => amg.solve(&jacobian, rhs, &mut y),
+                Some(cycle) => {
+                    let hierarchy = amg.hierarchy.as_mut().unwrap();
+                    hierarchy.cycle(cycle, rhs, &mut y, &mut amg.product, &mut Clock::endless());
+                }
+            }
+            y
+        });
+        let off = (0..1600).map(|k| (ps[k] - pu[k] + 3.0 * pv[k]).abs()).fold(0.0, f64::max);
+        off / ps.iter().fold(0.0, |max: f64, v| max.max(v.abs()))
+    };
+    // Rounding, and what lengths that depend on the right-hand side do.
+    let [straight, bent] = [bend(None), bend(Some(Cycle::K))];
+    assert!(straight < 1e-11 && bent > 1e-8, "{straight} {bent}");
+    assert_eq!(amg.set_ups(), 1);
+}
+
+#[test]
+fn newton_takes_fewer_linear_iterations_with_it_than_with_sweeps() {
+    let [a, b] = film::<f64>(60, 1.0);
+    let (_, _, q) = planted(&a, &b, 60);
+    let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
+    let base = || Mms::new(problem.clone(), Aor::gauss_seidel()).unwrap();
+    let mut with = Solver::new(Newton::new(base(), Amg::new(&problem).unwrap()));
+    let mut without = Solver::new(Newton::new(base(), Ssor));
+    let start = vec![1.0; 3600];
+    let with = with.solve(&q, from_one(&start)).unwrap();
+    let without = without.solve(&q, from_one(&start)).unwrap();
+    assert!(with.converged() && without.converged());
+    let [with, without] = [with, without].map(|outcome| outcome.linear_iterations);
+    assert!(2 * with.unwrap() < without.unwrap(), "{with:?} {without:?}");
+}
+
+/// What the oil film draws in at its left edge it delivers at the four, to the sum of 3600
+/// residuals of 2-norm 1e-10.
+#[test]
+fn mass_is_in_balance() {
+    let m = 60;
+    let [a, b] = film::<f64>(m, 1.0);
+    let mut q = vec![0.0; m * m];
+    b.apply(&vec![1.0; m * m], &mut q);
+    let inlet = 1.2;
+    (0..m).for_each(|j| q[j * m] -= inlet);
+    let mut solver = solver(&a, &b);
+    assert!(solver.solve(&q, from_one(&vec![1.0; m * m])).unwrap().converged());
+    let (z, r) = (solver.z(), solver.r());
+    assert!(z.iter().any(|&z| z > 0.0) && r.iter().any(|&r| r > 0.0));
+    let [south, west, _, east, north] = a.as_five_point().unwrap().coefficients();
+    let conducted = |c: Coefficients<'_, f64>, k: usize| -c.at(k) * z[k];
+    let mut balance = 0.0;
+    for l in 0..m {
+        let [left, right, bottom, top] = [l * m, l * m + m - 1, l, m * m - m + l];
+        balance += conducted(west, left) + conducted(east, right);
+        balance += conducted(south, bottom) + conducted(north, top);
+        balance += b.diagonal_entry(right) * (1.0 - r[right]) - inlet;
+    }
+    assert!(balance.abs() <= m as f64 * 1e-10 + 1e-11, "{balance}");
+}
+
+#[test]
+fn a_second_solve_gives_the_same_answer() {
+    let [a, b] = film::<f64>(50, 1.0);
+    let (_, _, q) = planted(&a, &b, 50);
+    let mut solver = solver(&a, &b);
+    let start = vec![1.0; 2500];
+    let first = solver.solve(&q, from_one(&start)).unwrap();
+    let x = solver.x().to_vec();
+    let second = solver.solve(&q, from_one(&start)).unwrap();
+    assert_eq!((first.iterations, first.sweeps), (second.iterations, second.sweeps));
+    assert!(solver.x() == x);
+    // From its answer there is nothing to do.
+    assert_eq!(
+        solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10))).unwrap().iterations,
+        0
+    );
+}
+
+#[test]
+fn another_omega_or_gamma_changes_nothing_but_rounding() {
+    let [a, b] = film::<f64>(50, 1.0);
+    let (_, _, q) = planted(&a, &b, 50);
+    let outcomes = [(1.0, 1.0), (1e3, 1.0), (1e-3, 7.0)].map(|(tau, gamma)| {
+        let omega = Omega::diagonal_ratio(tau, &a, &b).unwrap();
+        let problem = Hlcp::new(&a, &b, omega).unwrap().with_gamma(gamma).unwrap();
+        let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+        let mut solver = Solver::new(AmgNewton::new(base).unwrap());
+        let outcome = solver.solve(&q, Limits::absolute(1e-10)).unwrap();
+        assert!(outcome.converged());
+        (outcome.iterations, outcome.linear_iterations)
+    });
+    assert_eq!(outcomes, [outcomes[0]; 3]);
+}
+
+#[test]
+fn what_has_no_pivots_or_is_not_finite_is_refused() {
+    let refused = |a: Vec<Vec<(usize, f64)>>| {
+        let problem = Hlcp::new(Listed(a), Identity { order: 2 }, Omega::Uniform(1.0)).unwrap();
+        Amg::new(&problem).unwrap_err().to_string()
+    };
+    let zero = refused(vec![vec![(0, 1.0)], vec![(0, 1.0), (1, 0.0)]]);
+    assert_eq!(zero, "diagonal of A[1] is 0, but it must be positive and finite");
+    assert!(refused(vec![vec![], vec![(1, 1.0)]]).starts_with("diagonal of A[0] is 0"));
+    let nan = refused(vec![vec![(0, 1.0)], vec![(0, f64::NAN), (1, 2.0)]]);
+    assert_eq!(nan, "A[1] is NaN, which is not a finite number");
+}
+
+/// A conductor without an end has no inverse: with z everywhere, J is singular on every level.
+#[test]
+fn singular_rows_end_without_an_answer() {
+    let couplings: Vec<_> =
+        (0..400).flat_map(|k| [(k, (k + 1) % 400, 1.0), ((k + 1) % 400, k, 1.0)]).collect();
+    let a: Listed<f64> = listed(400, &couplings, 0.0);
+    let b = Identity { order: 400 };
+    let mut solver = solver(&a, &b);
+    // What flows in has no way out, and r only takes in.
+    let limits = Limits { iterations: 30, ..Limits::absolute(1e-10) };
+    let outcome = solver.solve(&[-1.0; 400], Options::from_x(&[1.0; 400]).limits(limits)).unwrap();
+    assert!(!outcome.converged(), "{outcome}");
+    // With as much drawn as fed there are answers, up to a constant.
+    let q: Vec<f64> = (0..400).map(|k| (std::f64::consts::TAU * k as f64 / 400.0).sin()).collect();
+    // z is of the size of (400/2π)², and rounding leaves 3e-11 of q.
+    let options = Options::from_x(&[1.0; 400]).limits(Limits::relative(1e-9));
+    let outcome = solver.solve(&q, options).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+}
+
+/// Every J here is diagonal: no unknown is joined to another, and a thousand are too many for
+/// elimination.
+#[test]
+fn rows_that_do_not_hang_together_are_no_obstacle() {
+    let a: Listed<f64> = listed(1000, &[], 2.0);
+    let b = Identity { order: 1000 };
+    let q: Vec<f64> = (0..1000).map(noise).collect();
+    let mut solver = solver(&a, &b);
+    let outcome = solver.solve(&q, from_one(&[1.0; 1000])).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= 1, "{outcome}");
+    let (a, b) = (listed(1, &[], 2.0), Identity { order: 1 });
+    let mut one = self::solver(&a, &b);
+    assert!(one.solve(&[-3.0], Limits::absolute(1e-10)).unwrap().converged());
+    assert_eq!(one.z(), [1.5]);
+}
+
+/// Elastic–plastic torsion of a strip, in whose answer plastic parts have grown from the edges by a
+/// fifth of the points each: one by one, for Newton's method alone.
+#[test]
+fn a_front_takes_no_step_for_each_point() {
+    let n = 2048;
+    let h = 1.0 / (n + 1) as f64;
+    let couplings: Vec<_> = (1..n).flat_map(|k| [(k - 1, k, 1.0), (k, k - 1, 1.0)]).collect();
+    let mut a: Listed<f64> = listed(n, &couplings, 0.0);
+    for i in [0, n - 1] {
+        a.0[i].iter_mut().filter(|e| e.0 == i).for_each(|e| e.1 += 1.0);
+    }
+    let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
+    let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
+    let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
+    let b = Identity { order: n };
+    let mut solver = solver(&a, &b);
+    let outcome = solver.solve(&q, from_one(&vec![1.0; n])).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= n / 5 + 2, "{outcome}");
+    // The fold of the distance is half a cell from the nearest point, and z there off by its slope.
+    assert!((solver.z()[n / 2] - 0.1).abs() < h, "{}", solver.z()[n / 2]);
+}
+
+/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1 have no solution: phases end one after the other, and the base has its
+/// turns.
+#[test]
+fn the_base_has_its_turns_where_no_step_helps() {
+    let a: Listed<f64> = Listed(vec![vec![(0, 1.0), (1, -1.0)], vec![(0, -1.0), (1, 1.0)]]);
+    let b = Identity { order: 2 };
+    let mut solver = solver(&a, &b);
+    let limits = Limits { iterations: 60, ..Limits::absolute(1e-10) };
+    let options = Options::from_x(&[1.0, 1.0]).limits(limits);
+    let outcome = solver.solve(&[-1.0, -1.0], options).unwrap();
+    assert!(!outcome.converged(), "{outcome}");
+    assert!(solver.method().base_iterations >= 2 + 4, "{}", solver.method().base_iterations);
+}
+
+/// Data of size 10^±200 neither overflow nor vanish.
+#[test]
+fn scaling_q_scales_the_iterates() {
+    let [a, b] = film::<f64>(40, 1.0);
+    let (_, _, q) = planted(&a, &b, 40);
+    let run = |power: i32| {
+        let scale = 2_f64.powi(power);
+        let q: Vec<f64> = q.iter().map(|q| scale * q).collect();
+        let mut solver = solver(&a, &b);
+        let start = vec![0.3 * scale; q.len()];
+        let options = Options::from_x(&start).limits(Limits::relative(1e-12));
+        let outcome = solver.solve(&q, options).unwrap();
+        assert!(outcome.converged(), "{outcome}");
+        (outcome.iterations, outcome.linear_iterations)
+    };
+    let expected = run(0);
+    for power in [-700, 700] {
+        assert_eq!(run(power), expected);
+    }
+}
+
+/// Counts from the start on a coarser problem to the end of the last linear solve of a step.
+#[test]
+fn a_step_ends_with_the_time() {
+    let m = 130;
+    let [a, b] = film::<f64>(m, 1.0);
+    let (_, _, q) = planted(&a, &b, m);
+    let q = Rhs::new(&q).unwrap();
+    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
+    let problem = Hlcp::new(&a, &b, omega).unwrap();
+    let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
+    let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+    let mut whole = 0;
+    let mut count = || {
+        whole += 1;
+        false
+    };
+    let expected = amg.step(&q, &x, &mut y, &mut Clock::new(&mut count));
+    let walks = amg.work().unwrap().sweeps;
+    // Every walk over a matrix that is long is asked for, but those that measure or assemble.
+    assert!(2 * whole > walks, "{whole} of {walks}");
+    for late in (0..whole).step_by(7) {
+        amg.restart();
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > late
+        };
+        let norms = amg.step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        assert_eq!((norms, asked), (expected, late + 1), "asked until the time is up, and no more");
+    }
+    amg.restart();
+    // What was cut short leaves no trace.
+    let mut asked = 0;
+    let mut count = || {
+        asked += 1;
+        false
+    };
+    assert_eq!(amg.step(&q, &x, &mut y, &mut Clock::new(&mut count)), expected);
+    assert_eq!((asked, amg.work().unwrap().sweeps), (whole, walks));
+}

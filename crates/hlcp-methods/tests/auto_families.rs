@@ -1,0 +1,253 @@
+//! The automatic choice on problems that no single method solves best: films with dimples, oblong
+//! bearings, contacts in space and sparse pairs without a grid.
+
+use hlcp_core::{
+    Aor, Diagonal, Error, Hlcp, Identity, LinearOperator, Omega, Rows, VaryingFivePoint,
+};
+use hlcp_methods::{
+    AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
+    Multigrid, Newton, Options, Outcome, Solver, Ssor,
+};
+
+/// Numbers between 0 and 1 without a pattern.
+fn noise(k: usize) -> f64 {
+    0.5 + 0.35 * (12.9898 * k as f64 + 0.3).sin() + 0.15 * (78.233 * k as f64).cos()
+}
+
+/// Rows without a grid.
+#[derive(Debug, Clone)]
+struct Listed(Vec<Vec<(usize, f64)>>);
+
+impl LinearOperator<f64> for Listed {
+    fn order(&self) -> usize {
+        self.0.len()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        for (y, row) in y.iter_mut().zip(&self.0) {
+            *y = row.iter().map(|&(j, a)| a * x[j]).sum();
+        }
+    }
+}
+
+impl Diagonal<f64> for Listed {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.0[i].iter().find(|entry| entry.0 == i).map_or(0.0, |entry| entry.1)
+    }
+}
+
+impl Rows<f64> for Listed {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
+    }
+}
+
+impl Listed {
+    /// Row `i` takes `g` times what column `j` has, for `[i, j]` and `g`; each column keeps `slack`.
+    fn new(n: usize, couplings: impl Iterator<Item = ([usize; 2], f64)>, slack: f64) -> Self {
+        let mut rows: Vec<_> = (0..n).map(|j| vec![(j, slack)]).collect();
+        let mut add = |[i, j]: [usize; 2], a| match rows[i].iter_mut().find(|e| e.0 == j) {
+            Some(entry) => entry.1 += a,
+            None => rows[i].push((j, a)),
+        };
+        for ([i, j], g) in couplings.filter(|([i, j], _)| i != j) {
+            add([i, j], -g);
+            add([j, j], g);
+        }
+        Self(rows)
+    }
+}
+
+/// An oil film: `A` conducts the gap's cube between cells, with `stretch` times as much along y, and
+/// `B` carries the gap along x.
+fn film(
+    [nx, ny]: [usize; 2],
+    stretch: f64,
+    gap: impl Fn(f64, f64) -> f64,
+) -> [VaryingFivePoint<'static, f64>; 2] {
+    let h = |i: isize, j: isize| {
+        gap((i + 1) as f64 / (nx + 1) as f64, (j + 1) as f64 / (ny + 1) as f64)
+    };
+    let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
+    let side = (ny + 1) as f64 / (nx + 1) as f64;
+    let a = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let (i, j) = (i as isize, j as isize);
+        let here = h(i, j);
+        let [w, e] = [h(i - 1, j), h(i + 1, j)].map(|other| face(here, other) / side);
+        let [s, n] = [h(i, j - 1), h(i, j + 1)].map(|other| face(here, other) * side * stretch);
+        [-s, -w, s + w + e + n, -e, -n]
+    });
+    let b = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let (i, j) = (i as isize, j as isize);
+        [0.0, -h(i - 1, j), h(i, j), 0.0, 0.0].map(|b| b / (ny + 1) as f64)
+    });
+    [a, b].map(Result::unwrap)
+}
+
+/// The wedge: what `B` makes of a film that is full everywhere, ambient to the west.
+fn wedge(b: &VaryingFivePoint<'_, f64>) -> Vec<f64> {
+    (0..b.order())
+        .map(|k| {
+            let [south, west, here, east, north] = b.as_five_point().unwrap().coefficients();
+            [south, west, here, east, north].map(|c| c.at(k)).iter().sum()
+        })
+        .collect()
+}
+
+/// `K × K` square dimples of twice the gap's depth on an inclined plane.
+fn dimples(cells: [usize; 2], k: f64, depth: f64) -> [VaryingFivePoint<'static, f64>; 2] {
+    film(cells, 1.0, |x, y| {
+        let within = |at: f64| (0.25..0.75).contains(&(k * at).fract());
+        let inside = |at: f64| 0.0 < at && at < 1.0;
+        let dimple = within(x) && within(y) && inside(x) && inside(y);
+        2.0 - x + if dimple { depth } else { 0.0 }
+    })
+}
+
+/// A cube of `m³` points on a foundation that pushes here and pulls there.
+fn contact(m: usize) -> (Listed, Identity, Vec<f64>) {
+    let n = m * m * m;
+    let bonds = (0..n).flat_map(|k| {
+        let [x, y, z] = [k % m, k / m % m, k / m / m];
+        let ends = [(x, k + 1), (y, k + m), (z, k + m * m)];
+        let bonds = ends.into_iter().filter(move |(at, _)| at + 1 < m);
+        bonds.flat_map(move |(_, other)| [([k, other], 1.0), ([other, k], 1.0)])
+    });
+    let q = (0..n).map(|k| {
+        let [x, y, z] = [k % m, k / m % m, k / m / m].map(|i| i as f64 / m as f64);
+        0.4 - (9.0 * x).sin() * (7.0 * y).cos() - (5.0 * z + 1.0).sin()
+    });
+    (Listed::new(n, bonds, 0.003), Identity { order: n }, q.collect())
+}
+
+/// Three couplings a column, to anywhere.
+fn sparse(n: usize, seed: usize) -> Listed {
+    let couplings = (0..3 * n).map(|e| {
+        let to = (noise(7 * e + seed) * 1e7) as usize % n;
+        ([to, e % n], 0.05 + noise(3 * e + seed))
+    });
+    Listed::new(n, couplings, 1e-3)
+}
+
+fn posed<'p, A: Rows<f64>, B: Rows<f64>>(a: &'p A, b: &'p B) -> Hlcp<f64, &'p A, &'p B> {
+    Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b).unwrap()).unwrap()
+}
+
+/// The sweeps of the best single method: multigrid, adaptive SOR, and Newton's method with algebraic
+/// multigrid and with SSOR.
+fn fewest<A: Rows<f64>, B: Rows<f64>>(a: &A, b: &B, q: &[f64]) -> usize {
+    fn sweeps<M: Method<f64>>(method: Result<M, Error>, q: &[f64]) -> Option<usize> {
+        let limits = Limits { iterations: 1000, ..Limits::default() };
+        let outcome = Solver::new(method.ok()?).solve(q, limits).unwrap();
+        outcome.converged().then_some(outcome.sweeps)
+    }
+    let base = || Mms::new(posed(a, b), Aor::gauss_seidel()).unwrap();
+    let all = [
+        sweeps(Multigrid::new(posed(a, b), Cycle::W), q),
+        sweeps(AdaptiveSor::new(posed(a, b)), q),
+        sweeps(AmgNewton::new(base()), q),
+        sweeps(Ok(Newton::new(base(), Ssor)), q),
+    ];
+    all.into_iter().flatten().min().expect("one of them converges")
+}
+
+fn solve<A: Rows<f64>, B: Rows<f64>>(a: &A, b: &B, q: &[f64]) -> (Outcome, Vec<AutoTurn>) {
+    let mut solver = Solver::new(Auto::new(posed(a, b)).unwrap());
+    let outcome = solver.solve(q, Limits::default()).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    let history = solver.method().history().to_vec();
+    assert_eq!(history.last().map(|turn| turn.choice), Some(solver.method().uses()));
+    // A solve begins anew.
+    let again = solver.solve(q, Limits::default()).unwrap();
+    assert_eq!((again.iterations, again.sweeps), (outcome.iterations, outcome.sweeps));
+    assert_eq!(solver.method().history(), history);
+    (outcome, history)
+}
+
+/// No more than three times the work of the best single method: that of the windows of those that
+/// fail, some 140 sweeps at first, which is less than what algebraic multigrid takes anywhere.
+fn competes<A: Rows<f64>, B: Rows<f64>>(what: &str, a: &A, b: &B, q: &[f64]) -> Vec<AutoTurn> {
+    let (outcome, history) = solve(a, b, q);
+    let fewest = fewest(a, b, q);
+    assert!(outcome.sweeps <= 3 * fewest, "{what}: {outcome}, {fewest} sweeps, {history:?}");
+    // Every turn but the last was left, and residuals fall.
+    let (last, left) = history.split_last().unwrap();
+    assert!(last.end.is_none() && left.iter().all(|turn| turn.end.is_some()), "{history:?}");
+    assert!(history.is_sorted_by(|one, next| one.residual >= next.residual), "{history:?}");
+    // The step from the answer may be counted in the turn, but is not in the outcome.
+    let sweeps: usize = history.iter().map(|turn| turn.sweeps).sum();
+    assert!((outcome.sweeps..=outcome.sweeps + 100).contains(&sweeps), "{outcome} {history:?}");
+    history
+}
+
+#[test]
+fn films_with_dimples_go_to_algebraic_multigrid() {
+    for (cells, k, depth) in [([63, 63], 4.0, 2.0), ([63, 63], 4.0, 0.5), ([64, 48], 5.0, 2.0)] {
+        let [a, b] = dimples(cells, k, depth);
+        let history = competes(&format!("{cells:?}"), &a, &b, &wedge(&b));
+        let choices = |of: AutoChoice| history.iter().filter(|turn| turn.choice == of).count();
+        assert!(choices(AutoChoice::Sor) > 0 && choices(AutoChoice::Multigrid) > 0);
+        assert_eq!(history.last().unwrap().choice, AutoChoice::AmgNewton, "{history:?}");
+    }
+}
+
+/// Cells that are much longer than wide, in a gap that closes to a tenth and opens again.
+#[test]
+fn oblong_bearings_converge() {
+    for (cells, stretch) in [([5, 99], 0.5), ([39, 102], 0.02), ([160, 19], 4.0), ([4, 155], 1.0)] {
+        let [a, b] = film(cells, stretch, |x, _| 1.0 + 0.9 * (std::f64::consts::TAU * x).cos());
+        competes(&format!("{cells:?}"), &a, &b, &wedge(&b));
+    }
+}
+
+#[test]
+fn contacts_in_space_converge() {
+    let (a, b, q) = contact(20);
+    let history = competes("contact", &a, &b, &q);
+    assert!(history.iter().all(|turn| turn.choice != AutoChoice::Multigrid), "there is no grid");
+}
+
+#[test]
+fn sparse_pairs_converge() {
+    for n in [300, 5000] {
+        let [a, b] = [1, 5077].map(|seed| sparse(n, seed));
+        let planted: Vec<f64> = (0..n).map(|k| noise(11 * k) - 0.5).collect();
+        let (mut az, mut q) = (vec![0.0; n], vec![0.0; n]);
+        a.apply(&planted.iter().map(|x| x.max(0.0)).collect::<Vec<_>>(), &mut az);
+        b.apply(&planted.iter().map(|x| (-x).max(0.0)).collect::<Vec<_>>(), &mut q);
+        q.iter_mut().zip(&az).for_each(|(q, az)| *q -= az);
+        competes(&format!("{n}"), &a, &b, &q);
+    }
+}
+
+/// A row of `A` that is zero has no pivot for algebraic multigrid; sweeps divide by that of `B`.
+#[test]
+fn a_method_that_is_refused_is_left_out() {
+    let (mut a, _, mut q) = contact(12);
+    let n = q.len() + 1;
+    a.0.push(vec![]);
+    q.push(2.0);
+    let mut solver = Solver::new(
+        Auto::new(Hlcp::new(&a, Identity { order: n }, Omega::Uniform(6.0)).unwrap()).unwrap(),
+    );
+    let outcome = solver.solve(&q, Limits::default()).unwrap();
+    let history = solver.method().history();
+    assert!(outcome.converged(), "{outcome} {history:?}");
+    let refused = history.iter().find(|turn| turn.end == Some(AutoEnd::Refused)).unwrap();
+    assert_eq!((refused.choice, refused.sweeps), (AutoChoice::AmgNewton, 0));
+    assert!(solver.method().uses() != AutoChoice::AmgNewton);
+    assert!((solver.r()[n - 1] - 2.0).abs() < 1e-6);
+}
+
+/// From an answer there is nothing to do, and from near one no method is changed.
+#[test]
+fn a_solve_from_near_the_answer_is_short() {
+    let [a, b] = dimples([63, 63], 4.0, 2.0);
+    let q = wedge(&b);
+    let mut solver = Solver::new(Auto::new(posed(&a, &b)).unwrap());
+    let cold = solver.solve(&q, Limits::default()).unwrap();
+    assert_eq!(solver.solve(&q, Options::resume()).unwrap().iterations, 0);
+    let near: Vec<f64> = q.iter().map(|q| q * (1.0 + 1e-6)).collect();
+    let warm = solver.solve(&near, Options::resume()).unwrap();
+    assert!(warm.converged() && warm.sweeps < cold.sweeps, "{warm}, {cold}");
+}
