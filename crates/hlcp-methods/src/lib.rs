@@ -79,7 +79,7 @@
 //!
 //! # What else is here
 //!
-//! [`Limits`] says when to stop, in which [`Norm`]; [`Solver::solve_observed`] shows every iterate as [`Progress`], and
+//! [`Limits`] says when to stop, in which [`Norm`]; an [`Options::observer`] sees every iterate as [`Progress`], and
 //! [`Solver::with_history`] keeps residuals. A [`Method`] of your own is two functions, and gets all of this; a
 //! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
 

@@ -35,7 +35,7 @@ use crate::{Clock, Method, Work as Count};
 ///
 /// Coarse grids cannot help where the signs of the solution change from point to point, and a cycle may stall or
 /// diverge. The first iteration therefore measures what a cycle gains over sweeps for the same work, and the better
-/// goes on: an iteration is a cycle, or [`sweeps`](Method::sweeps) sweeps. A cycle that takes less than a tenth off
+/// goes on: an iteration is a cycle, or as many sweeps as a cycle is worth. A cycle that takes less than a tenth off
 /// the defect hands over to sweeps; sweeps that do not halve it put cycles on trial now and then, and the iterate before
 /// a trial that failed is taken up again. A coarse correction that is not finite is never added.
 /// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an answer is one is
