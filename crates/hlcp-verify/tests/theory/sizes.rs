@@ -255,6 +255,11 @@ fn holds<A: Rows<f64>>(
         method.step(&rhs, &x, &mut y, &mut Clock::endless());
         method.complete(&rhs, &mut y, &mut x);
         std::mem::swap(&mut x, &mut y);
+        // Where rounding is all that is left, the remaining iterations, at times millions, change
+        // nothing.
+        if norm(&x, &star, d) <= floor {
+            break;
+        }
     }
     prop_assert!(norm(&x, &star, d) <= 1e-6 * first + floor, "{enough} iterations");
 
