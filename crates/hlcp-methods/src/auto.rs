@@ -49,11 +49,12 @@ use crate::{
 ///
 /// # Convergence
 ///
-/// If one of the methods halves the residual with every `W` sweeps' worth of work, from wherever it
-/// is, the solve converges: others are tried less and less, and once its window is some `4W` it is
-/// not left for a method that does worse. The work on others is at most a multiple of its own,
-/// since a trial takes the work in which a method as good as its promise takes off a fixed number
-/// of digits. Otherwise that of the method at work.
+/// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
+/// is set going. Its progress is at least `0.3/W` once its window is `4W`. Promises fall below that
+/// after some windows each, and a method whose progress has come out smaller is left; so from then
+/// on the method at work makes that progress, and the solve converges if its limits allow. Until
+/// then the trial of a method takes the work in which one as good as its promise takes off a fixed
+/// number of digits. No theorem says beforehand which method that will be.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
