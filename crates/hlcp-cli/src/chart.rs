@@ -37,7 +37,7 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// Colour, dash and marker of each method, by the names it has on the charts.
-pub(crate) const STYLES: [(&[&str], [usize; 3]); 23] = [
+pub(crate) const STYLES: [(&[&str], [usize; 3]); 24] = [
     (&["MGS"], [0, 0, 0]),
     (&["MSOR, best"], [0, 1, 1]),
     (&["MAOR, best"], [0, 2, 2]),
@@ -61,6 +61,7 @@ pub(crate) const STYLES: [(&[&str], [usize; 3]); 23] = [
     (&["FMG", "full multigrid"], [5, 2, 2]),
     (&["AUTO", "auto"], [6, 0, 3]),
     (&["ADAPTIVE"], [6, 1, 4]),
+    (&["AMG"], [6, 2, 5]),
 ];
 
 /// A named line with its colour, dash and marker, the same on every chart.

@@ -1,7 +1,7 @@
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
-    AdaptiveSor, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton, Ssor, Tmms,
+    AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton, Ssor, Tmms,
     TridiagonalPart,
 };
 
@@ -50,6 +50,7 @@ enum Family {
 /// | `AUTO` | [`Auto`] |
 /// | `ADAPTIVE` | [`AdaptiveSor`] |
 /// | `NEWTON` | [`Newton`] with [`TridiagonalPart`] where both operators are tridiagonal, else [`Ssor`] |
+/// | `AMG` | [`AmgNewton`], Newton's method with algebraic multigrid |
 /// | `ANDERSON` | [`Anderson`] |
 /// | `MGW`, `MGF` | [`Multigrid`] by W-cycles and by F-cycles |
 /// | `FMG` | [`FullMultigrid`] with F-cycles |
@@ -72,6 +73,7 @@ enum Kind {
     Relaxed(Relaxed),
     Anderson { base: Relaxed, window: usize },
     Newton { base: Relaxed },
+    AmgNewton { base: Relaxed },
     Multigrid(Cycle),
     FullMultigrid,
     Adaptive,
@@ -192,10 +194,11 @@ const BASE: Relaxed =
     Relaxed { family: Family::Tmms, first: [1.0; 2], second: [1.0; 2], red_black: false };
 
 /// The names beyond the paper's, with their defaults.
-const BEYOND: [(&str, Kind); 7] = [
+const BEYOND: [(&str, Kind); 8] = [
     ("AUTO", Kind::Auto),
     ("ADAPTIVE", Kind::Adaptive),
     ("NEWTON", Kind::Newton { base: BASE }),
+    ("AMG", Kind::AmgNewton { base: BASE }),
     ("ANDERSON", Kind::Anderson { base: BASE, window: 10 }),
     ("MGW", Kind::Multigrid(Cycle::W)),
     ("MGF", Kind::Multigrid(Cycle::F)),
@@ -379,8 +382,11 @@ impl Named {
         if !matches!(kind, Some(Kind::Anderson { .. })) {
             refuse(&name, "window", given.window, "ANDERSON")?;
         }
-        if !matches!(kind, Some(Kind::Anderson { .. } | Kind::Newton { .. })) {
-            refuse(&name, "base", given.base, "ANDERSON or NEWTON")?;
+        let on_base = |kind: &Kind| {
+            matches!(kind, Kind::Anderson { .. } | Kind::Newton { .. } | Kind::AmgNewton { .. })
+        };
+        if !kind.as_ref().is_some_and(on_base) {
+            refuse(&name, "base", given.base, "ANDERSON, NEWTON or AMG")?;
         }
         let base = || {
             let base = given.base.unwrap_or("TMGS").to_ascii_uppercase();
@@ -392,6 +398,7 @@ impl Named {
                 None => return Err(Self::unknown(name)),
             },
             Some(Kind::Newton { .. }) => Kind::Newton { base: base()? },
+            Some(Kind::AmgNewton { .. }) => Kind::AmgNewton { base: base()? },
             Some(Kind::Anderson { window, .. }) => {
                 Kind::Anderson { base: base()?, window: given.window.unwrap_or(window) }
             }
@@ -502,6 +509,7 @@ impl Named {
                 Box::new(Newton::new(base.on(problem)?, TridiagonalPart::new()))
             }
             Kind::Newton { base } => Box::new(Newton::new(base.on(problem)?, Ssor)),
+            Kind::AmgNewton { base } => Box::new(AmgNewton::new(base.on(problem)?)?),
             Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, *cycle)?),
             Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),

@@ -49,10 +49,10 @@ pub(crate) struct Arguments {
     pub(crate) x0: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
     /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGW MGF FMG,
-    /// multigrid; NEWTON; ANDERSON; ADAPTIVE, SOR that finds α; AUTO, which chooses
+    /// multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that finds α; AUTO, which chooses
     #[arg(long, help_heading = METHOD)]
     pub(crate) method: Option<String>,
-    /// The method that ANDERSON accelerates and NEWTON falls back on [default: TMGS]
+    /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: TMGS]
     #[arg(long, help_heading = METHOD, requires = "method")]
     pub(crate) base: Option<String>,
     /// How many earlier iterates ANDERSON mixes [default: 10]
