@@ -363,7 +363,7 @@ impl Named {
     /// use hlcp_methods::Named;
     ///
     /// let names = Named::names();
-    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 54));
+    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 55));
     /// assert!(names.contains(&"AUTO".to_owned()));
     /// ```
     pub fn names() -> Vec<String> {
