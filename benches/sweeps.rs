@@ -4,8 +4,8 @@
 //! cargo bench --bench sweeps
 //! ```
 //!
-//! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread unless said. The chart of
-//! the cost per point goes to `docs/charts/cost-per-point.{csv,svg}`.
+//! Rivals run in turns, and each figure is the median of the ratios of the turns. One thread unless
+//! said. The chart of the cost per point goes to `docs/charts/cost-per-point.{csv,svg}`.
 
 #[path = "../crates/hlcp-cli/src/chart.rs"]
 #[allow(dead_code, reason = "one chart is drawn with a part of it")]
@@ -145,7 +145,8 @@ fn triad<T: Scalar>(x: &[T], q: &[T], y: &mut [T]) {
     black_box(y);
 }
 
-/// The half-step as one would write it first: everything fused, point by point, with the sum of squares.
+/// The half-step as one would write it first: everything fused, point by point, with the sum of
+/// squares.
 fn obvious<T: Scalar>(m: usize, q: &[T], x: &[T], y: &mut [T]) -> T {
     let (one, omega) = (T::one(), to::<T>(1.1));
     let (over_alpha, triangle) = (to::<T>(1.1).recip(), to::<T>(0.9) / to::<T>(1.1));
@@ -191,8 +192,9 @@ fn compare<T: Scalar>(m: usize, ours: Sweep, theirs: Sweep) -> Result<(f64, f64)
     Ok(against(|| scene.borrow_mut().sweep(ours), || scene.borrow_mut().sweep(theirs)))
 }
 
-/// What a step costs at the least that takes F in double precision and corrects by a sweep in single precision, against a step
-/// in double precision: one pass for the one and one for the other, without the conversions and the update.
+/// What a step costs at the least that takes F in double precision and corrects by a sweep in
+/// single precision, against a step in double precision: one pass for the one and one for the
+/// other, without the conversions and the update.
 fn corrected_in_single(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let (wide, mut narrow) = (RefCell::new(Scene::<f64>::new(m)?), Scene::<f32>::new(m)?);
     Ok(against(
@@ -214,8 +216,8 @@ fn shared<T: Scalar>(
     Ok((ratio, alone / ratio))
 }
 
-/// A half-step with every coefficient and Ω in arrays, against a pass that reads as many arrays; and its time on one
-/// thread over that on those of `pool`.
+/// A half-step with every coefficient and Ω in arrays, against a pass that reads as many arrays;
+/// and its time on one thread over that on those of `pool`.
 fn varying(m: usize, pool: &ThreadPool) -> Result<[(f64, f64); 2], Box<dyn Error>> {
     let n = m * m;
     let wave = |seed: f64, size: f64| move |k: usize| size * (seed + k as f64).sin();
@@ -311,7 +313,8 @@ impl Assembled {
     }
 }
 
-/// TMGS on Example 1: our solve against the same iteration on assembled matrices; the ratio theirs / ours.
+/// TMGS on Example 1: our solve against the same iteration on assembled matrices; the ratio theirs
+/// / ours.
 fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
     let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
     let start = vec![1.0; m * m];
@@ -340,7 +343,8 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
     Ok((ratio, theirs / ratio))
 }
 
-/// TMGS on Example 1, the whole solve: the time on one thread over that on those of `pool`, and that time.
+/// TMGS on Example 1, the whole solve: the time on one thread over that on those of `pool`, and
+/// that time.
 fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error>> {
     let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
     let start = vec![1.0; m * m];

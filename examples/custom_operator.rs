@@ -4,10 +4,10 @@
 //! cargo run --release --example custom_operator
 //! ```
 //!
-//! A string under unit load hangs between two supports, a height 1/32 above a floor. Its height z and the
-//! floor's reaction r satisfy −z″ + 1 = r, z ≥ 0, r ≥ 0, z r = 0: an LCP. The string lies on the floor from
-//! x = 1/4 to 3/4, and is a parabola up to there, which second differences follow exactly. The program ends
-//! with an error if a solve does not find that.
+//! A string under unit load hangs between two supports, a height 1/32 above a floor. Its height z
+//! and the floor's reaction r satisfy −z″ + 1 = r, z ≥ 0, r ≥ 0, z r = 0: an LCP. The string lies
+//! on the floor from x = 1/4 to 3/4, and is a parabola up to there, which second differences follow
+//! exactly. The program ends with an error if a solve does not find that.
 
 use std::error::Error;
 

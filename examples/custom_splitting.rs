@@ -4,9 +4,10 @@
 //! cargo run --release --example custom_splitting
 //! ```
 //!
-//! A pair of stencils couples neighbours in a grid line 20 times as strongly as neighbouring lines. Point
-//! Gauss–Seidel crawls; a splitting that solves for a whole line at a time does not, and one that solves with
-//! all of A + BΩ is the limit of what a splitting can do. The program ends with an error if the three answers differ.
+//! A pair of stencils couples neighbours in a grid line 20 times as strongly as neighbouring lines.
+//! Point Gauss–Seidel crawls; a splitting that solves for a whole line at a time does not, and one
+//! that solves with all of A + BΩ is the limit of what a splitting can do. The program ends with an
+//! error if the three answers differ.
 
 use std::error::Error;
 
@@ -35,7 +36,8 @@ impl Splitting<f64> for Lines {
         let mut upper = [0.0; NX];
         for (j, rhs) in rhs.chunks(NX).enumerate() {
             let (below, line) = y[..(j + 1) * NX].split_at_mut(j * NX);
-            // Thomas' algorithm for tridiag(west; centre; east) line = rhs − south·(the line below).
+            // Thomas' algorithm for tridiag(west; centre; east) line = rhs − south·(the line
+            // below).
             for i in 0..NX {
                 let known = if j > 0 { south * below[(j - 1) * NX + i] } else { 0.0 };
                 let (before, above) = if i > 0 { (line[i - 1], upper[i - 1]) } else { (0.0, 0.0) };

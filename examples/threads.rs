@@ -4,7 +4,8 @@
 //! cargo run --release --example threads
 //! ```
 //!
-//! The threads are those of the rayon pool that surrounds the call; the bits are those of one thread.
+//! The threads are those of the rayon pool that surrounds the call; the bits are those of one
+//! thread.
 
 use std::{error::Error, ops::ControlFlow};
 

@@ -4,8 +4,8 @@
 //! cargo run --release --example time_steps
 //! ```
 //!
-//! A membrane over a moving obstacle: A is the same in every step, q moves. Prints the iterations of
-//! each step from the last answer and from nothing.
+//! A membrane over a moving obstacle: A is the same in every step, q moves. Prints the iterations
+//! of each step from the last answer and from nothing.
 
 use std::error::Error;
 

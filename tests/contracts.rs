@@ -1,5 +1,5 @@
-//! One table of contracts that every method keeps: on stencils, assembled matrices, a user's operator and the
-//! same behind `dyn`, in both precisions. A new method is one row.
+//! One table of contracts that every method keeps: on stencils, assembled matrices, a user's
+//! operator and the same behind `dyn`, in both precisions. A new method is one row.
 
 mod common;
 #[path = "common/counting.rs"]
@@ -21,8 +21,9 @@ use hlcp_methods::{
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
-/// The rows: names of the paper, with α = 1.1 where one is open, and methods that have an arm in [`method`]. A row whose
-/// method checks no pivots, since it knows no rows, has "closure" in its name.
+/// The rows: names of the paper, with α = 1.1 where one is open, and methods that have an arm in
+/// [`method`]. A row whose method checks no pivots, since it knows no rows, has "closure" in its
+/// name.
 const METHODS: &[&str] = &[
     "MJ",
     "MGS",
@@ -495,7 +496,8 @@ impl Rows<f64> for Short {
     }
 }
 
-/// A broken promise is a panic on several threads too, and nobody waits for the one that it hits: backward it is the first.
+/// A broken promise is a panic on several threads too, and nobody waits for the one that it hits:
+/// backward it is the first.
 #[test]
 #[should_panic]
 fn a_panic_on_one_thread_ends_the_others() {
@@ -512,7 +514,8 @@ fn a_panic_on_one_thread_ends_the_others() {
     });
 }
 
-/// Solves that share their work while their pool has other such solves to do, and within another pool's.
+/// Solves that share their work while their pool has other such solves to do, and within another
+/// pool's.
 #[test]
 fn solves_within_parallel_loops_change_no_bit() {
     use rayon::prelude::*;

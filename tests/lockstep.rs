@@ -1,5 +1,5 @@
-//! The library's iterates are the paper's: in lockstep with the dense textbook iterations, and bit for bit
-//! where two methods are one.
+//! The library's iterates are the paper's: in lockstep with the dense textbook iterations, and bit
+//! for bit where two methods are one.
 
 mod common;
 
@@ -151,7 +151,8 @@ proptest! {
         lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
     }
 
-    /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the points.
+    /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the
+    /// points.
     #[test]
     fn red_black_order_is_a_permutation(
         p in planted(1..41, 1.5),
@@ -178,7 +179,8 @@ proptest! {
         lockstep_in(&order, &mut amms, &textbook, &p.dense.q, &start)?;
     }
 
-    /// The norms a step returns are those of A z − B r + q at its input, by the paper's definitions.
+    /// The norms a step returns are those of A z − B r + q at its input, by the paper's
+    /// definitions.
     #[test]
     fn a_step_measures_its_input(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
         let x = p.x().map(|x| x.sin() + start);
@@ -238,7 +240,8 @@ proptest! {
         prop_assert!(steps[0] == steps[1] && steps[0] == steps[2]);
     }
 
-    /// The cases of AOR are AOR: SOR at α = β, Gauss–Seidel at 1, Jacobi at β = 0 in either direction.
+    /// The cases of AOR are AOR: SOR at α = β, Gauss–Seidel at 1, Jacobi at β = 0 in either
+    /// direction.
     #[test]
     fn cases_of_aor_coincide(p in planted(1..41, 1.5), alpha in 0.5..1.6) {
         let same = |left: Aor<f64>, right: Aor<f64>| -> Result<(), TestCaseError> {

@@ -1,7 +1,7 @@
 //! Charts: lines on logarithmic axes and fields as colours, as SVG with the data beside it.
 //!
-//! Every series has a colour, a dash and a marker of its own, so that a chart reads in grey too; the light background is
-//! part of the chart, so that it reads on a dark page.
+//! Every series has a colour, a dash and a marker of its own, so that a chart reads in grey too;
+//! the light background is part of the chart, so that it reads on a dark page.
 
 use std::{error::Error, fs, path::Path, process::Command, sync::Arc};
 
@@ -93,7 +93,8 @@ pub(crate) struct Point {
     pub(crate) y: f64,
     /// The smallest and largest `x` measured, drawn as a bar.
     pub(crate) spread: Option<[f64; 2]>,
-    /// Whether the point is what it was meant to be; the others are open markers, joined by nothing.
+    /// Whether the point is what it was meant to be; the others are open markers, joined by
+    /// nothing.
     pub(crate) reached: bool,
 }
 
@@ -142,10 +143,12 @@ impl Panel {
         panel
     }
 
-    /// A field over a rectangle as colours: `rows` from the bottom to the top, each from left to right.
+    /// A field over a rectangle as colours: `rows` from the bottom to the top, each from left to
+    /// right.
     ///
-    /// Light is `low` and dark is `high`, what lies beyond has the colour of that end, and NaN is grey; `what`, with its unit,
-    /// names the colours. A cell is some 90 bytes of the file: thin out what is finer than the screen.
+    /// Light is `low` and dark is `high`, what lies beyond has the colour of that end, and NaN is
+    /// grey; `what`, with its unit, names the colours. A cell is some 90 bytes of the file: thin
+    /// out what is finer than the screen.
     pub(crate) fn field(
         title: &str,
         axes: [&str; 2],
@@ -239,7 +242,8 @@ impl Panel {
         });
     }
 
-    /// Marks at points in the axes' own coordinates (logarithms on a [`log_log`](Self::log_log) panel).
+    /// Marks at points in the axes' own coordinates (logarithms on a [`log_log`](Self::log_log)
+    /// panel).
     pub(crate) fn marks(
         mut self,
         name: &str,

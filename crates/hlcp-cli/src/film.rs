@@ -1,25 +1,30 @@
 //! `hlcp film`: the pressure in a lubricating film of your own, and where it cavitates.
 //!
-//! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a semicolon or blanks, in units of
-//! your choice; lines that begin with `#` are passed over. Between two points the gap is a straight line, which is cut into pieces,
-//! none longer than 1/400 of the film unless `--refine` says how many. A plane moves below it with the given speed in the direction
-//! of x, the film is full at the first point, and both ends are at the ambient pressure. Written are a picture, `target/film.svg`,
-//! and the numbers, `target/film.csv`; printed are peak, load, friction, flow, and where the film ruptures and forms again.
+//! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a
+//! semicolon or blanks, in units of your choice; lines that begin with `#` are passed over. Between
+//! two points the gap is a straight line, which is cut into pieces, none longer than 1/400 of the
+//! film unless `--refine` says how many. A plane moves below it with the given speed in the
+//! direction of x, the film is full at the first point, and both ends are at the ambient pressure.
+//! Written are a picture, `target/film.svg`, and the numbers, `target/film.csv`; printed are peak,
+//! load, friction, flow, and where the film ruptures and forms again.
 //!
-//! Without arguments it takes the pad of the library's slider, and ends with an error if peak or rupture are not the known ones.
+//! Without arguments it takes the pad of the library's slider, and ends with an error if peak or
+//! rupture are not the known ones.
 //!
 //! # What is solved
 //!
-//! The Reynolds equation with mass-conserving cavitation: with the pressure `p` above the cavitation pressure and the void
-//! fraction `r`, what flows is `Φ = ½U(1 − r)h − h³/(12μ) dp/dx`, the same everywhere, and `p, r ≥ 0`, `p r = 0`. Between two
-//! points `h` is a straight line, for which a full film's flux is known exactly: with the harmonic mean `H = 2h₁h₂/(h₁ + h₂)`,
+//! The Reynolds equation with mass-conserving cavitation: with the pressure `p` above the
+//! cavitation pressure and the void fraction `r`, what flows is `Φ = ½U(1 − r)h − h³/(12μ) dp/dx`,
+//! the same everywhere, and `p, r ≥ 0`, `p r = 0`. Between two points `h` is a straight line, for
+//! which a full film's flux is known exactly: with the harmonic mean `H = 2h₁h₂/(h₁ + h₂)`,
 //!
 //! ```text
 //! Φ = ½U (1 − r) H − (p₂ − p₁) H h₁h₂/(12μ Δx) ,    r of the point before.
 //! ```
 //!
-//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B` bidiagonal, both M-matrices. Newton's
-//! method solves it in a few steps, from the solution at every other point.
+//! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B`
+//! bidiagonal, both M-matrices. Newton's method solves it in a few steps, from the solution at
+//! every other point.
 
 use std::{
     error::Error,
@@ -80,7 +85,8 @@ pub(crate) struct Arguments {
     /// The pressure at which the film cavitates, in units of --p-unit
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
     cavitation: f64,
-    /// How many pieces each stretch between two points is cut into [default: none longer than 1/400 of the film]
+    /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
+    /// of the film]
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     refine: Option<u16>,
     /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist
@@ -224,10 +230,12 @@ impl Profile {
         Ok(Self { x, h })
     }
 
-    /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of the film.
+    /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of
+    /// the film.
     ///
-    /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane wedge is 7e-6 off if the gap
-    /// narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and a rupture is known to 1/400 of the film.
+    /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane
+    /// wedge is 7e-6 off if the gap narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and
+    /// a rupture is known to 1/400 of the film.
     fn refined(self, refine: Option<u16>) -> Self {
         let length = self.x[self.x.len() - 1] - self.x[0];
         let by_length = |x: &[f64]| ((x[1] - x[0]) / length * 400.0).ceil().max(1.0) as usize;
@@ -250,7 +258,8 @@ struct Pieces {
     flow: Vec<f64>,
 }
 
-/// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both ends.
+/// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both
+/// ends.
 fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn Error>> {
     // Row i is the balance of point i + 1, between the pieces i and i + 1.
     let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
@@ -344,7 +353,8 @@ impl Film {
         (0..self.p.len()).fold(0, |peak, i| if self.p[i] > self.p[peak] { i } else { peak })
     }
 
-    /// The points where a full film has ruptured, or a broken one has formed again; the front itself is at most a piece away.
+    /// The points where a full film has ruptured, or a broken one has formed again; the front
+    /// itself is at most a piece away.
     fn fronts(&self, rupture: bool) -> Vec<usize> {
         let full = |i: usize| self.void[i] == 0.0;
         (1..self.x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != rupture).collect()
@@ -426,7 +436,8 @@ impl Film {
             Slider::PEAK * 1e-6,
             Slider::RUPTURE * 1e3
         ))?;
-        // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap; 1e-3 is room.
+        // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap;
+        // 1e-3 is room.
         let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
         let near = |i: usize| (self.x[i] - Slider::RUPTURE).abs() <= self.x[i] - self.x[i - 1];
         let rupture = matches!(self.fronts(true)[..], [i] if near(i));

@@ -81,7 +81,8 @@ struct Field<'f> {
 const CELLS: [usize; 2] = [48, 32];
 
 impl Field<'_> {
-    /// The value at the inner point nearest to the middle of each drawn cell, with that point's coordinates.
+    /// The value at the inner point nearest to the middle of each drawn cell, with that point's
+    /// coordinates.
     fn cells(&self) -> Vec<Vec<[f64; 3]>> {
         let ny = self.values.len() / self.nx;
         let nearest = |k: usize, of: usize, points: usize| {

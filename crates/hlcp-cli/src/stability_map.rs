@@ -1,10 +1,10 @@
 //! `hlcp stability-map`: how fast, and whether, each method converges over the plane of α and τ.
 //!
-//! For each scene and each of MMS, AMMS and TMMS with β = α and β = α − 0.2, in double and in single
-//! precision, the colour is the asymptotic contraction of the residual, as sweeps for a digit; marks
-//! tell how a solve failed. The solid outline is Theorem 2's region, the dashed one what a witness
-//! proves. The maps and the cells as CSV go to `docs/charts`. Ends with an error if a method fails
-//! inside what is proved.
+//! For each scene and each of MMS, AMMS and TMMS with β = α and β = α − 0.2, in double and in
+//! single precision, the colour is the asymptotic contraction of the residual, as sweeps for a
+//! digit; marks tell how a solve failed. The solid outline is Theorem 2's region, the dashed one
+//! what a witness proves. The maps and the cells as CSV go to `docs/charts`. Ends with an error if
+//! a method fails inside what is proved.
 
 use std::error::Error;
 
@@ -60,7 +60,8 @@ struct Known {
     witness: bool,
 }
 
-/// The plane: `α` and `τ` at the multiples of a step, so that τ = 1, the whole of Theorem 2's region on most scenes, is a row.
+/// The plane: `α` and `τ` at the multiples of a step, so that τ = 1, the whole of Theorem 2's
+/// region on most scenes, is a row.
 struct Plane {
     axis: Vec<f64>,
     step: f64,
@@ -210,7 +211,8 @@ fn solve<T: Scalar>(
     Ok(Cell { alpha, tau, status, sweeps, contraction })
 }
 
-/// What the theorems say of one MAOR step, and with it of two and of the accelerated one (docs/theory.md, section 2).
+/// What the theorems say of one MAOR step, and with it of two and of the accelerated one
+/// (docs/theory.md, section 2).
 fn known(problem: &Problem<f64>, [alpha, beta, tau]: [f64; 3]) -> Result<Known, Box<dyn Error>> {
     let problem = problem.hlcp(tau)?;
     let steps = [Aor::new(alpha, beta)?];

@@ -7,7 +7,8 @@ use crate::{
     splitting::{pivot, positive_pivot},
 };
 
-/// The accelerated overrelaxation splitting of the pair, with Jacobi, Gauss–Seidel and SOR as its cases.
+/// The accelerated overrelaxation splitting of the pair, with Jacobi, Gauss–Seidel and SOR as its
+/// cases.
 ///
 /// With `A = D_A − L_A − U_A` and `B = D_B − L_B − U_B` the forward splitting is
 ///
@@ -15,8 +16,8 @@ use crate::{
 /// M = (D_A − β_A L_A)/α_A + (D_B − β_B L_B) Ω/α_B ,
 /// ```
 ///
-/// and the backward one has `U` in the place of `L`: (4) of the paper with one (α, β), (5) with one each
-/// for A and B. Entry by entry, a forward step is the correction
+/// and the backward one has `U` in the place of `L`: (4) of the paper with one (α, β), (5) with one
+/// each for A and B. Entry by entry, a forward step is the correction
 ///
 /// ```text
 /// mᵢᵢ (yᵢ − xᵢ) = − Fᵢ(x) − Σ_{j<i} mᵢⱼ (yⱼ − xⱼ) .
@@ -31,10 +32,10 @@ use crate::{
 ///
 /// # Cost
 ///
-/// A step is one walk over the rows of `A` and of `B`, and yields the norms of its input for nothing. No
-/// scratch; the value itself is a few numbers, and `Copy`. When both operators answer
-/// [`as_five_point`](crate::LinearOperator::as_five_point) on one grid, the walk is one vectorised pass over
-/// memory; its iterates differ from the walk's by rounding alone.
+/// A step is one walk over the rows of `A` and of `B`, and yields the norms of its input for
+/// nothing. No scratch; the value itself is a few numbers, and `Copy`. When both operators answer
+/// [`as_five_point`](crate::LinearOperator::as_five_point) on one grid, the walk is one vectorised
+/// pass over memory; its iterates differ from the walk's by rounding alone.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Step};
@@ -141,12 +142,13 @@ impl<T: Scalar> Aor<T> {
 
     /// The same parameters with the points of a grid in red–black order: a splitting of its own.
     ///
-    /// Unknown `i` is point `i mod nx` of row `i / nx`, with `nx` points to a row; it is red where the sum of the two
-    /// is even, and black elsewhere. Red comes before black, and by index within a colour, so with the permutation `P`
-    /// that sorts by this order, `M = Pᵀ M′P` where `M′` is the splitting of `P A Pᵀ` and `P B Pᵀ`, forward or
-    /// backward; what a theorem says of the lexicographic order for every pair of its class, it says of this one.
-    /// On five-point operators a point's neighbours are all of the other colour, and the sweep is one pass like the
-    /// lexicographic one, with no chain from point to point.
+    /// Unknown `i` is point `i mod nx` of row `i / nx`, with `nx` points to a row; it is red where
+    /// the sum of the two is even, and black elsewhere. Red comes before black, and by index within
+    /// a colour, so with the permutation `P` that sorts by this order, `M = Pᵀ M′P` where `M′` is
+    /// the splitting of `P A Pᵀ` and `P B Pᵀ`, forward or backward; what a theorem says of the
+    /// lexicographic order for every pair of its class, it says of this one. On five-point
+    /// operators a point's neighbours are all of the other colour, and the sweep is one pass like
+    /// the lexicographic one, with no chain from point to point.
     ///
     /// # Errors
     ///
@@ -272,7 +274,8 @@ impl<T: Scalar> Aor<T> {
         }
     }
 
-    /// The sweep over `rows` in their order, where `passed(j, i)` says whether row `j` comes before row `i`.
+    /// The sweep over `rows` in their order, where `passed(j, i)` says whether row `j` comes before
+    /// row `i`.
     fn walk<A: Rows<T>, B: Rows<T>, const ACCELERATED: bool>(
         &self,
         problem: &Hlcp<T, A, B>,

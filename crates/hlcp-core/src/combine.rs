@@ -238,8 +238,8 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
 ///
 /// # Cost
 ///
-/// A product takes one of each and a vector of length `n` that is allocated and dropped. A row is visited
-/// once for the first operator and, for the second, once for each entry of the first's.
+/// A product takes one of each and a vector of length `n` that is allocated and dropped. A row is
+/// visited once for the first operator and, for the second, once for each entry of the first's.
 ///
 /// ```
 /// use hlcp_core::{DiagonalMatrix, Identity, LinearOperator, Sum};

@@ -10,7 +10,8 @@ use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
 /// use hlcp_core::{Diagonal, LinearOperator};
 /// use nalgebra_sparse::{CooMatrix, CsrMatrix};
 ///
-/// let coo = CooMatrix::try_from_triplets(2, 2, vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0])?;
+/// let coo =
+///     CooMatrix::try_from_triplets(2, 2, vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0])?;
 /// let matrix = CsrMatrix::from(&coo);
 /// let mut y = [f64::NAN; 2];
 /// matrix.apply(&[1.0, 2.0], &mut y);

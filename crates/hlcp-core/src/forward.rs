@@ -1,6 +1,7 @@
 //! Operators behind `&`, `Box` and `Arc` are operators, on every rung of the ladder.
 //!
-//! Spelled out, because a blanket over `Deref` would forbid implementing the ladder for foreign types.
+//! Spelled out, because a blanket over `Deref` would forbid implementing the ladder for foreign
+//! types.
 
 use std::sync::Arc;
 

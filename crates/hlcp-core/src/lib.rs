@@ -1,14 +1,17 @@
-//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear complementarity.
+//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear
+//! complementarity.
 //!
-//! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing here forms a
-//! matrix: an operator is known by what it does. The methods themselves are in `hlcp-methods`.
+//! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing
+//! here forms a matrix: an operator is known by what it does. The methods themselves are in
+//! `hlcp-methods`.
 //!
 //! # The easy way: operators that are there
 //!
-//! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`], [`DiagonalMatrix`], and [`Scaled`],
-//! [`Shifted`] and [`Sum`] of any; with the feature `nalgebra-sparse`, on by default, assembled
-//! `nalgebra_sparse::CsrMatrix`es, and `market` to read and write Matrix Market files. Two of them and an [`Omega`] make an
-//! [`Hlcp`], the problem in modulus form.
+//! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`],
+//! [`DiagonalMatrix`], and [`Scaled`], [`Shifted`] and [`Sum`] of any; with the feature
+//! `nalgebra-sparse`, on by default, assembled `nalgebra_sparse::CsrMatrix`es, and `market` to read
+//! and write Matrix Market files. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
+//! modulus form.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Shifted};
@@ -32,20 +35,28 @@
 //!
 //! # The fast way: say that it is five-point
 //!
-//! An operator that answers [`as_five_point`](LinearOperator::as_five_point) is swept in one vectorised pass over memory, which
-//! yields the norm for the stopping test as well; the iterates are those of the walk over its rows, to rounding.
+//! An operator that answers [`as_five_point`](LinearOperator::as_five_point) is swept in one
+//! vectorised pass over memory, which yields the norm for the stopping test as well; the iterates
+//! are those of the walk over its rows, to rounding.
 //!
 //! ```
 //! use hlcp_core::{
-//!     Aor, Coefficients::Constant, Diagonal, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows, Step,
+//!     Aor, Coefficients::Constant, Diagonal, FivePointView, Hlcp, Identity, LinearOperator,
+//!     Omega, Rhs, Rows, Step,
 //! };
 //!
 //! /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
 //! #[derive(Clone, Copy)]
-//! struct Beads { n: usize, k: f64, fast: bool }
+//! struct Beads {
+//!     n: usize,
+//!     k: f64,
+//!     fast: bool,
+//! }
 //!
 //! impl LinearOperator<f64> for Beads {
-//!     fn order(&self) -> usize { self.n }
+//!     fn order(&self) -> usize {
+//!         self.n
+//!     }
 //!     fn apply(&self, x: &[f64], y: &mut [f64]) {
 //!         for i in 0..self.n {
 //!             let at = |j: usize| x.get(j).copied().unwrap_or(0.0);
@@ -59,7 +70,9 @@
 //! }
 //!
 //! impl Diagonal<f64> for Beads {
-//!     fn diagonal_entry(&self, _: usize) -> f64 { 2.0 + self.k }
+//!     fn diagonal_entry(&self, _: usize) -> f64 {
+//!         2.0 + self.k
+//!     }
 //! }
 //!
 //! impl Rows<f64> for Beads {
@@ -74,9 +87,11 @@
 //! let n = 50;
 //! let q: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
 //! let swept = |fast| -> Result<_, hlcp_core::Error> {
-//!     let problem = Hlcp::new(Beads { n, k: 0.1, fast }, Identity { order: n }, Omega::Uniform(2.1))?;
+//!     let problem =
+//!         Hlcp::new(Beads { n, k: 0.1, fast }, Identity { order: n }, Omega::Uniform(2.1))?;
 //!     let mut y = vec![0.0; n];
-//!     let norms = Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &vec![1.0; n], &mut y, &mut vec![]);
+//!     let norms =
+//!         Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &vec![1.0; n], &mut y, &mut vec![]);
 //!     Ok((norms.l2, y))
 //! };
 //! let ((walked, x), (fused, y)) = (swept(false)?, swept(true)?);
@@ -87,8 +102,10 @@
 //!
 //! # What else is here
 //!
-//! * One thread works on a problem unless it is asked to be worked on `in_parallel`, with the feature `rayon`, on by default.
-//! * [`Step`] is what a method repeats, [`Rhs`] a checked right-hand side, [`Norms`] what a step measures.
+//! * One thread works on a problem unless it is asked to be worked on `in_parallel`, with the
+//!   feature `rayon`, on by default.
+//! * [`Step`] is what a method repeats, [`Rhs`] a checked right-hand side, [`Norms`] what a step
+//!   measures.
 //! * What is wrong with the input is an [`Error`] with its numbers.
 
 mod aor;

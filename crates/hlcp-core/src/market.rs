@@ -1,8 +1,8 @@
 //! Matrices and vectors in Matrix Market files, read by a reader that believes nothing.
 //!
-//! What a header declares is checked against the file's length before anything is allocated, and every
-//! entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general` or `symmetric`;
-//! vectors in the `array` or `coordinate` format or as plain numbers, one a line.
+//! What a header declares is checked against the file's length before anything is allocated, and
+//! every entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general`
+//! or `symmetric`; vectors in the `array` or `coordinate` format or as plain numbers, one a line.
 
 use std::{
     fs::{self, File},

@@ -2,12 +2,13 @@ use crate::{Error, Scalar};
 
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
-/// Both are NaN as soon as one entry is. Of a vector that a step measures as it goes, the 2-norm is an
-/// upper bound, at most √n too large, where it is below 10⁻¹⁴⁰ ‖q‖ or above 10¹⁵⁰ ‖q‖.
+/// Both are NaN as soon as one entry is. Of a vector that a step measures as it goes, the 2-norm is
+/// an upper bound, at most √n too large, where it is below 10⁻¹⁴⁰ ‖q‖ or above 10¹⁵⁰ ‖q‖.
 ///
 /// ```
 /// let norms = hlcp_core::Norms::of(&[1e-12, f64::NAN]);
-/// assert!(norms.l2.is_nan() && norms.linf.is_nan()); // so that no `norms.linf <= tolerance` is true
+/// // so that no `norms.linf <= tolerance` is true
+/// assert!(norms.l2.is_nan() && norms.linf.is_nan());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Norms {
@@ -34,7 +35,8 @@ impl Norms {
         meter.norms()
     }
 
-    /// The norms of the vector divided by γ: those of `A z − B r + q` from those of `F(x) = γ(A z − B r + q)`.
+    /// The norms of the vector divided by γ: those of `A z − B r + q` from those of
+    /// `F(x) = γ(A z − B r + q)`.
     ///
     /// ```
     /// use hlcp_core::Norms;
@@ -110,8 +112,8 @@ impl Meter {
 
     /// The norms, from the sum of squares in units and the largest value.
     ///
-    /// Where squares overflow or vanish, because a vector is 10¹⁵⁰ times as large or as small as the unit
-    /// promised, the 2-norm is an upper bound.
+    /// Where squares overflow or vanish, because a vector is 10¹⁵⁰ times as large or as small as
+    /// the unit promised, the 2-norm is an upper bound.
     fn finish(&self, squares: f64, largest: f64) -> Norms {
         let vanishing = largest > 0.0 && squares < 1e-280;
         let l2 = if squares == f64::INFINITY || vanishing {
@@ -154,15 +156,16 @@ impl<T: Scalar> Tally<T> {
     }
 }
 
-/// A power of two within a factor of two of `v`, kept where it and its reciprocal are normal; 1 for 0.
+/// A power of two within a factor of two of `v`, kept where it and its reciprocal are normal; 1
+/// for 0.
 fn power_of_two_near(v: f64) -> f64 {
     if v == 0.0 || !v.is_finite() { 1.0 } else { v.log2().floor().clamp(-1000.0, 1000.0).exp2() }
 }
 
 /// A vector `q` that was checked, with its norms.
 ///
-/// The norms give stopping tests their scale and the sums of squares a unit that neither overflows nor
-/// squares to zero.
+/// The norms give stopping tests their scale and the sums of squares a unit that neither overflows
+/// nor squares to zero.
 ///
 /// ```
 /// let q = hlcp_core::Rhs::new(&[3e-200, -4e-200])?;
@@ -181,7 +184,8 @@ impl<'q, T: Scalar> Rhs<'q, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for no entries, [`Error::NotFinite`] for the first entry that is NaN or infinite.
+    /// [`Error::Empty`] for no entries, [`Error::NotFinite`] for the first entry that is NaN or
+    /// infinite.
     ///
     /// ```
     /// let q = hlcp_core::Rhs::new(&[3.0_f32, -4.0])?;

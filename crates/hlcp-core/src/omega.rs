@@ -19,14 +19,15 @@ pub enum Omega<T> {
 impl<T: Scalar> Omega<T> {
     /// Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.
     ///
-    /// One number when the ratio is the same in every row, so a pair of constant stencils stores no vector.
+    /// One number when the ratio is the same in every row, so a pair of constant stencils stores no
+    /// vector.
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
-    /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when
-    /// they have none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first
-    /// ratio, that is zero, negative or not finite.
+    /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when they have
+    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first ratio,
+    /// that is zero, negative or not finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Omega};

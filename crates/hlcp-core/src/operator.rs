@@ -62,8 +62,8 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// The five-point operator that this one is, if it is one.
     ///
-    /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does, costs speed
-    /// alone. What a view promises is said at [`FivePointView`].
+    /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does,
+    /// costs speed alone. What a view promises is said at [`FivePointView`].
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }
@@ -116,7 +116,8 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
     fn diagonal_entry(&self, i: usize) -> T;
 }
 
-/// An operator whose rows can be walked: what [`Aor`](crate::Aor) and the accelerated method ask for.
+/// An operator whose rows can be walked: what [`Aor`](crate::Aor) and the accelerated method ask
+/// for.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Rows};
@@ -131,8 +132,8 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
 pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
     ///
-    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero, and every `j` is
-    /// below the order.
+    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero, and
+    /// every `j` is below the order.
     ///
     /// # Panics
     ///

@@ -17,8 +17,8 @@ const PORTION: usize = 4096;
 /// ```
 ///
 /// For a positive diagonal Ω and a positive γ, the modulus variable `x` with `z = (|x| + x)/γ` and
-/// `r = Ω(|x| − x)/γ` satisfies the three conditions by construction, and what is left is one equation,
-/// (2) of the paper with everything on one side:
+/// `r = Ω(|x| − x)/γ` satisfies the three conditions by construction, and what is left is one
+/// equation, (2) of the paper with everything on one side:
 ///
 /// ```text
 /// F(x) = (A + BΩ) x + (A − BΩ)|x| + γ q = γ (A z − B r + q) = 0.
@@ -28,8 +28,8 @@ const PORTION: usize = 4096;
 ///
 /// # Scaling
 ///
-/// Multiplying `q` by a positive number multiplies `z`, `r` and `x` by it. Multiplying γ multiplies `x`
-/// alone. Multiplying Ω stretches the negative part of `x`; `z` and `r` stay.
+/// Multiplying `q` by a positive number multiplies `z`, `r` and `x` by it. Multiplying γ multiplies
+/// `x` alone. Multiplying Ω stretches the negative part of `x`; `z` and `r` stay.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -45,7 +45,8 @@ const PORTION: usize = 4096;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Hlcp<T, A, B> {
-    // Invariant: `a` and `b` share one order n ≥ 1, which `omega` fits; `omega` and `gamma` are positive and finite.
+    // Invariant: `a` and `b` share one order n ≥ 1, which `omega` fits; `omega` and `gamma` are
+    // positive and finite.
     a: A,
     b: B,
     omega: Omega<T>,
@@ -137,13 +138,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// The same problem with the roles of `z` and `r` exchanged, Remark 3 of the paper.
     ///
-    /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). The methods then work on
-    /// the second, with Ω⁻¹ for Ω; `q` is still given, and `z` and `r` come back, as those of the first. What
-    /// a theorem asks of (A, B) it now asks of (B, A).
+    /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). The methods then
+    /// work on the second, with Ω⁻¹ for Ω; `q` is still given, and `z` and `r` come back, as those
+    /// of the first. What a theorem asks of (A, B) it now asks of (B, A).
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] or [`Error::NotPositive`] when the reciprocal of an ω overflows or vanishes.
+    /// [`Error::Parameter`] or [`Error::NotPositive`] when the reciprocal of an ω overflows or
+    /// vanishes.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -154,7 +156,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// let (mut z, mut r) = ([0.0; 2], [0.0; 2]);
     /// problem.solution_from_x(&[1.0, -2.0], &mut z, &mut r);
-    /// assert_eq!((z, r), ([0.0, 16.0], [2.0, 0.0])); // a positive x is an r of the problem as posed
+    /// // a positive x is an r of the problem as posed
+    /// assert_eq!((z, r), ([0.0, 16.0], [2.0, 0.0]));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exchanged(self) -> Result<Hlcp<T, B, A>, Error> {
@@ -167,7 +170,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel })
     }
 
-    /// The same problem, worked on by the threads of rayon's current pool; without this call, by the caller's alone.
+    /// The same problem, worked on by the threads of rayon's current pool; without this call, by
+    /// the caller's alone.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
     /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),
@@ -287,7 +291,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         });
     }
 
-    /// Overwrites `x` with `(γ/2)(z − Ω⁻¹r)`, the modulus variable that `z` and `r` are recovered from.
+    /// Overwrites `x` with `(γ/2)(z − Ω⁻¹r)`, the modulus variable that `z` and `r` are recovered
+    /// from.
     ///
     /// With it a known or an older solution becomes a start.
     ///
@@ -316,7 +321,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Overwrites `f` with F(x).
     ///
-    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between
+    /// calls.
     ///
     /// # Cost
     ///
@@ -357,11 +363,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what
     /// [`solution_from_x`](Self::solution_from_x) writes meets those.
     ///
-    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between calls.
+    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between
+    /// calls.
     ///
     /// # Cost
     ///
-    /// One product with `A`, one with `B`; for five-point operators on one grid a single pass without scratch.
+    /// One product with `A`, one with `B`; for five-point operators on one grid a single pass
+    /// without scratch.
     ///
     /// # Panics
     ///

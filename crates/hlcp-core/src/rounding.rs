@@ -125,9 +125,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
     }
 
-    /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in `T`,
-    /// so that no iteration in `T` can be expected to reduce it; `None` if an operator does not
-    /// know its rows.
+    /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in
+    /// `T`, so that no iteration in `T` can be expected to reduce it; `None` if an operator does
+    /// not know its rows.
     ///
     /// # Cost
     ///
@@ -143,7 +143,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let third = DiagonalMatrix::new(vec![3.0])?;
     /// let problem = Hlcp::new(third, Identity { order: 1 }, Omega::Uniform(1.0))?;
     /// let q = Rhs::new(&[-1.0])?;
-    /// assert_eq!(problem.is_at_rounding(&q, &[1.0 / 6.0]), Some(true)); // z is the double next to 1/3
+    /// // z is the double next to 1/3
+    /// assert_eq!(problem.is_at_rounding(&q, &[1.0 / 6.0]), Some(true));
     /// assert_eq!(problem.is_at_rounding(&q, &[0.17]), Some(false));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -155,8 +156,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         .then_some(at)
     }
 
-    /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square of
-    /// a product with random signs. Of the operators as they are, also after an exchange.
+    /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
+    /// of a product with random signs. Of the operators as they are, also after an exchange.
     ///
     /// # Cost
     ///
@@ -182,8 +183,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         [length(self.a()), length(self.b())]
     }
 
-    /// Calls `take` with the exact sum over each row and the number of its products; returns whether
-    /// the rows are known.
+    /// Calls `take` with the exact sum over each row and the number of its products; returns
+    /// whether the rows are known.
     fn exact_rows(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&ExactSums, f64)) -> bool {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {

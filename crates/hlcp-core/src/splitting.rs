@@ -35,7 +35,8 @@ pub trait Splitting<T: Scalar>: Send + Sync {
     /// May panic unless both slices have the problem's order.
     fn solve(&self, rhs: &[T], y: &mut [T]);
 
-    /// How many sweeps over the unknowns one [`solve`](Self::solve) is worth: 2 for symmetric Gauss–Seidel.
+    /// How many sweeps over the unknowns one [`solve`](Self::solve) is worth: 2 for symmetric
+    /// Gauss–Seidel.
     fn sweeps(&self) -> usize {
         1
     }
@@ -43,8 +44,8 @@ pub trait Splitting<T: Scalar>: Send + Sync {
 
 /// One step `x ↦ y` of a modulus-based method, together with what the stopping test reads.
 ///
-/// A step is MMS's whole iteration and half of one of TMMS. It is told the problem instead of holding
-/// operators of its own, so it cannot solve another one by mistake.
+/// A step is MMS's whole iteration and half of one of TMMS. It is told the problem instead of
+/// holding operators of its own, so it cannot solve another one by mistake.
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Identity, Omega, Rhs, Step};
@@ -65,8 +66,8 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     ///
     /// # Errors
     ///
-    /// The first row with an entry that is not finite or a pivot that is not positive, with its index. A
-    /// [`SplittingStep`] knows no rows and refuses nothing.
+    /// The first row with an entry that is not finite or a pivot that is not positive, with its
+    /// index. A [`SplittingStep`] knows no rows and refuses nothing.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
 
     /// How many sweeps over the unknowns the step is worth.
@@ -74,8 +75,8 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
         1
     }
 
-    /// Overwrites `y` with the next iterate and returns the norms of `F(x)/γ = A z − B r + q` at `x`,
-    /// the step's *input*.
+    /// Overwrites `y` with the next iterate and returns the norms of `F(x)/γ = A z − B r + q` at
+    /// `x`, the step's *input*.
     ///
     /// `scratch` may be grown and keeps nothing that matters between calls.
     ///

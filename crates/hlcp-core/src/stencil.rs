@@ -11,8 +11,8 @@ use crate::{
 /// (A x)ᵢⱼ = south·xᵢ,ⱼ₋₁ + west·xᵢ₋₁,ⱼ + centre·xᵢⱼ + east·xᵢ₊₁,ⱼ + north·xᵢ,ⱼ₊₁ .
 /// ```
 ///
-/// In the paper's notation this is blktridiag(south·I; tridiag(west; centre; east); north·I): no matrix
-/// is formed, seven numbers are stored.
+/// In the paper's notation this is blktridiag(south·I; tridiag(west; centre; east); north·I): no
+/// matrix is formed, seven numbers are stored.
 ///
 /// # Cost
 ///

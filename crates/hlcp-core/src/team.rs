@@ -1,9 +1,10 @@
 //! Work that several threads share: portions claimed in order, and values handed on in order.
 //!
-//! Nothing here depends on how many threads there are. One thread claims every portion in order and finds every
-//! value already its own; several threads see the same values in the same order. A thread waits only for what comes
-//! before the portion it has claimed, and that has been claimed by a thread that is running: no number of threads
-//! can wait for itself, not even more than there are processors. Where a thread panics, those that wait for it do too.
+//! Nothing here depends on how many threads there are. One thread claims every portion in order and
+//! finds every value already its own; several threads see the same values in the same order. A
+//! thread waits only for what comes before the portion it has claimed, and that has been claimed by
+//! a thread that is running: no number of threads can wait for itself, not even more than there are
+//! processors. Where a thread panics, those that wait for it do too.
 
 use std::{
     hint,
@@ -16,14 +17,16 @@ use std::{
 
 use crate::{Scalar, norms::Tally};
 
-/// The fewest unknowns that are worth waking a second thread for; tests of this crate share any number.
+/// The fewest unknowns that are worth waking a second thread for; tests of this crate share any
+/// number.
 #[cfg(feature = "rayon")]
 const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
 
 /// How often a thread looks for its turn before it lets others run.
 const LOOKS: usize = 200;
 
-/// How many threads share the work on `n` unknowns: those of the current pool, if they are asked for.
+/// How many threads share the work on `n` unknowns: those of the current pool, if they are asked
+/// for.
 pub(crate) fn threads(parallel: bool, n: usize) -> usize {
     #[cfg(feature = "rayon")]
     if parallel && n >= WORTH {
@@ -118,7 +121,8 @@ impl<V> Turn<'_, V> {
     }
 }
 
-/// A sum over all portions of the work, in their order; a thread that comes early leaves its part and goes on.
+/// A sum over all portions of the work, in their order; a thread that comes early leaves its part
+/// and goes on.
 pub(crate) struct Sum<T>(Mutex<Parts<T>>);
 
 struct Parts<T> {

@@ -4,9 +4,10 @@ use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
 
 /// A tridiagonal operator whose rows are a function of their index.
 ///
-/// Row `i` is `[aᵢ,ᵢ₋₁, aᵢᵢ, aᵢ,ᵢ₊₁]`. The function decides what is stored: nothing but three numbers for
-/// constant bands, three vectors for assembled ones, the parameters of a formula for computed ones. A
-/// bidiagonal operator has a zero in the first or the last place; zeros are not visited.
+/// Row `i` is `[aᵢ,ᵢ₋₁, aᵢᵢ, aᵢ,ᵢ₊₁]`. The function decides what is stored: nothing but three
+/// numbers for constant bands, three vectors for assembled ones, the parameters of a formula for
+/// computed ones. A bidiagonal operator has a zero in the first or the last place; zeros are not
+/// visited.
 ///
 /// # Cost
 ///
@@ -41,13 +42,13 @@ impl<F> fmt::Debug for Tridiagonal<F> {
 impl<F> Tridiagonal<F> {
     /// The operator of the given order with rows `row(0)`, `row(1)`, ….
     ///
-    /// The first entry of the first row and the last one of the last row fall outside and are ignored.
-    /// `row` must return the same entries at every call.
+    /// The first entry of the first row and the last one of the last row fall outside and are
+    /// ignored. `row` must return the same entries at every call.
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for order 0; [`Error::NotFinite`] with the index of the first row that has an entry
-    /// that is NaN or infinite.
+    /// [`Error::Empty`] for order 0; [`Error::NotFinite`] with the index of the first row that has
+    /// an entry that is NaN or infinite.
     pub fn new<T: Scalar>(order: usize, row: F) -> Result<Self, Error>
     where
         F: Fn(usize) -> [T; 3] + Send + Sync,

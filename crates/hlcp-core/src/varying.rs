@@ -7,13 +7,14 @@ use crate::{
 
 /// A five-point operator on an `nx × ny` grid whose coefficients vary from point to point.
 ///
-/// Points are numbered, and the operator acts, as [`FivePoint`](crate::FivePoint) does, with coefficients of
-/// its own in each row. Those that lead outside the grid have no meaning, but must be finite.
+/// Points are numbered, and the operator acts, as [`FivePoint`](crate::FivePoint) does, with
+/// coefficients of its own in each row. Those that lead outside the grid have no meaning, but must
+/// be finite.
 ///
 /// # Cost
 ///
-/// A direction that is the same everywhere is stored as one number, any other as `nx·ny`; borrowed arrays are
-/// not copied. One product reads the stored coefficients, reads `x` and writes `y` once.
+/// A direction that is the same everywhere is stored as one number, any other as `nx·ny`; borrowed
+/// arrays are not copied. One product reads the stored coefficients, reads `x` and writes `y` once.
 ///
 /// ```
 /// use hlcp_core::{LinearOperator, VaryingFivePoint};
@@ -53,7 +54,8 @@ impl<T: Scalar> Direction<'_, T> {
 const NAMES: [&str; 5] = ["south", "west", "centre", "east", "north"];
 
 impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
-    /// The operator with coefficients `[south, west, centre, east, north]`, borrowed where they vary.
+    /// The operator with coefficients `[south, west, centre, east, north]`, borrowed where they
+    /// vary.
     ///
     /// # Errors
     ///
@@ -62,10 +64,14 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
     /// the first coefficient that is NaN or infinite.
     ///
     /// ```
-    /// use hlcp_core::{Coefficients::{Constant, Each}, Diagonal, VaryingFivePoint};
+    /// use hlcp_core::{
+    ///     Coefficients::{Constant, Each},
+    ///     Diagonal, VaryingFivePoint,
+    /// };
     ///
     /// let centre = [4.0, 5.0, 6.0, 7.0];
-    /// let coefficients = [Constant(-1.0), Constant(-1.0), Each(&centre), Constant(-1.0), Constant(-1.0)];
+    /// let coefficients =
+    ///     [Constant(-1.0), Constant(-1.0), Each(&centre), Constant(-1.0), Constant(-1.0)];
     /// assert_eq!(VaryingFivePoint::new(2, 2, coefficients)?.diagonal_entry(3), 7.0);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```

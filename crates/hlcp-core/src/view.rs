@@ -53,9 +53,10 @@ impl<T: Scalar> Coefficients<'_, T> {
 
 /// What an operator shows of itself when it is a five-point one: the grid and its five directions.
 ///
-/// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one promises that
-/// its rows are those of a five-point operator on this grid, with finite coefficients, numbered as
-/// [`FivePoint`](crate::FivePoint) numbers them. Coefficients that lead outside the grid have no meaning.
+/// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one
+/// promises that its rows are those of a five-point operator on this grid, with finite
+/// coefficients, numbered as [`FivePoint`](crate::FivePoint) numbers them. Coefficients that lead
+/// outside the grid have no meaning.
 ///
 /// ```
 /// use hlcp_core::{Coefficients, FivePointView};
@@ -129,18 +130,18 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         }
     }
 
-    /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid
-    /// of `nx` columns.
+    /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
+    /// `start`, on a grid of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
         y.fill(T::zero());
         self.add_product(nx, j, start, x, y);
     }
 
-    /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a grid of `nx`
-    /// columns.
+    /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a
+    /// grid of `nx` columns.
     ///
-    /// Each entry takes at most five products, added one after another without fused operations, which is what
-    /// an analysis of the rounding error needs to know.
+    /// Each entry takes at most five products, added one after another without fused operations,
+    /// which is what an analysis of the rounding error needs to know.
     ///
     /// # Panics
     ///
@@ -149,7 +150,8 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// ```
     /// use hlcp_core::{Coefficients, FivePointView};
     ///
-    /// let laplacian = FivePointView::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0].map(Coefficients::Constant));
+    /// let laplacian =
+    ///     FivePointView::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0].map(Coefficients::Constant));
     /// let mut y = [100.0; 3];
     /// laplacian.add_product(3, 1, 0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
     /// assert_eq!(y, [110.0, 108.0, 116.0]);
@@ -162,9 +164,9 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         }
     }
 
-    /// Returns, direction by direction, the coefficients, the points of a stretch of `length` points
-    /// of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points and
-    /// `nx` columns; the centre first.
+    /// Returns, direction by direction, the coefficients, the points of a stretch of `length`
+    /// points of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points
+    /// and `nx` columns; the centre first.
     #[inline(always)]
     pub(crate) fn directions(
         &self,
@@ -190,8 +192,8 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     }
 }
 
-/// Visits row `k` of a five-point operator of order `n` on a grid of `nx` columns, given the row's coefficient
-/// in each direction: what leads outside the grid and what is zero is passed over.
+/// Visits row `k` of a five-point operator of order `n` on a grid of `nx` columns, given the row's
+/// coefficient in each direction: what leads outside the grid and what is zero is passed over.
 #[inline]
 pub(crate) fn visit_neighbours<T: Scalar>(
     nx: usize,

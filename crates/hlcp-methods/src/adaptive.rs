@@ -2,14 +2,18 @@ use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{Clock, Method};
 
-/// A method that chooses its own parameters: SOR by AMMS or by MMS, with the α that shrinks the residual fastest.
+/// A method that chooses its own parameters: SOR by AMMS or by MMS, with the α that shrinks the
+/// residual fastest.
 ///
-/// It starts as AMSOR with α = 1.1. While a sweep takes off less than two fifths of the residual, it tries its neighbours for
-/// some sweeps each (MMS in the place of AMMS or the reverse, a smaller and a larger `2 − α`), and moves where the residual
-/// falls faster. All sweeps, those that try something too, work on the same iterate, so none is lost. Where nothing is better it
-/// looks longer the next time, and a choice under which the residual grows threefold is left at once and not tried again.
+/// It starts as AMSOR with α = 1.1. While a sweep takes off less than two fifths of the residual,
+/// it tries its neighbours for some sweeps each (MMS in the place of AMMS or the reverse, a smaller
+/// and a larger `2 − α`), and moves where the residual falls faster. All sweeps, those that try
+/// something too, work on the same iterate, so none is lost. Where nothing is better it looks
+/// longer the next time, and a choice under which the residual grows threefold is left at once and
+/// not tried again.
 ///
-/// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does well.
+/// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does
+/// well.
 ///
 /// # Cost
 ///
@@ -17,13 +21,13 @@ use crate::{Clock, Method};
 ///
 /// # Convergence
 ///
-/// None is proved: the relaxed theorem of `docs/theory.md` covers a sequence of such steps up to an α that is often below the ones
-/// that do well.
+/// None is proved: the relaxed theorem of `docs/theory.md` covers a sequence of such steps up to an
+/// α that is often below the ones that do well.
 ///
 /// # Source
 ///
-/// None; that α may be chosen by watching the residual is common for SOR on linear systems (D. M. Young, *Iterative Solution of
-/// Large Linear Systems*, 1971, chapter 6).
+/// None; that α may be chosen by watching the residual is common for SOR on linear systems (D. M.
+/// Young, *Iterative Solution of Large Linear Systems*, 1971, chapter 6).
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -111,7 +115,8 @@ enum Trial {
 #[derive(Debug, Clone)]
 struct Search {
     choice: Choice,
-    /// The best choice, and how much a sweep took off the logarithm of the residual when it was last seen.
+    /// The best choice, and how much a sweep took off the logarithm of the residual when it was
+    /// last seen.
     best: (Choice, f64),
     trial: Option<Trial>,
     /// The choice in use before the trials.
@@ -238,8 +243,9 @@ impl Search {
 mod tests {
     use super::*;
 
-    /// A search whose residual a sweep multiplies by `exp(−rate)`, the rate being that of the choice in use and of the
-    /// sweeps since it came into use; after `sweeps` of them, with the choices in the order of their use.
+    /// A search whose residual a sweep multiplies by `exp(−rate)`, the rate being that of the
+    /// choice in use and of the sweeps since it came into use; after `sweeps` of them, with the
+    /// choices in the order of their use.
     fn search(sweeps: usize, rate: impl Fn(Choice, usize) -> f64) -> (Search, Vec<Choice>) {
         let (mut search, mut used, mut residual) = (Search::default(), vec![], 1.0);
         let mut age = 0;
@@ -271,7 +277,8 @@ mod tests {
         }
     }
 
-    /// A hundredth more is none, and what falls when the choice changes is none of the new one's doing.
+    /// A hundredth more is none, and what falls when the choice changes is none of the new one's
+    /// doing.
     #[test]
     fn noise_is_no_improvement() {
         let start = Search::default().choice;
@@ -286,7 +293,8 @@ mod tests {
         }
     }
 
-    /// Growth is seen before it is tenfold, and a larger gap is tried; what grew is not tried again.
+    /// Growth is seen before it is tenfold, and a larger gap is tried; what grew is not tried
+    /// again.
     #[test]
     fn growth_is_left_at_once() {
         let (search, used) = search(3000, |choice, _| if choice.gap < 1.2 { -0.3 } else { 0.2 });

@@ -11,49 +11,53 @@ use crate::{
 /// The differences then belong to another linear piece of F.
 const GROWN: f64 = 2.0;
 
-/// A mixture is kept only while its residual is at most this many times the start's, over the number of iterations.
+/// A mixture is kept only while its residual is at most this many times the start's, over the
+/// number of iterations.
 const SLACK: f64 = 100.0;
 
 /// Anderson acceleration of any method, safeguarded.
 ///
-/// Let `G(x)` be one iteration of the base method, all its steps, and `f(x) = G(x) − x`. With the differences
-/// of the last `m` iterates, `ΔGⱼ = G(xʲ⁺¹) − G(xʲ)` and `Δfⱼ` likewise, one iteration is
+/// Let `G(x)` be one iteration of the base method, all its steps, and `f(x) = G(x) − x`. With the
+/// differences of the last `m` iterates, `ΔGⱼ = G(xʲ⁺¹) − G(xʲ)` and `Δfⱼ` likewise, one iteration
+/// is
 ///
 /// ```text
 /// c = argmin ‖f(x) − Σ cⱼ Δfⱼ‖₂ ,    x⁺ = G(x) − Σ cⱼ ΔGⱼ .
 /// ```
 ///
-/// On a linear problem that is in essence GMRES on the base's splitting (Walker and Ni); where F is linear near the
-/// solution, as it is here wherever no `zᵢ = rᵢ = 0`, it becomes so at last.
+/// On a linear problem that is in essence GMRES on the base's splitting (Walker and Ni); where F is
+/// linear near the solution, as it is here wherever no `zᵢ = rᵢ = 0`, it becomes so at last.
 ///
 /// # Safeguard
 ///
 /// All of it reads residuals that the base yields for nothing.
 ///
 /// * When the residual more than doubles in one iteration the window starts anew.
-/// * A difference that depends on newer ones, to half the digits of double precision in the products, is left out with
-///   all older ones.
-/// * A mixture whose residual exceeds `100/k` times that of the start, `k` counting iterations, is given up for
-///   the plain iterate `G(x)` it was made of.
+/// * A difference that depends on newer ones, to half the digits of double precision in the
+///   products, is left out with all older ones.
+/// * A mixture whose residual exceeds `100/k` times that of the start, `k` counting iterations, is
+///   given up for the plain iterate `G(x)` it was made of.
 ///
 /// # Cost
 ///
-/// One iteration of the base, `2m` inner products and `m` additions of vectors: for `m = 10` some 20 vectors are read,
-/// which takes longer than a fused sweep. `(2m + 3)n` numbers, all allocated by [`new`](Self::new). Where squares of the
-/// data overflow or vanish in double precision, beyond 10^±150, the iteration is the plain one.
+/// One iteration of the base, `2m` inner products and `m` additions of vectors: for `m = 10` some
+/// 20 vectors are read, which takes longer than a fused sweep. `(2m + 3)n` numbers, all allocated
+/// by [`new`](Self::new). Where squares of the data overflow or vanish in double precision, beyond
+/// 10^±150, the iteration is the plain one.
 ///
 /// # Convergence
 ///
-/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and [`Tmms`](crate::Tmms) provide, from any
-/// start: mixtures that are kept have residuals that tend to zero, so their errors do, and what lies between them contracts.
-/// (The idea is that of Zhang, O'Donoghue and Boyd.)
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
+/// [`Tmms`](crate::Tmms) provide, from any start: mixtures that are kept have residuals that tend
+/// to zero, so their errors do, and what lies between them contracts. (The idea is that of Zhang,
+/// O'Donoghue and Boyd.)
 ///
 /// # Source
 ///
-/// D. G. Anderson, *Iterative procedures for nonlinear integral equations*, J. ACM 12 (1965); H. F. Walker and
-/// P. Ni, *Anderson acceleration for fixed-point iterations*, SIAM J. Numer. Anal. 49 (2011); J. Zhang,
-/// B. O'Donoghue and S. Boyd, *Globally convergent type-I Anderson acceleration for nonsmooth fixed-point
-/// iterations*, SIAM J. Optim. 30 (2020).
+/// D. G. Anderson, *Iterative procedures for nonlinear integral equations*, J. ACM 12 (1965); H. F.
+/// Walker and P. Ni, *Anderson acceleration for fixed-point iterations*, SIAM J. Numer. Anal. 49
+/// (2011); J. Zhang, B. O'Donoghue and S. Boyd, *Globally convergent type-I Anderson acceleration
+/// for nonsmooth fixed-point iterations*, SIAM J. Optim. 30 (2020).
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
@@ -73,7 +77,8 @@ const SLACK: f64 = 100.0;
 pub struct Anderson<T, M> {
     base: M,
     window: usize,
-    // G and f at the last iterate, and their differences: slot j of `dg` and `df` is n numbers from j n on.
+    // G and f at the last iterate, and their differences: slot j of `dg` and `df` is n numbers from
+    // j n on.
     g: Vec<T>,
     f: Vec<T>,
     dg: Vec<T>,

@@ -12,11 +12,11 @@ use crate::{
 ///
 /// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves;
 ///   [`Multigrid`] by F-cycles waits, if both operators are five-point ones on one grid.
-/// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`] by
-///   W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
+/// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`]
+///   by W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
-/// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses) says
-/// which is at work, and [`history`](Self::history) why those before were left.
+/// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses)
+/// says which is at work, and [`history`](Self::history) why those before were left.
 ///
 /// # Turns
 ///
@@ -105,7 +105,8 @@ pub enum AutoChoice {
     Multigrid,
     /// [`AmgNewton`].
     AmgNewton,
-    /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`] elsewhere.
+    /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`]
+    /// elsewhere.
     Newton,
 }
 

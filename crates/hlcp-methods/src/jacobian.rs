@@ -100,7 +100,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
     /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(5.0))?;
     /// let mut row = vec![];
     /// Jacobian::new(&problem, &[0.1, -7.0]).visit_row(1, |j, entry| row.push((j, entry)));
-    /// assert_eq!(row, [(0, 2.0 * -1.0), (1, 2.0 * 5.0)]); // of A the first column, of BΩ the second
+    /// // of A the first column, of BΩ the second
+    /// assert_eq!(row, [(0, 2.0 * -1.0), (1, 2.0 * 5.0)]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     #[inline]

@@ -4,7 +4,8 @@ use hlcp_core::{Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting, SplittingS
 
 use crate::{Clock, Jacobian};
 
-/// An approximate inverse of [`Jacobian`]s: what [`Newton`](crate::Newton) preconditions its inner solver with.
+/// An approximate inverse of [`Jacobian`]s: what [`Newton`](crate::Newton) preconditions its inner
+/// solver with.
 ///
 /// [`Ssor`] and [`TridiagonalPart`] walk rows; [`Amg`](crate::Amg) is a multigrid cycle built from
 /// rows; and a [`SplittingStep`] brings any [`Splitting`] of `A + BΩ`, that is an `M` that ignores
@@ -33,9 +34,11 @@ use crate::{Clock, Jacobian};
 /// }
 /// ```
 pub trait Preconditioner<T: Scalar, A, B>: Send + Sync {
-    /// Overwrites `y` with an approximate solution of `J(x) y = rhs`; what `y` held before is never read.
+    /// Overwrites `y` with an approximate solution of `J(x) y = rhs`; what `y` held before is never
+    /// read.
     ///
-    /// For one and the same J the map from `rhs` to `y` must be linear. What is not finite ends the inner solve.
+    /// For one and the same J the map from `rhs` to `y` must be linear. What is not finite ends the
+    /// inner solve.
     ///
     /// # Panics
     ///
@@ -105,8 +108,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Ssor {
     }
 }
 
-/// Elimination without pivoting in the tridiagonal part of J(x): all of J where `A` and `B` are tridiagonal, the
-/// lines of a grid otherwise.
+/// Elimination without pivoting in the tridiagonal part of J(x): all of J where `A` and `B` are
+/// tridiagonal, the lines of a grid otherwise.
 ///
 /// Stable where J is diagonally dominant by rows or by columns, as on a slider bearing.
 ///
@@ -138,8 +141,8 @@ impl<T> TridiagonalPart<T> {
 }
 
 impl<T: Scalar> TridiagonalPart<T> {
-    /// Whether this part is all of J, for every `x`: no row of `A` or `B` has an entry outside of the three middle
-    /// diagonals.
+    /// Whether this part is all of J, for every `x`: no row of `A` or `B` has an entry outside of
+    /// the three middle diagonals.
     ///
     /// # Cost
     ///
@@ -197,8 +200,9 @@ pub(crate) struct Inner {
     pub(crate) residual: f64,
 }
 
-/// The vectors of BiCGStab with a preconditioner on the right (H. A. van der Vorst, *Bi-CGSTAB: a fast and smoothly
-/// converging variant of Bi-CG for the solution of nonsymmetric linear systems*, SIAM J. Sci. Stat. Comput. 13, 1992).
+/// The vectors of BiCGStab with a preconditioner on the right (H. A. van der Vorst, *Bi-CGSTAB: a
+/// fast and smoothly converging variant of Bi-CG for the solution of nonsymmetric linear systems*,
+/// SIAM J. Sci. Stat. Comput. 13, 1992).
 #[derive(Debug, Clone)]
 pub(crate) struct BiCgStab<T> {
     residual: Vec<T>,
@@ -220,7 +224,8 @@ impl<T: Scalar> BiCgStab<T> {
     /// Overwrites `s` with an approximate solution of `J s = rhs`.
     ///
     /// Ends when the residual is at most `tolerance` times the right-hand side, after `limit`
-    /// iterations, when the clock is up, or where the recurrence breaks down. One iteration is two products and two calls of the preconditioner.
+    /// iterations, when the clock is up, or where the recurrence breaks down. One iteration is two
+    /// products and two calls of the preconditioner.
     pub(crate) fn solve<A: LinearOperator<T>, B: LinearOperator<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
@@ -310,7 +315,8 @@ mod tests {
 
     use super::*;
 
-    /// BiCGStab with each preconditioner against the dense LU factorisation of its own J, built column by column from A, B and Ω.
+    /// BiCGStab with each preconditioner against the dense LU factorisation of its own J, built
+    /// column by column from A, B and Ω.
     #[test]
     fn bicgstab_solves_what_lu_solves() {
         let a = FivePoint::new(5, 4, [-1.1, -0.9, 4.3, -1.3, -0.7]).unwrap();

@@ -14,8 +14,8 @@
 //! # Ok::<(), hlcp_methods::Error>(())
 //! ```
 //!
-//! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose the
-//! method; step by step that is:
+//! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose
+//! the method; step by step that is:
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -35,8 +35,9 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! What is wrong with the input is an `Err` with its numbers; how an iteration ended is an [`Outcome`], and whatever its
-//! [`Status`], its residual was measured on the `z` and `r` that the [`Solver`] holds.
+//! What is wrong with the input is an `Err` with its numbers; how an iteration ended is an
+//! [`Outcome`], and whatever its [`Status`], its residual was measured on the `z` and `r` that the
+//! [`Solver`] holds.
 //!
 //! # Choosing
 //!
@@ -53,8 +54,8 @@
 //! # The fast way
 //!
 //! * Operators that answer `as_five_point` are swept in one vectorised pass over memory.
-//! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. Start it from an `x` that is nearly right: the
-//!   last one, in a loop over time.
+//! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. Start it from an
+//!   `x` that is nearly right: the last one, in a loop over time.
 //! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, to the same bits.
 //! * [`solve_mixed`] takes the first digits in single precision; `f32` throughout is the same code.
 //!
@@ -79,9 +80,10 @@
 //!
 //! # What else is here
 //!
-//! [`Limits`] says when to stop, in which [`Norm`]; an [`Options::observer`] sees every iterate as [`Progress`], and
-//! [`Solver::with_history`] keeps residuals. A [`Method`] of your own is two functions, and gets all of this; a
-//! [`Coarsen`] of your own, given [`Grids`], is multigrid's other operators. [`Jacobian`] is what preconditioners see.
+//! [`Limits`] says when to stop, in which [`Norm`]; an [`Options::observer`] sees every iterate as
+//! [`Progress`], and [`Solver::with_history`] keeps residuals. A [`Method`] of your own is two
+//! functions, and gets all of this; a [`Coarsen`] of your own, given [`Grids`], is multigrid's
+//! other operators. [`Jacobian`] is what preconditioners see.
 
 mod adaptive;
 mod amg;

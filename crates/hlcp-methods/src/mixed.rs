@@ -4,17 +4,19 @@ use crate::{Limits, Method, Options, Outcome, Solver, Status};
 
 /// Iterates in single precision as far as that reaches, and in double precision from there.
 ///
-/// `single` and `double` are meant to hold one method on one problem in two precisions. The answer is `double`'s, to
-/// `limits` in double precision: what the first part contributes is a start, so nothing that is known of `double`
-/// (convergence from every start, the residual of the answer) is lost. Where the data do not fit into single precision, or
-/// the first part diverges, `double` starts from `x0`.
+/// `single` and `double` are meant to hold one method on one problem in two precisions. The answer
+/// is `double`'s, to `limits` in double precision: what the first part contributes is a start, so
+/// nothing that is known of `double` (convergence from every start, the residual of the answer) is
+/// lost. Where the data do not fit into single precision, or the first part diverges, `double`
+/// starts from `x0`.
 ///
 /// The outcome's iterations, sweeps and time are those of both parts.
 ///
 /// # Cost
 ///
-/// Some six of the digits are gained at the price of single precision, the rest at that of double precision. Storage beside the
-/// two solvers: `q` and the start in single precision, `2n` numbers, and the start in double precision.
+/// Some six of the digits are gained at the price of single precision, the rest at that of double
+/// precision. Storage beside the two solvers: `q` and the start in single precision, `2n` numbers,
+/// and the start in double precision.
 ///
 /// # Errors
 ///

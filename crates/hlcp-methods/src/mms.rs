@@ -22,13 +22,13 @@ use crate::{Clock, Method, Work};
 ///
 /// # Convergence
 ///
-/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ` where
-/// `bᵢⱼ ≠ 0`, for all `i ≠ j`:
+/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ`
+/// where `bᵢⱼ ≠ 0`, for all `i ≠ j`:
 ///
-/// * with H-compatible splittings of `A` and `B`, if `Ωe > D_B⁻¹D_A e − D_B⁻¹D⁻¹⟨A⟩De`, where `⟨A⟩D` is
-///   strictly diagonally dominant (Theorem 1 with equal steps);
-/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, where
-///   `A = D_A − C_A` (Corollary 1).
+/// * with H-compatible splittings of `A` and `B`, if `Ωe > D_B⁻¹D_A e − D_B⁻¹D⁻¹⟨A⟩De`, where
+///   `⟨A⟩D` is strictly diagonally dominant (Theorem 1 with equal steps);
+/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`,
+///   where `A = D_A − C_A` (Corollary 1).
 ///
 /// # The accelerated method, AMMS
 ///

@@ -6,15 +6,18 @@ use crate::Divergence;
 
 /// A residual this many times the larger of ‖q‖ and its first value is divergence.
 ///
-/// Generous on purpose: an over-relaxed iteration may grow for hundreds of steps before it contracts.
+/// Generous on purpose: an over-relaxed iteration may grow for hundreds of steps before it
+/// contracts.
 pub const GROWTH: f64 = 1e16;
 
-/// How many iterations without a smaller residual it takes before the movement of the iterates is looked at.
+/// How many iterations without a smaller residual it takes before the movement of the iterates is
+/// looked at.
 pub const PATIENCE: usize = 1000;
 
 /// The movement `‖x⁺ − x‖∞`, in units of `ε ‖x‖∞`, that rounding alone explains.
 ///
-/// An entry of F is a sum of a dozen terms of the size of ‖x‖, each rounded, over a pivot of that size.
+/// An entry of F is a sum of a dozen terms of the size of ‖x‖, each rounded, over a pivot of that
+/// size.
 const ROUNDING: f64 = 64.0;
 
 /// Why an iteration should go no further.

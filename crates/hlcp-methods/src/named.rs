@@ -1,8 +1,8 @@
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton, Ssor, Tmms,
-    TridiagonalPart,
+    AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton,
+    Ssor, Tmms, TridiagonalPart,
 };
 
 /// Any method on a problem with operators `A` and `B`.

@@ -22,40 +22,44 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// J(x) s = F(x) ,    x⁺ = x − s ,
 /// ```
 ///
-/// with the [`Jacobian`] by BiCGStab, preconditioned by a [`Preconditioner`], to a tolerance that falls with ‖F‖
-/// (Eisenstat and Walker's second choice, at most 0.01 in the first step and 0.1 later).
+/// with the [`Jacobian`] by BiCGStab, preconditioned by a [`Preconditioner`], to a tolerance that
+/// falls with ‖F‖ (Eisenstat and Walker's second choice, at most 0.01 in the first step and 0.1
+/// later).
 ///
 /// # Safeguard
 ///
-/// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in phases. A phase begins with two
-/// iterations of the base method, which settle most signs. It ends after six steps that have not brought ‖F‖ to nine
-/// tenths of its smallest value so far, as a repeated active set cannot, or when an inner solve fails; then the base takes
-/// over at the best iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step under
-/// which the active set only shrinks or only grows, as it did in the step before, is not one of the six: a contact whose
-/// edge moves by a point a step makes its way, and no more than n steps in a row can be of that kind.
+/// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in
+/// phases. A phase begins with two iterations of the base method, which settle most signs. It ends
+/// after six steps that have not brought ‖F‖ to nine tenths of its smallest value so far, as a
+/// repeated active set cannot, or when an inner solve fails; then the base takes over at the best
+/// iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step
+/// under which the active set only shrinks or only grows, as it did in the step before, is not one
+/// of the six: a contact whose edge moves by a point a step makes its way, and no more than n steps
+/// in a row can be of that kind.
 ///
 /// # Cost
 ///
-/// An outer step takes one defect and one inner solve; an inner iteration two products with `A` and with `B` and two
-/// calls of the preconditioner. [`work`](Method::work) counts them, and takes a defect, two products
-/// and a call of the preconditioner for one sweep each. `11n` numbers beside the base's and the preconditioner's, all allocated by
-/// [`new`](Self::new).
+/// An outer step takes one defect and one inner solve; an inner iteration two products with `A` and
+/// with `B` and two calls of the preconditioner. [`work`](Method::work) counts them, and takes a
+/// defect, two products and a call of the preconditioner for one sweep each. `11n` numbers beside
+/// the base's and the preconditioner's, all allocated by [`new`](Self::new).
 ///
 /// # Convergence
 ///
-/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and [`Tmms`](crate::Tmms) provide, from any
-/// start: in a phase that does not end ‖F‖ falls by tenths for ever; one that ends multiplies the error by no more than a
-/// constant, and the base's iterations between phases, of which there are ever more, by a number that tends to zero
-/// (`docs/acceleration.md` has the proof). From an `x` on the solution's piece one step with an exact inner solve ends at the
-/// solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it (Fischer and Kanzow), and in any case convergence is
-/// superlinear (Qi and Sun).
+/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
+/// [`Tmms`](crate::Tmms) provide, from any start: in a phase that does not end ‖F‖ falls by tenths
+/// for ever; one that ends multiplies the error by no more than a constant, and the base's
+/// iterations between phases, of which there are ever more, by a number that tends to zero
+/// (`docs/acceleration.md` has the proof). From an `x` on the solution's piece one step with an
+/// exact inner solve ends at the solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it
+/// (Fischer and Kanzow), and in any case convergence is superlinear (Qi and Sun).
 ///
 /// # Source
 ///
-/// L. Qi and J. Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993); A. Fischer and C. Kanzow,
-/// *On finite termination of an iterative method for linear complementarity problems*, Math. Programming 74 (1996);
-/// S. C. Eisenstat and H. F. Walker, *Choosing the forcing terms in an inexact Newton method*, SIAM J. Sci. Comput. 17
-/// (1996).
+/// L. Qi and J. Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993); A.
+/// Fischer and C. Kanzow, *On finite termination of an iterative method for linear complementarity
+/// problems*, Math. Programming 74 (1996); S. C. Eisenstat and H. F. Walker, *Choosing the forcing
+/// terms in an inexact Newton method*, SIAM J. Sci. Comput. 17 (1996).
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
@@ -100,7 +104,8 @@ struct Phase {
     quiet: usize,
     /// The norm of F that the last step set out from.
     last: f64,
-    /// Whether the last step made unknowns active, and inactive; and whether it went on in the one way of that before.
+    /// Whether the last step made unknowns active, and inactive; and whether it went on in the one
+    /// way of that before.
     ways: [bool; 2],
     nested: bool,
 }
@@ -134,8 +139,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         Norms::of(&self.f).divided_by(problem.gamma())
     }
 
-    /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether it makes unknowns active,
-    /// and inactive.
+    /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
+    /// it makes unknowns active, and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[bool; 2]> {
         let goal = (forcing.max(T::epsilon().wide()), INNER);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
@@ -152,7 +157,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         (inner.residual < 1.0 && y.iter().all(|y| y.is_finite())).then_some(ways)
     }
 
-    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the base go on.
+    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
+    /// base go on.
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
         (self.phase, self.resting) = (None, self.rest - 1);
         self.rest = self.rest.saturating_mul(2);
@@ -193,7 +199,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        // A look at an iterate counts where a step follows, and so does the defect where the step is taken.
+        // A look at an iterate counts where a step follows, and so does the defect where the step
+        // is taken.
         self.defects += std::mem::take(&mut self.looks);
         if self.resting > 0 {
             self.resting -= 1;

@@ -28,29 +28,32 @@ pub enum Status {
     Converged,
     /// The iterates ran away; [`Outcome::iterations`] says when it was seen.
     ///
-    /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces NaN.
-    /// Remedy: a smaller α, another τ, or a method with a theorem for the pair.
+    /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces
+    /// NaN. Remedy: a smaller α, another τ, or a method with a theorem for the pair.
     Diverged(Divergence),
-    /// The iterates came to rest, or moved by no more than rounding for [`PATIENCE`](crate::PATIENCE)
-    /// iterations without a smaller residual, or rounding hid their residual: the iterates grew so
-    /// large, or the residual so small, that it consists of rounding.
+    /// The iterates came to rest, or moved by no more than rounding for
+    /// [`PATIENCE`](crate::PATIENCE) iterations without a smaller residual, or rounding hid their
+    /// residual: the iterates grew so large, or the residual so small, that it consists of
+    /// rounding.
     ///
     /// Cause: the tolerance is below what the precision can reach; or the problem has no solution
-    /// and the iterates run away; or, with a residual far above the tolerance, steps too small to move
-    /// x, as an Ω of the wrong size makes them, or an operator of your own whose rows are not those of
-    /// its product. Remedy: a looser tolerance, or a wider precision; another τ; a look at the
-    /// operator.
+    /// and the iterates run away; or, with a residual far above the tolerance, steps too small to
+    /// move x, as an Ω of the wrong size makes them, or an operator of your own whose rows are not
+    /// those of its product. Remedy: a looser tolerance, or a wider precision; another τ; a look at
+    /// the operator.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///
-    /// Cause: the method does not contract here, or the problem has no solution. Remedy: another α or τ.
+    /// Cause: the method does not contract here, or the problem has no solution. Remedy: another α
+    /// or τ.
     Cycling {
         /// The number of iterations after which an iterate returned.
         period: usize,
     },
     /// The iterations ran out.
     ///
-    /// Cause: slow convergence, or none. Remedy: a history shows which; more iterations, or a faster method.
+    /// Cause: slow convergence, or none. Remedy: a history shows which; more iterations, or a
+    /// faster method.
     IterationLimit,
     /// The time ran out.
     ///
@@ -108,18 +111,25 @@ impl fmt::Display for Status {
 
 /// The outcome of a solve.
 ///
-/// The answer itself stays with the [`Solver`](crate::Solver): the last iterate on success, the one with
-/// the smallest residual otherwise.
+/// The answer itself stays with the [`Solver`](crate::Solver): the last iterate on success, the one
+/// with the smallest residual otherwise.
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Identity, Omega};
 /// use hlcp_methods::{Limits, Mms, Options, Solver, Status};
 ///
-/// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is the best iterate.
+/// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is
+/// // the best iterate.
 /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::sor(3.0)?)?);
-/// let outcome = solver.solve(&[-3.0], Options::from_x(&[1.0]).limits(Limits { iterations: 4, ..Limits::default() }))?;
-/// assert_eq!((outcome.status, outcome.iterations, outcome.answer), (Status::IterationLimit, 4, 0));
+/// let outcome = solver.solve(
+///     &[-3.0],
+///     Options::from_x(&[1.0]).limits(Limits { iterations: 4, ..Limits::default() }),
+/// )?;
+/// assert_eq!(
+///     (outcome.status, outcome.iterations, outcome.answer),
+///     (Status::IterationLimit, 4, 0)
+/// );
 /// assert_eq!((solver.z(), outcome.residual.linf), (&[2.0][..], 1.0));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```

@@ -15,8 +15,8 @@ pub struct Solution<T> {
 
 /// Solves HLCP(A, B, q): finds `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`.
 ///
-/// By [`Auto`] with Ω = D_A D_B⁻¹, within the default [`Limits`](crate::Limits) and from `x = 0`. To solve
-/// for many `q`, to choose a method, a start or other limits, keep a [`Solver`]. With
+/// By [`Auto`] with Ω = D_A D_B⁻¹, within the default [`Limits`](crate::Limits) and from `x = 0`.
+/// To solve for many `q`, to choose a method, a start or other limits, keep a [`Solver`]. With
 /// [`Identity`](hlcp_core::Identity) for `b` the problem is the LCP; see [`Hlcp::lcp`].
 ///
 /// # Errors

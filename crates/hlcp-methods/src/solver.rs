@@ -24,9 +24,9 @@ const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
 /// # Storage
 ///
 /// Three vectors of length `n` beside the method's own, allocated by [`new`](Self::new), and `2n`
-/// numbers of scratch by the first solve, none by later ones unless an operator's product allocates;
-/// no scratch in `f64` where both operators are five-point ones on one grid. A fourth vector only
-/// where the iterates are suspected to repeat.
+/// numbers of scratch by the first solve, none by later ones unless an operator's product
+/// allocates; no scratch in `f64` where both operators are five-point ones on one grid. A fourth
+/// vector only where the iterates are suspected to repeat.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
@@ -72,7 +72,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
     }
 
-    /// Keeps the residuals of the first `iterates` iterates of each solve, in storage allocated here.
+    /// Keeps the residuals of the first `iterates` iterates of each solve, in storage allocated
+    /// here.
     ///
     /// ```
     /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
@@ -231,8 +232,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         unreachable!("the iteration limit ends the loop")
     }
 
-    /// Measures iterate `k`, which is in `x`, takes the step from it to `next`, and judges whether `x`
-    /// is the answer: then `z` and `r` have taken the room of `next` and `best`.
+    /// Measures iterate `k`, which is in `x`, takes the step from it to `next`, and judges whether
+    /// `x` is the answer: then `z` and `r` have taken the room of `next` and `best`.
     fn look(
         &mut self,
         k: usize,
@@ -301,8 +302,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
     }
 
-    /// Recovers `z` and `r` of a solve that ends without having converged; returns the status, which
-    /// is `Converged` after all if they meet the tolerance, and their residual.
+    /// Recovers `z` and `r` of a solve that ends without having converged; returns the status,
+    /// which is `Converged` after all if they meet the tolerance, and their residual.
     fn settle(&mut self, q: &Rhs<'_, T>, test: &mut Test, status: Status) -> (Status, Norms) {
         let measured = self.recover(q);
         if !test.is_near(usize::MAX, measured) {
@@ -344,8 +345,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace.is_up();
     }
 
-    /// Returns whether the iterates have brought nothing for long, and no row of the residual is more
-    /// than the rounding of its terms.
+    /// Returns whether the iterates have brought nothing for long, and no row of the residual is
+    /// more than the rounding of its terms.
     fn is_at_rounding(&self, k: usize, q: &Rhs<'_, T>) -> bool {
         let quiet = self.monitor.quiet(k);
         quiet > 0
@@ -362,8 +363,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         std::mem::swap(&mut self.x, &mut self.next);
     }
 
-    /// Recovers `z` and `r` from `x`, into `next` and `best`, and returns the norms of their residual:
-    /// infinite if an entry is, which does not show in the residual where a column is zero.
+    /// Recovers `z` and `r` from `x`, into `next` and `best`, and returns the norms of their
+    /// residual: infinite if an entry is, which does not show in the residual where a column is
+    /// zero.
     fn recover(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.method.problem();
         problem.solution_from_x(&self.x, &mut self.next, &mut self.best);

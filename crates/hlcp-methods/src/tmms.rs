@@ -20,18 +20,18 @@ use crate::{Clock, Method, Work};
 ///
 /// # Convergence
 ///
-/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ` where
-/// `bᵢⱼ ≠ 0`, for all `i ≠ j`:
+/// From any start, for a pair of H₊-matrices with (II) `|bᵢⱼ| ωⱼ ≤ |aᵢⱼ|` and `sign bᵢⱼ = sign aᵢⱼ`
+/// where `bᵢⱼ ≠ 0`, for all `i ≠ j`:
 ///
 /// * with H-compatible splittings of `A` and `B` in both steps, if
 ///   `Ωe > D_B⁻¹D_A e − D_B⁻¹D⁻¹⟨A⟩De`, where `⟨A⟩D` is strictly diagonally dominant (Theorem 1);
-/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, where
-///   `A = D_A − C_A` (Theorem 2).
+/// * with AOR splittings, if `Ω ≥ D_A D_B⁻¹` and `0 < β ≤ α < 1/ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`,
+///   where `A = D_A − C_A` (Theorem 2).
 ///
 /// # Source
 ///
-/// Method 2 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method for
-/// horizontal linear complementarity problems*, Numerical Algorithms.
+/// Method 2 of H. Zheng and S. Vong, *A two-step modulus-based matrix splitting iteration method
+/// for horizontal linear complementarity problems*, Numerical Algorithms.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
@@ -69,7 +69,8 @@ impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
-    /// The method with `aor` forward and then backward, equation (4), whatever `aor`'s own direction.
+    /// The method with `aor` forward and then backward, equation (4), whatever `aor`'s own
+    /// direction.
     ///
     /// # Errors
     ///

@@ -94,8 +94,9 @@ impl Test {
         self.norm.of(norms) <= self.asked.max(excused)
     }
 
-    /// Judges the iterate `x`, whose residual was measured as `norms`: `Ok` with upper bounds on the
-    /// exact norms that show it to be good enough, or `Err` with the best that is known of them.
+    /// Judges the iterate `x`, whose residual was measured as `norms`: `Ok` with upper bounds on
+    /// the exact norms that show it to be good enough, or `Err` with the best that is known of
+    /// them.
     pub(crate) fn judge<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
@@ -142,8 +143,8 @@ impl Test {
         }
     }
 
-    /// Notes that the judgement of an iterate was `Err(bound)`, and puts off the next one, each time
-    /// for longer, unless rounding hides the residual.
+    /// Notes that the judgement of an iterate was `Err(bound)`, and puts off the next one, each
+    /// time for longer, unless rounding hides the residual.
     pub(crate) fn refused(&mut self, iteration: usize, bound: Norms) {
         if self.norm.of(bound) > self.cap {
             self.hidden += 1;

@@ -43,7 +43,8 @@ impl Rows<f64> for Listed {
 }
 
 impl Listed {
-    /// Row `i` takes `g` times what column `j` has, for `[i, j]` and `g`; each column keeps `slack`.
+    /// Row `i` takes `g` times what column `j` has, for `[i, j]` and `g`; each column keeps
+    /// `slack`.
     fn new(n: usize, couplings: impl Iterator<Item = ([usize; 2], f64)>, slack: f64) -> Self {
         let mut rows: Vec<_> = (0..n).map(|j| vec![(j, slack)]).collect();
         let mut add = |[i, j]: [usize; 2], a| match rows[i].iter_mut().find(|e| e.0 == j) {
@@ -58,8 +59,8 @@ impl Listed {
     }
 }
 
-/// An oil film: `A` conducts the gap's cube between cells, with `stretch` times as much along y, and
-/// `B` carries the gap along x.
+/// An oil film: `A` conducts the gap's cube between cells, with `stretch` times as much along y,
+/// and `B` carries the gap along x.
 fn film(
     [nx, ny]: [usize; 2],
     stretch: f64,
@@ -133,8 +134,8 @@ fn posed<'p, A: Rows<f64>, B: Rows<f64>>(a: &'p A, b: &'p B) -> Hlcp<f64, &'p A,
     Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b).unwrap()).unwrap()
 }
 
-/// The sweeps of the best single method: multigrid, adaptive SOR, and Newton's method with algebraic
-/// multigrid and with SSOR.
+/// The sweeps of the best single method: multigrid, adaptive SOR, and Newton's method with
+/// algebraic multigrid and with SSOR.
 fn fewest<A: Rows<f64>, B: Rows<f64>>(a: &A, b: &B, q: &[f64]) -> usize {
     fn sweeps<M: Method<f64>>(method: Result<M, Error>, q: &[f64]) -> Option<usize> {
         let limits = Limits { iterations: 1000, ..Limits::default() };

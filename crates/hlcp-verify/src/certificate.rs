@@ -20,7 +20,8 @@ use crate::{
 ///
 /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
 /// let first = certify(&a, &b, &[-4.0, 3.0], &[1.0, 0.0], &[0.0, 2.0])?.expect("a dominant pair");
-/// assert_eq!(first.witness, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] }); // C is A: 4 − 1 > 0
+/// // C is A: 4 − 1 > 0
+/// assert_eq!(first.witness, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] });
 /// // It serves any other q without a search; for this one z* = (2, 1) and r* = 0.
 /// let second = certify_with(&a, &b, &[-7.0, -2.0], &[2.0, 1.0], &[0.0; 2], first.witness)?;
 /// assert!(second.expect("the same witness").error() < 1e-13);
@@ -28,35 +29,40 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub enum Witness {
-    /// Positive Ω and `d` with `C d > 0`, where `C` has the diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)` and the off-diagonal
-    /// entries `−max(|aᵢⱼ|, ωⱼ|bᵢⱼ|)`.
+    /// Positive Ω and `d` with `C d > 0`, where `C` has the diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)` and the
+    /// off-diagonal entries `−max(|aᵢⱼ|, ωⱼ|bᵢⱼ|)`.
     Right {
         /// The diagonal of Ω.
         omega: Vec<f64>,
         /// The vector `d`.
         d: Vec<f64>,
     },
-    /// A positive `v` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, the diagonals of `A` and `B` being positive.
+    /// A positive `v` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, the diagonals of `A` and `B` being
+    /// positive.
     Left {
         /// The vector `v`.
         v: Vec<f64>,
     },
 }
 
-/// A proof that the solution `(z*, r*)` exists and is unique, and a bound on every component of the error.
+/// A proof that the solution `(z*, r*)` exists and is unique, and a bound on every component of the
+/// error.
 ///
-/// All of it is a statement about real numbers; rounding is accounted for. The bounds may be infinite, if
-/// something overflows.
+/// All of it is a statement about real numbers; rounding is accounted for. The bounds may be
+/// infinite, if something overflows.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
 /// use hlcp_verify::certify;
 ///
 /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
-/// // z* = (1, 0), r* = (0, 2); with an error of 0.001 in z₁ the defect is (0.004, −0.001), and C = A.
-/// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?.expect("a witness");
+/// // z* = (1, 0), r* = (0, 2); with an error of 0.001 in z₁ the defect is (0.004, −0.001), and C =
+/// // A.
+/// let certificate =
+///     certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?.expect("a witness");
 /// assert!((0.001..0.0014).contains(&certificate.z[0])); // 0.004/(4 − 1) at most
-/// assert_eq!(certificate.error(), certificate.r[0].max(certificate.r[1])); // ω = 4 times as much for r
+/// // ω = 4 times as much for r
+/// assert_eq!(certificate.error(), certificate.r[0].max(certificate.r[1]));
 /// assert!(certificate.to_string().starts_with("solution unique: proved; certified error ≤ "));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -87,19 +93,22 @@ impl fmt::Display for Certificate {
     }
 }
 
-/// Bounds the distance of `(z, r)`, which may come from anywhere, from the solution of HLCP(A, B, q).
+/// Bounds the distance of `(z, r)`, which may come from anywhere, from the solution of HLCP(A, B,
+/// q).
 ///
-/// `None` where no witness exists or none was found: nothing is claimed then. `docs/theory.md` has the proofs.
+/// `None` where no witness exists or none was found: nothing is claimed then. `docs/theory.md` has
+/// the proofs.
 ///
 /// # Cost
 ///
-/// A few walks over the rows where `A` and `B` are dominant enough for a witness of ones. Otherwise the
-/// search stores a comparison matrix and runs a multigrid on it.
+/// A few walks over the rows where `A` and `B` are dominant enough for a witness of ones. Otherwise
+/// the search stores a comparison matrix and runs a multigrid on it.
 ///
 /// # Errors
 ///
 /// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses;
-/// [`Error::Order`] when something does not fit `a`, [`Error::NotFinite`] for an entry of `q`, `z` or `r`.
+/// [`Error::Order`] when something does not fit `a`, [`Error::NotFinite`] for an entry of `q`, `z`
+/// or `r`.
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -108,7 +117,8 @@ impl fmt::Display for Certificate {
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let b = FivePoint::new(2, 1, [0.0, 0.0, 2.0, 0.0, 0.0])?;
 /// // z* = (1, 0), r* = (0, 1).
-/// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 1.0])?.expect("a witness");
+/// let certificate =
+///     certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 1.0])?.expect("a witness");
 /// assert!(certificate.z[0] >= 0.001 && certificate.error() < 0.005);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -139,8 +149,8 @@ pub fn certify<T: Scalar>(
     Ok(Some(certificate(witness, bounds, near, [z, r])))
 }
 
-/// The bounds that a given witness yields: one that an earlier certificate for the same `A` and `B` came with, or one
-/// that is known in closed form. It is checked, not trusted.
+/// The bounds that a given witness yields: one that an earlier certificate for the same `A` and `B`
+/// came with, or one that is known in closed form. It is checked, not trusted.
 ///
 /// `None` where it is no witness: nothing is claimed then.
 ///
@@ -159,7 +169,8 @@ pub fn certify<T: Scalar>(
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let b = FivePoint::new(2, 1, [0.0, 0.0, 2.0, 0.0, 0.0])?;
 /// let (q, z, r) = ([-4.0, 3.0], [1.001, 0.0], [0.0, 1.0]);
-/// let witness = Witness::Left { v: vec![1.0, 1.0] }; // the column sums of ⟨A⟩ and ⟨B⟩ are positive
+/// // the column sums of ⟨A⟩ and ⟨B⟩ are positive
+/// let witness = Witness::Left { v: vec![1.0, 1.0] };
 /// let certificate = certify_with(&a, &b, &q, &z, &r, witness)?.expect("a witness");
 /// assert!(certificate.z[0] >= 0.001 && certificate.error() < 0.005);
 ///
@@ -273,8 +284,9 @@ fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let (d, scale) = match by_norm(pair, &ones, defect) {
         Some(scale) => (ones, scale),
         None => {
-            // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
-            // vector exists wherever a witness does, but it may span many orders of magnitude.
+            // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a
+            // Perron vector exists wherever a witness does, but it may span many orders of
+            // magnitude.
             let inverse = solve(&pair.coupled, &ones, &ones);
             match by_norm(pair, &inverse, defect) {
                 Some(scale) => (inverse, scale),
@@ -372,7 +384,8 @@ fn componentwise<T: Scalar, A: Rows<T>, B: Rows<T>>(
     w.iter().zip(d).map(|(&w, &d)| (w + mul_up(d, lack)).next_up()).collect()
 }
 
-/// Replaces each bound by what the row of `C|δ| ≤ defect` says, the other bounds given, if that is less.
+/// Replaces each bound by what the row of `C|δ| ≤ defect` says, the other bounds given, if that is
+/// less.
 fn sharpen<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     defect: &[f64],
@@ -426,7 +439,8 @@ mod tests {
     use super::*;
     use crate::Example;
 
-    /// At μ = ν = 0 the componentwise bound is well ahead of the max-norm one, whatever the error looks like.
+    /// At μ = ν = 0 the componentwise bound is well ahead of the max-norm one, whatever the error
+    /// looks like.
     #[test]
     fn the_componentwise_bound_is_ahead() {
         let scene = Example { symmetric: true, m: 40, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();

@@ -1,13 +1,13 @@
 //! The matrix classes of the paper's section 1, each answer with its witness.
 //!
-//! One walk over the rows decides Z and strict dominance. H and what follows from it is decided by Noda's
-//! iteration for the spectral radius of `|D_A|⁻¹|C_A|`: below 1, its vector `d` is the diagonal of a `D` for which
-//! ⟨A⟩D is strictly diagonally dominant (Remark 1 of the paper).
+//! One walk over the rows decides Z and strict dominance. H and what follows from it is decided by
+//! Noda's iteration for the spectral radius of `|D_A|⁻¹|C_A|`: below 1, its vector `d` is the
+//! diagonal of a `D` for which ⟨A⟩D is strictly diagonally dominant (Remark 1 of the paper).
 //!
 //! # Cost
 //!
-//! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix; the check
-//! of what it finds is one walk again.
+//! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix;
+//! the check of what it finds is one walk again.
 
 use std::fmt;
 
@@ -21,7 +21,8 @@ use crate::{
 
 /// The answer to a question about a problem.
 ///
-/// `Yes` and `No` hold for the real numbers that the operators' entries stand for, rounding included.
+/// `Yes` and `No` hold for the real numbers that the operators' entries stand for, rounding
+/// included.
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -29,7 +30,8 @@ use crate::{
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 2.0, -3.0, 0.0])?; // not dominant: |−3| > 2
 /// match is_m::<f64>(&a) {
-///     Answer::Yes(d) => assert!(2.0 * d[0] > 3.0 * d[1] && 2.0 * d[1] > d[0]), // Ad > 0, as for (7, 4)
+///     // Ad > 0, as for (7, 4)
+///     Answer::Yes(d) => assert!(2.0 * d[0] > 3.0 * d[1] && 2.0 * d[1] > d[0]),
 ///     Answer::No(failure) => panic!("{failure}"),
 ///     Answer::Undecided => panic!("the budget is used up"),
 /// }
@@ -68,13 +70,19 @@ impl<W> Answer<W> {
 /// use hlcp_verify::classes::{Answer, is_h};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -2.0, 1.0, 2.0, 0.0])?;
-/// let Answer::No(failure) = is_h::<f64>(&a) else { panic!("|D|⁻¹|C| has the spectral radius 2") };
-/// assert_eq!(failure.to_string(), "a spectral radius is at least 2.000000, too large for the parameters");
+/// let Answer::No(failure) = is_h::<f64>(&a) else {
+///     panic!("|D|⁻¹|C| has the spectral radius 2")
+/// };
+/// assert_eq!(
+///     failure.to_string(),
+///     "a spectral radius is at least 2.000000, too large for the parameters"
+/// );
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
-    /// The first entry, row by row, that violates the condition; row and column agree where a row does.
+    /// The first entry, row by row, that violates the condition; row and column agree where a row
+    /// does.
     Entry {
         /// Its row.
         row: usize,
@@ -156,7 +164,9 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// use hlcp_verify::classes::{Answer, Failure, is_h};
 ///
 /// let a = FivePoint::new(3, 1, [0.0, -1.0, 2.0, 1.0, 0.0])?;
-/// let Answer::Yes(d) = is_h::<f64>(&a) else { panic!("an H-matrix that is not strictly dominant") };
+/// let Answer::Yes(d) = is_h::<f64>(&a) else {
+///     panic!("an H-matrix that is not strictly dominant")
+/// };
 /// assert!(2.0 * d[1] > d[0] + d[2]);
 ///
 /// let b = FivePoint::new(3, 1, [0.0, -1.0, 1.0, 1.0, 0.0])?;
@@ -183,7 +193,8 @@ pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
     sound_diagonal(a, |entry| entry).then(|| is_h(a))
 }
 
-/// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of [`is_h`].
+/// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of
+/// [`is_h`].
 ///
 /// ```
 /// use hlcp_core::FivePoint;

@@ -64,7 +64,8 @@ pub(crate) enum Against {
     Paper,
     /// `G = max(D_A, D_BΩ) + |C_A|`: with `D − G = min(D_A, D_BΩ) − |C_A|`, condition (8).
     Condition8,
-    /// `G = max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω)`: with `D − G = C`, the relaxed theorem and the certificate.
+    /// `G = max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω)`: with `D − G = C`, the relaxed theorem and the
+    /// certificate.
     Pair,
 }
 
@@ -142,7 +143,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Coupled<'_, T, A, B> {
         if !(a > 0.0 && b_omega > 0.0) {
             return f64::NAN;
         }
-        // One rounding of each: `d − g` in place of the exact minimum may be off, so `d` and `g` give way.
+        // One rounding of each: `d − g` in place of the exact minimum may be off, so `d` and `g`
+        // give way.
         let part = match self.against {
             Against::Paper => b_omega.next_up().next_up(),
             Against::Condition8 | Against::Pair => a.max(b_omega.next_up().next_up()),

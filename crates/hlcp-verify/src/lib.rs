@@ -1,9 +1,10 @@
-//! What theory says about a horizontal linear complementarity problem, `z, r ≥ 0` with `zᵀ r = 0` and
-//! `A z − B r + q = 0`, checked by machine; and problems with known answers.
+//! What theory says about a horizontal linear complementarity problem, `z, r ≥ 0` with `zᵀ r = 0`
+//! and `A z − B r + q = 0`, checked by machine; and problems with known answers.
 //!
 //! # The easy way: certify an answer
 //!
-//! Whatever computed it, [`certify`] bounds its distance from the solution, and proves that there is one and only one:
+//! Whatever computed it, [`certify`] bounds its distance from the solution, and proves that there
+//! is one and only one:
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Identity};
@@ -17,13 +18,15 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! [`certify_with`] takes a [`Witness`] that is known already, from an earlier [`Certificate`] or in closed form.
+//! [`certify_with`] takes a [`Witness`] that is known already, from an earlier [`Certificate`] or
+//! in closed form.
 //!
 //! # Before a solve: will it converge?
 //!
-//! [`convergence`] tries every theorem on the steps of a method and says which one proves it, with the factor per
-//! iteration. [`theorem_1`], [`theorem_2`] and [`relaxed_theorem`] answer hypothesis by hypothesis, [`alpha_bound`] and
-//! [`relaxed_alpha_bound`] say how large α may be, and [`classes`] whether a matrix is Z, M, H or H₊.
+//! [`convergence`] tries every theorem on the steps of a method and says which one proves it, with
+//! the factor per iteration. [`theorem_1`], [`theorem_2`] and [`relaxed_theorem`] answer hypothesis
+//! by hypothesis, [`alpha_bound`] and [`relaxed_alpha_bound`] say how large α may be, and
+//! [`classes`] whether a matrix is Z, M, H or H₊.
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
@@ -42,11 +45,11 @@
 //!
 //! # For tests
 //!
-//! * [`Planted`] builds a problem around a solution; [`oracle`] has the paper's methods, dense and from its formulas, and
-//!   all solutions of a small problem.
-//! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2; [`Slider`], its Example 3 in kind;
-//!   [`Disc`], a contact on which splitting methods crawl; and, with published answers, [`JournalBearing`], [`Obstacle`],
-//!   [`Bearing2d`] and [`AmericanPut`].
+//! * [`Planted`] builds a problem around a solution; [`oracle`] has the paper's methods, dense and
+//!   from its formulas, and all solutions of a small problem.
+//! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2;
+//!   [`Slider`], its Example 3 in kind; [`Disc`], a contact on which splitting methods crawl; and,
+//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`].
 //!
 //! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
 

@@ -1,6 +1,7 @@
 //! An approximate solver for row-wise diagonally dominant M-matrices.
 //!
-//! Nothing that is proved rests on it: its answers are candidates for witnesses, and the witness is checked.
+//! Nothing that is proved rests on it: its answers are candidates for witnesses, and the witness is
+//! checked.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -49,7 +50,8 @@ impl Sparse {
             if aggregate[i] != NONE {
                 continue;
             }
-            // Of couplings that rounding alone tells apart the last, so that aggregates of a grid line up.
+            // Of couplings that rounding alone tells apart the last, so that aggregates of a grid
+            // line up.
             let mut strongest: Option<(u32, f64)> = None;
             for &(j, g) in self.row(i) {
                 let free = aggregate[j as usize] == NONE && j as usize != i;
@@ -98,10 +100,12 @@ impl Sparse {
     }
 }
 
-/// Aggregation multigrid, accelerated on every level by generalised conjugate residuals (a K-cycle).
+/// Aggregation multigrid, accelerated on every level by generalised conjugate residuals (a
+/// K-cycle).
 ///
-/// Unknowns are paired twice a level by their largest coupling, and a coarse matrix is the sum of its
-/// aggregates' entries, so it is again a row-wise diagonally dominant M-matrix (after Notay's AGMG).
+/// Unknowns are paired twice a level by their largest coupling, and a coarse matrix is the sum of
+/// its aggregates' entries, so it is again a row-wise diagonally dominant M-matrix (after Notay's
+/// AGMG).
 #[derive(Debug)]
 pub(crate) struct Multigrid {
     levels: Vec<Level>,
@@ -148,7 +152,8 @@ impl Multigrid {
         Self { levels, bottom }
     }
 
-    /// An approximate solution, to a residual of `tolerance` times the right-hand side or as near as it gets.
+    /// An approximate solution, to a residual of `tolerance` times the right-hand side or as near
+    /// as it gets.
     pub(crate) fn solve(&self, b: &[f64], tolerance: f64) -> Vec<f64> {
         self.conjugate_residuals(0, b, 60, tolerance)
     }

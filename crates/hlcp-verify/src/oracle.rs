@@ -5,7 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The AOR splitting `M = (D − β L)/α`, `N = M − A` of equation (4); with `U` for `L` when `backward`.
+/// The AOR splitting `M = (D − β L)/α`, `N = M − A` of equation (4); with `U` for `L` when
+/// `backward`.
 ///
 /// ```
 /// use hlcp_verify::oracle::aor_splitting;
@@ -35,7 +36,8 @@ fn parts(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     (part(1.0, |i, j| i == j), part(-1.0, |i, j| i > j), part(-1.0, |i, j| i < j))
 }
 
-/// A dense HLCP in modulus form: matrices of order `n` and vectors of length `n`, which is not checked.
+/// A dense HLCP in modulus form: matrices of order `n` and vectors of length `n`, which is not
+/// checked.
 ///
 /// ```
 /// use hlcp_verify::oracle::Dense;
@@ -74,7 +76,8 @@ pub struct Dense {
 pub struct Iteration {
     /// What multiplies `x⁺`.
     pub linear: DMatrix<f64>,
-    /// What multiplies `|x⁺|`: zero, or strictly triangular on the side where `linear` is triangular.
+    /// What multiplies `|x⁺|`: zero, or strictly triangular on the side where `linear` is
+    /// triangular.
     pub modulus: DMatrix<f64>,
     /// What multiplies `x`.
     pub from_x: DMatrix<f64>,
@@ -143,8 +146,13 @@ impl Dense {
     /// use nalgebra::{dmatrix, dvector};
     ///
     /// let (a, b) = (dmatrix![4.0], dmatrix![1.0]);
-    /// let problem =
-    ///     Dense { a: a.clone(), b: b.clone(), q: dvector![-8.0], omega: dvector![4.0], gamma: 1.0 };
+    /// let problem = Dense {
+    ///     a: a.clone(),
+    ///     b: b.clone(),
+    ///     q: dvector![-8.0],
+    ///     omega: dvector![4.0],
+    ///     gamma: 1.0,
+    /// };
     /// let [of_a, of_b] = [a, b].map(|matrix| aor_splitting(&matrix, [1.0, 1.0], false));
     /// assert_eq!(problem.mms(of_a, of_b).step(&dvector![0.5]), dvector![1.0]);
     /// ```
@@ -210,7 +218,8 @@ impl Dense {
     /// All solutions `(z, r)`, found by trying every choice of `zᵢ = 0` or `rᵢ = 0`, in no order.
     ///
     /// A choice whose linear system is singular or overflows is passed over, so of a continuum only
-    /// isolated ones are sure to be found; a solution with `zᵢ = rᵢ = 0` comes once for each choice.
+    /// isolated ones are sure to be found; a solution with `zᵢ = rᵢ = 0` comes once for each
+    /// choice.
     ///
     /// # Panics
     ///

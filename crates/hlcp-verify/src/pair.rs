@@ -1,4 +1,5 @@
-//! The rows of a pair as the certificate uses them: as stencils where both operators are, by walking where not.
+//! The rows of a pair as the certificate uses them: as stencils where both operators are, by
+//! walking where not.
 
 use hlcp_core::{Coefficients::Constant, FivePointView, Rows, Scalar};
 
@@ -26,8 +27,8 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Pair<'a, T, A, B> {
         self.stencil.as_ref().map_or(1, |stencil| stencil.nx)
     }
 
-    /// Overwrites `pivots` with the diagonal of `C` and `y` with what is not less than `(D_C − C)x`, for `x ≥ 0` and
-    /// the stretch of rows that begins at row `from`.
+    /// Overwrites `pivots` with the diagonal of `C` and `y` with what is not less than
+    /// `(D_C − C)x`, for `x ≥ 0` and the stretch of rows that begins at row `from`.
     pub(crate) fn couplings(
         &self,
         from: usize,
@@ -70,7 +71,8 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Pair<'a, T, A, B> {
 /// Two five-point operators with constant coefficients on one grid.
 struct Stencil {
     nx: usize,
-    /// What multiplies `z` and `r` in the positive terms of `A z − B r`: the positive part of A, the negative one of B.
+    /// What multiplies `z` and `r` in the positive terms of `A z − B r`: the positive part of A,
+    /// the negative one of B.
     plus: [FivePointView<'static, f64>; 2],
     /// The same in the negative terms.
     minus: [FivePointView<'static, f64>; 2],
@@ -107,9 +109,10 @@ impl Stencil {
 
     /// The positive terms `P` and the negative ones `N` are summed apart.
     ///
-    /// Of the ten products and the q none meets more than 11 roundings, so the computed `p` and `n` have
-    /// `|p − P| ≤ 12u p` up to underflow, and likewise `n`. Then `|P − N| ≤ |p − n| + 12u(p + n)`, where the code takes
-    /// 16u, and [`up`] covers the four operations of that and the underflow.
+    /// Of the ten products and the q none meets more than 11 roundings, so the computed `p` and `n`
+    /// have `|p − P| ≤ 12u p` up to underflow, and likewise `n`. Then
+    /// `|P − N| ≤ |p − n| + 12u(p + n)`, where the code takes 16u, and [`up`] covers the four
+    /// operations of that and the underflow.
     fn defect<T: Scalar>(&self, q: &[T], [z, r]: [&[f64]; 2]) -> Vec<f64> {
         let nx = self.nx;
         let (mut p, mut n) = (vec![0.0; nx], vec![0.0; nx]);

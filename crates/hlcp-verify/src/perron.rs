@@ -1,4 +1,5 @@
-//! The spectral radius of a non-negative matrix between two checked numbers, and the vector that proves it.
+//! The spectral radius of a non-negative matrix between two checked numbers, and the vector that
+//! proves it.
 
 use crate::{
     multigrid::{Multigrid, Sparse},
@@ -7,8 +8,8 @@ use crate::{
 
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
 ///
-/// `D` is not more and `G` not less than the exact entry, so `Z_k` is a bound from below and what holds for
-/// it holds for the exact one: `Z_k d > 0` does. `G` may have diagonal entries.
+/// `D` is not more and `G` not less than the exact entry, so `Z_k` is a bound from below and what
+/// holds for it holds for the exact one: `Z_k d > 0` does. `G` may have diagonal entries.
 pub(crate) trait Comparison {
     fn order(&self) -> usize;
 
@@ -29,8 +30,8 @@ const SMALL: f64 = 16.0 * f64::from_bits(1);
 
 /// A Collatz–Wielandt bracket: `lower ≤ ρ(D⁻¹G) ≤ upper`.
 ///
-/// For any `x > 0`, `minᵢ (Gx)ᵢ/(Dx)ᵢ ≤ ρ(D⁻¹G) ≤ maxᵢ (Gx)ᵢ/(Dx)ᵢ`. Both ends are rounded outward, so they
-/// hold for real numbers, however `x` was found.
+/// For any `x > 0`, `minᵢ (Gx)ᵢ/(Dx)ᵢ ≤ ρ(D⁻¹G) ≤ maxᵢ (Gx)ᵢ/(Dx)ᵢ`. Both ends are rounded outward,
+/// so they hold for real numbers, however `x` was found.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -39,7 +40,9 @@ const SMALL: f64 = 16.0 * f64::from_bits(1);
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
 /// let bracket = alpha_bound(&problem); // of the rows (4, 1) and (1, 4), over 8: 5/8
-/// assert!(bracket.lower <= 0.625 && 0.625 <= bracket.upper && bracket.upper - bracket.lower < 1e-6);
+/// assert!(
+///     bracket.lower <= 0.625 && 0.625 <= bracket.upper && bracket.upper - bracket.lower < 1e-6
+/// );
 /// let [lower, upper] = bracket.reciprocal();
 /// assert!(lower <= 1.6 && 1.6 <= upper);
 /// # Ok::<(), hlcp_core::Error>(())
@@ -50,7 +53,8 @@ pub struct Bracket {
     pub lower: f64,
     /// Not less than the spectral radius.
     pub upper: f64,
-    /// The trial vector of the upper end, positive; below 1, `upper` makes it a witness: `(D − G)x > 0`.
+    /// The trial vector of the upper end, positive; below 1, `upper` makes it a witness:
+    /// `(D − G)x > 0`.
     pub vector: Vec<f64>,
 }
 
@@ -61,7 +65,8 @@ impl Bracket {
     }
 }
 
-/// Row-wise quotients `(Gx)ᵢ/(Dx)ᵢ` from below and from above, and the `k` where the latter is largest.
+/// Row-wise quotients `(Gx)ᵢ/(Dx)ᵢ` from below and from above, and the `k` where the latter is
+/// largest.
 struct Quotient {
     lower: f64,
     upper: f64,
@@ -109,10 +114,12 @@ pub(crate) fn bracket(z: &impl Comparison, vector: Vec<f64>) -> Bracket {
     Bracket { lower, upper: if positive { upper } else { f64::INFINITY }, vector }
 }
 
-/// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from `x = e`.
+/// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from
+/// `x = e`.
 ///
-/// The matrix is a nonsingular M-matrix as long as `ρ̄` is too large, so `x` stays positive; `ρ̄` falls
-/// quadratically. The start is the balanced vector where that is better. Ends when the bracket is `enough` or no longer falls.
+/// The matrix is a nonsingular M-matrix as long as `ρ̄` is too large, so `x` stays positive; `ρ̄`
+/// falls quadratically. The start is the balanced vector where that is better. Ends when the
+/// bracket is `enough` or no longer falls.
 pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Bracket {
     let mut best = bracket(z, vec![1.0; z.order()]);
     if !enough(&best)
@@ -144,8 +151,8 @@ pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Br
     best
 }
 
-/// Howard's policy iteration for several matrices: `(D_k − G_k)x⁺ = D_k x`, row by row with the `k` whose quotient
-/// is largest at `x`.
+/// Howard's policy iteration for several matrices: `(D_k − G_k)x⁺ = D_k x`, row by row with the `k`
+/// whose quotient is largest at `x`.
 ///
 /// The upper end may rise while the rows change hands. It falls below 1 if all mixtures of rows are
 /// nonsingular M-matrices, which is what a common witness comes to.
@@ -161,10 +168,11 @@ fn policies(z: &impl Comparison, start: Bracket, enough: impl Fn(&Bracket) -> bo
     now
 }
 
-/// The `x` for which `gᵢⱼxⱼ/xᵢ = gⱼᵢxᵢ/xⱼ` along a spanning forest: the symmetrising scaling where there is one.
+/// The `x` for which `gᵢⱼxⱼ/xᵢ = gⱼᵢxᵢ/xⱼ` along a spanning forest: the symmetrising scaling where
+/// there is one.
 ///
-/// A convection spreads the Perron vector over hundreds of orders of magnitude, which the iteration would be
-/// long to find. `None` where doubles do not reach that far.
+/// A convection spreads the Perron vector over hundreds of orders of magnitude, which the iteration
+/// would be long to find. `None` where doubles do not reach that far.
 fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
     let (mut row, mut other) = (vec![], vec![]);
     let mut logarithm = vec![f64::NAN; z.order()];
@@ -209,8 +217,9 @@ fn improved(z: &impl Comparison, best: &Bracket, shift: f64) -> Option<Vec<f64>>
 
 /// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
 ///
-/// In these variables a good `x` is the vector of ones, which is what the aggregates of the multigrid
-/// represent, rows have one size, and a row sum is non-negative as soon as `s` is an upper end for `x`.
+/// In these variables a good `x` is the vector of ones, which is what the aggregates of the
+/// multigrid represent, rows have one size, and a row sum is non-negative as soon as `s` is an
+/// upper end for `x`.
 fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
     let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
     for i in 0..z.order() {

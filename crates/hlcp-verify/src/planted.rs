@@ -27,7 +27,8 @@ pub struct Planted {
 }
 
 impl Planted {
-    /// Plants the solution whose `zᵢ` is the positive part of `signed[i]` and whose `rᵢ` is the negative one.
+    /// Plants the solution whose `zᵢ` is the positive part of `signed[i]` and whose `rᵢ` is the
+    /// negative one.
     pub fn new(
         a: DMatrix<f64>,
         b: DMatrix<f64>,

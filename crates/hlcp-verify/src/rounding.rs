@@ -1,8 +1,10 @@
-//! Arithmetic whose error is known: what turns a check in floating point into a statement about reals.
+//! Arithmetic whose error is known: what turns a check in floating point into a statement about
+//! reals.
 //!
-//! Every basic operation of IEEE 754 returns a neighbour of the exact result that is nearest to it, also
-//! where it underflows, so the exact result lies between the two floating-point numbers beside the
-//! computed one. Where it overflows, the infinities and NaN that follow fail every comparison they meet.
+//! Every basic operation of IEEE 754 returns a neighbour of the exact result that is nearest to it,
+//! also where it underflows, so the exact result lies between the two floating-point numbers beside
+//! the computed one. Where it overflows, the infinities and NaN that follow fail every comparison
+//! they meet.
 
 use std::cmp::Ordering;
 
@@ -36,11 +38,13 @@ pub(crate) fn smaller(x: f64, y: f64) -> f64 {
     if x.is_nan() || x < y { x } else { y }
 }
 
-/// Not less than the non-negative number that `roundings` basic operations on non-negative ones computed as `x`.
+/// Not less than the non-negative number that `roundings` basic operations on non-negative ones
+/// computed as `x`.
 ///
-/// For loops that must not branch. Sums, products and quotients of non-negative numbers, each meeting at most k
-/// roundings, have `v(1 − u)ᵏ − e ≤ x ≤ v(1 + u)ᵏ + e`, where `e ≤ 2⁵⁰η` covers underflow. The factor
-/// `1 + (k + 2)·2u`, which is exact for k < 2²⁰, makes up for them and for its own two, and 2⁵²η for e.
+/// For loops that must not branch. Sums, products and quotients of non-negative numbers, each
+/// meeting at most k roundings, have `v(1 − u)ᵏ − e ≤ x ≤ v(1 + u)ᵏ + e`, where `e ≤ 2⁵⁰η` covers
+/// underflow. The factor `1 + (k + 2)·2u`, which is exact for k < 2²⁰, makes up for them and for
+/// its own two, and 2⁵²η for e.
 #[inline(always)]
 pub(crate) fn up(x: f64, roundings: f64) -> f64 {
     x * (1.0 + (roundings + 2.0) * f64::EPSILON) + f64::MIN_POSITIVE
@@ -54,8 +58,8 @@ pub(crate) fn down(x: f64, roundings: f64) -> f64 {
 
 /// Compares `a b` with `c` exactly; `None` where underflow, overflow or NaN forbids it.
 ///
-/// Where the product neither underflows nor overflows, its rounding error is itself a floating-point
-/// number, and a fused multiply–add finds it.
+/// Where the product neither underflows nor overflows, its rounding error is itself a
+/// floating-point number, and a fused multiply–add finds it.
 pub(crate) fn compare_product(a: f64, b: f64, c: f64) -> Option<Ordering> {
     let product = a * b;
     if product == 0.0 && (a == 0.0 || b == 0.0) {
@@ -128,9 +132,10 @@ impl Interval {
 
 /// A sum of products with a bound on its rounding error.
 ///
-/// With `u = 2⁻⁵³`, η = 2⁻¹⁰⁷⁴ and k products, the computed sum `s` and the computed sum `t` of their moduli satisfy
-/// `|s − Σ aᵢxᵢ| ≤ γ_k Σ|aᵢxᵢ| + kη` and `Σ|aᵢxᵢ| ≤ (t + kη)/(1 − γ_k)`, where `γ_k = ku/(1 − ku)`. Since
-/// `γ_k/(1 − γ_k) ≤ 2ku` for `ku ≤ 1/8`, `(k + 2)·2u·t + 2kη` covers it with room for its own rounding.
+/// With `u = 2⁻⁵³`, η = 2⁻¹⁰⁷⁴ and k products, the computed sum `s` and the computed sum `t` of
+/// their moduli satisfy `|s − Σ aᵢxᵢ| ≤ γ_k Σ|aᵢxᵢ| + kη` and `Σ|aᵢxᵢ| ≤ (t + kη)/(1 − γ_k)`, where
+/// `γ_k = ku/(1 − ku)`. Since `γ_k/(1 − γ_k) ≤ 2ku` for `ku ≤ 1/8`, `(k + 2)·2u·t + 2kη` covers it
+/// with room for its own rounding.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Sum {
     value: f64,

@@ -25,10 +25,11 @@ pub struct Contraction {
 }
 
 impl Contraction {
-    /// A number of exact iterations after which `‖x − x*‖_d` is at most `reduction` times what it was.
+    /// A number of exact iterations after which `‖x − x*‖_d` is at most `reduction` times what it
+    /// was.
     ///
-    /// Rounding of the count is accounted for. `None` for more than 2⁵² iterations, and unless `reduction` is
-    /// positive.
+    /// Rounding of the count is accounted for. `None` for more than 2⁵² iterations, and unless
+    /// `reduction` is positive.
     pub fn iterations(&self, reduction: f64) -> Option<u64> {
         let enough = |k: u64| power_up(self.factor, k) <= reduction;
         if reduction <= 0.0 || reduction.is_nan() {

@@ -159,8 +159,8 @@ pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
 }
 
-/// `ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, whose reciprocal is the bound on α of (16), to about six digits of the
-/// distance of the bound from 1.
+/// `ρ[(D_A + D_BΩ)⁻¹(D_BΩ + |C_A|)]`, whose reciprocal is the bound on α of (16), to about six
+/// digits of the distance of the bound from 1.
 ///
 /// The diagonals must be positive; the upper end is infinite otherwise.
 ///
@@ -169,7 +169,8 @@ pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
 ///
 /// let a = FivePoint::new(128, 128, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(128, 128, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-/// let [lower, upper] = hlcp_verify::alpha_bound(&Hlcp::new(a, b, Omega::Uniform(1.0))?).reciprocal();
+/// let [lower, upper] =
+///     hlcp_verify::alpha_bound(&Hlcp::new(a, b, Omega::Uniform(1.0))?).reciprocal();
 /// assert!(1.33346 < lower && lower <= upper && upper < 1.33347); // Table 2 prints 1.33
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -177,10 +178,11 @@ pub fn alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
     narrow(&Coupled::of(problem, Against::Paper))
 }
 
-/// `ρ[(D_A + D_BΩ)⁻¹(max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω))]`, whose reciprocal bounds α in the relaxed theorem.
+/// `ρ[(D_A + D_BΩ)⁻¹(max(D_A, D_BΩ) + max(|C_A|, |C_B|Ω))]`, whose reciprocal bounds α in the
+/// relaxed theorem.
 ///
-/// Below 1, it proves convergence for no α > 1, and not for α ≤ 1 either. As precise as [`alpha_bound`], with
-/// which it agrees under the hypotheses of Theorem 2.
+/// Below 1, it proves convergence for no α > 1, and not for α ≤ 1 either. As precise as
+/// [`alpha_bound`], with which it agrees under the hypotheses of Theorem 2.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -201,10 +203,11 @@ fn narrow(z: &impl Comparison) -> Bracket {
     noda(z, |bracket| bracket.upper - bracket.lower <= 1e-6 * (1.0 - bracket.upper).abs())
 }
 
-/// The relaxed theorem: `C − max(0, 1 − 1/α)(D_A + D_BΩ)` is a nonsingular M-matrix for the largest α of the steps.
+/// The relaxed theorem: `C − max(0, 1 − 1/α)(D_A + D_BΩ)` is a nonsingular M-matrix for the largest
+/// α of the steps.
 ///
-/// Each step must have one `0 ≤ β ≤ α` for `A` and `B`; steps may differ, and be accelerated. The witness is a
-/// `d` for which all of them contract.
+/// Each step must have one `0 ≤ β ≤ α` for `A` and `B`; steps may differ, and be accelerated. The
+/// witness is a `d` for which all of them contract.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
@@ -327,7 +330,8 @@ impl fmt::Display for Convergence {
     }
 }
 
-/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1 or a witness, whichever applies first.
+/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1 or a witness, whichever applies
+/// first.
 ///
 /// `steps` are the steps of one iteration.
 ///
@@ -350,7 +354,8 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
     steps: &[Aor<T>],
 ) -> Convergence {
     let all = Steps::new(problem, steps);
-    // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched for once.
+    // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched
+    // for once.
     let relaxed = relaxed_theorem(problem, steps);
     if let Answer::Yes(d) = &relaxed
         && let Some(contraction) = all.contraction(d.clone())
@@ -380,8 +385,8 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
     })
 }
 
-/// (I) for AOR splittings, entry by entry: `⟨A⟩ = ⟨M⟩ − |N|` holds on the diagonal for α ≤ 1, in the swept triangle
-/// for 0 ≤ β ≤ α, and always in the other one.
+/// (I) for AOR splittings, entry by entry: `⟨A⟩ = ⟨M⟩ − |N|` holds on the diagonal for α ≤ 1, in
+/// the swept triangle for 0 ≤ β ≤ α, and always in the other one.
 fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     steps: &[Aor<T>],

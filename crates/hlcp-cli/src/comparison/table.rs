@@ -42,7 +42,8 @@ pub(crate) fn series<'r>(
     rows.iter().filter(move |row| row.title == title && row.method == method)
 }
 
-/// The exponent of n in `cost`, by least squares over the upper half of the sizes that converged, three at the least.
+/// The exponent of n in `cost`, by least squares over the upper half of the sizes that converged,
+/// three at the least.
 pub(crate) fn slope<'r>(
     rows: impl Iterator<Item = &'r Row>,
     cost: impl Fn(&Run) -> f64,

@@ -79,7 +79,8 @@ pub(crate) fn table(runs: &[Run]) -> Table {
     table
 }
 
-/// Every run of one family that `of` admits, beside the run of another family that differs in nothing else.
+/// Every run of one family that `of` admits, beside the run of another family that differs in
+/// nothing else.
 fn pairs<'r>(
     runs: &'r [Run],
     family: &str,
@@ -107,7 +108,8 @@ fn pairs_of<'r>(
 
 /// How often the first of a pair beats the second; one that does not converge beats nothing.
 ///
-/// Time is decided where the quartiles of the repeated solves do not overlap, and else said to be open.
+/// Time is decided where the quartiles of the repeated solves do not overlap, and else said to be
+/// open.
 fn wins(pairs: &[[&Run; 2]]) -> [String; 3] {
     // Two that both fail cannot be compared.
     let comparable = pairs.iter().filter(|[one, other]| one.converged() || other.converged());

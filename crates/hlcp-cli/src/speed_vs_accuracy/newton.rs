@@ -11,8 +11,9 @@ use hlcp_core::Rows;
 
 use super::{problem::Problem, series::Run};
 
-/// `xₖ₊₁` solves `J xₖ₊₁ = −q` with the columns `2Aⱼ` of J where `xⱼ > 0` and `2ωⱼBⱼ` elsewhere, Ω = D_A D_B⁻¹, until
-/// `‖A z − B r + q‖₂ ≤ tolerance·‖q‖₂`. Assembling and factorising are part of the time.
+/// `xₖ₊₁` solves `J xₖ₊₁ = −q` with the columns `2Aⱼ` of J where `xⱼ > 0` and `2ωⱼBⱼ` elsewhere, Ω
+/// = D_A D_B⁻¹, until `‖A z − B r + q‖₂ ≤ tolerance·‖q‖₂`. Assembling and factorising are part of
+/// the time.
 pub(crate) fn solve(problem: &Problem, tolerance: f64) -> Result<Option<Run>, Box<dyn Error>> {
     let (a, b, q) = (&problem.wide.a, &problem.wide.b, &problem.wide.q);
     let n = q.len();

@@ -1,4 +1,5 @@
-//! Dolan and Moré's performance profile: on which share of the problems a method is within a factor of the best one.
+//! Dolan and Moré's performance profile: on which share of the problems a method is within a factor
+//! of the best one.
 
 use std::{error::Error, path::Path};
 
@@ -11,7 +12,8 @@ const TOLERANCE: f64 = 1e-8;
 /// The largest factor drawn, as a power of two.
 const DOUBLINGS: f64 = 10.0;
 
-/// Both examples with four pairs of shifts and two solutions, four sliders and four discs: 24 problems.
+/// Both examples with four pairs of shifts and two solutions, four sliders and four discs: 24
+/// problems.
 fn scenes(quick: bool) -> Vec<Posed> {
     let (m, cells, discs) =
         if quick { (16, [8, 10, 12, 16], [8, 12]) } else { (128, [25, 50, 75, 100], [48, 96]) };

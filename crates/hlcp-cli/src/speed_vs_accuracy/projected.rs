@@ -1,4 +1,5 @@
-//! Projected SOR, an outside anchor: Cryer's method for the LCP, of the family that reference [22] of the paper extends.
+//! Projected SOR, an outside anchor: Cryer's method for the LCP, of the family that reference [22]
+//! of the paper extends.
 
 use std::{error::Error, time::Instant};
 
@@ -6,7 +7,8 @@ use hlcp_core::LinearOperator;
 
 use super::{problem::Problem, series::Run};
 
-/// `zᵢ ← max(0, zᵢ − α(A z + q)ᵢ/aᵢᵢ)` over the grid, to `‖min(z, A z + q)‖₂ ≤ tolerance·‖q‖₂`; on LCP scenes alone.
+/// `zᵢ ← max(0, zᵢ − α(A z + q)ᵢ/aᵢᵢ)` over the grid, to `‖min(z, A z + q)‖₂ ≤ tolerance·‖q‖₂`; on
+/// LCP scenes alone.
 pub(crate) fn solve(problem: &Problem, tolerance: f64) -> Result<Option<Run>, Box<dyn Error>> {
     if problem.posed.scene.name != "disc-lcp" {
         return Ok(None);

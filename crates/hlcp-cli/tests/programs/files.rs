@@ -51,7 +51,8 @@ fn the_sample_files_are_example_1() {
     }
 }
 
-/// A scene through files takes the iterations it takes as stencils, and its answer comes back to the last bit.
+/// A scene through files takes the iterations it takes as stencils, and its answer comes back to
+/// the last bit.
 #[test]
 fn a_scene_through_files() {
     let folder = Folder::new("scene");
@@ -255,7 +256,8 @@ fn mutated() -> impl Strategy<Value = Vec<u8>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever is in a file, reading it gives finite numbers of the declared kind or an error, never a panic.
+    /// Whatever is in a file, reading it gives finite numbers of the declared kind or an error,
+    /// never a panic.
     #[test]
     fn damaged_files_never_panic(bytes in mutated()) {
         let folder = Folder::new(&format!("fuzz-{:?}", std::thread::current().id()).replace(['(', ')'], ""));

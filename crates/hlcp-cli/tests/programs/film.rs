@@ -51,8 +51,9 @@ fn printed(text: &str, what: &str) -> f64 {
 const SPEED: f64 = 3.7;
 const VISCOSITY: f64 = 0.041;
 
-/// What flows through each piece, from integrals over a straight gap: with I₂ = ∫dx/h² and I₃ = ∫dx/h³ the Reynolds
-/// equation `½U(1 − r)h − h³/(12μ) p′ = Φ` gives `Φ = (6μU(1 − r)I₂ − Δp)/(12μI₃)`.
+/// What flows through each piece, from integrals over a straight gap: with I₂ = ∫dx/h² and I₃ =
+/// ∫dx/h³ the Reynolds equation `½U(1 − r)h − h³/(12μ) p′ = Φ` gives
+/// `Φ = (6μU(1 − r)I₂ − Δp)/(12μI₃)`.
 fn flows(points: &[Point]) -> Vec<f64> {
     let flow = |pair: &[Point]| {
         let [[x, h, p, void], [x1, h1, p1, _]] = [pair[0], pair[1]];
@@ -118,7 +119,8 @@ fn what_flows_in_flows_out() {
         let flow = flows.iter().sum::<f64>() / flows.len() as f64;
         assert!((printed(&report, "flow") / flow - 1.0).abs() <= 1e-6, "{name}: {report}");
         for (k, one) in flows.iter().enumerate() {
-            // The residual's 1e-10, summed over the points, and the rounding of the pressures' differences.
+            // The residual's 1e-10, summed over the points, and the rounding of the pressures'
+            // differences.
             assert!((one - flow).abs() <= 1e-8 * flow, "{name}, piece {k}: {one} {flow}");
         }
         let ambient: f64 = ambient.parse().unwrap();
@@ -175,7 +177,8 @@ fn a_plane_wedge_of_two_points_has_its_load() {
         let gap = |s: f64| thin * (1.0 + k * (1.0 - s));
         let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
         let load = unit * length * (f64::ln_1p(k) - 2.0 * k / (2.0 + k)) / (k * k);
-        // Euler and Maclaurin: the sum over the points is off by Δx²/12 times the difference of dp/dx between the ends.
+        // Euler and Maclaurin: the sum over the points is off by Δx²/12 times the difference of
+        // dp/dx between the ends.
         let ends = unit * length * k / (2.0 + k) * (1.0 + (1.0 + k).powi(-2));
         let off = ends / (12.0 * 400.0 * 400.0);
         for places in [&[0.0, 1.0][..], &[0.0, 0.37, 1.0]] {
@@ -193,8 +196,8 @@ fn a_gap_of_three_points_narrows_and_widens() {
     let vee: [[f64; 2]; 3] = [[0.0, 31e-6], [9e-3, 19e-6], [20e-3, 34e-6]];
     let [falling, rising] =
         [0, 1].map(|k| ((vee[k + 1][1] - vee[k][1]) / (vee[k + 1][0] - vee[k][0])).abs());
-    // With dp/dx = 6μU(h − c)/h³ on a straight gap, the pressures gained between two gaps at slope 1; c is the gap at the
-    // peak and, where p and dp/dx vanish, at the rupture.
+    // With dp/dx = 6μU(h − c)/h³ on a straight gap, the pressures gained between two gaps at slope
+    // 1; c is the gap at the peak and, where p and dp/dx vanish, at the rupture.
     let gained = |c: f64, from: f64, to: f64| {
         let antiderivative = |h: f64| c / (2.0 * h * h) - 1.0 / h;
         6.0 * VISCOSITY * SPEED * (antiderivative(from) - antiderivative(to))

@@ -1,5 +1,5 @@
-//! The iteration counts behind the tables of `docs/paper.md`: recorded at m = 128, and confirmed on small
-//! grids by the dense textbook methods.
+//! The iteration counts behind the tables of `docs/paper.md`: recorded at m = 128, and confirmed on
+//! small grids by the dense textbook methods.
 
 use hlcp_core::{Hlcp, Omega, Rows};
 use hlcp_methods::{Limits, Method, Named, Options, Parameters, Solver};
@@ -9,8 +9,8 @@ use hlcp_verify::{
 };
 use nalgebra::{DMatrix, DVector};
 
-/// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν = 0, and
-/// on Example 2 with μ = ν = 4.
+/// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν
+/// = 0, and on Example 2 with μ = ν = 4.
 type Row = (f64, [f64; 2], [[usize; 3]; 3]);
 
 /// m = 128, start e, γ = 1, absolute 2-norm 10⁻¹⁰.
@@ -55,9 +55,9 @@ const SLIDER_COUNTS: [(&str, usize); 13] = [
     ("TMGSSOR3", 5005),
 ];
 
-/// A residual that lands on the threshold may fall on either side of it; far down a slow iteration, where
-/// the residual shrinks by one part in a thousand a step, so may a few. The slider's residual carries
-/// roundings of ε‖A‖‖z‖ ≈ 10⁻¹³ ‖q‖ there, a thousandth of the tolerance.
+/// A residual that lands on the threshold may fall on either side of it; far down a slow iteration,
+/// where the residual shrinks by one part in a thousand a step, so may a few. The slider's residual
+/// carries roundings of ε‖A‖‖z‖ ≈ 10⁻¹³ ‖q‖ there, a thousandth of the tolerance.
 fn same_count(found: usize, expected: usize) -> bool {
     found.abs_diff(expected) <= 1 + expected / 10_000
 }
@@ -250,8 +250,8 @@ fn the_slider_is_the_reynolds_equation_and_the_textbook_counts_the_same() {
     }
 }
 
-/// With s = 2X − 1, H = 1 + s² and H³ z' = H − H(X_c), both the rupture and the peak are integrals of H⁻²
-/// and H⁻³, and those have closed forms.
+/// With s = 2X − 1, H = 1 + s² and H³ z' = H − H(X_c), both the rupture and the peak are integrals
+/// of H⁻² and H⁻³, and those have closed forms.
 #[test]
 fn the_slider_answer_solves_the_continuous_problem() {
     let squared = |s: f64| s / (2.0 * (1.0 + s * s)) + s.atan() / 2.0;
@@ -325,8 +325,8 @@ fn theorem_2_covers(dense: &Dense, [alpha, beta]: [f64; 2]) -> bool {
     second && large_omega && 0.0 < beta && beta <= alpha && in_range
 }
 
-/// Of the 54 configurations the theorem covers 6, 3 and 6: those of τ = 1, without over-relaxation where
-/// μ = ν = 0. The others converge all the same, by the counts above.
+/// Of the 54 configurations the theorem covers 6, 3 and 6: those of τ = 1, without over-relaxation
+/// where μ = ν = 0. The others converge all the same, by the counts above.
 #[test]
 fn theorem_2_covers_fifteen_of_the_54_configurations() {
     let covered = SCENES.map(|(symmetric, shift)| {

@@ -1,5 +1,5 @@
-//! External problems with exact answers (see `../data/siconos-lcp/README.md`), solved through files by the command
-//! `solve`, as a user would.
+//! External problems with exact answers (see `../data/siconos-lcp/README.md`), solved through files
+//! by the command `solve`, as a user would.
 
 use std::{fs, path::Path};
 

@@ -185,7 +185,8 @@ fn the_film_comes_out_in_si_units_with_its_errors() {
 
 #[test]
 fn the_disc_scenes_by_name_and_the_median_of_repeats() {
-    // Counts of the same scenes in an independent program: 1637 (TMSOR 1.5, m = 64) and divergence of the LCP.
+    // Counts of the same scenes in an independent program: 1637 (TMSOR 1.5, m = 64) and divergence
+    // of the LCP.
     let (report, status) =
         json("--scene disc-hlcp --m 64 --method TMSOR --alpha 1.5 --repeats 3 --json");
     assert_eq!((&report["scene"], status), (&Value::from("disc-hlcp"), 0));

@@ -30,11 +30,13 @@ pub(super) fn part<T: Scalar, const ACCELERATED: bool>(factor: Pair<T>, v: T) ->
 /// One row of the system as the sweep uses it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<T> {
-    /// 2aᵢⱼ and 2bᵢⱼωⱼ for the five neighbours: what multiplies xⱼ in F where xⱼ is positive and where not.
+    /// 2aᵢⱼ and 2bᵢⱼωⱼ for the five neighbours: what multiplies xⱼ in F where xⱼ is positive and
+    /// where not.
     defect: [[T; 2]; 5],
     /// 1/mᵢᵢ.
     over_pivot: T,
-    /// What the value of the southern, western, eastern and northern neighbour takes from `t` once it has been passed.
+    /// What the value of the southern, western, eastern and northern neighbour takes from `t` once
+    /// it has been passed.
     passed: [Pair<T>; 4],
 }
 
@@ -189,7 +191,8 @@ pub(super) struct Varying<'a, T> {
     pub(super) omega: Coefficients<'a, T>,
 }
 
-/// Columns of varying coefficients that are done in one go: what is kept of them must fit the cache.
+/// Columns of varying coefficients that are done in one go: what is kept of them must fit the
+/// cache.
 const VARYING: usize = 128;
 /// A stretch of a row.
 type Lane<T> = [T; VARYING + PAD];

@@ -13,18 +13,21 @@
 //! yᵢ = tᵢ − s(y_S) − w(y_W)                 the recurrence: a chain along the row,
 //! ```
 //!
-//! with `s(v) = mᵢⱼ v/mᵢᵢ`, and for the accelerated method `s(v) = (mᵢⱼ v + (aᵢⱼ − bᵢⱼωⱼ)|v|)/mᵢᵢ`. The first
-//! phase meets every `Fᵢ(x)`, which is all that the norms of the input take. The chain is as long as the row and
-//! each link waits for the one before; [`ROWS`] chains therefore run side by side, row `k` one column behind row
-//! `k − 1`, whose last value is then the southern neighbour. Nothing is reordered: every `yᵢ` is computed from the
-//! same numbers by the same operations as in a loop over the points.
+//! with `s(v) = mᵢⱼ v/mᵢᵢ`, and for the accelerated method `s(v) = (mᵢⱼ v + (aᵢⱼ − bᵢⱼωⱼ)|v|)/mᵢᵢ`.
+//! The first phase meets every `Fᵢ(x)`, which is all that the norms of the input take. The chain is
+//! as long as the row and each link waits for the one before; [`ROWS`] chains therefore run side by
+//! side, row `k` one column behind row `k − 1`, whose last value is then the southern neighbour.
+//! Nothing is reordered: every `yᵢ` is computed from the same numbers by the same operations as in
+//! a loop over the points.
 //!
-//! The grid is worked through in bands of [`ROWS`] rows. Several threads claim them in order and form a pipeline: the
-//! first phase of a band waits for nothing, and its recurrence enters a stretch of columns when that of the band
-//! before has left it, taking over the last row's values. Each band's sums of squares are added in the order of the
-//! bands. In red–black order, see [`red_black`], bands wait for nothing.
+//! The grid is worked through in bands of [`ROWS`] rows. Several threads claim them in order and
+//! form a pipeline: the first phase of a band waits for nothing, and its recurrence enters a
+//! stretch of columns when that of the band before has left it, taking over the last row's values.
+//! Each band's sums of squares are added in the order of the bands. In red–black order, see
+//! [`red_black`], bands wait for nothing.
 //!
-//! No `mul_add` and no reassociation: the same bits on every processor and for every number of threads.
+//! No `mul_add` and no reassociation: the same bits on every processor and for every number of
+//! threads.
 
 mod coefficients;
 mod red_black;
@@ -48,7 +51,8 @@ pub(crate) use self::coefficients::Relaxation;
 const ROWS: usize = 8;
 /// The most columns of a row that are done in one go.
 const COLUMNS: usize = 512;
-/// Between arrays of a worker, so that those of a power of two do not compete for the same lines of the cache.
+/// Between arrays of a worker, so that those of a power of two do not compete for the same lines of
+/// the cache.
 const PAD: usize = 8;
 
 /// A sweep of an AOR splitting over a pair of five-point operators on one grid.
@@ -102,7 +106,8 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         [self.grid.nx, self.grid.ny]
     }
 
-    /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of `A r − B z − q`.
+    /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of
+    /// `A r − B z − q`.
     pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };

@@ -1,9 +1,11 @@
-//! A sweep in red–black order: first the points with even i + j, then those with odd; backward, the other way round.
+//! A sweep in red–black order: first the points with even i + j, then those with odd; backward, the
+//! other way round.
 //!
-//! A point's neighbours are all of the other colour. So the first colour is a Jacobi step, and the second takes from
-//! its `t` what all four neighbours have become. Both happen in one pass: a row's second colour is finished as soon as
-//! the first phase of the row after it is done. Bands of rows know nothing of each other: a band does the first phase
-//! of the rows beside it again, for the values of the first colour alone.
+//! A point's neighbours are all of the other colour. So the first colour is a Jacobi step, and the
+//! second takes from its `t` what all four neighbours have become. Both happen in one pass: a row's
+//! second colour is finished as soon as the first phase of the row after it is done. Bands of rows
+//! know nothing of each other: a band does the first phase of the rows beside it again, for the
+//! values of the first colour alone.
 
 use std::ops::Range;
 
@@ -93,7 +95,8 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
         sum
     }
 
-    /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour becomes.
+    /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour
+    /// becomes.
     #[inline(always)]
     fn prepare<const ACCELERATED: bool>(&mut self, j: usize, columns: Range<usize>, t: &mut [T]) {
         let Old { grid, x, q, q_factor, .. } = *self.old;

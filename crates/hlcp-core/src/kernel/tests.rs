@@ -123,7 +123,8 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     everywhere::<T, ACCELERATED>(red_black, relaxation, q, x, &expected);
 }
 
-/// On every instruction set and any number of threads the sweep comes to `expected`, with the same norms.
+/// On every instruction set and any number of threads the sweep comes to `expected`, with the same
+/// norms.
 fn everywhere<T: Scalar, const ACCELERATED: bool>(
     sweep: Sweep<'_, T>,
     relaxation: [Relaxation<T>; 2],

@@ -11,7 +11,8 @@ use crate::{Scalar, norms::Tally, team::Turns};
 pub(super) enum Edge<'a, T> {
     /// A row of the only worker, empty at the grid's edge.
     Own(&'a [T]),
-    /// The last values in each stretch of columns, which band after band overwrites: this one as `number`.
+    /// The last values in each stretch of columns, which band after band overwrites: this one as
+    /// `number`.
     Passed { edges: &'a [Turns<[T; COLUMNS]>], number: usize },
 }
 
@@ -51,8 +52,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let mut done = 0;
         while done < nx {
             let tile = done..nx.min(done.saturating_add(S::WIDTH));
-            // Northwards and eastwards in either direction: backward sweeps of large grids take 0.83 of the time that
-            // a walk the other way takes.
+            // Northwards and eastwards in either direction: backward sweeps of large grids take
+            // 0.83 of the time that a walk the other way takes.
             for row in 0..height {
                 let k = if BACKWARD { height - 1 - row } else { row };
                 let y = &mut band[row * nx..(row + 1) * nx];
@@ -88,8 +89,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let zeros = &self.zeros[..];
         let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..end - start] };
         let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..end - start] };
-        // West of a row's first point the vector holds the last one of the row before: the edges are put right
-        // afterwards. Only at the vector's own ends there is nothing to read.
+        // West of a row's first point the vector holds the last one of the row before: the edges
+        // are put right afterwards. Only at the vector's own ends there is nothing to read.
         let (from, until) = (j * nx + start, j * nx + end);
         let west = if from > 0 {
             &x[from - 1..until - 1]
@@ -177,8 +178,8 @@ fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usi
     if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's western
-/// and eastern edge.
+/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's
+/// western and eastern edge.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -327,7 +328,8 @@ impl<S, K> Link<'_, S, K> {
             let first = passed[at(0)..].first_chunk::<W>().expect("a block within the row");
             for i in 0..W {
                 let i = if BACKWARD { W - 1 - i } else { i };
-                // From the last row up, so that `last[k − 1]` still is the value across from row k's point.
+                // From the last row up, so that `last[k − 1]` still is the value across from row
+                // k's point.
                 for k in (0..R).rev() {
                     let across = if k == 0 { first[i] } else { last[k - 1] };
                     let t = rows[k][i];

@@ -26,7 +26,8 @@ proptest! {
         prop_assert!((DVector::from_vec(y) - expected).amax() <= 1e-12 * scale);
     }
 
-    /// z and r of the problem as posed come back, and are measured in it; exchanging twice is no exchange.
+    /// z and r of the problem as posed come back, and are measured in it; exchanging twice is no
+    /// exchange.
     #[test]
     fn the_solution_is_that_of_the_problem_as_posed(p in planted(1..20, 0.15)) {
         let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
@@ -50,7 +51,8 @@ proptest! {
         }
     }
 
-    /// What the fused sweeps make of an exchanged pair of stencils, the walk over the same rows makes too.
+    /// What the fused sweeps make of an exchanged pair of stencils, the walk over the same rows
+    /// makes too.
     #[test]
     fn stencils_are_exchanged_as_matrices_are(
         a in prop::array::uniform5(-1.0..-0.1),
@@ -80,8 +82,8 @@ proptest! {
         let (z, r) = (DVector::from_column_slice(one.z()), DVector::from_column_slice(one.r()));
         let residual = dense(&a).0 * &z - dense(&b).0 * &r + DVector::from_vec(q);
         prop_assert!(residual.norm() <= 1e-10 + 1e-14);
-        // min(aᵢᵢ, ωbᵢᵢ) ≥ 0.9·5.1 exceeds the four couplings, at most 1.1 each, by 0.19: each z is off by its
-        // residual over that, and each r by ω times as much.
+        // min(aᵢᵢ, ωbᵢᵢ) ≥ 0.9·5.1 exceeds the four couplings, at most 1.1 each, by 0.19: each z is
+        // off by its residual over that, and each r by ω times as much.
         let apart = 2.0 * 1e-10 / 0.19;
         prop_assert!((z - DVector::from_column_slice(two.z())).amax() <= apart);
         prop_assert!((r - DVector::from_column_slice(two.r())).amax() <= 1.1 * apart);

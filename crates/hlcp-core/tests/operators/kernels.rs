@@ -147,9 +147,9 @@ impl Case {
 
     /// How far two computations of the step may be apart in each entry, and in the 2-norm of `F/γ`.
     ///
-    /// Each of the at most 64 operations behind an entry rounds by half an ε of at most `size`, the sum of the
-    /// moduli of all terms, carried through 1/m; both computations do. An error of a passed value enters with
-    /// its factor in the recurrence.
+    /// Each of the at most 64 operations behind an entry rounds by half an ε of at most `size`, the
+    /// sum of the moduli of all terms, carried through 1/m; both computations do. An error of a
+    /// passed value enters with its factor in the recurrence.
     fn rounding(&self, y: &[f64]) -> (Vec<f64>, f64) {
         let (n, nx) = (self.x.len(), self.nx);
         let mut bound = vec![0.0; n];
@@ -218,7 +218,8 @@ proptest! {
         agree(&case, case.step(a, b), walked)?;
     }
 
-    /// A constant stencil takes the same path as the same numbers in arrays, and a pair may mix both.
+    /// A constant stencil takes the same path as the same numbers in arrays, and a pair may mix
+    /// both.
     #[test]
     fn constant_and_varying_mix(case in cases(), row in row()) {
         let constant = FivePoint::new(case.nx, case.ny, row).unwrap();

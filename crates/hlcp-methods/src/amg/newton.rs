@@ -228,7 +228,8 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 /// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
 /// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 ///
-/// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h along x.
+/// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h
+/// // along x.
 /// let m = 64;
 /// let h = |i: usize, j: usize| {
 ///     let pocket = (20..40).contains(&i) && (20..40).contains(&j);

@@ -70,8 +70,8 @@ fn sweeps_solve_with_the_lower_triangle_and_return_products() {
     assert!(close(&y, &expected) && close(&product, &(dense * expected)));
 }
 
-/// Two levels against their definition: a sweep, the Galerkin system, a sweep. The factors of coarse
-/// columns cancel.
+/// Two levels against their definition: a sweep, the Galerkin system, a sweep. The factors of
+/// coarse columns cancel.
 #[test]
 fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     let [a, _] = film::<f64>(16, 1.0);
@@ -299,8 +299,8 @@ fn solves_planted<T: Scalar>() -> f64 {
     worst.max(solve_planted("random pair", &a, &b, 50))
 }
 
-/// Errors are residuals times an inverse: of 1e-13 ‖q‖ < 1e-8 and norms below 100 here, whatever the
-/// family.
+/// Errors are residuals times an inverse: of 1e-13 ‖q‖ < 1e-8 and norms below 100 here, whatever
+/// the family.
 #[test]
 fn planted_solutions_are_found_in_double_precision() {
     let worst = solves_planted::<f64>();
@@ -493,8 +493,8 @@ fn a_front_takes_no_step_for_each_point() {
     assert!((solver.z()[n / 2] - 0.1).abs() < h, "{}", solver.z()[n / 2]);
 }
 
-/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1 have no solution: phases end one after the other, and the base has its
-/// turns.
+/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1 have no solution: phases end one after the other, and the base has
+/// its turns.
 #[test]
 fn the_base_has_its_turns_where_no_step_helps() {
     let a: Listed<f64> = Listed(vec![vec![(0, 1.0), (1, -1.0)], vec![(0, -1.0), (1, 1.0)]]);

@@ -19,7 +19,8 @@ const LONG: usize = 4096;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Cycle {
-    /// Each grid once: the cheapest, but its count grows with the grid (table in `docs/multigrid.md`).
+    /// Each grid once: the cheapest, but its count grows with the grid (table in
+    /// `docs/multigrid.md`).
     V,
     /// From each grid the next coarser one by an F-cycle, then by a V-cycle.
     F,
@@ -39,8 +40,8 @@ impl Cycle {
         }
     }
 
-    /// The rows that one cycle walks over, given the numbers of points: four sweeps, a defect and the coarse
-    /// equation's own term on each grid, two sweeps and that term on the coarsest.
+    /// The rows that one cycle walks over, given the numbers of points: four sweeps, a defect and
+    /// the coarse equation's own term on each grid, two sweeps and that term on the coarsest.
     pub(super) fn walks(self, points: &[usize]) -> usize {
         match points {
             [] => 0,
@@ -127,8 +128,8 @@ impl<T: Scalar> Equation<'_, T> {
 
     /// Adds the correction of the next coarser grid.
     ///
-    /// There `K_H(x_H) = K_H(I x) − R F(x)` is solved, for `x_H` near the injected `I x`, and `x` receives the
-    /// interpolated `x_H − I x`, unless it is not finite.
+    /// There `K_H(x_H) = K_H(I x) − R F(x)` is solved, for `x_H` near the injected `I x`, and `x`
+    /// receives the interpolated `x_H − I x`, unless it is not finite.
     pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         self.defect(x);
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
@@ -154,7 +155,8 @@ impl<T: Scalar> Equation<'_, T> {
         }
     }
 
-    /// Overwrites `x` by nested iteration: from the coarsest grid's solution, one cycle on each finer grid.
+    /// Overwrites `x` by nested iteration: from the coarsest grid's solution, one cycle on each
+    /// finer grid.
     pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         x.fill(T::zero());
         if let Some((level, coarser)) = self.coarser.split_first_mut() {

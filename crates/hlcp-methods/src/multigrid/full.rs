@@ -3,16 +3,19 @@ use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 use super::Multigrid;
 use crate::{Clock, Method, Work};
 
-/// Full multigrid: a solve begins with [nested iteration](Multigrid::nested), whatever the start, and goes on by cycles.
+/// Full multigrid: a solve begins with [nested iteration](Multigrid::nested), whatever the start,
+/// and goes on by cycles.
 ///
 /// # Cost
 ///
-/// The first iteration walks the rows some 25 times (F-cycles), the others as [`Multigrid`]'s; no more storage than that.
+/// The first iteration walks the rows some 25 times (F-cycles), the others as [`Multigrid`]'s; no
+/// more storage than that.
 ///
 /// # Convergence
 ///
-/// As [`Multigrid`]'s. On a problem that comes from a differential equation the first iteration's answer is as near to the
-/// discrete solution as that is to the continuous one (`docs/multigrid.md` has figures).
+/// As [`Multigrid`]'s. On a problem that comes from a differential equation the first iteration's
+/// answer is as near to the discrete solution as that is to the continuous one (`docs/multigrid.md`
+/// has figures).
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};

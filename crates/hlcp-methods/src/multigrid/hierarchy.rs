@@ -8,9 +8,10 @@ use super::transfer::Axis;
 
 /// A grid and the next coarser one over the same domain.
 ///
-/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m` points a side
-/// the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1` for even `m`, at a spacing a
-/// little more than twice the fine one; a side of one or two points stays.
+/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
+/// points a side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
+/// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
+/// stays.
 ///
 /// ```
 /// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
@@ -27,7 +28,8 @@ use super::transfer::Axis;
 ///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
 ///         assert_eq!((grids.fine, grids.coarse), ([5, 6], [2, 2]));
 ///         assert_eq!(grids.ratio(), [3.0 / 6.0, 3.0 / 7.0]); // there is one cell more than points
-///         assert_eq!(grids.nearest(1, 1), [3, 4]); // 4 of 6 cells from the edge, and 5 of 7: near 2/3
+///         // 4 of 6 cells from the edge, and 5 of 7: near 2/3
+///         assert_eq!(grids.nearest(1, 1), [3, 4]);
 ///         Rediscretise.coarsen(fine, grids)
 ///     }
 /// }
@@ -52,7 +54,8 @@ impl<T: Scalar> Grids<'_, T> {
         self.axes.each_ref().map(Axis::ratio)
     }
 
-    /// The column and the row of the fine point nearest to the coarse point of column `i` and row `j`.
+    /// The column and the row of the fine point nearest to the coarse point of column `i` and row
+    /// `j`.
     ///
     /// # Panics
     ///
@@ -66,12 +69,15 @@ impl<T: Scalar> Grids<'_, T> {
 ///
 /// # Scaling
 ///
-/// A coarse row must have the scale of a fine one: for the same smooth `x`, the same value at the same place. So with
-/// a fine second difference `(−1, 2, −1)`, undivided, goes a coarse `(h/H)²(−1, 2, −1)`; a term without differences
-/// stays as it is.
+/// A coarse row must have the scale of a fine one: for the same smooth `x`, the same value at the
+/// same place. So with a fine second difference `(−1, 2, −1)`, undivided, goes a coarse
+/// `(h/H)²(−1, 2, −1)`; a term without differences stays as it is.
 ///
 /// ```
-/// use hlcp_core::{Coefficients::Constant, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_core::{
+///     Coefficients::Constant, Error, FivePoint, FivePointView, Hlcp, Identity, Omega,
+///     VaryingFivePoint,
+/// };
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid};
 ///
 /// /// Of `−Δ` and the identity, known in advance.
@@ -99,8 +105,8 @@ impl<T: Scalar> Grids<'_, T> {
 pub trait Coarsen<T: Scalar> {
     /// The coarse grid's `A` and `B`, given the fine grid's.
     ///
-    /// They are those of [`Hlcp::a`](hlcp_core::Hlcp::a) and [`Hlcp::b`](hlcp_core::Hlcp::b): exchanged where the
-    /// problem is.
+    /// They are those of [`Hlcp::a`](hlcp_core::Hlcp::a) and [`Hlcp::b`](hlcp_core::Hlcp::b):
+    /// exchanged where the problem is.
     ///
     /// # Errors
     ///
@@ -114,15 +120,19 @@ pub trait Coarsen<T: Scalar> {
 
 /// Discretises an operator again from its five-point coefficients.
 ///
-/// Two neighbours' coefficients for each other are split into a symmetric half, diffusion, which scales with
-/// `(h/H)²`, and the other half, convection, which scales with `h/H`; where a coarse edge's convection then
-/// outweighs its diffusion, diffusion is raised to it (upwinding). A coarse edge takes the mean of the fine edges that
-/// it consists of: with bilinear interpolation a harmonic mean makes corrections too large. What a row sums to is its
-/// zero-order part, which is kept. All is taken from the fine points nearest to the coarse ones, never from a
-/// coefficient that leads outside the grid. Constant coefficients stay constant, and are stored as five numbers.
+/// Two neighbours' coefficients for each other are split into a symmetric half, diffusion, which
+/// scales with `(h/H)²`, and the other half, convection, which scales with `h/H`; where a coarse
+/// edge's convection then outweighs its diffusion, diffusion is raised to it (upwinding). A coarse
+/// edge takes the mean of the fine edges that it consists of: with bilinear interpolation a
+/// harmonic mean makes corrections too large. What a row sums to is its zero-order part, which is
+/// kept. All is taken from the fine points nearest to the coarse ones, never from a coefficient
+/// that leads outside the grid. Constant coefficients stay constant, and are stored as five
+/// numbers.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_core::{
+///     Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint,
+/// };
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
 ///
 /// /// `Rediscretise`, with a look at what it makes.
@@ -176,9 +186,11 @@ fn rediscretised<T: Scalar>(
     })
 }
 
-/// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of the fine points.
+/// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of
+/// the fine points.
 ///
-/// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on the axis.
+/// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on
+/// the axis.
 fn couplings<T: Scalar>(
     [back, ahead]: [Coefficients<'_, T>; 2],
     k: usize,
@@ -198,8 +210,8 @@ fn couplings<T: Scalar>(
     [coarse(1..before + 1)[0], coarse(before + 1..before + after + 1)[1]]
 }
 
-/// The coefficients of a coarse edge's two ends for each other, the later's first, given the same of the fine edges
-/// that it consists of.
+/// The coefficients of a coarse edge's two ends for each other, the later's first, given the same
+/// of the fine edges that it consists of.
 fn coarse_edge<T: Scalar>(mut edges: impl Iterator<Item = [T; 2]>, ratio: T) -> [T; 2] {
     let Some(first) = edges.next() else { return [T::zero(); 2] };
     // The mean by its distance from the first, so that equal coefficients stay what they are.

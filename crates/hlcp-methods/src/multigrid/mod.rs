@@ -22,49 +22,54 @@ use self::{
 };
 use crate::{Clock, Method, Work as Count};
 
-/// Multigrid by the full approximation scheme, for a pair of five-point operators: the number of iterations
-/// does not grow with the grid.
+/// Multigrid by the full approximation scheme, for a pair of five-point operators: the number of
+/// iterations does not grow with the grid.
 ///
-/// An iteration is a cycle on `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq = 0`. It smooths by Gauss–Seidel sweeps that
-/// solve each scalar equation exactly, one forward and one backward; solves the same kind of equation on a grid
-/// of half as many points a side, `K_H(x_H) = K_H(I x) − R F(x)` with `K(x) = F(x) − γq`; adds the interpolated
-/// `P(x_H − I x)`; and smooths again. `I` takes the nearest point, `P` is bilinear, `R` is the transpose of `P` up
-/// to a factor. Ω keeps its numbers. The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
+/// An iteration is a cycle on `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq = 0`. It smooths by Gauss–Seidel
+/// sweeps that solve each scalar equation exactly, one forward and one backward; solves the same
+/// kind of equation on a grid of half as many points a side, `K_H(x_H) = K_H(I x) − R F(x)` with
+/// `K(x) = F(x) − γq`; adds the interpolated `P(x_H − I x)`; and smooths again. `I` takes the
+/// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. Ω keeps its numbers.
+/// The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
 ///
 /// # Safeguard
 ///
-/// Coarse grids cannot help where the signs of the solution change from point to point, and a cycle may stall or
-/// diverge. The first iteration therefore measures what a cycle gains over sweeps for the same work, and the better
-/// goes on: an iteration is a cycle, or as many sweeps as a cycle is worth. A cycle that takes less than a tenth off
-/// the defect hands over to sweeps; sweeps that do not halve it put cycles on trial now and then, and the iterate before
-/// a trial that failed is taken up again. A coarse correction that is not finite is never added.
-/// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an answer is one is
-/// for the [`Solver`](crate::Solver) to tell, from the problem itself.
+/// Coarse grids cannot help where the signs of the solution change from point to point, and a cycle
+/// may stall or diverge. The first iteration therefore measures what a cycle gains over sweeps for
+/// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
+/// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
+/// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
+/// taken up again. A coarse correction that is not finite is never added.
+/// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
+/// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
 /// # Cost
 ///
-/// An iteration walks some 12 times over the rows with W-cycles, 11 with F-cycles, 8 with V-cycles, whatever the size;
-/// one that measures, half as often again. Storage: `5n/3` numbers (a defect, and `x` and `f` on the coarser
-/// grids); `n` more once cycles are on trial; up to `10n/3` for coarse coefficients where the problem's own vary.
+/// An iteration walks some 12 times over the rows with W-cycles, 11 with F-cycles, 8 with V-cycles,
+/// whatever the size; one that measures, half as often again. Storage: `5n/3` numbers (a defect,
+/// and `x` and `f` on the coarser grids); `n` more once cycles are on trial; up to `10n/3` for
+/// coarse coefficients where the problem's own vary.
 ///
 /// # Convergence
 ///
-/// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a pair of
-/// matrices with the `C` of `docs/theory.md` an M-matrix, and for the LCP with a symmetric positive definite `A`,
-/// where they are projected Gauss–Seidel. Measured: `docs/multigrid.md`.
+/// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
+/// pair of matrices with the `C` of `docs/theory.md` an M-matrix, and for the LCP with a symmetric
+/// positive definite `A`, where they are projected Gauss–Seidel. Measured: `docs/multigrid.md`.
 ///
 /// # Source
 ///
-/// A. Brandt, *Multi-level adaptive solutions to boundary-value problems*, Mathematics of Computation 31 (1977), for
-/// the full approximation scheme; A. Brandt and C. W. Cryer, *Multigrid algorithms for the solution of linear
-/// complementarity problems arising from free boundary problems*, SIAM J. Sci. Stat. Comput. 4 (1983), for
-/// exact projected relaxation in it. The horizontal problem in modulus form is our own extension.
+/// A. Brandt, *Multi-level adaptive solutions to boundary-value problems*, Mathematics of
+/// Computation 31 (1977), for the full approximation scheme; A. Brandt and C. W. Cryer, *Multigrid
+/// algorithms for the solution of linear complementarity problems arising from free boundary
+/// problems*, SIAM J. Sci. Stat. Comput. 4 (1983), for exact projected relaxation in it. The
+/// horizontal problem in modulus form is our own extension.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
 /// use hlcp_methods::{Cycle, Limits, Multigrid, Options, Solver};
 ///
-/// // A membrane on 63 × 63 points, pressed against a flat obstacle in the middle and lifted at the sides.
+/// // A membrane on 63 × 63 points, pressed against a flat obstacle in the middle and lifted at the
+/// // sides.
 /// let m = 63;
 /// let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0))?;
@@ -91,7 +96,8 @@ pub struct Multigrid<T: Scalar, A, B> {
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
-    /// Multigrid on `problem`, with its operators discretised again on coarser grids by [`Rediscretise`].
+    /// Multigrid on `problem`, with its operators discretised again on coarser grids by
+    /// [`Rediscretise`].
     ///
     /// # Errors
     ///
@@ -102,12 +108,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
 
     /// Multigrid on `problem`, with the coarser grids' operators from `coarsen`.
     ///
-    /// The coarsest grid is the last that can be coarsened and on which both diagonals are positive.
+    /// The coarsest grid is the last that can be coarsened and on which both diagonals are
+    /// positive.
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first diagonal entry that
-    /// is not positive, which a sweep divides by; and what `coarsen` refuses.
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first
+    /// diagonal entry that is not positive, which a sweep divides by; and what `coarsen` refuses.
     pub fn with_levels(
         problem: Hlcp<T, A, B>,
         cycle: Cycle,
@@ -145,15 +152,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         [self.grid].into_iter().chain(self.levels.iter().map(Level::grid))
     }
 
-    /// Whether iterations are cycles, since they gain more than sweeps do; `None` before the first iteration.
+    /// Whether iterations are cycles, since they gain more than sweeps do; `None` before the first
+    /// iteration.
     pub fn coarse_grids_help(&self) -> Option<bool> {
         self.pace.cycles()
     }
 
     /// Overwrites `x` with a start by nested iteration (full multigrid).
     ///
-    /// `q` is restricted to all grids; the coarsest grid's solution, interpolated by cubics, is the start on the next
-    /// finer one, where a cycle improves it, and so on. The problem's own grid gets two more sweeps and a second cycle.
+    /// `q` is restricted to all grids; the coarsest grid's solution, interpolated by cubics, is the
+    /// start on the next finer one, where a cycle improves it, and so on. The problem's own grid
+    /// gets two more sweeps and a second cycle.
     ///
     /// # Cost
     ///
@@ -172,7 +181,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// let mut multigrid = Multigrid::new(problem, Cycle::W)?;
     /// let (q, mut x) = ([-1e-3; 961], [f64::NAN; 961]);
     /// multigrid.nested(&Rhs::new(&q)?, &mut x, &mut Clock::endless());
-    /// let residual = multigrid.step(&Rhs::new(&q)?, &x, &mut vec![0.0; 961], &mut Clock::endless());
+    /// let residual =
+    ///     multigrid.step(&Rhs::new(&q)?, &x, &mut vec![0.0; 961], &mut Clock::endless());
     /// assert!(residual.l2 < 1e-3);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -266,10 +276,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
     }
 }
 
-/// A cycle with three pairs of sweeps before the correction; the defects before and after the third, and in the end.
+/// A cycle with three pairs of sweeps before the correction; the defects before and after the
+/// third, and in the end.
 ///
-/// By the third pair what is rough is gone, so the first two numbers tell the pace of sweeps, and the first and the
-/// last that of a cycle.
+/// By the third pair what is rough is gone, so the first two numbers tell the pace of sweeps, and
+/// the first and the last that of a cycle.
 fn compare<T: Scalar>(
     equation: &mut Equation<'_, T>,
     kind: Cycle,

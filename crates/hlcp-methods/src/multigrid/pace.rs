@@ -4,8 +4,8 @@
 const SLOW: f64 = 0.5;
 /// A cycle that multiplies the defect by more than this has stalled.
 const STALLED: f64 = 0.9;
-/// How many cycles a trial takes beyond the number of slow sweeps that are borne: the first ones after many sweeps may
-/// raise the defect while the error falls.
+/// How many cycles a trial takes beyond the number of slow sweeps that are borne: the first ones
+/// after many sweeps may raise the defect while the error falls.
 const TRIAL: usize = 2;
 
 /// What to do with an iterate.
@@ -31,7 +31,8 @@ enum Phase {
     Sweeps {
         bear: usize,
     },
-    /// Cycles on trial after sweeps, with the number still to come and the defect to be below at the end.
+    /// Cycles on trial after sweeps, with the number still to come and the defect to be below at
+    /// the end.
     Trial {
         left: usize,
         goal: f64,

@@ -1,4 +1,5 @@
-//! One grid's equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|`: its defect and its Gauss–Seidel sweep.
+//! One grid's equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|`: its defect and its
+//! Gauss–Seidel sweep.
 
 use std::ops::Range;
 
@@ -115,8 +116,9 @@ impl<'a, T: Scalar> Pair<'a, T> {
 
     /// One Gauss–Seidel sweep over `K(x) + f = 0`, in place; `t` is space for [`ROWS`] rows.
     ///
-    /// Row `i` reads `2aᵢᵢ max(xᵢ, 0) + 2bᵢᵢωᵢ min(xᵢ, 0) = t` with the other unknowns as they are, and `xᵢ` becomes
-    /// its only solution: `t/(2aᵢᵢ)` for a positive `t`, `t/(2bᵢᵢωᵢ)` for one that is not.
+    /// Row `i` reads `2aᵢᵢ max(xᵢ, 0) + 2bᵢᵢωᵢ min(xᵢ, 0) = t` with the other unknowns as they are,
+    /// and `xᵢ` becomes its only solution: `t/(2aᵢᵢ)` for a positive `t`, `t/(2bᵢᵢωᵢ)` for one that
+    /// is not.
     pub(super) fn relax(
         &self,
         backward: bool,
@@ -165,9 +167,9 @@ fn defect<T: Scalar, R: Rows<T>>(
     }
 }
 
-/// A sweep, by bands of [`ROWS`] rows in two phases: into `t` goes all that is known before the band changes, in a
-/// loop that vectorises; then follows the recurrence, in which each value needs the one before it on the row and the
-/// one across from it on the row before.
+/// A sweep, by bands of [`ROWS`] rows in two phases: into `t` goes all that is known before the
+/// band changes, in a loop that vectorises; then follows the recurrence, in which each value needs
+/// the one before it on the row and the one across from it on the row before.
 fn relax<T: Scalar, R: Rows<T>, const BACKWARD: bool>(
     [nx, ny]: [usize; 2],
     rows: R,
@@ -218,7 +220,8 @@ fn relax<T: Scalar, R: Rows<T>, const BACKWARD: bool>(
     }
 }
 
-/// The first phase of a row, whose first point is `from`: minus `f` and what the points take of those not passed.
+/// The first phase of a row, whose first point is `from`: minus `f` and what the points take of
+/// those not passed.
 #[inline(always)]
 fn prepare<T: Scalar, R: Rows<T>, const BACKWARD: bool>(
     rows: R,
@@ -262,8 +265,8 @@ fn solved<T: Scalar, R: Rows<T>, const BACKWARD: bool>(
     part(inverse, (t - part(factors[0], across)) - part(factors[1], along))
 }
 
-/// The second phase of a band: row `k` one column behind row `k − 1`, so that [`ROWS`] recurrences run side by side.
-/// Every value is computed from the same numbers as row by row.
+/// The second phase of a band: row `k` one column behind row `k − 1`, so that [`ROWS`] recurrences
+/// run side by side. Every value is computed from the same numbers as row by row.
 #[inline(always)]
 fn skewed<T: Scalar, R: Rows<T>, const BACKWARD: bool>(
     rows: R,

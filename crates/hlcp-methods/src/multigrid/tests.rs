@@ -216,7 +216,8 @@ fn varying(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<'
     .unwrap()
 }
 
-/// Sweeps, V- and W-cycles, forward and backward, on all shapes of grids that blocks of rows and columns can meet.
+/// Sweeps, V- and W-cycles, forward and backward, on all shapes of grids that blocks of rows and
+/// columns can meet.
 #[test]
 fn cycles_are_those_of_the_definitions() {
     for (seed, [nx, ny]) in
@@ -323,7 +324,8 @@ fn cycles_are_counted_in_sweeps() {
     }
 }
 
-/// Where signs change from point to point a trial of cycles fails, and the sweeps go on from before it.
+/// Where signs change from point to point a trial of cycles fails, and the sweeps go on from before
+/// it.
 #[test]
 fn a_failed_trial_leaves_no_trace() {
     let n = 31 * 31;

@@ -2,24 +2,26 @@
 
 use hlcp_core::Scalar;
 
-/// The inner nodes of one axis on two grids over one interval, whose ends are the grids' nodes 0 and `m + 1`.
+/// The inner nodes of one axis on two grids over one interval, whose ends are the grids' nodes 0
+/// and `m + 1`.
 ///
-/// Of `m` nodes a coarser grid keeps `(m − 1)/2` for odd `m`, where they coincide with every other fine one,
-/// and `m/2 − 1` for even `m`, whose spacing is a little more than twice the fine one.
+/// Of `m` nodes a coarser grid keeps `(m − 1)/2` for odd `m`, where they coincide with every other
+/// fine one, and `m/2 − 1` for even `m`, whose spacing is a little more than twice the fine one.
 #[derive(Debug, Clone)]
 pub(super) struct Axis<T> {
     coarse: usize,
     /// For each coarse node the fine one nearest to it.
     nearest: Vec<usize>,
-    /// For each fine node how many coarse ones lie below it, and its distance from the last of those (or from the
-    /// interval's end) in coarse spacings.
+    /// For each fine node how many coarse ones lie below it, and its distance from the last of
+    /// those (or from the interval's end) in coarse spacings.
     place: Vec<(usize, T)>,
     /// The fine spacing over the coarse one.
     ratio: T,
 }
 
 impl<T: Scalar> Axis<T> {
-    /// The axis of `fine` nodes and its coarser one; with the same nodes where no coarser one has any.
+    /// The axis of `fine` nodes and its coarser one; with the same nodes where no coarser one has
+    /// any.
     pub(super) fn new(fine: usize) -> Self {
         let coarse = match (fine - 1) / 2 {
             0 => fine,
@@ -52,7 +54,8 @@ impl<T: Scalar> Axis<T> {
         &self.nearest
     }
 
-    /// How many fine edges lie between coarse node `i` and its two neighbours, without those to the interval's ends.
+    /// How many fine edges lie between coarse node `i` and its two neighbours, without those to the
+    /// interval's ends.
     pub(super) fn edges(&self, i: usize) -> [usize; 2] {
         if self.coarse == self.place.len() {
             return [0, 0];
@@ -76,8 +79,8 @@ impl<T: Scalar> Axis<T> {
         }
     }
 
-    /// The weights of the four coarse nodes nearest to fine node `i`, or of all where there are fewer, in the
-    /// polynomial through them.
+    /// The weights of the four coarse nodes nearest to fine node `i`, or of all where there are
+    /// fewer, in the polynomial through them.
     fn lagrange(&self, i: usize) -> impl Iterator<Item = (usize, T)> {
         let (below, rest) = self.place[i];
         let count = self.coarse.min(4);
@@ -124,7 +127,8 @@ pub(super) fn inject<T: Scalar>(
     }
 }
 
-/// Overwrites `fine` with an interpolation of `coarse` of higher order, that asks for nothing beyond the grid.
+/// Overwrites `fine` with an interpolation of `coarse` of higher order, that asks for nothing
+/// beyond the grid.
 pub(super) fn interpolate_smooth<T: Scalar>(
     [x_axis, y_axis]: &[Axis<T>; 2],
     coarse: &[T],
@@ -147,8 +151,8 @@ pub(super) fn interpolate_smooth<T: Scalar>(
     }
 }
 
-/// Overwrites `coarse` with the full weighting of `fine`: the transpose of [`interpolate`] over the ratio of
-/// the cells' areas.
+/// Overwrites `coarse` with the full weighting of `fine`: the transpose of [`interpolate`] over the
+/// ratio of the cells' areas.
 pub(super) fn restrict<T: Scalar>(
     [x_axis, y_axis]: &[Axis<T>; 2],
     fine: &[T],

@@ -1,4 +1,5 @@
-//! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on every scene.
+//! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on
+//! every scene.
 
 use crate::common::{Failing, from, planted, posed, problem, solve_from_ones, tmgs, wave};
 use crate::planted::{WEIGHT, reaches};
@@ -12,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
 
 proptest! {
-    /// x⁺ = G(x) − ΔG c with c the least-squares solution of Δf c ≈ f, by singular values, over the last m differences.
+    /// x⁺ = G(x) − ΔG c with c the least-squares solution of Δf c ≈ f, by singular values, over the
+    /// last m differences.
     #[test]
     fn mixing_solves_the_least_squares_problem(
         p in planted(4..12, 0.6),
@@ -66,7 +68,8 @@ proptest! {
         }
     }
 
-    /// On one linear piece a full window spans the space: as GMRES does, it ends after n + 1 iterations or so.
+    /// On one linear piece a full window spans the space: as GMRES does, it ends after n + 1
+    /// iterations or so.
     #[test]
     fn a_full_window_ends_on_a_linear_piece(p in planted(1..5, 0.15), shift in vec(0.98..1.02, 5)) {
         let n = p.z.len();
@@ -122,7 +125,8 @@ impl Method<f64> for Trap {
         self.images = 0;
     }
 
-    /// Halves the distance to the solution; but the first two images are such that their mixture is 1/short away.
+    /// Halves the distance to the solution; but the first two images are such that their mixture is
+    /// 1/short away.
     fn step(&mut self, q: &Rhs<'_, f64>, x: &[f64], y: &mut Vec<f64>, _: &mut Clock<'_>) -> Norms {
         let solution = -q.entries()[0] / 2.0;
         self.images += 1;
@@ -137,7 +141,8 @@ impl Method<f64> for Trap {
     }
 }
 
-/// The residual at the start is 12, so that the third iterate's may be 100 · 12/3 = 400, which is 200 from the solution.
+/// The residual at the start is 12, so that the third iterate's may be 100 · 12/3 = 400, which is
+/// 200 from the solution.
 #[test]
 fn a_mixture_that_multiplies_the_residual_is_dropped() {
     for (short, lost) in [(1e-6, true), (1.0 / 220.0, true), (1.0 / 180.0, false)] {
@@ -242,7 +247,8 @@ const METHODS: [(&str, [Option<f64>; 2]); 16] = [
     ("TMGSSOR2", [None, None]),
 ];
 
-/// No acceleration takes more iterations than its base; returns, in order, how many times as many the bases take.
+/// No acceleration takes more iterations than its base; returns, in order, how many times as many
+/// the bases take.
 fn never_more<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(
     (a, b, q): (&A, &B, &[f64]),
     tau: f64,
@@ -309,7 +315,8 @@ fn never_more_iterations_on_the_disc() {
     }
 }
 
-/// A second solve repeats the first, though the base had found another α by then and the window was full.
+/// A second solve repeats the first, though the base had found another α by then and the window was
+/// full.
 #[test]
 fn a_solve_forgets_the_last_one() {
     let scene = Disc { lcp: true, m: 31 }.pose::<f64>().unwrap();

@@ -18,8 +18,11 @@ use hlcp_methods::{
 
 const M: usize = 24;
 
+type Grid = Scaled<f64, FivePoint<f64>>;
+type Diagonals = Scaled<f64, Identity>;
+
 /// A contact on a square, in the units that a factor of A and B and one of q make.
-fn posed(pair: f64, load: f64) -> (Scaled<f64, FivePoint<f64>>, Scaled<f64, Identity>, Vec<f64>) {
+fn posed(pair: f64, load: f64) -> (Grid, Diagonals, Vec<f64>) {
     let a = FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
     let q = (0..M * M).map(|k| {
         let at = |i: usize| i as f64 / M as f64 - 0.4;
@@ -30,8 +33,8 @@ fn posed(pair: f64, load: f64) -> (Scaled<f64, FivePoint<f64>>, Scaled<f64, Iden
     (Scaled { factor: pair, of: a }, b, q.collect())
 }
 
-type A<'a> = &'a Scaled<f64, FivePoint<f64>>;
-type B<'a> = &'a Scaled<f64, Identity>;
+type A<'a> = &'a Grid;
+type B<'a> = &'a Diagonals;
 type Boxed<'a> = Box<dyn Method<f64, A = A<'a>, B = B<'a>> + 'a>;
 
 fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
@@ -49,7 +52,8 @@ fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
     ]
 }
 
-/// q in units of 1e±12, and A, B and q: powers of ten, so that no bit stays but every decision does.
+/// q in units of 1e±12, and A, B and q: powers of ten, so that no bit stays but every decision
+/// does.
 #[test]
 fn units_change_no_decision() {
     let outcomes = |pair: f64, load: f64| -> Vec<Outcome> {

@@ -43,7 +43,8 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
     [outcome.sweeps, fewest]
 }
 
-/// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the table.
+/// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the
+/// table.
 #[test]
 fn nearly_as_good_as_the_best_of_the_table() {
     for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 4.0), (0.0, 0.0)] {
@@ -154,7 +155,8 @@ fn by_tmgs<T: Scalar>(example: Example) -> (Solver<T, impl Method<T>>, Vec<T>) {
     (Solver::new(tmgs(problem(1.0, p.a, p.b))), p.q)
 }
 
-/// Two precisions reach what double precision does, and no iteration more than a rounding or two may cost.
+/// Two precisions reach what double precision does, and no iteration more than a rounding or two
+/// may cost.
 #[test]
 fn mixed_precision_reaches_double_precision() {
     let example = Example { symmetric: false, m: 24, mu: 1.0, nu: 2.0 };

@@ -1,7 +1,8 @@
-//! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best iterate handed back.
+//! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best
+//! iterate handed back.
 //!
-//! What `outcomes.rs` pins down is not repeated here: a cycle of period 2 of a scalar pair, the floor of `f32`, a residual that
-//! first grows and then converges, and data times 10^±150.
+//! What `outcomes.rs` pins down is not repeated here: a cycle of period 2 of a scalar pair, the
+//! floor of `f32`, a residual that first grows and then converges, and data times 10^±150.
 
 use crate::common::{Matrix, posed, problem, tmgs};
 use hlcp_core::{Aor, Error, Identity, Norms, Rows};
@@ -12,8 +13,8 @@ use hlcp_methods::{
 use hlcp_verify::{Disc, Planted, Slider, certify};
 use nalgebra::{dmatrix, dvector};
 
-/// Solves, and checks what holds of every outcome: the iterate with the smallest residual comes back, the report is about
-/// it, and nothing in it is NaN.
+/// Solves, and checks what holds of every outcome: the iterate with the smallest residual comes
+/// back, the report is about it, and nothing in it is NaN.
 fn solve<M: Method<f64>>(
     method: M,
     q: &[f64],
@@ -26,7 +27,8 @@ fn solve<M: Method<f64>>(
     assert_eq!(residuals.len(), outcome.iterations + 1);
     let smallest = residuals.iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!(residuals[outcome.answer], smallest, "{outcome}");
-    // The step's norm and the answer's own differ by the rounding of terms no larger than the start's residual and q.
+    // The step's norm and the answer's own differ by the rounding of terms no larger than the
+    // start's residual and q.
     let terms = residuals[0].max(Norms::of(q).l2);
     let residual = outcome.residual;
     let same = residual.l2 == smallest
@@ -47,7 +49,8 @@ fn relative(tolerance: f64) -> Limits {
     Limits::relative(tolerance)
 }
 
-/// TMSOR 1.5 and 1.8 on disc-lcp: growth by a factor of 1.2 an iteration, which is not called divergence before 10¹⁶.
+/// TMSOR 1.5 and 1.8 on disc-lcp: growth by a factor of 1.2 an iteration, which is not called
+/// divergence before 10¹⁶.
 #[test]
 fn over_relaxed_tmsor_on_the_disc() {
     for (alpha, soonest, latest) in [(1.5, 150, 250), (1.8, 50, 100)] {
@@ -66,7 +69,8 @@ fn over_relaxed_tmsor_on_the_disc() {
     }
 }
 
-/// A P-matrix outside H₊: the LCP has one solution for every q, and TMGS goes round it with period 2.
+/// A P-matrix outside H₊: the LCP has one solution for every q, and TMGS goes round it with
+/// period 2.
 #[test]
 fn a_p_matrix_outside_h_plus() {
     let a = Matrix(dmatrix![1.0, 2.0; -2.0, 1.0]);
@@ -76,7 +80,8 @@ fn a_p_matrix_outside_h_plus() {
     assert!(outcome.iterations < 40 && outcome.residual.l2 > 1.0);
 }
 
-/// H₊-matrices that violate the sizes of (II): two solutions, each found from its own start, and no certificate.
+/// H₊-matrices that violate the sizes of (II): two solutions, each found from its own start, and no
+/// certificate.
 #[test]
 fn an_h_plus_pair_without_ii() {
     let (a, b) = (dmatrix![1.6, 1.2; 2.65, 2.2], dmatrix![2.0, 0.54; 4.1, 1.83]);
@@ -105,7 +110,8 @@ fn an_h_plus_pair_without_ii() {
     }
 }
 
-/// H₊-matrices that violate (8): TMGS comes to cycles, of period 3 and of period 1, where its two steps undo each other.
+/// H₊-matrices that violate (8): TMGS comes to cycles, of period 3 and of period 1, where its two
+/// steps undo each other.
 #[test]
 fn an_h_plus_pair_without_condition_8() {
     let (a, b) = (dmatrix![1.3, 1.15; 1.15, 1.3], dmatrix![0.46, 0.025; 0.65, 0.115]);
@@ -118,8 +124,8 @@ fn an_h_plus_pair_without_condition_8() {
     }
 }
 
-/// A singular pair: with q in the range many solutions, of which one is found; with q outside none, and the iterates wander
-/// off at a constant pace, which is neither divergence nor rest.
+/// A singular pair: with q in the range many solutions, of which one is found; with q outside none,
+/// and the iterates wander off at a constant pace, which is neither divergence nor rest.
 #[test]
 fn a_singular_pair() {
     let singular = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
@@ -165,7 +171,8 @@ fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
     solve(method, &q, &vec![1.0; cells - 1], limits).0
 }
 
-/// TMJSOR4 takes as many iterations as there are cells, squared: past the limit from here on, and still on its way.
+/// TMJSOR4 takes as many iterations as there are cells, squared: past the limit from here on, and
+/// still on its way.
 #[test]
 fn tmjsor4_on_the_slider_runs_out_of_iterations() {
     for (cells, least) in [(224, 1e-9), (256, 1e-6)] {
@@ -189,7 +196,8 @@ fn generic() -> impl Method<f64> {
     tmsor(a.clone(), a, 1.0)
 }
 
-/// Near the largest number: one order below all is well, and where the residual itself overflows it is said at once.
+/// Near the largest number: one order below all is well, and where the residual itself overflows it
+/// is said at once.
 #[test]
 fn overflow() {
     let (outcome, _) = solve(generic(), &[-1e307, 0.9e307], &[0.0; 2], relative(1e-10));
@@ -203,7 +211,8 @@ fn overflow() {
     assert!(matches!(refused, Error::Parameter { value: f64::INFINITY, .. }), "{refused}");
 }
 
-/// Near the smallest number: subnormal data converge as far as they have digits, and rest where they have none left.
+/// Near the smallest number: subnormal data converge as far as they have digits, and rest where
+/// they have none left.
 #[test]
 fn underflow() {
     for (scale, converges) in [(1e-300, true), (1e-310, true), (1e-320, false), (5e-324, false)] {

@@ -1,4 +1,5 @@
-//! Multigrid: cycles that do not grow with the grid, honest ends, and what the documentation promises.
+//! Multigrid: cycles that do not grow with the grid, honest ends, and what the documentation
+//! promises.
 
 use crate::common::{
     NotFinite, from, largest_difference, parts, planted_q, problem, solve_from_ones, tmgs,
@@ -28,7 +29,8 @@ fn disc_cycles(lcp: bool, m: usize, cycle: Cycle) -> usize {
     let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
     assert!(outcome.converged(), "{m}, lcp {lcp}, {cycle:?}: {outcome}");
     assert_eq!(solver.method().coarse_grids_help(), Some(true));
-    // The inverse of A has the norm (m + 1)²/2π², and so have the mixtures of columns of A and B up to a small factor.
+    // The inverse of A has the norm (m + 1)²/2π², and so have the mixtures of columns of A and B up
+    // to a small factor.
     let inverse = ((m + 1) * (m + 1)) as f64;
     assert!(largest_difference(solver.z(), &scene.z) <= inverse * 1e-10);
     outcome.iterations
@@ -51,7 +53,8 @@ fn cycles_do_not_grow_with_the_grid() {
     }
 }
 
-/// In single precision the count is no larger, and the answer as good as the rounding of q lets it be.
+/// In single precision the count is no larger, and the answer as good as the rounding of q lets it
+/// be.
 #[test]
 fn single_precision_takes_no_more_cycles() {
     for lcp in [true, false] {
@@ -59,7 +62,8 @@ fn single_precision_takes_no_more_cycles() {
         let mut solver = Solver::new(Multigrid::new(posed(&scene), Cycle::W).unwrap());
         let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
-        // The residual's rounding, 4 ε (‖q‖ + …), times the inverse of A: 4·6e-8·4·128·0.5/128·128² near 0.01.
+        // The residual's rounding, 4 ε (‖q‖ + …), times the inverse of A: 4·6e-8·4·128·0.5/128·128²
+        // near 0.01.
         assert!(largest_difference(solver.z(), &scene.z) <= 1e-2);
     }
 }
@@ -190,7 +194,8 @@ fn nested_iteration_ends_below_the_discretisation_error() {
     }
 }
 
-/// Where signs alternate from point to point, coarse grids are no help: it is noticed, and sweeps take over.
+/// Where signs alternate from point to point, coarse grids are no help: it is noticed, and sweeps
+/// take over.
 #[test]
 fn alternating_signs_are_left_to_sweeps() {
     for symmetric in [true, false] {
@@ -236,7 +241,8 @@ fn a_problem_without_solution_is_not_solved() {
     assert!(outcome.residual.l2 > 0.2 * (nx * ny) as f64 / (nx * ny) as f64);
 }
 
-/// Two H₊-matrices without the W-property: of the three solutions any will do, and nothing else will.
+/// Two H₊-matrices without the W-property: of the three solutions any will do, and nothing else
+/// will.
 #[test]
 fn a_pair_with_three_solutions_ends_at_one_or_none() {
     let a = VaryingFivePoint::from_fn(2, 1, |i, _| [0.0, 0.0, 1.0, [-2.0, 0.0][i], 0.0]).unwrap();
@@ -272,7 +278,8 @@ fn dominant(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// min(aᵢᵢ, ωᵢbᵢᵢ) exceeds the sum of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|): the sweeps contract from any start, whatever cycles do.
+    /// min(aᵢᵢ, ωᵢbᵢᵢ) exceeds the sum of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|): the sweeps contract from any start,
+    /// whatever cycles do.
     #[test]
     fn dominant_pairs_are_solved_from_any_start(
         nx in 1_usize..24, ny in 1_usize..24, seed in 0_usize..1000, size in -3..4_i32,
@@ -296,7 +303,8 @@ proptest! {
         prop_assert!(largest_difference(solver.r(), &r) <= 1.2 * off);
     }
 
-    /// A solution is a fixed point of cycles and of sweeps, up to rounding; and the norms are the input's own.
+    /// A solution is a fixed point of cycles and of sweeps, up to rounding; and the norms are the
+    /// input's own.
     #[test]
     fn solutions_are_fixed_points(
         nx in 1_usize..40, ny in 1_usize..40, seed in 0_usize..1000,
@@ -314,7 +322,8 @@ proptest! {
         let rhs = Rhs::new(&q).unwrap();
         for _ in 0..12 {
             let norms = multigrid.step(&rhs, &x, &mut y, &mut Clock::endless());
-            // A defect is a sum of a dozen terms of the size of 2·4.6·γ, and a cycle's inverse is at most 1/0.3 or so.
+            // A defect is a sum of a dozen terms of the size of 2·4.6·γ, and a cycle's inverse is
+            // at most 1/0.3 or so.
             prop_assert!(largest_difference(&x, &y) <= 1e-13 && norms.linf <= 1e-14);
             std::mem::swap(&mut x, &mut y);
         }
@@ -366,7 +375,8 @@ fn nan_never_passes_for_success() {
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
 }
 
-/// Nested iteration begins each solve, whatever the start and whatever was solved before; its norms are the input's.
+/// Nested iteration begins each solve, whatever the start and whatever was solved before; its norms
+/// are the input's.
 #[test]
 fn full_multigrid_begins_every_solve_by_itself() {
     let [nx, ny] = [60, 41];

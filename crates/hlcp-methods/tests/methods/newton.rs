@@ -1,4 +1,5 @@
-//! Semismooth Newton: its Jacobian, preconditioners and steps against dense algebra, and how it ends.
+//! Semismooth Newton: its Jacobian, preconditioners and steps against dense algebra, and how it
+//! ends.
 
 use std::{
     ops::ControlFlow,
@@ -99,7 +100,8 @@ proptest! {
         prop_assert!((DVector::from_vec(y) - expected).amax() <= 1e-12);
     }
 
-    /// The first step settles by two iterations of the base, and then solves with the J found there, to 1 %.
+    /// The first step settles by two iterations of the base, and then solves with the J found
+    /// there, to 1 %.
     #[test]
     fn a_step_is_newtons(p in planted(2..16, 0.6), x0 in vec(-3.0..3.0, 16)) {
         let n = p.z.len();
@@ -123,11 +125,13 @@ proptest! {
         }
     }
 
-    /// From a start on the solution's piece, one step with an exact inner solve ends at the solution.
+    /// From a start on the solution's piece, one step with an exact inner solve ends at the
+    /// solution.
     #[test]
     fn one_step_ends_once_the_active_set_is_right(p in planted(1..16, 0.15), shift in vec(0.95..1.05, 16)) {
-        // Entries in modulus between 4 and 8 in z and r, so between 1.6 and 20 in units of γ/2 in x: a start off by
-        // 5 %, 1 at most, has the right signs, and two contracting sweeps keep it as near.
+        // Entries in modulus between 4 and 8 in z and r, so between 1.6 and 20 in units of γ/2 in
+        // x: a start off by 5 %, 1 at most, has the right signs, and two contracting sweeps keep it
+        // as near.
         let signed: Vec<f64> =
             (&p.z - &p.r).iter().map(|s| s.signum() * (4.0 + 0.5 * s.abs())).collect();
         let Dense { a, b, omega, gamma, .. } = p.dense;
@@ -161,7 +165,8 @@ proptest! {
     }
 }
 
-/// A P-matrix, positive definite too, on which Newton's method visits {1}, {2}, {3}, {1}, … for ever.
+/// A P-matrix, positive definite too, on which Newton's method visits {1}, {2}, {3}, {1}, … for
+/// ever.
 fn carousel() -> Dense {
     Dense {
         a: dmatrix![1.0, 0.0, 1.5; 1.5, 1.0, 0.0; 0.0, 1.5, 1.0],
@@ -220,7 +225,8 @@ fn a_cycle_of_active_sets_is_broken() {
     assert_eq!(iterates[8], expected);
 }
 
-/// The slower the base, the more often the same sets come by, at the same bits too: that is no reason to give up.
+/// The slower the base, the more often the same sets come by, at the same bits too: that is no
+/// reason to give up.
 #[test]
 fn repeated_active_sets_do_not_end_the_solve() {
     for (gamma, omega) in [(1.7, 1.1), (1.7, 1.0), (1.0, 1.0)] {
@@ -284,9 +290,10 @@ impl<M: Method<f64>> Method<f64> for Fading<M> {
     }
 }
 
-/// Where the base has several turns, each twice as long as the last, a second solve repeats the first; and sweeps are what
-/// was done: a defect, a residual or a step of the base is a product, and an iteration of the inner solver is two products and two solves with the
-/// preconditioner, if not the half of it.
+/// Where the base has several turns, each twice as long as the last, a second solve repeats the
+/// first; and sweeps are what was done: a defect, a residual or a step of the base is a product,
+/// and an iteration of the inner solver is two products and two solves with the preconditioner, if
+/// not the half of it.
 #[test]
 fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let dense = carousel();
@@ -369,7 +376,8 @@ fn no_solution_is_claimed_where_none_exists() {
     assert!(!outcome.converged() && outcome.residual.l2 > 0.5, "{outcome}");
 }
 
-/// Products alone, with a user's splitting for preconditioner; and what becomes of NaN at any moment.
+/// Products alone, with a user's splitting for preconditioner; and what becomes of NaN at any
+/// moment.
 #[test]
 fn an_operator_of_products_and_one_that_turns_nan() {
     for sound in (0..12).chain([usize::MAX]) {

@@ -100,7 +100,8 @@ fn divergence_by_nan_says_where_and_when() {
     assert!(outcome.residual.l2.is_finite());
 }
 
-/// With a = bω and α = 2 the scalar iteration is x⁺ = −x − q/a: every start but the solution alternates.
+/// With a = bω and α = 2 the scalar iteration is x⁺ = −x − q/a: every start but the solution
+/// alternates.
 #[test]
 fn a_cycle_of_period_two() {
     let one = |a: f64| DiagonalMatrix::new(vec![a]).unwrap();
@@ -130,7 +131,8 @@ fn the_rounding_floor_is_stagnation() {
     assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * single * 35_f64.sqrt());
 }
 
-/// The LCP with the lower bidiagonal matrix of the given order and entries, and Ω = its diagonal, by Jacobi.
+/// The LCP with the lower bidiagonal matrix of the given order and entries, and Ω = its diagonal,
+/// by Jacobi.
 fn bidiagonal(order: usize, on: f64, below: f64) -> Mms<f64, Matrix, Identity, Aor<f64>> {
     let a = DMatrix::from_fn(order, order, |i, j| match i as isize - j as isize {
         0 => on,
@@ -155,8 +157,8 @@ fn a_residual_that_first_grows_is_no_divergence() {
     assert!(largest > 1e10 * solver.history()[0].l2);
 }
 
-/// Jacobi along the flow moves an error one row a sweep and leaves its size alone: the residual repeats
-/// exactly, the iterates do not, and that is no cycle.
+/// Jacobi along the flow moves an error one row a sweep and leaves its size alone: the residual
+/// repeats exactly, the iterates do not, and that is no cycle.
 #[test]
 fn a_residual_that_repeats_is_not_yet_a_cycle() {
     let n = 40;
@@ -342,7 +344,8 @@ fn tolerances_are_relative_or_absolute() {
     }
 }
 
-/// Single precision reaches its default tolerance also where z is smooth and A z much smaller than |A| z.
+/// Single precision reaches its default tolerance also where z is smooth and A z much smaller than
+/// |A| z.
 #[test]
 fn single_precision_reaches_what_it_can() {
     for m in [16_usize, 64, 128] {
@@ -354,7 +357,8 @@ fn single_precision_reaches_what_it_can() {
             (0..m * m).map(|k| (at(k).sin() * at(k / m).cos() - 0.3) as f32).collect();
         let outcome = solve_from_ones(&mut solver, &q, Limits::absolute(1e-10));
         assert!(outcome.converged(), "{m}: {outcome}");
-        // And no more than rounding is forgiven: the same stencil's rows have length √20, and |A| z ≤ 8 z.
+        // And no more than rounding is forgiven: the same stencil's rows have length √20, and |A| z
+        // ≤ 8 z.
         let size = Norms::of(solver.z()).l2 * 20_f64.sqrt() * 1.2
             + Norms::of(solver.r()).l2
             + Norms::of(&q).l2;
@@ -393,7 +397,8 @@ fn a_small_movement_is_no_stagnation() {
     assert!(outcome.converged() && outcome.iterations > PATIENCE, "{outcome}");
 }
 
-/// Growth is judged beside ‖q‖ too: a start that is nearly solved may grow 10¹⁷-fold and be small still.
+/// Growth is judged beside ‖q‖ too: a start that is nearly solved may grow 10¹⁷-fold and be small
+/// still.
 #[test]
 fn growth_from_almost_nothing_is_no_divergence() {
     let n = 13;
@@ -432,8 +437,8 @@ fn a_cycle_behind_a_false_suspicion() {
     assert_eq!(outcome.status, Status::Cycling { period: 2 }, "{outcome}");
 }
 
-/// Scaling the data and the start by a power of two scales the iterates and nothing else; by a power of ten,
-/// up to rounding.
+/// Scaling the data and the start by a power of two scales the iterates and nothing else; by a
+/// power of ten, up to rounding.
 fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
     let relative = 64.0 * T::epsilon().to_f64().unwrap();
     let limits = Limits { rounding: Some(0.0), ..Limits::relative(relative) };
@@ -467,7 +472,8 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
     }
 }
 
-/// However small q is beside the start, or large, the start is no divergence and the answer no false success.
+/// However small q is beside the start, or large, the start is no divergence and the answer no
+/// false success.
 #[test]
 fn the_scale_of_the_start_does_not_matter() {
     let limits = Limits::relative(1e-12);

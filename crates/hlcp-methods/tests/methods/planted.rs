@@ -6,9 +6,9 @@ use hlcp_methods::{Limits, Method, Mms, Norm, Options, Solver, Tmms};
 use hlcp_verify::Planted;
 use proptest::prelude::*;
 
-/// Rows of both matrices sum to at most this off the diagonal. The diagonals of A and BΩ are at least 0.4 and
-/// Ω at most 2.5, so min(aᵢᵢ, ωᵢbᵢᵢ) exceeds the sum of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|) by at least `MARGIN`: the solution
-/// is unique, and an x is off by at most ‖F(x)‖∞/(2 MARGIN).
+/// Rows of both matrices sum to at most this off the diagonal. The diagonals of A and BΩ are at
+/// least 0.4 and Ω at most 2.5, so min(aᵢᵢ, ωᵢbᵢᵢ) exceeds the sum of max(|aᵢⱼ|, ωⱼ|bᵢⱼ|) by at
+/// least `MARGIN`: the solution is unique, and an x is off by at most ‖F(x)‖∞/(2 MARGIN).
 pub(crate) const WEIGHT: f64 = 0.15;
 const MARGIN: f64 = 0.4 - 2.5 * WEIGHT;
 

@@ -4,24 +4,28 @@ use super::{check, positive};
 
 /// An American put, one LCP a time step.
 ///
-/// Prices are in units of the strike, `x = ln(spot/strike)`, and time runs back from maturity in units of `2/σ²`, so that
-/// the value `u ≥ g`, `g = max(0, 1 − eˣ)`, obeys the Black–Scholes inequality with one number, `k = 2·rate/σ²`:
+/// Prices are in units of the strike, `x = ln(spot/strike)`, and time runs back from maturity in
+/// units of `2/σ²`, so that the value `u ≥ g`, `g = max(0, 1 − eˣ)`, obeys the Black–Scholes
+/// inequality with one number, `k = 2·rate/σ²`:
 ///
 /// ```text
-/// u̇ + L u ≥ 0 ,    L u = −u″ − (k − 1)u′ + k u ,    with equality where u > g ;    u = g at maturity.
+/// u̇ + L u ≥ 0 ,    L u = −u″ − (k − 1)u′ + k u ,
+/// with equality where u > g ;    u = g at maturity.
 /// ```
 ///
-/// The unknown is the value of waiting, `z = u − g ≥ 0`, and `r ≥ 0` is what waiting loses where it pays to exercise. The grid
-/// has `m` points to a standard deviation `s = σ√T` of `x` and one at the strike; it ends below at the
-/// perpetual put's exercise price `k/(k + 1)`, where every put is exercised, or `6 + (k + 1)s/2` standard deviations away if
-/// that is nearer, and above at that distance: there `z` is below 1e-8.
+/// The unknown is the value of waiting, `z = u − g ≥ 0`, and `r ≥ 0` is what waiting loses where it
+/// pays to exercise. The grid has `m` points to a standard deviation `s = σ√T` of `x` and one at
+/// the strike; it ends below at the perpetual put's exercise price `k/(k + 1)`, where every put is
+/// exercised, or `6 + (k + 1)s/2` standard deviations away if that is nearer, and above at that
+/// distance: there `z` is below 1e-8.
 ///
 /// # Stepping
 ///
-/// With central differences and Crank–Nicolson steps `Δ`, all LCPs share `A = I + ½ΔL`, three numbers, and `B = I`. The first two steps
-/// are taken as two implicit Euler steps each, whose matrix is the same `A` (Rannacher's start, which damps
-/// what the kink of `g` excites): [`lcps`](Self::lcps) problems for `steps` steps. [`q`](Self::q) makes the next right-hand side of the last `z`;
-/// any method solves it, best from the last modulus variable:
+/// With central differences and Crank–Nicolson steps `Δ`, all LCPs share `A = I + ½ΔL`, three
+/// numbers, and `B = I`. The first two steps are taken as two implicit Euler steps each, whose
+/// matrix is the same `A` (Rannacher's start, which damps what the kink of `g` excites):
+/// [`lcps`](Self::lcps) problems for `steps` steps. [`q`](Self::q) makes the next right-hand side
+/// of the last `z`; any method solves it, best from the last modulus variable:
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, LinearOperator, Omega};
@@ -39,20 +43,23 @@ use super::{check, positive};
 /// }
 /// let price = 40.0 * put.price(solver.z(), 36.0 / 40.0);
 /// assert!((price - 4.4867).abs() < 2e-3); // QuantLib's reference value is 4.48667344
-/// assert!((0.75..1.0).contains(&put.exercise(solver.z()))); // from k/(k + 1) = 3/4, the perpetual put's
+/// // from k/(k + 1) = 3/4, the perpetual put's
+/// assert!((0.75..1.0).contains(&put.exercise(solver.z())));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 ///
 /// # Theory
 ///
 /// `A` is a strictly dominant M-matrix, and with `B = I` assumption (II) is void: Theorem 2 covers
-/// every τ ≥ 1, and Gauss–Seidel converges from any start in a number of iterations that depends on `Δ/h²` alone.
+/// every τ ≥ 1, and Gauss–Seidel converges from any start in a number of iterations that depends on
+/// `Δ/h²` alone.
 ///
 /// # Source
 ///
-/// The parabolic inequality: P. Wilmott, J. Dewynne and S. Howison, *Option Pricing* (1993). The start: R. Rannacher,
-/// *Finite element solution of diffusion problems with irregular data*, Numer. Math. 43 (1984) 309–327. The reference value
-/// 4.48667344 for spot 36, strike 40, rate 6 %, volatility 20 % and one year is that of QuantLib's example of an American option.
+/// The parabolic inequality: P. Wilmott, J. Dewynne and S. Howison, *Option Pricing* (1993). The
+/// start: R. Rannacher, *Finite element solution of diffusion problems with irregular data*, Numer.
+/// Math. 43 (1984) 309–327. The reference value 4.48667344 for spot 36, strike 40, rate 6 %,
+/// volatility 20 % and one year is that of QuantLib's example of an American option.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AmericanPut {
     /// The interest rate, a year.
@@ -75,8 +82,9 @@ impl AmericanPut {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless rate, volatility and maturity are positive and finite, there are two steps or more, and the
-    /// grid resolves the drift: `m ≥ |rate − σ²/2| √T/σ`, without which `A` is no M-matrix.
+    /// [`Error::Parameter`] unless rate, volatility and maturity are positive and finite, there are
+    /// two steps or more, and the grid resolves the drift: `m ≥ |rate − σ²/2| √T/σ`, without which
+    /// `A` is no M-matrix.
     pub fn pose<T: Scalar>(&self) -> Result<(FivePoint<T>, Identity), Error> {
         positive("rate", self.rate)?;
         positive("volatility", self.volatility)?;
@@ -124,8 +132,8 @@ impl AmericanPut {
         }
     }
 
-    /// The price in units of the strike, for the spot in units of the strike and the last LCP's `z`; for one before
-    /// it, the price at an earlier maturity.
+    /// The price in units of the strike, for the spot in units of the strike and the last LCP's
+    /// `z`; for one before it, the price at an earlier maturity.
     ///
     /// By a parabola through the nearest points. Beyond the grid's ends the payoff.
     ///

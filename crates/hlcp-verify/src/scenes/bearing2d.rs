@@ -9,46 +9,52 @@ type Film<T> = (VaryingFivePoint<'static, T>, VaryingFivePoint<'static, T>, Vec<
 
 /// A journal bearing of finite length with mass-conserving cavitation: an HLCP in two dimensions.
 ///
-/// Where the oil fills the gap it carries the pressure `p`; where it would have to pull, it breaks up into streamers with
-/// the void fraction `r`. Both obey one Reynolds equation, in which the turning journal carries `(1 − r) h`:
+/// Where the oil fills the gap it carries the pressure `p`; where it would have to pull, it breaks
+/// up into streamers with the void fraction `r`. Both obey one Reynolds equation, in which the
+/// turning journal carries `(1 − r) h`:
 ///
 /// ```text
 /// ∂ξ(H³ ∂ξz) + (D/L)² ∂η(H³ ∂ηz) = ∂ξ((1 − r) H) ,    H = 1 + ε cos ξ ,    z, r ≥ 0 ,    z r = 0 ,
 /// ```
 ///
-/// for `ξ` once around from a feed groove along the bearing, which delivers at the cavitation pressure what is drawn from it
-/// (`z = 0`, and `r = 0` upstream of the first cell), and `η` from −1 to 1 between the ends, where `z = 0`.
+/// for `ξ` once around from a feed groove along the bearing, which delivers at the cavitation
+/// pressure what is drawn from it (`z = 0`, and `r = 0` upstream of the first cell), and `η` from
+/// −1 to 1 between the ends, where `z = 0`.
 ///
 /// # The operators
 ///
-/// Cells around `nx × ny` points, `hx = 2π/(nx + 1)` and `hy = 2/(ny + 1)` apart, `ξ` the fast index. Through the face
-/// between points `i` and `i + 1` of a row flows, the void taken upwind,
+/// Cells around `nx × ny` points, `hx = 2π/(nx + 1)` and `hy = 2/(ny + 1)` apart, `ξ` the fast
+/// index. Through the face between points `i` and `i + 1` of a row flows, the void taken upwind,
 ///
 /// ```text
 /// hy [ (1 − rᵢ) Hᵢ₊½ − H³ᵢ₊½ (zᵢ₊₁ − zᵢ)/hx ] ,
 /// ```
 ///
-/// and the balance of each cell is its row of `A z − B r + q = 0`: `A` is a varying five-point operator, `B` the upwind
-/// `bidiag(−Hᵢ₋½; Hᵢ₊½) hy`, `q = (Hᵢ₊½ − Hᵢ₋½) hy`. So what enters leaves, to the residual, cell by cell.
+/// and the balance of each cell is its row of `A z − B r + q = 0`: `A` is a varying five-point
+/// operator, `B` the upwind `bidiag(−Hᵢ₋½; Hᵢ₊½) hy`, `q = (Hᵢ₊½ − Hᵢ₋½) hy`. So what enters
+/// leaves, to the residual, cell by cell.
 ///
 /// # Theory
 ///
-/// Both are M-matrices (`A` irreducibly dominant, `B` triangular), hence H₊, and `A z − B r + q = 0` has exactly one
-/// solution for every `q`: a `v` that falls along `ξ` as [`Slider`](crate::Slider)'s does has `⟨A⟩ᵀv, ⟨B⟩ᵀv > 0`, which is the
-/// sum witness of [`certify`](crate::certify). Assumption (II) of the paper's theorems fails (at τ = 1 the entry
-/// `|bᵢ₊₁,ᵢ|ωᵢ` is `aᵢᵢ`, which exceeds `|aᵢ₊₁,ᵢ|`), and so does the relaxed theorem: convergence is observed, not proved.
+/// Both are M-matrices (`A` irreducibly dominant, `B` triangular), hence H₊, and
+/// `A z − B r + q = 0` has exactly one solution for every `q`: a `v` that falls along `ξ` as
+/// [`Slider`](crate::Slider)'s does has `⟨A⟩ᵀv, ⟨B⟩ᵀv > 0`, which is the sum witness of
+/// [`certify`](crate::certify). Assumption (II) of the paper's theorems fails (at τ = 1 the entry
+/// `|bᵢ₊₁,ᵢ|ωᵢ` is `aᵢᵢ`, which exceeds `|aᵢ₊₁,ᵢ|`), and so does the relaxed theorem: convergence
+/// is observed, not proved.
 ///
 /// # Units
 ///
-/// Lengths across the film in clearances `c`, `z = 1` in `6μΩ(R/c)²` for a journal of radius `R = D/2` turning at `Ω`,
-/// and a flow of 1 in `Ω R c L/4`.
+/// Lengths across the film in clearances `c`, `z = 1` in `6μΩ(R/c)²` for a journal of radius
+/// `R = D/2` turning at `Ω`, and a flow of 1 in `Ω R c L/4`.
 ///
 /// # Source
 ///
-/// The complementarity form of the Jakobsson–Floberg–Olsson conditions is that of M. Giacopini, M. Fowell, D. Dini and
-/// A. Strozzi, *A mass-conserving complementarity formulation to study lubricant films in the presence of cavitation*,
-/// J. Tribology 132 (2010) 041702. With the groove at the widest gap no film re-forms and the pressure is that of
-/// A. Raimondi and J. Boyd, *A solution for the finite journal bearing*, ASLE Trans. 1 (1958) 159–209, whose tables
+/// The complementarity form of the Jakobsson–Floberg–Olsson conditions is that of M. Giacopini, M.
+/// Fowell, D. Dini and A. Strozzi, *A mass-conserving complementarity formulation to study
+/// lubricant films in the presence of cavitation*, J. Tribology 132 (2010) 041702. With the groove
+/// at the widest gap no film re-forms and the pressure is that of A. Raimondi and J. Boyd, *A
+/// solution for the finite journal bearing*, ASLE Trans. 1 (1958) 159–209, whose tables
 /// [`sommerfeld`](Self::sommerfeld) can be held against.
 ///
 /// ```
@@ -71,7 +77,8 @@ pub struct Bearing2d {
     pub ecc: f64,
     /// The length over the diameter, L/D.
     pub aspect: f64,
-    /// Where the groove is, in radians in the direction of the journal's motion from the widest gap.
+    /// Where the groove is, in radians in the direction of the journal's motion from the widest
+    /// gap.
     pub groove: f64,
 }
 
@@ -132,8 +139,9 @@ impl Bearing2d {
         hx / hy * self.gap(i as f64).powi(3) / (self.aspect * self.aspect)
     }
 
-    /// The film's force on the journal for the pressure `z`, as ∫∫ over ξ and η: towards the widest gap along the line of
-    /// centres, and across it in the direction of the motion at the widest gap.
+    /// The film's force on the journal for the pressure `z`, as ∫∫ over ξ and η: towards the widest
+    /// gap along the line of centres, and across it in the direction of the motion at the widest
+    /// gap.
     ///
     /// Times `6μΩ(R/c)²·RL/2` it is a force.
     ///
@@ -145,7 +153,8 @@ impl Bearing2d {
     /// use hlcp_verify::Bearing2d;
     /// use std::f64::consts::FRAC_PI_2;
     ///
-    /// // Points at ξ = π/2, π and 3π/2, with cells π/2 by 1. Pressure at the narrowest gap alone, then at π/2 alone:
+    /// // Points at ξ = π/2, π and 3π/2, with cells π/2 by 1. Pressure at the narrowest gap alone,
+    /// // then at π/2 alone:
     /// let scene = Bearing2d { nx: 3, ny: 1, ecc: 0.5, aspect: 1.0, groove: 0.0 };
     /// let near = |[x, y]: [f64; 2], [u, v]: [f64; 2]| (x - u).hypot(y - v) < 1e-15;
     /// assert!(near(scene.load(&[0.0, 1.0, 0.0]), [FRAC_PI_2, 0.0]));
@@ -163,7 +172,8 @@ impl Bearing2d {
         load
     }
 
-    /// The Sommerfeld number `(R/c)² μN/P`, with N in turns a second and P the load over L D; infinite without a load.
+    /// The Sommerfeld number `(R/c)² μN/P`, with N in turns a second and P the load over L D;
+    /// infinite without a load.
     ///
     /// # Panics
     ///
@@ -179,7 +189,8 @@ impl Bearing2d {
     /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
-    /// assert!((scene.sommerfeld(solver.z()) / 0.121 - 1.0).abs() < 0.03); // Raimondi and Boyd's table has 0.121
+    /// // Raimondi and Boyd's table has 0.121
+    /// assert!((scene.sommerfeld(solver.z()) / 0.121 - 1.0).abs() < 0.03);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn sommerfeld<T: Scalar>(&self, z: &[T]) -> f64 {
@@ -205,10 +216,11 @@ impl Bearing2d {
         across.atan2(along).to_degrees()
     }
 
-    /// What flows out of the groove, back into it after a turn, and out at the two ends; the first is the sum of the others.
+    /// What flows out of the groove, back into it after a turn, and out at the two ends; the first
+    /// is the sum of the others.
     ///
-    /// Of the cells, which leave out a strip of width `hy/2` at each end: at the widest gap the groove feeds another
-    /// `hy(1 + ε)` into those.
+    /// Of the cells, which leave out a strip of width `hy/2` at each end: at the widest gap the
+    /// groove feeds another `hy(1 + ε)` into those.
     ///
     /// # Panics
     ///
@@ -225,7 +237,8 @@ impl Bearing2d {
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     /// assert!(solver.solve(&q, Options::from_x(&[1.0; 75]))?.converged());
     /// let [drawn, returned, ends] = scene.flows(solver.z(), solver.r());
-    /// assert!(ends > 0.1 && (drawn - returned - ends).abs() <= 1e-9); // 75 residuals of 2-norm 1e-10
+    /// // 75 residuals of 2-norm 1e-10
+    /// assert!(ends > 0.1 && (drawn - returned - ends).abs() <= 1e-9);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn flows<T: Scalar>(&self, z: &[T], r: &[T]) -> [f64; 3] {

@@ -5,15 +5,16 @@ use super::Posed;
 /// A contact in a disc: hard for every splitting method, with a known answer.
 ///
 /// On the `m × m` inner nodes `(jh, ih)`, `h = 1/(m + 1)`, of the unit square, with the disc's
-/// `d = 0.16 − (x − ½)² − (y − ½)²`, the operator `A` is the five-point stencil `(4; −1, −1, −1, −1)` and
+/// `d = 0.16 − (x − ½)² − (y − ½)²`, the operator `A` is the five-point stencil
+/// `(4; −1, −1, −1, −1)` and
 ///
 /// ```text
 /// z* = 20 max(0, d)² ,   LCP:   B = I ,                      r* = 10 h² max(0, −d) ,
 ///                        HLCP:  B = I ⊗ tridiag(−1; 4; −1) ,  r* = max(0, −d) .
 /// ```
 ///
-/// Unlike in the paper's examples, `z` and `r` are positive on two connected regions: columns of `A` and of
-/// `B` do not alternate, and iterations grow like `m²`.
+/// Unlike in the paper's examples, `z` and `r` are positive on two connected regions: columns of
+/// `A` and of `B` do not alternate, and iterations grow like `m²`.
 ///
 /// ```
 /// use hlcp_verify::Disc;

@@ -14,8 +14,9 @@ use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 /// A = blktridiag(−1.5I, S, −0.5I) + μI,  B = I ⊗ S + νI,  S = tridiag(−1.5; 4; −0.5).
 /// ```
 ///
-/// The planted solution is `z* = (0, 1, 0, 1, …)`, `r* = (1, 0, 1, 0, …)`, and `q = B r* − A z*`. (The paper
-/// prints the opposite sign of `q`, for which the planted pair solves nothing, and does not print `z*`.)
+/// The planted solution is `z* = (0, 1, 0, 1, …)`, `r* = (1, 0, 1, 0, …)`, and `q = B r* − A z*`.
+/// (The paper prints the opposite sign of `q`, for which the planted pair solves nothing, and does
+/// not print `z*`.)
 ///
 /// ```
 /// use hlcp_core::LinearOperator;
@@ -87,10 +88,12 @@ impl Example {
         self.planted(|_| 1.0)
     }
 
-    /// The example with a generic solution of the same pattern: the entry `i` of `z*` or `r*` that is not zero is
-    /// `½ + {(i + 1)φ}`, the fraction of a multiple of the golden section `φ = (√5 − 1)/2`.
+    /// The example with a generic solution of the same pattern: the entry `i` of `z*` or `r*` that
+    /// is not zero is `½ + {(i + 1)φ}`, the fraction of a multiple of the golden section
+    /// `φ = (√5 − 1)/2`.
     ///
-    /// With zeros and ones everything is an integer, and residuals may vanish exactly; here they have a rounding floor.
+    /// With zeros and ones everything is an integer, and residuals may vanish exactly; here they
+    /// have a rounding floor.
     ///
     /// # Errors
     ///
@@ -109,7 +112,8 @@ impl Example {
         self.planted(|i| 0.5 + ((i + 1) as f64 * GOLDEN).fract())
     }
 
-    /// The example whose solution has the entries `value` gives, in `z*` where the index is odd and in `r*` elsewhere.
+    /// The example whose solution has the entries `value` gives, in `z*` where the index is odd and
+    /// in `r*` elsewhere.
     fn planted<T: Scalar>(
         &self,
         value: impl Fn(usize) -> f64,

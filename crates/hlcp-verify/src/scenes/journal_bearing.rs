@@ -6,31 +6,32 @@ use super::{check, positive};
 
 /// The pressure in a journal bearing that cannot pull: the LCP of the optimisers' test sets.
 ///
-/// With the gap `1 + ε cos ξ` and `w = (1 + ε cos ξ)³`, the pressure `z` on `(0, 2π) × (0, 2b)`, zero on the boundary,
-/// minimises
+/// With the gap `1 + ε cos ξ` and `w = (1 + ε cos ξ)³`, the pressure `z` on `(0, 2π) × (0, 2b)`,
+/// zero on the boundary, minimises
 ///
 /// ```text
 /// ∫∫ ½ w |∇z|² − ε sin ξ · z    over z ≥ 0 .
 /// ```
 ///
-/// Linear elements on `nx × ny` inner points, `hx = 2π/(nx + 1)` and `hy = 2b/(ny + 1)` apart, give `B = I`,
-/// `q = −ε hx hy sin ξ`, and a five-point `A` with the couplings
+/// Linear elements on `nx × ny` inner points, `hx = 2π/(nx + 1)` and `hy = 2b/(ny + 1)` apart, give
+/// `B = I`, `q = −ε hx hy sin ξ`, and a five-point `A` with the couplings
 ///
 /// ```text
 /// west, east    −(hy/hx)(wᵢ + wᵢ±₁)/2 ,       south, north    −(hx/hy)(wᵢ₋₁ + 4wᵢ + wᵢ₊₁)/6 ,
 /// ```
 ///
-/// whose sum the diagonal takes. `A` is an M-matrix, so the splitting methods converge from any start for
-/// `α ≤ 1` and `τ ≥ 1`, in a number of iterations that grows like that of the points. `ξ` is the fast index.
+/// whose sum the diagonal takes. `A` is an M-matrix, so the splitting methods converge from any
+/// start for `α ≤ 1` and `τ ≥ 1`, in a number of iterations that grows like that of the points. `ξ`
+/// is the fast index.
 ///
-/// Without mass conservation: where the pressure would be negative it is cut off. [`Bearing2d`](crate::Bearing2d) keeps
-/// the balance.
+/// Without mass conservation: where the pressure would be negative it is cut off.
+/// [`Bearing2d`](crate::Bearing2d) keeps the balance.
 ///
 /// # Source
 ///
-/// DPJB of B. Averick, R. Carter, J. Moré and G. Xue, *The MINPACK-2 Test Problem Collection*, as PETSc's
-/// `src/tao/bound/tutorials/jbearing2.c` discretises it; for 8 × 12 points, ε = 0.1 and b = 10 its recorded output
-/// (`output/jbearing2_1.out`) has the objective −0.183437.
+/// DPJB of B. Averick, R. Carter, J. Moré and G. Xue, *The MINPACK-2 Test Problem Collection*, as
+/// PETSc's `src/tao/bound/tutorials/jbearing2.c` discretises it; for 8 × 12 points, ε = 0.1 and b =
+/// 10 its recorded output (`output/jbearing2_1.out`) has the objective −0.183437.
 ///
 /// ```
 /// use hlcp_core::LinearOperator;
@@ -102,7 +103,8 @@ impl JournalBearing {
         self.ecc * hx * hy * ((i + 1) as f64 * hx).sin()
     }
 
-    /// `½ zᵀAz + qᵀz` in double precision, as a sum over the grid's edges: what the solution minimises.
+    /// `½ zᵀAz + qᵀz` in double precision, as a sum over the grid's edges: what the solution
+    /// minimises.
     ///
     /// # Panics
     ///

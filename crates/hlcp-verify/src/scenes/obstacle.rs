@@ -10,18 +10,20 @@ use super::check;
 /// ψ = √(1 − s) for s ≤ 0.9 ,    √0.19 − (0.9/√0.19)(s − 0.9) beyond ,    s = x² + y² ,
 /// ```
 ///
-/// and takes the exact solution's values on the boundary. On `m × m` nodes, the boundary's included, with the unscaled
-/// five-point stencil `(4; −1, −1, −1, −1)` at the inner ones, `u = ψ + z` makes it an LCP: `B = I`, `q = Aψ` less the
-/// boundary's values. `r` is the force of the dome on the membrane, times the spacing squared.
+/// and takes the exact solution's values on the boundary. On `m × m` nodes, the boundary's
+/// included, with the unscaled five-point stencil `(4; −1, −1, −1, −1)` at the inner ones,
+/// `u = ψ + z` makes it an LCP: `B = I`, `q = Aψ` less the boundary's values. `r` is the force of
+/// the dome on the membrane, times the spacing squared.
 ///
-/// `A` is an irreducibly dominant M-matrix: the splitting methods converge from any start for `α ≤ 1` and `τ ≥ 1`, in a
-/// number of iterations that grows like `m²`.
+/// `A` is an irreducibly dominant M-matrix: the splitting methods converge from any start for
+/// `α ≤ 1` and `τ ≥ 1`, in a number of iterations that grows like `m²`.
 ///
 /// # Source
 ///
-/// `src/snes/tutorials/ex9.c` of PETSc, contributed by E. Bueler; the skirt begins at `s = 0.9` there, where `√s = 0.9`
-/// was meant, and so it does here. Its recorded output for 9 × 9 nodes (`output/ex9_1.out`) has the mean error
-/// 3.076e-03 and the largest error 1.334e-02; for 17 × 17 nodes it prints 2.707e-03 and 1.428e-02.
+/// `src/snes/tutorials/ex9.c` of PETSc, contributed by E. Bueler; the skirt begins at `s = 0.9`
+/// there, where `√s = 0.9` was meant, and so it does here. Its recorded output for 9 × 9 nodes
+/// (`output/ex9_1.out`) has the mean error 3.076e-03 and the largest error 1.334e-02; for 17 × 17
+/// nodes it prints 2.707e-03 and 1.428e-02.
 ///
 /// ```
 /// use hlcp_core::LinearOperator;
@@ -49,7 +51,8 @@ impl Obstacle {
         if s <= 0.9 { (1.0 - s).sqrt() } else { foot - 0.9 / foot * (s - 0.9) }
     }
 
-    /// The exact solution u at `(x, y)`: the dome within [`CONTACT`](Self::CONTACT), `−A ln √s + B` beyond.
+    /// The exact solution u at `(x, y)`: the dome within [`CONTACT`](Self::CONTACT), `−A ln √s + B`
+    /// beyond.
     pub fn exact(x: f64, y: f64) -> f64 {
         let radius = x.hypot(y);
         if radius <= Self::CONTACT {
@@ -90,7 +93,8 @@ impl Obstacle {
         [i, j].map(|i| 4.0 * i as f64 / (self.m - 1) as f64 - 2.0)
     }
 
-    /// The mean over all `m²` nodes, and the largest, of |u − exact u| for the membrane `u = ψ + z`.
+    /// The mean over all `m²` nodes, and the largest, of |u − exact u| for the membrane
+    /// `u = ψ + z`.
     ///
     /// # Panics
     ///
@@ -103,10 +107,14 @@ impl Obstacle {
     ///
     /// let scene = Obstacle { m: 9 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let mut solver = Solver::new(Tmms::mirrored(Hlcp::new(a, b, Omega::Uniform(4.0))?, Aor::gauss_seidel())?);
+    /// let mut solver = Solver::new(Tmms::mirrored(
+    ///     Hlcp::new(a, b, Omega::Uniform(4.0))?,
+    ///     Aor::gauss_seidel(),
+    /// )?);
     /// assert!(solver.solve(&q, Options::from_x(&[1.0; 49]))?.converged());
     /// let [mean, largest] = scene.errors(solver.z());
-    /// assert!((mean - 3.076e-3).abs() < 5e-7 && (largest - 1.334e-2).abs() < 5e-6); // PETSc's recorded output
+    /// // PETSc's recorded output
+    /// assert!((mean - 3.076e-3).abs() < 5e-7 && (largest - 1.334e-2).abs() < 5e-6);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn errors<T: Scalar>(&self, z: &[T]) -> [f64; 2] {

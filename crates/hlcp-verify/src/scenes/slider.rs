@@ -2,30 +2,31 @@ use hlcp_core::{Error, Norms, Rows, Scalar, Tridiagonal};
 
 /// The paper's Example 3 in kind: the convergent–divergent slider of the lubrication literature.
 ///
-/// Between a fixed parabolic pad `h(x) = h_min + (h_max − h_min)(2x/L − 1)²` and a plane moving at speed
-/// `U`, an incompressible lubricant of viscosity `μ` carries the pressure `p` where it fills the gap and
-/// breaks up, with void fraction `r`, where it would have to pull. The Reynolds equation with
-/// mass-conserving cavitation is
+/// Between a fixed parabolic pad `h(x) = h_min + (h_max − h_min)(2x/L − 1)²` and a plane moving at
+/// speed `U`, an incompressible lubricant of viscosity `μ` carries the pressure `p` where it fills
+/// the gap and breaks up, with void fraction `r`, where it would have to pull. The Reynolds
+/// equation with mass-conserving cavitation is
 ///
 /// ```text
 /// d/dx [ h³/(6μU) dp/dx ] = d/dx [ (1 − r) h ] ,   p, r ≥ 0 ,   p r = 0 ,   p = 0 at both ends.
 /// ```
 ///
-/// The paper names its mesh and data only by reference, so this is not claimed to be its problem number
-/// by number.
+/// The paper names its mesh and data only by reference, so this is not claimed to be its problem
+/// number by number.
 ///
 /// # Units
 ///
-/// The problem is posed in `X = x/L`, `H = h/h_min` and `z = p/`[`PRESSURE_UNIT`](Self::PRESSURE_UNIT),
-/// where it reads `(H³ z')' = ((1 − r) H)'`. On a grid of `N` cells of width `ΔX = 1/N`, with
-/// `c = H³/ΔX²` at the half nodes and the flux taken upwind,
+/// The problem is posed in `X = x/L`, `H = h/h_min` and
+/// `z = p/`[`PRESSURE_UNIT`](Self::PRESSURE_UNIT), where it reads `(H³ z')' = ((1 − r) H)'`. On a
+/// grid of `N` cells of width `ΔX = 1/N`, with `c = H³/ΔX²` at the half nodes and the flux taken
+/// upwind,
 ///
 /// ```text
 /// A = tridiag(−cᵢ₋½; cᵢ₋½ + cᵢ₊½; −cᵢ₊½) ,  B = bidiag(−Hᵢ₋₁; Hᵢ)/ΔX ,  qᵢ = (Hᵢ − Hᵢ₋₁)/ΔX .
 /// ```
 ///
-/// Both are M-matrices; assumption (II) of the paper's Theorem 1 fails. Constants, and what is read off a
-/// solution, are in metres, pascals and seconds.
+/// Both are M-matrices; assumption (II) of the paper's Theorem 1 fails. Constants, and what is read
+/// off a solution, are in metres, pascals and seconds.
 ///
 /// # The answer
 ///
@@ -69,8 +70,8 @@ impl Slider {
 
     /// `A`, `B` and `q` in precision `T`.
     ///
-    /// The operators store the number of cells alone and compute their entries, in double precision,
-    /// from the profile.
+    /// The operators store the number of cells alone and compute their entries, in double
+    /// precision, from the profile.
     ///
     /// # Errors
     ///
@@ -113,7 +114,8 @@ impl Slider {
     ///
     /// let scene = Slider { cells: 500 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let mut solver = Solver::new(Auto::new(Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?)?);
+    /// let mut solver =
+    ///     Solver::new(Auto::new(Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?)?);
     /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
     /// assert!((scene.peak(solver.z()) / Slider::PEAK - 1.0).abs() < 0.01);
     /// assert!((scene.rupture(solver.z()) / Slider::RUPTURE - 1.0).abs() < 0.01);
@@ -124,8 +126,8 @@ impl Slider {
         Norms::of(z).linf * Self::PRESSURE_UNIT
     }
 
-    /// Where the film of a solution `z` of `N − 1` entries ruptures, in m from the inlet: the last node with a
-    /// pressure, and the inlet without one; NaN where an entry is.
+    /// Where the film of a solution `z` of `N − 1` entries ruptures, in m from the inlet: the last
+    /// node with a pressure, and the inlet without one; NaN where an entry is.
     ///
     /// # Panics
     ///

@@ -6,7 +6,8 @@ use hlcp_methods::{Mms, Solver};
 use hlcp_verify::{AmericanPut, Convergence, Proof, classes::is_m, convergence};
 use nalgebra::{DMatrix, DVector};
 
-/// The `z` of every LCP in turn, and the iterations they took; from the last answer, or each from the same start.
+/// The `z` of every LCP in turn, and the iterations they took; from the last answer, or each from
+/// the same start.
 fn marched<T: Scalar>(put: AmericanPut, warm: bool) -> (Vec<Vec<T>>, usize) {
     let (a, b) = put.pose::<T>().unwrap();
     let start = vec![T::one(); a.order()];
@@ -31,7 +32,8 @@ fn price(put: AmericanPut, spot: f64) -> f64 {
     put.price(values.last().expect("a step or more"), spot)
 }
 
-/// `A z⁺ − r + q = 0` is the step's inequality for `u = g + z`, with `L` assembled from its differences.
+/// `A z⁺ − r + q = 0` is the step's inequality for `u = g + z`, with `L` assembled from its
+/// differences.
 #[test]
 fn each_lcp_is_its_time_step() {
     let put = AmericanPut { rate: 0.07, volatility: 0.5, maturity: 0.8, m: 3, steps: 5 };
@@ -70,8 +72,9 @@ fn each_lcp_is_its_time_step() {
     }
 }
 
-/// The errors fall by four when the mesh is halved and the steps are quartered; extrapolated, the price is that of QuantLib's
-/// example of an American option (spot 36, strike 40, 6 %, 20 %, one year).
+/// The errors fall by four when the mesh is halved and the steps are quartered; extrapolated, the
+/// price is that of QuantLib's example of an American option (spot 36, strike 40, 6 %, 20 %, one
+/// year).
 #[test]
 fn the_price_is_quantlibs() {
     let grid =
@@ -114,7 +117,8 @@ fn prices_are_those_of_binomial_trees() {
     }
 }
 
-/// Time makes the put dearer and its exercise price lower, down to the perpetual put's; deep in the money it is exercised.
+/// Time makes the put dearer and its exercise price lower, down to the perpetual put's; deep in the
+/// money it is exercised.
 #[test]
 fn waiting_gains_with_time() {
     let put = AmericanPut { rate: 0.08, volatility: 0.3, maturity: 3.0, m: 20, steps: 60 };

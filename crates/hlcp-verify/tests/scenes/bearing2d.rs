@@ -60,7 +60,8 @@ fn the_bearing_is_its_balance_of_oil() {
     assert!((assembled(&a) - &dense_a).amax() <= 8.0 * f64::EPSILON * dense_a.amax());
     assert!((assembled(&b) - &dense_b).amax() <= 8.0 * f64::EPSILON * dense_b.amax());
     assert!((DVector::from_vec(q) - &dense_q).amax() <= 8.0 * f64::EPSILON);
-    // What all cells together lose, for any z and r, is what is drawn less what returns and what the ends take.
+    // What all cells together lose, for any z and r, is what is drawn less what returns and what
+    // the ends take.
     let any = |seed: f64| DVector::from_vec(scattered(24, seed));
     let (z, r) = (any(12.9898), any(78.233));
     let lost = (&dense_a * &z - &dense_b * &r + &dense_q).sum();
@@ -74,8 +75,8 @@ fn the_bearing_is_its_balance_of_oil() {
     }
 }
 
-/// What the groove delivers returns to it or leaves at the ends, and each column of cells passes on what it gets, to the
-/// residual of its cells.
+/// What the groove delivers returns to it or leaves at the ends, and each column of cells passes on
+/// what it gets, to the residual of its cells.
 #[test]
 fn no_oil_is_lost() {
     for groove in [0.0, 3.8] {
@@ -166,9 +167,11 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     low
 }
 
-/// The solution of a small problem by active sets: where z or r would be negative, the other takes its place.
+/// The solution of a small problem by active sets: where z or r would be negative, the other takes
+/// its place.
 ///
-/// The splitting methods do not get there within 30,000 iterations where the film of 95 points forms again.
+/// The splitting methods do not get there within 30,000 iterations where the film of 95 points
+/// forms again.
 fn by_active_sets(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> [Vec<f64>; 2] {
     let n = q.len();
     let mut full = vec![true; n];
@@ -187,8 +190,9 @@ fn by_active_sets(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> [Vec<f64>; 2
     panic!("the active sets do not settle")
 }
 
-/// Against the long bearing's film with the flux J, full between two angles: the largest error of z in units of the largest
-/// z, that of r where both films are broken and stay so, and the length on which one film is full and the other is not.
+/// Against the long bearing's film with the flux J, full between two angles: the largest error of z
+/// in units of the largest z, that of r where both films are broken and stay so, and the length on
+/// which one film is full and the other is not.
 fn long_bearing(cells: usize, groove: f64, flux: f64, full: [f64; 2]) -> [f64; 3] {
     let ecc = 0.6;
     let scene = Bearing2d { nx: cells - 1, ny: 1, ecc, aspect: 1e6, groove };
@@ -205,14 +209,16 @@ fn long_bearing(cells: usize, groove: f64, flux: f64, full: [f64; 2]) -> [f64; 3
         if inside != (z[i] > 0.0) {
             length += h;
         } else if !inside && z.get(i + 1).is_none_or(|&z| z == 0.0) {
-            // The void of a cell is carried through the face after it; a cell before a film fills up.
+            // The void of a cell is carried through the face after it; a cell before a film fills
+            // up.
             off_r = off_r.max((r[i] - 1.0 + flux / (1.0 + ecc * (x + 0.5 * h).cos())).abs());
         }
     }
     [off_z / peak, off_r, length]
 }
 
-/// L/D → ∞ with the groove at the widest gap: rupture where Sommerfeld's integral says, z and r to second order.
+/// L/D → ∞ with the groove at the widest gap: rupture where Sommerfeld's integral says, z and r to
+/// second order.
 #[test]
 fn the_long_bearing_ruptures_where_it_should() {
     let end = bisect(PI, TAU, |end| rise(0.6, 1.0 + 0.6 * f64::cos(end), 0.0, end));
@@ -227,8 +233,9 @@ fn the_long_bearing_ruptures_where_it_should() {
     }
 }
 
-/// L/D → ∞ with the groove where the gap widens: the film breaks up at once and forms again where it can end at the
-/// groove. To first order: the groove's flux is that of the face half a cell after it.
+/// L/D → ∞ with the groove where the gap widens: the film breaks up at once and forms again where
+/// it can end at the groove. To first order: the groove's flux is that of the face half a cell
+/// after it.
 #[test]
 fn the_long_bearings_film_forms_again() {
     let groove = 3.8;

@@ -12,7 +12,8 @@ fn tmsor_on_disc(lcp: bool, m: usize, alpha: f64) -> Outcome {
     let mut solver = Solver::new(Tmms::mirrored(problem, Aor::sor(alpha).unwrap()).unwrap());
     let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
     if outcome.converged() {
-        // The error is the residual times the inverse of a matrix of columns of A and B, of norm O(m²/8).
+        // The error is the residual times the inverse of a matrix of columns of A and B, of norm
+        // O(m²/8).
         let off = outcome.residual.linf * (m * m) as f64 + 1e-12;
         assert!(largest_difference(solver.z(), &scene.z) <= off);
         assert!(largest_difference(solver.r(), &scene.r) <= 8.0 * off);

@@ -23,8 +23,8 @@ fn proved<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(a: &A, b: &B, q: &[f64]) {
     assert!(matches!(found, Convergence::Proved(..)), "{found}");
 }
 
-/// The stiffness matrix and the load of linear elements on right triangles, assembled triangle by triangle, `w` and
-/// the load by the vertex rule.
+/// The stiffness matrix and the load of linear elements on right triangles, assembled triangle by
+/// triangle, `w` and the load by the vertex rule.
 fn elements(scene: JournalBearing) -> (DMatrix<f64>, DVector<f64>) {
     let JournalBearing { nx, ny, ecc, b } = scene;
     let (hx, hy) = (TAU / (nx + 1) as f64, 2.0 * b / (ny + 1) as f64);
@@ -125,7 +125,8 @@ fn the_obstacle_problem_is_its_stencil() {
     }
 }
 
-/// Value and slope of the exact solution are the dome's where it takes off, and it is 0 at radius 2.
+/// Value and slope of the exact solution are the dome's where it takes off, and it is 0 at
+/// radius 2.
 #[test]
 fn the_exact_membrane_takes_off_smoothly() {
     let (at, step) = (Obstacle::CONTACT, 1e-6);
@@ -151,7 +152,8 @@ fn the_obstacle_problem_has_petscs_errors() {
     }
 }
 
-/// The mean error falls by about four whenever the mesh is halved; the contact's edge makes it uneven.
+/// The mean error falls by about four whenever the mesh is halved; the contact's edge makes it
+/// uneven.
 #[test]
 fn the_obstacle_problem_converges() {
     let mean = |m| {

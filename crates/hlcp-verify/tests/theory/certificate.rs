@@ -1,4 +1,5 @@
-//! The certificate against exact rational solutions: never below the true error, and not far above it.
+//! The certificate against exact rational solutions: never below the true error, and not far above
+//! it.
 
 use std::time::Instant;
 
@@ -79,8 +80,9 @@ struct Case {
     tilt: Vec<f64>,
 }
 
-/// Pairs of orders 1 to 12 (few of the large ones, where exact arithmetic is slow), from dominant to hopeless with
-/// scales over 12 orders of magnitude, and a guess from near (down to rounding) to far, complementary or not.
+/// Pairs of orders 1 to 12 (few of the large ones, where exact arithmetic is slow), from dominant
+/// to hopeless with scales over 12 orders of magnitude, and a guess from near (down to rounding) to
+/// far, complementary or not.
 fn cases() -> impl Strategy<Value = Case> {
     let order = prop_oneof![86 => 1..6_usize, 10 => 6..9_usize, 4 => 9..13_usize];
     (order, 0.1..1.6_f64, -14.0..2.0_f64, any::<bool>(), -6.0..6.0_f64).prop_flat_map(
@@ -180,8 +182,9 @@ fn stencil_cases() -> impl Strategy<Value = (Case, [FivePoint<f64>; 2])> {
     )
 }
 
-/// The largest bound over the largest error, both in the units of the rows, `aⱼⱼ` times that of `zⱼ` and `bⱼⱼ` times
-/// that of `rⱼ`; `None` where nothing is certified. Fails if a bound is below the error.
+/// The largest bound over the largest error, both in the units of the rows, `aⱼⱼ` times that of
+/// `zⱼ` and `bⱼⱼ` times that of `rⱼ`; `None` where nothing is certified. Fails if a bound is below
+/// the error.
 fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f64>, String> {
     let Case { q, in_z, y, z, r, tilt, .. } = case;
     let Some(certificate) = certify(a, b, q, z, r).map_err(|e| e.to_string())? else {
@@ -294,7 +297,8 @@ fn no_bound_is_below_the_error() {
     }
 }
 
-/// On the paper's examples, near the solution and far from it: certified, tight, with the right witness.
+/// On the paper's examples, near the solution and far from it: certified, tight, with the right
+/// witness.
 #[test]
 fn examples_are_certified_tightly() {
     for (symmetric, shift) in [(true, 4.0), (false, 4.0), (true, 0.0)] {
@@ -334,8 +338,8 @@ fn nothing_is_claimed_without_a_witness() {
     assert_eq!(certify(&a, &b, &[1.0, -1.0], &[0.0, 0.0], &[1.0, 1.0]).unwrap(), None);
 }
 
-/// On the slider the witness v_i = Σ_{k≥i} k/c_{k+½} of the conductances c has ⟨A⟩ᵀv = e and (⟨B⟩ᵀv)_i = i·b_ii/c_{i+½},
-/// so it bounds every zᵢ by vᵀ|s|.
+/// On the slider the witness v_i = Σ_{k≥i} k/c_{k+½} of the conductances c has ⟨A⟩ᵀv = e and
+/// (⟨B⟩ᵀv)_i = i·b_ii/c_{i+½}, so it bounds every zᵢ by vᵀ|s|.
 #[test]
 fn the_slider_has_a_witness_in_closed_form() {
     for cells in [16, 100, 128, 512] {

@@ -25,7 +25,8 @@ fn steps() -> impl Strategy<Value = Vec<Aor<f64>>> {
 }
 
 proptest! {
-    /// Whatever is proved holds: the factor, ρ(P₂P₁) < 1, and the elementwise inequality (15); AMMS included.
+    /// Whatever is proved holds: the factor, ρ(P₂P₁) < 1, and the elementwise inequality (15); AMMS
+    /// included.
     #[test]
     fn what_is_proved_contracts(p in any_pair(3.0), steps in steps()) {
         if let Convergence::Proved(_, contraction) = convergence(&posed(&p.dense), &steps) {
@@ -70,7 +71,8 @@ proptest! {
         }
     }
 
-    /// The relaxed theorem says yes exactly when C − max(0, 1 − 1/α)D is an M-matrix, by its eigenvalues.
+    /// The relaxed theorem says yes exactly when C − max(0, 1 − 1/α)D is an M-matrix, by its
+    /// eigenvalues.
     #[test]
     fn the_relaxed_theorem_is_its_matrix(p in any_pair(3.0), alpha in 0.4..1.6, share in 0.0..1.0) {
         let Dense { a, b, omega, .. } = &p.dense;
@@ -83,7 +85,8 @@ proptest! {
         let step = Aor::new(alpha, alpha * share).unwrap();
         let proved = relaxed_theorem(&posed(&p.dense), &[step, step.backward().accelerated()]);
         prop_assert_eq!(proved.is_yes(), product < 1.0);
-        // ⟨M⟩ − |N| − |BΩ − A| = 2[C − max(0, 1 − 1/α)D], entry by entry, from the textbook's matrices.
+        // ⟨M⟩ − |N| − |BΩ − A| = 2[C − max(0, 1 − 1/α)D], entry by entry, from the textbook's
+        // matrices.
         let c = DMatrix::from_fn(n, n, |i, j| if i == j { a[(i, i)].min(bw[(i, i)]) } else { -a[(i, j)].abs().max(bw[(i, j)].abs()) });
         let right = (c - &d * f64::max(0.0, 1.0 - 1.0 / alpha)) * 2.0;
         for step in [step, step.backward(), step.accelerated()] {
@@ -93,7 +96,8 @@ proptest! {
         }
     }
 
-    /// Remark 3: HLCP(B, A, −q) with Ω⁻¹ has the solution exchanged, and the relaxed theorem does not change.
+    /// Remark 3: HLCP(B, A, −q) with Ω⁻¹ has the solution exchanged, and the relaxed theorem does
+    /// not change.
     #[test]
     fn the_exchange_keeps_solutions_and_hypotheses(p in any_pair(2.0)) {
         let exchanged = exchanged(&p.dense);
@@ -104,7 +108,8 @@ proptest! {
     }
 }
 
-/// ρ(P₂P₁) at order 100, between Collatz–Wielandt quotients of a power iteration that the proof's d starts.
+/// ρ(P₂P₁) at order 100, between Collatz–Wielandt quotients of a power iteration that the proof's d
+/// starts.
 #[test]
 fn the_radius_of_the_iteration_matrix_at_order_100() {
     for (symmetric, shift, tau, alpha) in [
@@ -180,7 +185,8 @@ fn a_witness_needs_no_sign_of_the_diagonal() {
     assert!(contraction.factor < 1e-12);
 }
 
-/// What is proved of a problem is proved of its exchange, which is another problem with the same answers.
+/// What is proved of a problem is proved of its exchange, which is another problem with the same
+/// answers.
 #[test]
 fn an_exchanged_problem_is_proved_alike() {
     let a = FivePoint::new(7, 4, [-1.0, 0.5, 6.0, -1.5, -0.5]).unwrap();

@@ -1,4 +1,5 @@
-//! The convergence theorems on the paper's examples: Table 2, closed forms, and the proved regions of (α, τ).
+//! The convergence theorems on the paper's examples: Table 2, closed forms, and the proved regions
+//! of (α, τ).
 
 use crate::common::problem;
 use hlcp_core::{Aor, FivePoint, Hlcp};
@@ -17,7 +18,8 @@ fn example(
     problem(tau, scene.a, scene.b)
 }
 
-/// Table 2, which truncates: the brackets lie inside the printed digits, and prove the bound above 1 at μ = ν = 0.
+/// Table 2, which truncates: the brackets lie inside the printed digits, and prove the bound above
+/// 1 at μ = ν = 0.
 #[test]
 fn table_2_of_the_paper() {
     let printed = [
@@ -52,10 +54,11 @@ fn the_bound_of_example_1_is_its_closed_form() {
     }
 }
 
-/// The regions of (α, τ) that the relaxed theorem and Theorem 2 prove, printed for m = 128 with `--nocapture`.
+/// The regions of (α, τ) that the relaxed theorem and Theorem 2 prove, printed for m = 128 with
+/// `--nocapture`.
 ///
-/// The stencils have sines, scaled for Example 2, for eigenvectors, so both bounds on α have closed forms; so have the
-/// ends of the range of τ in which α = 1 is proved, which are tested at m = 24.
+/// The stencils have sines, scaled for Example 2, for eigenvectors, so both bounds on α have closed
+/// forms; so have the ends of the range of τ in which α = 1 is proved, which are tested at m = 24.
 #[test]
 fn the_proved_regions_of_alpha_and_tau() {
     let m = 128;
@@ -118,8 +121,8 @@ fn the_proved_regions_of_alpha_and_tau() {
     }
 }
 
-/// Members of the proved regions of (α, τ) at m = 16. Theorem 2 lives on τ = 1, and on 1 ≤ τ ≤ 2 for (0, 4); the relaxed
-/// theorem adds τ ≠ 1 where μ = ν > 0.
+/// Members of the proved regions of (α, τ) at m = 16. Theorem 2 lives on τ = 1, and on 1 ≤ τ ≤ 2
+/// for (0, 4); the relaxed theorem adds τ ≠ 1 where μ = ν > 0.
 #[test]
 fn the_proved_region_of_the_relaxed_theorem_is_larger() {
     // μ, ν, τ, α, Theorem 2, relaxed theorem

@@ -113,9 +113,9 @@ struct Case {
     q: Vec<f64>,
 }
 
-/// Matrices of order 1 to 4 whose rows and columns are scaled by anything, in half of the cases both
-/// alike: products leave the doubles on both sides. In half some entries are replaced, and in half of
-/// those a diagonal that is no number keeps silent about it.
+/// Matrices of order 1 to 4 whose rows and columns are scaled by anything, in half of the cases
+/// both alike: products leave the doubles on both sides. In half some entries are replaced, and in
+/// half of those a diagonal that is no number keeps silent about it.
 fn cases() -> impl Strategy<Value = Case> {
     const SCALES: [f64; 10] = [5e-324, 1e-300, 1e-165, 1e-160, 1e-4, 1.0, 1e4, 1e160, 1e165, 1e300];
     const SHARES: [f64; 10] = [0.0, -0.0, 0.0, 0.1, -0.1, 0.3, -0.3, 0.5, 0.8, -1.2];

@@ -57,7 +57,8 @@ fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
     }
 }
 
-/// A pair under Theorem 2's hypotheses, with ρ[D_A⁻¹|C_A|] = `edge`: sparse, with both signs, badly scaled.
+/// A pair under Theorem 2's hypotheses, with ρ[D_A⁻¹|C_A|] = `edge`: sparse, with both signs, badly
+/// scaled.
 fn theorem_2_pair(edge: f64) -> impl Strategy<Value = Planted> {
     (2..9_usize, 0.5..4.0).prop_flat_map(move |(n, gamma)| {
         let entries = (vec(-1.0..1.0, n * n), vec(0.0..1.0, n * n), vec(-3.0..3.0, 4 * n));
@@ -93,7 +94,8 @@ fn any_pair(weight: f64) -> impl Strategy<Value = Planted> {
     common::planted(2..9, weight)
 }
 
-/// Runs the textbook steps from afar: (15), the factor in ‖·‖_d, ρ(P₂P₁) ≤ factor, convergence in time.
+/// Runs the textbook steps from afar: (15), the factor in ‖·‖_d, ρ(P₂P₁) ≤ factor, convergence in
+/// time.
 fn contracts(p: &Planted, steps: &[Aor<f64>], d: &[f64], factor: f64) -> Result<(), TestCaseError> {
     let star = p.dense.gamma / 2.0 * (&p.z - p.r.component_div(&p.dense.omega));
     let all: Vec<Iteration> = steps.iter().map(|step| textbook(&p.dense, step)).collect();
@@ -117,7 +119,8 @@ fn contracts(p: &Planted, steps: &[Aor<f64>], d: &[f64], factor: f64) -> Result<
     Ok(())
 }
 
-/// Whether 200 iterations of the textbook steps end away from the solution of `p`, having started 0.3 from it.
+/// Whether 200 iterations of the textbook steps end away from the solution of `p`, having started
+/// 0.3 from it.
 fn stays_away(p: &Planted, steps: &[Aor<f64>]) -> bool {
     let mut x = p.x().map(|x| x + 0.3);
     for _ in 0..200 {

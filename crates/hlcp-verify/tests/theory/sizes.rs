@@ -1,7 +1,9 @@
-//! The convergence theorems at sizes up to a few hundred, on grids and on scattered matrices, for the methods themselves.
+//! The convergence theorems at sizes up to a few hundred, on grids and on scattered matrices, for
+//! the methods themselves.
 //!
-//! The pairs are built around the vector d of the theorems, so that every bound has a closed form and its edge can be
-//! approached; inequalities with inverses are checked by substitution with the triangular comparison matrices.
+//! The pairs are built around the vector d of the theorems, so that every bound has a closed form
+//! and its edge can be approached; inequalities with inverses are checked by substitution with the
+//! triangular comparison matrices.
 
 use crate::common::{Lists, Matrix, parts};
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
@@ -44,8 +46,8 @@ enum Kind {
 
 type Numbers = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>);
 
-/// Orders 12 to 324. C d = (1 − `edge`)·diag(C)·d for a d over 6 binary orders, and the larger of D_A and D_BΩ is
-/// 1 + δ times the smaller, so that ρ[D⁻¹(D − C)] = (1 + δ + edge)/(2 + δ).
+/// Orders 12 to 324. C d = (1 − `edge`)·diag(C)·d for a d over 6 binary orders, and the larger of
+/// D_A and D_BΩ is 1 + δ times the smaller, so that ρ[D⁻¹(D − C)] = (1 + δ + edge)/(2 + δ).
 fn pairs(kind: Kind, edge: f64) -> impl Strategy<Value = Pair> {
     let sizes = (3..19_usize, 4..19_usize, any::<bool>(), 0.0..0.7, 0.5..4.0);
     sizes.prop_flat_map(move |(nx, ny, on_grid, delta, gamma)| {
@@ -102,7 +104,8 @@ fn pairs(kind: Kind, edge: f64) -> impl Strategy<Value = Pair> {
     })
 }
 
-/// South, west, east, north, with the point itself for what is off the grid; or four scattered columns.
+/// South, west, east, north, with the point itself for what is off the grid; or four scattered
+/// columns.
 fn neighbours(k: usize, nx: usize, ny: usize, on_grid: bool) -> Vec<usize> {
     let (n, i, j) = (nx * ny, k % nx, k / nx);
     if !on_grid {
@@ -158,7 +161,8 @@ impl Pair {
         problem.with_gamma(self.gamma).unwrap()
     }
 
-    /// Not less than |x⁺ − x*| for |x − x*| = `e`: substitution in ⟨M⟩ y = (|N| + |BΩ − A|) e, of (14) and (15), with
+    /// Not less than |x⁺ − x*| for |x − x*| = `e`: substitution in ⟨M⟩ y = (|N| + |BΩ − A|) e, of
+    /// (14) and (15), with
     /// |BΩ − A| on the left in the swept triangle for AMMS.
     fn majorant(&self, step: &Aor<f64>, e: &[f64]) -> Vec<f64> {
         let n = self.order();
@@ -222,7 +226,8 @@ fn holds<A: Rows<f64>>(
     let rhs = Rhs::new(&q).unwrap();
     let start: Vec<f64> = star.iter().map(|x| 7.0 * x.cos() - 40.0 * x.sin()).collect();
     let first = norm(&start, &star, d);
-    // A step loses at most some 30 roundings of terms that (⟨M⟩ + |N| + |BΩ − A|)d bounds, and so does q.
+    // A step loses at most some 30 roundings of terms that (⟨M⟩ + |N| + |BΩ − A|)d bounds, and so
+    // does q.
     let size = first + norm(&star, &vec![0.0; n], d);
     let floor = 128.0 * f64::EPSILON * size / (1.0 - factor);
 
@@ -405,8 +410,8 @@ proptest! {
         prop_assert!(matches!(proved, Convergence::NotProved(_)));
     }
 
-    /// Lemma 3: for a Z-matrix, an M-matrix, a D with AD strictly dominant, and ρ(M⁻¹N) < 1 for A = M − N with
-    /// M⁻¹, N ≥ 0 (here M a triangle with a part of the entries) are one thing.
+    /// Lemma 3: for a Z-matrix, an M-matrix, a D with AD strictly dominant, and ρ(M⁻¹N) < 1 for A =
+    /// M − N with M⁻¹, N ≥ 0 (here M a triangle with a part of the entries) are one thing.
     #[test]
     fn lemma_3_holds(p in pairs(Kind::Relaxed, 1.0), edge in prop_oneof![0.9..0.995, 1.005..1.1], kept in 0.0..1.0) {
         let n = p.order().min(60);
@@ -431,8 +436,9 @@ proptest! {
         }
     }
 
-    /// Lemma 4, from its formula: below the bound of (16) the witness makes its matrix strictly dominant; above it
-    /// the vector d, which that matrix maps to a negative one, shows that none can.
+    /// Lemma 4, from its formula: below the bound of (16) the witness makes its matrix strictly
+    /// dominant; above it the vector d, which that matrix maps to a negative one, shows that none
+    /// can.
     #[test]
     fn lemma_4_gives_the_witness(p in pairs(Kind::Theorem2, 0.96), near in prop_oneof![0.4..0.995, 1.005..1.5]) {
         let alpha: f64 = near * p.bound;

@@ -71,7 +71,8 @@ fn without_compatible_splittings_maor_stays_away() {
     assert!(stays_away(&p, &steps));
 }
 
-/// Both matrices are H₊, and there are three solutions: H₊ alone gives no W-property, and nothing is proved.
+/// Both matrices are H₊, and there are three solutions: H₊ alone gives no W-property, and nothing
+/// is proved.
 #[test]
 fn two_h_plus_matrices_may_have_three_solutions() {
     let dense = Dense {

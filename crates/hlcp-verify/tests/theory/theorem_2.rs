@@ -12,7 +12,8 @@ use nalgebra::{DMatrix, dmatrix, dvector};
 use proptest::prelude::*;
 
 proptest! {
-    /// Theorem 2 and Corollary 1 at the edge of (16): one percent below the bound they apply, one above not.
+    /// Theorem 2 and Corollary 1 at the edge of (16): one percent below the bound they apply, one
+    /// above not.
     #[test]
     fn theorem_2_applies_up_to_the_bound_16(p in theorem_2_pair(0.97), share in 0.1..1.0, two in any::<bool>()) {
         let problem = posed(&p.dense);
