@@ -1,4 +1,4 @@
-//! Projected SOR, an outside anchor: Cryer's method for the LCP, of the family that its reference 22
+//! Projected SOR, an outside anchor: Cryer's method for the LCP, of the family that reference 22
 //! of the paper extends.
 
 use std::{error::Error, time::Instant};
