@@ -167,6 +167,11 @@ impl<T: Scalar> LinearOperator<T> for Lists<T> {
             *y = row.iter().fold(T::zero(), |sum, &(j, a)| sum + a * x[j]);
         }
     }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
 }
 
 impl<T: Scalar> Diagonal<T> for Lists<T> {

@@ -7,11 +7,13 @@ use crate::{
     problem::halves,
 };
 
-/// Random signs by which an operator without rows is probed.
-const PROBES: u64 = 2;
+/// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
+/// of a row nearby some probe adds the moduli.
+const BITS: usize = 6;
 
-/// Roundings per entry that are assumed of an operator without rows, in units of ε.
-const ASSUMED: f64 = 8.0;
+/// Roundings that are assumed of a row of an operator without rows, in units of ε times the root of
+/// the sum of its squared terms.
+const ASSUMED: f64 = 2.0;
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns bounds on the rounding in the norms of `A z − B r + q` at the `z` and `r` that
@@ -50,6 +52,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let tiny = T::min_positive_value().wide() * epsilon;
         // What underflows counts as well, but a sum of zeros is exact.
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
+        // An entry that overflows does not show in the terms where its column is zero.
+        let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
+        if x.iter().enumerate().any(overflows) {
+            return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
+        }
         if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
             let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
             let mut entries = [[T::zero(); STRETCH]; 2];
@@ -175,7 +182,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
         let (signs, product) = halves(scratch, n);
-        signs.iter_mut().zip(random_signs(1)).for_each(|(entry, sign)| *entry = sign);
+        signs.iter_mut().zip(random_signs()).for_each(|(entry, sign)| *entry = sign);
         let mut length = |operator: &dyn LinearOperator<T>| {
             operator.apply(signs, product);
             Norms::of(product).l2 / (n as f64).sqrt()
@@ -229,11 +236,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let mut terms = q.norms();
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };
-            for seed in 1..=PROBES {
-                let signs = random_signs::<T>(seed);
-                for (j, ((part, &x), sign)) in part.iter_mut().zip(x).zip(signs).enumerate() {
+            for probe in 0..=BITS {
+                for (j, ((part, &x), sign)) in
+                    part.iter_mut().zip(x).zip(random_signs::<T>()).enumerate()
+                {
                     let entry = if of_a { self.z_entry(x) } else { self.r_entry(j, x) };
-                    *part = sign * entry;
+                    let turned = probe > 0 && (j >> (probe - 1)) & 1 == 1;
+                    *part = if turned { -sign * entry } else { sign * entry };
                 }
                 if of_a {
                     self.a().apply(part, product);
@@ -255,9 +264,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// Returns ones with random signs, the same ones for the same seed.
-fn random_signs<T: Scalar>(seed: u64) -> impl Iterator<Item = T> {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed);
+/// Returns ones with random signs, the same ones each time.
+fn random_signs<T: Scalar>() -> impl Iterator<Item = T> {
+    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
     std::iter::repeat_with(move || {
         // Knuth's linear congruential generator; its top bit.
         bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -304,7 +313,7 @@ impl ExactSums {
         let unit = (count + 5.0) * f64::EPSILON;
         let tiny = if self.terms == 0.0 { 0.0 } else { f64::MIN_POSITIVE * f64::EPSILON };
         let value = (self.high + self.low).abs();
-        value * (1.0 + 2.0 * f64::EPSILON) + unit * unit * self.terms + count * tiny
+        value * (1.0 + 2.0 * f64::EPSILON) + unit * unit * self.terms + 4.0 * count * tiny
     }
 }
 

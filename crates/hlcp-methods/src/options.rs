@@ -98,7 +98,7 @@ impl<'o, T> Options<'o, T> {
     /// Shows every iterate to `observer`, which may stop the solve.
     ///
     /// Within a long step (an inner solve, nested iteration) the observer sees the iterate that the
-    /// step sets out from again and again, at least once per sweep. An iterate that meets the
+    /// step sets out from again and again, about fifty times per second. An iterate that meets the
     /// tolerance has converged even where the observer says stop.
     pub fn observer(self, observer: &'o mut Observer<'o, T>) -> Self {
         Self { observer: Some(Watched(observer)), ..self }

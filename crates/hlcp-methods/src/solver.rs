@@ -269,7 +269,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 self.best.copy_from_slice(&self.x);
             }
             Err(bound) => {
-                test.refused(k, bound);
+                test.refused(k, norms, bound);
                 norms = bound;
             }
         }

@@ -117,6 +117,9 @@ impl Test {
         if self.admits(norms, bound) {
             return Ok(bound);
         }
+        if !bound.l2.is_finite() {
+            return Err(bound);
+        }
         let exact = problem.exact_residual(q, x).filter(|exact| exact.l2.is_finite());
         match exact {
             Some(exact) if self.admits(norms, exact) => Ok(exact),
@@ -135,18 +138,20 @@ impl Test {
     /// measured once more: the measured one unless that is larger by rounding. `None` if more than
     /// rounding is between the two, as where an operator's product is not that of its rows.
     pub(crate) fn confirm(&self, measured: Norms, bound: Norms) -> Option<Norms> {
-        let rounding = self.norm.of(self.rounding);
-        if self.seems_within(measured) {
-            Some(measured)
-        } else {
-            (self.norm.of(measured) <= self.norm.of(bound) + 2.0 * rounding).then_some(bound)
+        let Norms { l2, linf } = self.rounding;
+        let with_rounding = Norms { l2: measured.l2 + l2, linf: measured.linf + linf };
+        if self.admits(measured, with_rounding) {
+            return Some(measured);
         }
+        let [measured, limit] = [measured, bound].map(|norms| self.norm.of(norms));
+        (measured <= limit + 2.0 * self.norm.of(self.rounding)).then_some(bound)
     }
 
-    /// Notes that the judgement of an iterate was `Err(bound)`, and puts off the next one, each
-    /// time for longer, unless rounding hides the residual.
-    pub(crate) fn refused(&mut self, iteration: usize, bound: Norms) {
-        if self.norm.of(bound) > self.cap {
+    /// Notes that an iterate with a `measured` residual was refused for `bound`, and puts off the
+    /// next judgement, each time for longer, unless rounding hides the residual.
+    pub(crate) fn refused(&mut self, iteration: usize, measured: Norms, bound: Norms) {
+        let [measured, bound] = [measured, bound].map(|norms| self.norm.of(norms));
+        if bound > self.cap.max(self.asked).max(2.0 * measured) {
             self.hidden += 1;
         } else {
             (self.due, self.gap) = (iteration + self.gap, 2 * self.gap);
