@@ -30,7 +30,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Cost
     ///
     /// For constant five-point operators one pass over `x`, otherwise a walk over all rows;
-    /// two products with each operator if it has no rows, with `2n` numbers of `scratch`.
+    /// seven products with each operator if it has no rows, with `2n` numbers of `scratch`.
     ///
     /// # Panics
     ///
@@ -76,20 +76,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
         }
         let mut meter = q.meter(T::one());
-        if let Some(sweep) = self.sweep() {
-            sweep.sum_terms(self, q, x, |sums: &Sums| {
-                meter.add((10.0 + 8.0) * unit(sums.terms));
-            });
-            return meter.norms();
-        }
-        let walked = (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (Sums::new(q.entries()[i].wide()), 0.0);
-            let known = self.terms(i, x, |entry, value| {
-                sums.add(entry.wide(), value.wide());
-                count += 1.0;
-            });
+        let walked = self.sum_rows(q, x, |sums: &Sums, count| {
             meter.add((count + 8.0) * unit(sums.terms));
-            known
         });
         if walked { meter.norms() } else { self.estimated_rounding(q, x, scratch) }
     }
@@ -123,7 +111,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let mut meter = q.meter(T::one());
-        if !self.exact_rows(q, x, |sums, count| meter.add(sums.bound(count))) {
+        if !self.sum_rows(q, x, |sums: &ExactSums, count| meter.add(sums.bound(count))) {
             return None;
         }
         let n = x.len() as f64;
@@ -157,7 +145,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
         let (mut at, epsilon) = (true, T::epsilon().wide());
-        self.exact_rows(q, x, |sums, count| {
+        self.sum_rows(q, x, |sums: &ExactSums, count| {
             at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
         })
         .then_some(at)
@@ -190,9 +178,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         [length(self.a()), length(self.b())]
     }
 
-    /// Calls `take` with the exact sum over each row and the number of its products; returns
-    /// whether the rows are known.
-    fn exact_rows(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&ExactSums, f64)) -> bool {
+    /// Calls `take` with the sum over each row and the number of its products; returns whether the
+    /// rows are known.
+    fn sum_rows<S: RowSum>(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&S, f64)) -> bool {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
             sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
@@ -200,7 +188,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
         let sign = self.q_factor() / self.gamma();
         (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (ExactSums::new((sign * q.entries()[i]).wide()), 0.0);
+            let (mut sums, mut count) = (S::new((sign * q.entries()[i]).wide()), 0.0);
             let known = self.terms(i, x, |entry, value| {
                 sums.add(entry.wide(), value.wide());
                 count += 1.0;
