@@ -1,4 +1,4 @@
-//! Multigrid for the modulus equation: derivation and measurements are in `docs/multigrid.md`.
+//! Multigrid for the modulus equation: `docs/methods.md` has the derivation.
 
 mod cycle;
 mod full;
@@ -54,7 +54,8 @@ use crate::{Clock, Method, Work as Count};
 ///
 /// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
 /// pair of matrices with the `C` of `docs/theory.md` an M-matrix, and for the LCP with a symmetric
-/// positive definite `A`, where they are projected Gauss–Seidel. Measured: `docs/multigrid.md`.
+/// positive definite `A`, where they are projected Gauss–Seidel. Measured:
+/// `docs/results/beyond.md`.
 ///
 /// # Source
 ///
