@@ -31,7 +31,7 @@ use crate::{
 ///
 /// # Cost
 ///
-/// Time linear in the file but for sorting within rows; some 50 bytes an entry.
+/// Time linear in the file but for sorting within rows; about 50 bytes per entry.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, market};

@@ -34,8 +34,8 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// repeated active set cannot, or when an inner solve fails; then the base takes over at the best
 /// iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step
 /// under which the active set only shrinks or only grows, as it did in the step before, is not one
-/// of the six: a contact whose edge moves by a point a step makes its way, and no more than n steps
-/// in a row can be of that kind.
+/// of the six. So a contact whose edge moves by one point per step is followed to the end, and at
+/// most n steps in a row can be of that kind.
 ///
 /// # Cost
 ///

@@ -74,7 +74,7 @@ impl<T: Scalar> Level<T> {
     }
 }
 
-/// What all grids share.
+/// The vectors that all grids share.
 #[derive(Debug, Clone)]
 pub(super) struct Work<T> {
     /// A defect.

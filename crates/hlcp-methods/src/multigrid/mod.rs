@@ -27,7 +27,7 @@ use crate::{Clock, Method, Work as Count};
 ///
 /// An iteration is a cycle on `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq = 0`. It smooths by Gauss–Seidel
 /// sweeps that solve each scalar equation exactly, one forward and one backward; solves the same
-/// kind of equation on a grid of half as many points a side, `K_H(x_H) = K_H(I x) − R F(x)` with
+/// kind of equation on a grid of half as many points per side, `K_H(x_H) = K_H(I x) − R F(x)` with
 /// `K(x) = F(x) − γq`; adds the interpolated `P(x_H − I x)`; and smooths again. `I` takes the
 /// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. Ω keeps its numbers.
 /// The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
