@@ -75,9 +75,9 @@ const ROUGH: usize = 8;
 /// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
 /// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
 /// that is 80 bytes per row; all levels together have [`complexity`](Self::complexity) times as
-/// many, about 1.3 to 1.5 on grids. Next to it `4n` numbers, `2n` on coarser levels, and for [`AmgNewton`]
-/// `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up
-/// allocates, and a linear solve does; a cycle does not.
+/// many, about 1.3 to 1.5 on grids. Next to it `4n` numbers, `2n` on coarser levels, and for
+/// [`AmgNewton`] `2n` and two vectors for each iteration of its longest linear solve, at most 20
+/// pairs. A set-up allocates, and a linear solve does; a cycle does not.
 ///
 /// # Convergence
 ///
