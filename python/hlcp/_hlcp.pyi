@@ -3,6 +3,8 @@ from typing import Any
 from numpy import float64
 from numpy.typing import NDArray
 
+__all__ = ["bearing2d", "certify", "disc", "example", "journal_bearing", "names", "obstacle", "slider", "solve"]
+
 def solve(
     double: bool, a: Any, b: Any, q: Any, start: Any, omega: Any, settings: Any
 ) -> Any: ...
