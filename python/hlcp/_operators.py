@@ -33,11 +33,26 @@ def vector(name: str, value: Any, dtype: Any) -> Vector:
 
 
 def count(name: str, value: Any, least: int) -> int:
-    """Return a whole number that fits the machine, of at least `least`."""
-    number = operator.index(value)
+    """Return a whole number of at least `least`; the machine's largest for a larger one."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ValueError(f"{name} is {value!r}, but it must be a whole number") from None
     if number < least:
         raise ValueError(f"{name} is {number}, but it must be at least {least}")
     return min(number, sys.maxsize)
+
+
+def number(name: str, value: Any) -> float | None:
+    """Return a real number; None for None."""
+    if value is None:
+        return None
+    try:
+        if isinstance(value, str):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {value!r}, but it must be a real number") from None
 
 
 class FivePoint(LinearOperator):  # type: ignore[misc]
@@ -92,7 +107,7 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         east: ArrayLike = 0.0,
         north: ArrayLike = 0.0,
     ) -> None:
-        ny, nx = map(operator.index, grid)
+        ny, nx = (count("grid", points, -sys.maxsize) for points in grid)
         if min(ny, nx) < 1 or ny * nx > sys.maxsize // 8:
             raise ValueError(f"the grid has {nx} x {ny} points, but it needs at least one, and at"
                              " most as many as an array can hold")
@@ -173,11 +188,11 @@ def described(name: str, given: Any, dtype: Any, order: int) -> Any:
     matrix = given.tocsr()
     real(name, matrix.data)
     pointers, indices = matrix.indptr, matrix.indices
-    # SciPy's own check reads wherever indptr leads, so that one that leads astray is not shown to
-    # it; the compiled half refuses it.
-    leads_astray = (np.any(pointers[:-1] > pointers[1:])
-                    or len(pointers) and pointers[-1] > len(indices))
-    if not leads_astray and not matrix.has_canonical_format:
+    # SciPy reads wherever indptr leads, so that one that leads astray is not shown to it; the
+    # compiled half refuses it.
+    leads = (len(pointers) > 0 and pointers[0] == 0 and np.all(pointers[:-1] <= pointers[1:])
+             and pointers[-1] <= min(len(indices), len(matrix.data)))
+    if leads and not matrix.has_canonical_format:
         matrix = matrix.copy()
         matrix.sum_duplicates()
         pointers, indices = matrix.indptr, matrix.indices

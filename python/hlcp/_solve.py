@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import OptimizeResult
 
 from hlcp import _hlcp
-from hlcp._operators import Vector, count, described, function, real, vector
+from hlcp._operators import Vector, count, described, function, number, real, vector
 
 Map = Callable[[Vector], ArrayLike]
 
@@ -228,27 +228,36 @@ def solve(
                   maxtime=maxtime, threads=threads, callback=callback)
 
 
-def _solve(pair: _Pair, q: ArrayLike, *, splitting: Any, tau: Any, omega: Any, x0: Any, z0: Any,
-           r0: Any, norm: Any, maxiter: Any, maxtime: Any, threads: Any, window: Any,
-           callback: Any, **settings: Any) -> Result:
+def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any, omega: Any,
+           x0: Any, z0: Any, r0: Any, norm: Any, maxiter: Any, threads: Any, window: Any,
+           callback: Any, **numbers: Any) -> Result:
     array = real("q", q)
     shape, dtype = array.shape, _precision(array)
     entries = vector("q", array, dtype)
     A, B = pair.described(dtype)
+    for name, value in (("method", method), ("base", "" if base is None else base)):
+        if not isinstance(value, str) or not value.isascii():
+            raise ValueError(f"{name} is {value!r}, but it must be one of hlcp.methods()")
+    norm = number("norm", norm)
     if norm not in (2, np.inf):
         raise ValueError(f"norm is {norm}, but it must be 2 or inf")
     if x0 is not None and not (z0 is None and r0 is None):
         raise ValueError("give x0, or z0 and r0, not both")
-    if tau is not None and omega is not None:
+    if callback is not None and not callable(callback):
+        raise ValueError(f"callback is {callback!r}, but it must be a function")
+    settings: dict[str, Any] = {name: number(name, value) for name, value in numbers.items()}
+    if settings["tau"] is not None and omega is not None:
         raise ValueError("give tau or omega, not both")
     if omega is not None:
         omega = real("omega", omega)
         omega = vector("omega", omega, dtype) if omega.ndim else float(omega)
     starts = [None if start is None else vector(name, start, dtype)
               for name, start in (("x0", x0), ("z0", z0), ("r0", r0))]
-    maps = [] if splitting is None else [splitting] if callable(splitting) else list(splitting)
-    if splitting is not None and len(maps) not in (1, 2):
-        raise ValueError(f"splitting is {len(maps)} functions, but it must be one, or two for TMMS")
+    maps = splitting if isinstance(splitting, (list, tuple)) else [splitting]
+    if splitting is None:
+        maps = []
+    elif len(maps) not in (1, 2) or not all(map(callable, maps)):
+        raise ValueError(f"splitting is {splitting!r}, but it must be a function, or two for TMMS")
     largest = norm == np.inf
 
     def watch(nit: int, x: Vector, l2: float, linf: float, elapsed: float) -> bool:
@@ -259,12 +268,14 @@ def _solve(pair: _Pair, q: ArrayLike, *, splitting: Any, tau: Any, omega: Any, x
             return True
 
     settings |= {
+        "method": method,
+        "base": base,
         "splittings": [function("splitting(v)", f, dtype, len(entries)) for f in maps],
-        "tau": 1.0 if tau is None else tau,
+        "tau": 1.0 if settings["tau"] is None else settings["tau"],
         "window": None if window is None else count("window", window, 0),
         "linf": largest,
         "maxiter": count("maxiter", maxiter, 0),
-        "maxtime": None if maxtime == np.inf else maxtime,
+        "maxtime": None if settings["maxtime"] == np.inf else settings["maxtime"],
         "threads": count("threads", threads, 1),
         "callback": None if callback is None else watch,
     }

@@ -172,6 +172,16 @@ def test_the_examples_of_the_docstrings_are_true():
         module = sys.modules[name]
         results = doctest.testmod(module)
         assert results.attempted > 0 and results.failed == 0
+    results = doctest.testfile(str(HERE.parent / "README.md"), module_relative=False)
+    assert results.attempted > 5 and results.failed == 0
+
+
+@pytest.mark.parametrize("script", ["analyst.py --m 15", "measure.py --quick"])
+def test_the_example_scripts_run(script):
+    name, *options = script.split()
+    run = subprocess.run([sys.executable, HERE.parent / "examples" / name, *options],
+                         capture_output=True, text=True)
+    assert run.returncode == 0 and "AUTO" in run.stdout, run.stderr
 
 
 @pytest.mark.parametrize("checker", [["mypy.stubtest", "hlcp", "--mypy-config-file"],
