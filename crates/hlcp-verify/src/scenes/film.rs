@@ -370,6 +370,20 @@ impl Film {
         is_fed
     }
 
+    /// The cells that are not part of a supply, in order.
+    ///
+    /// ```
+    /// use hlcp_verify::{Film, Supply};
+    ///
+    /// let mut film = Film::new([4, 1], [0.04, 0.01], 2.0, 0.04);
+    /// film.supplies = vec![Supply { corner: [0.01, 0.0], size: [0.01, 0.01], pressure: 1e5 }];
+    /// assert_eq!(film.free_cells(), [0, 2, 3]);
+    /// ```
+    pub fn free_cells(&self) -> Vec<usize> {
+        let frame = self.frame();
+        (0..self.gap.len()).filter(|&k| frame.supply(&frame.cells, k).is_none()).collect()
+    }
+
     /// What a solution amounts to; the load is counted from the pressure `ambient`.
     ///
     /// # Panics
@@ -477,6 +491,37 @@ impl Film {
             }
         });
         out
+    }
+
+    /// Bounds the error of the flow through each side and supply, in m³/s, by errors of `z` and
+    /// `r`.
+    ///
+    /// # Panics
+    ///
+    /// As [`figures`](Self::figures).
+    ///
+    /// ```
+    /// use hlcp_verify::Film;
+    ///
+    /// let film = Film::new([3, 1], [0.03, 0.01], 2.0, 0.04);
+    /// // the wall carries 10 µm · 10 mm · 1 m/s
+    /// assert!((film.flow_bound(&[0.0; 3], &[1e-3; 3]) - 1e-10).abs() < 1e-20);
+    /// ```
+    pub fn flow_bound(&self, z: &[f64], r: &[f64]) -> f64 {
+        let frame = self.frame();
+        let mut bounds = vec![0.0; 4 + self.supplies.len()];
+        self.gates(&frame, |axis, gate| {
+            if let Gate::Out { cell, place, .. } = gate {
+                let Passage { conductance, carried } = self.passage(axis, gate);
+                let place = match place {
+                    Place::Side(side) => side,
+                    Place::Supply(supply) => 4 + supply,
+                };
+                let error = carried.max(0.0) * r[cell] + conductance * frame.pressure * z[cell];
+                bounds[place] += error;
+            }
+        });
+        bounds.into_iter().fold(0.0, f64::max)
     }
 
     /// The change of `A z − B r + q` at fixed `z` and `r` for a change of the gap, with the unit of
