@@ -8,9 +8,9 @@
 //!
 //! * [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`] and
 //!   [`DiagonalMatrix`];
-//! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them;
-//! * with the feature `nalgebra-sparse`, on by default, `nalgebra_sparse::CsrMatrix`, and `market`
-//!   to read and write Matrix Market files.
+//! * [`Csr`] for assembled rows, which [`market`] reads from Matrix Market files and writes; with
+//!   the feature `nalgebra-sparse`, on by default, also `nalgebra_sparse::CsrMatrix`;
+//! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
 //!
 //! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.
 //!
@@ -118,25 +118,26 @@
 //!   thread.
 //! * Five-point operators with periodic boundaries, and stencils in three dimensions. Write a
 //!   [`Rows`] operator for these.
-//! * Dense matrices, and sparse ones of other libraries than nalgebra-sparse 0.12.
+//! * Dense matrices: write a [`LinearOperator`], or keep the entries in a [`Csr`].
 //! * Targets without `std`.
 
 mod aor;
 mod combine;
-#[cfg(feature = "nalgebra-sparse")]
 mod csr;
 mod error;
 pub mod files;
 mod forward;
 mod kernel;
-#[cfg(feature = "nalgebra-sparse")]
 pub mod market;
 mod norms;
 mod omega;
 mod operator;
 mod problem;
 mod rounding;
+mod rows;
 mod scalar;
+#[cfg(feature = "nalgebra-sparse")]
+mod sparse;
 mod splitting;
 mod stencil;
 mod team;
@@ -146,6 +147,7 @@ mod view;
 
 pub use aor::Aor;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
+pub use csr::{Csr, Index};
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;
