@@ -23,6 +23,9 @@ pub(super) struct Solved {
     pub(super) outcome: Outcome,
 }
 
+/// Newton's method takes some six steps, whatever the texture.
+pub(super) const METHOD: &str = "AMG";
+
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits() -> Limits {
     Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
@@ -92,7 +95,7 @@ fn solve(
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let name = arguments.method.as_deref().unwrap_or("AUTO");
+    let name = arguments.method.as_deref().unwrap_or(METHOD);
     let method = Named::parse(name, Parameters::default())?.on(problem)?;
     let mut solver = Solver::new(method);
     let limits = limits();

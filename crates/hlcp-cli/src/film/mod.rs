@@ -164,7 +164,7 @@ pub(crate) struct Arguments {
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     #[arg(conflicts_with = "plane")]
     refine: Option<u16>,
-    /// Any method of `hlcp solve` [default: AUTO]
+    /// Any method of `hlcp solve` [default: AMG]
     #[arg(long, help_heading = OUTPUT, requires = "plane")]
     method: Option<String>,
     /// How many threads share the sweeps

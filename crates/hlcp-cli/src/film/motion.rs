@@ -109,7 +109,7 @@ pub(super) fn run(
         let out = next.film.outflow(&next.z, &next.r);
         oil.iter_mut().zip(out).for_each(|(oil, out)| *oil -= duration / area * out);
         let found = next.film.figures(&next.z, &next.r, posed.ambient);
-        let supplied: f64 = found.supplies.iter().sum();
+        let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let mut line = vec![pair[1].0];
         line.extend(figures(posed, &next.film, &found, &next.z));
