@@ -59,8 +59,9 @@ fn the_pocket_slider_approaches_its_closed_form() {
         let found = film.figures(&z, &r, 0.0);
         let broken = |k: &usize| r[*k] > 0.0;
         let (first, last) = ((0..nx).find(broken).unwrap(), (0..nx).rfind(broken).unwrap());
-        // It breaks at the pocket's inlet, and re-forms within the cell after the last broken one.
-        assert_eq!(first, nx / 5);
+        // It breaks on the last face before the pocket or half a cell earlier, and re-forms within
+        // the cell after the last broken one.
+        assert!(nx / 5 - first <= 1, "{nx}: {first}");
         let edge = (last as f64 + 1.0) * cell;
         assert!((edge - forms).abs() <= 1.2 * cell, "{nx}: {edge}");
         let errors = [found.sides[1] / flow - 1.0, found.peak / peak - 1.0];
@@ -200,7 +201,7 @@ fn what_is_fed_leaves() {
         let found = film.figures(&z, &r, 0.0);
         let through = found.supplies.iter().map(|flow| flow.abs()).sum::<f64>();
         assert!(found.imbalance.abs() <= 1e-10 * through, "{found:?}");
-        assert!((0.05..0.9).contains(&found.broken_share), "{found:?}");
+        assert!((0.01..0.9).contains(&found.broken_share), "{found:?}");
         // Free cells balance one by one.
         let out = film.outflow(&z, &r);
         assert!(film.free_cells().iter().all(|&k| out[k].abs() <= 1e-10 * through));
