@@ -19,12 +19,15 @@ pub(super) struct Run {
     pub(super) all_converged: bool,
 }
 
-/// Times and positions of the wall, in SI units.
+/// A time and the position of the wall then, in SI units.
+type Instant = (f64, Vec<f64>);
+
+/// Reads times and positions.
 fn schedule(
     path: &Path,
     posed: &Posed,
     arguments: &Arguments,
-) -> Result<Vec<(f64, Vec<f64>)>, Box<dyn Error>> {
+) -> Result<Vec<Instant>, Box<dyn Error>> {
     let name = printable(path.display());
     let table = array::read(path)?;
     let is_journal = posed.journal.is_some();
