@@ -1,0 +1,222 @@
+//! `hlcp families`: `AUTO` on problems that nobody chose, beside every other method.
+//!
+//! Problems are drawn by seed from the families of `hlcp-verify`. Each is solved by `AUTO`, and by
+//! the other methods in the time that `AUTO` took; where `AUTO` fails they get ten seconds. Each
+//! time has the set-up in it. The distributions go to `families.md`, every run to `families.csv`.
+
+use std::{error::Error, fmt::Write as _, fs, path::Path, time::Duration};
+
+use clap::Args;
+use hlcp_core::{Hlcp, Omega, Scalar};
+use hlcp_methods::{Auto, Limits, Named, Outcome, Parameters, Solver};
+use hlcp_verify::families::{self, Drawn};
+
+use crate::{
+    Charts,
+    chart::{provenance, write_csv},
+    print,
+    progress::counting,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp families --quick
+  hlcp families --problems 60 --seed 7 --out target/charts
+  hlcp families rings-7 sparse-12 --out target/charts";
+
+/// Compare AUTO with every other method on problems drawn at random
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Problems by name, as rings-7; otherwise all families are drawn from
+    names: Vec<String>,
+    /// How many problems to draw
+    #[arg(long, default_value_t = 510, default_value_if("quick", "true", "15"))]
+    problems: u64,
+    /// The seed of the first problem of each family; the next ones follow
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    #[command(flatten)]
+    charts: Charts,
+}
+
+const METHODS: [&str; 9] =
+    ["ADAPTIVE", "NEWTON", "AMG", "MGW", "MGF", "FMG", "ANDERSON", "TMGS", "MGS"];
+
+/// The seconds that `AUTO` has, and those that the others have where it fails.
+const PATIENCE: [f64; 2] = [20.0, 10.0];
+
+/// Below so many seconds the work counts: clocks and what else the machine does would decide.
+const SHORT: f64 = 0.005;
+
+/// A solve, and the seconds of it with its set-up.
+struct Run {
+    outcome: Outcome,
+    seconds: f64,
+}
+
+/// What came of a problem.
+struct Row {
+    drawn: Drawn,
+    n: usize,
+    auto: Run,
+    uses: String,
+    /// The methods that converged, in the time that they had.
+    others: Vec<(&'static str, Run)>,
+}
+
+impl Row {
+    fn new<T: Scalar>(drawn: Drawn) -> Result<Self, Box<dyn Error>> {
+        let (a, b, q) = drawn.pose::<T>();
+        let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(T::one(), &a, &b)?)?;
+        let limits = |seconds| {
+            let time = Some(Duration::from_secs_f64(seconds));
+            Limits { time, ..Limits::default() }
+        };
+        let by_auto = || -> Result<(Run, String), Box<dyn Error>> {
+            let begin = std::time::Instant::now();
+            let mut solver = Solver::new(Auto::new(problem.clone())?);
+            let outcome = solver.solve(&q, limits(PATIENCE[0]))?;
+            let seconds = begin.elapsed().as_secs_f64();
+            Ok((Run { outcome, seconds }, solver.method().uses().to_string()))
+        };
+        let by = |name: &str, seconds: f64| -> Option<Run> {
+            let begin = std::time::Instant::now();
+            let method = Named::parse(name, Parameters::default()).ok()?;
+            let mut solver = Solver::new(method.on(problem.clone()).ok()?);
+            let outcome = solver.solve(&q, limits(seconds)).ok()?;
+            let run = Run { outcome, seconds: begin.elapsed().as_secs_f64() };
+            run.outcome.converged().then_some(run)
+        };
+        let (mut auto, uses) = by_auto()?;
+        let fails = !auto.outcome.converged();
+        let time = if fails { PATIENCE[1] } else { auto.seconds.max(SHORT) };
+        let runs = METHODS.into_iter().map(|name| Some((name, by(name, time)?)));
+        let mut others: Vec<_> = runs.flatten().collect();
+        // The fastest and AUTO once more, in turns.
+        others.sort_by(|one, other| one.1.seconds.total_cmp(&other.1.seconds));
+        if let (false, Some((name, best))) = (fails, others.first_mut()) {
+            auto.seconds = auto.seconds.min(by_auto()?.0.seconds);
+            if let Some(again) = by(name, time) {
+                best.seconds = best.seconds.min(again.seconds);
+            }
+        }
+        Ok(Self { n: q.len(), drawn, auto, uses, others })
+    }
+
+    fn family(&self) -> &str {
+        self.drawn.name.rsplit_once('-').map_or("", |(family, _)| family)
+    }
+
+    /// What AUTO took over what the best of the others did, 1 where it is the best itself: seconds,
+    /// or sweeps where these are few; nothing where it fails.
+    fn ratio(&self) -> Option<f64> {
+        let cost = |run: &Run| {
+            if self.auto.seconds < SHORT { run.outcome.sweeps as f64 } else { run.seconds }
+        };
+        let others = self.others.iter().map(|(_, run)| cost(run));
+        let own = cost(&self.auto);
+        self.auto.outcome.converged().then(|| own / others.fold(own, f64::min))
+    }
+
+    fn line(&self) -> String {
+        let Self { drawn: Drawn { name, about, .. }, n, auto, uses, others } = self;
+        let Outcome { status, iterations, sweeps, linear_iterations, .. } = auto.outcome;
+        let best = others.first().map_or(String::new(), |(name, run)| {
+            format!("{name},{:.6},{}", run.seconds, run.outcome.sweeps)
+        });
+        let fewest = others.iter().map(|(_, run)| run.outcome.sweeps).min();
+        format!(
+            "{name},\"{about}\",{n},{status},{uses},{iterations},{},{sweeps},{:.6},{},{},{}",
+            linear_iterations.unwrap_or(0),
+            auto.seconds,
+            if best.is_empty() { ",,".to_owned() } else { best },
+            fewest.map_or(String::new(), |sweeps| sweeps.to_string()),
+            self.ratio().map_or(String::new(), |ratio| format!("{ratio:.3}")),
+        )
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    let Arguments { names, problems, seed, charts: Charts { quick, out } } = arguments;
+    let mut drawn = vec![];
+    for name in names {
+        let parts = name.rsplit_once('-').and_then(|(of, seed)| Some((of, seed.parse().ok()?)));
+        let known = parts.and_then(|(family, seed)| families::draw(family, seed));
+        drawn.push(known.ok_or_else(|| {
+            let families = families::NAMES.join(", ");
+            format!("'{name}' is no family with a number, as rings-7; the families are {families}")
+        })?);
+    }
+    if names.is_empty() {
+        let count = families::NAMES.len() as u64;
+        let of = |k: u64| families::draw(families::NAMES[(k % count) as usize], seed + k / count);
+        drawn = (0..*problems).filter_map(of).collect();
+    }
+    let bar = counting(drawn.len());
+    let mut rows: Vec<Row> = vec![];
+    for drawn in drawn {
+        bar.set_message(drawn.name.clone());
+        rows.push(if drawn.single { Row::new::<f32>(drawn)? } else { Row::new::<f64>(drawn)? });
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let header = "problem,numbers,n,status,ends with,iterations,inner,sweeps,seconds,\
+                  best other,its seconds,its sweeps,fewest sweeps,ratio";
+    write_csv(&out.join("families"), header, &rows.iter().map(Row::line).collect::<Vec<_>>())?;
+    let suffix = if *quick {
+        " --quick".to_owned()
+    } else {
+        format!(" --problems {problems} --seed {seed}")
+    };
+    let command = format!("cargo run --release -- families{suffix}");
+    let text = report(&rows, &provenance(&command))?;
+    print::line(&text)?;
+    Ok(fs::write(Path::new(out).join("families.md"), text)?)
+}
+
+/// A table of the distributions, and the problems that AUTO does not solve or not as fast.
+fn report(rows: &[Row], provenance: &str) -> Result<String, std::fmt::Error> {
+    let mut text = format!(
+        "# AUTO on random families\n\n{provenance}\n\n\
+         | family | problems | solved | others solve | nobody solves | median | 90 % | worst |\n\
+         |---|---|---|---|---|---|---|---|\n"
+    );
+    let mut table = |name: &str, of: &[&Row]| {
+        let mut ratios: Vec<f64> = of.iter().filter_map(|row| row.ratio()).collect();
+        ratios.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let place = (share * ratios.len() as f64).ceil() as usize;
+            ratios.get(place.saturating_sub(1)).map_or("–".to_owned(), |r| format!("{r:.2}"))
+        };
+        let lost = of.iter().filter(|row| row.ratio().is_none());
+        let (others, nobody): (Vec<&&Row>, Vec<&&Row>) =
+            lost.partition(|row| !row.others.is_empty());
+        let counts = [of.len(), ratios.len(), others.len(), nobody.len()].map(|n| n.to_string());
+        let places = [at(0.5), at(0.9), at(1.0)];
+        writeln!(text, "| {name} | {} | {} |", counts.join(" | "), places.join(" | "))
+    };
+    for family in families::NAMES {
+        let of: Vec<_> = rows.iter().filter(|row| row.family() == family).collect();
+        if !of.is_empty() {
+            table(family, &of)?;
+        }
+    }
+    table("**all**", &rows.iter().collect::<Vec<_>>())?;
+    let slow = |row: &&Row| row.ratio().is_none_or(|ratio| ratio > 2.0);
+    writeln!(text, "\n| problem | n | AUTO | seconds, sweeps | best other | seconds, sweeps |")?;
+    writeln!(text, "|---|---|---|---|---|---|")?;
+    for row in rows.iter().filter(slow) {
+        let cost = |run: &Run| format!("{:.4}, {}", run.seconds, run.outcome.sweeps);
+        let (name, best) =
+            row.others.first().map_or(("–", "–".to_owned()), |(name, run)| (name, cost(run)));
+        let Row { drawn: Drawn { name: problem, about, .. }, n, auto, uses, .. } = row;
+        let status = auto.outcome.status;
+        writeln!(
+            text,
+            "| {problem}: {about} | {n} | {status}, {uses} | {} | {name} | {best} |",
+            cost(auto)
+        )?;
+    }
+    Ok(text)
+}
