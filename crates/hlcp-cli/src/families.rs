@@ -1,14 +1,22 @@
 //! `hlcp families`: `AUTO` on problems that nobody chose, beside every other method.
 //!
 //! Problems are drawn by seed from the families of `hlcp-verify`. Each is solved by `AUTO`, and by
-//! the other methods in the time that `AUTO` took; where `AUTO` fails they get ten seconds. Each
-//! time has the set-up in it. The distributions go to `families.md`, every run to `families.csv`.
+//! the other methods in about three times as long; where `AUTO` fails they get ten seconds. Times
+//! are the processor's, with the set-up. The distributions go to `families.md`, every run to
+//! `families.csv`.
 
-use std::{error::Error, fmt::Write as _, fs, path::Path, time::Duration};
+use std::{
+    error::Error,
+    fmt::Write as _,
+    fs,
+    path::Path,
+    sync::LazyLock,
+    time::{Duration, Instant},
+};
 
 use clap::Args;
 use hlcp_core::{Hlcp, Omega, Scalar};
-use hlcp_methods::{Auto, Limits, Named, Outcome, Parameters, Solver};
+use hlcp_methods::{Auto, AutoTurn, Limits, Named, Outcome, Parameters, Solver};
 use hlcp_verify::families::{self, Drawn};
 
 use crate::{
@@ -46,8 +54,17 @@ const METHODS: [&str; 9] =
 /// The seconds that `AUTO` has, and those that the others have where it fails.
 const PATIENCE: [f64; 2] = [20.0, 10.0];
 
-/// Below so many seconds the work counts: clocks and what else the machine does would decide.
-const SHORT: f64 = 0.005;
+/// Below so many seconds the work counts: what else the machine does would decide.
+const SHORT: f64 = 0.002;
+
+/// The seconds that the processor has spent on this thread, where the system tells; else those of
+/// the clock on the wall.
+fn seconds() -> f64 {
+    static BEGIN: LazyLock<Instant> = LazyLock::new(Instant::now);
+    let spent = fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let spent = spent.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    spent.map_or_else(|| BEGIN.elapsed().as_secs_f64(), |nanoseconds| nanoseconds * 1e-9)
+}
 
 /// A solve, and the seconds of it with its set-up.
 struct Run {
@@ -60,7 +77,7 @@ struct Row {
     drawn: Drawn,
     n: usize,
     auto: Run,
-    uses: String,
+    turns: Vec<AutoTurn>,
     /// The methods that converged, in the time that they had.
     others: Vec<(&'static str, Run)>,
 }
@@ -71,26 +88,28 @@ impl Row {
         let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(T::one(), &a, &b)?)?;
         let limits = |seconds| {
             let time = Some(Duration::from_secs_f64(seconds));
-            Limits { time, ..Limits::default() }
+            // What no precision can reach is not asked for.
+            Limits { time, rounding: Some(4.0), ..Limits::default() }
         };
-        let by_auto = || -> Result<(Run, String), Box<dyn Error>> {
-            let begin = std::time::Instant::now();
+        let by_auto = || -> Result<(Run, Vec<AutoTurn>), Box<dyn Error>> {
+            let begin = seconds();
             let mut solver = Solver::new(Auto::new(problem.clone())?);
             let outcome = solver.solve(&q, limits(PATIENCE[0]))?;
-            let seconds = begin.elapsed().as_secs_f64();
-            Ok((Run { outcome, seconds }, solver.method().uses().to_string()))
+            let seconds = seconds() - begin;
+            Ok((Run { outcome, seconds }, solver.method().history().to_vec()))
         };
-        let by = |name: &str, seconds: f64| -> Option<Run> {
-            let begin = std::time::Instant::now();
+        let by = |name: &str, time: f64| -> Option<Run> {
+            let begin = seconds();
             let method = Named::parse(name, Parameters::default()).ok()?;
             let mut solver = Solver::new(method.on(problem.clone()).ok()?);
-            let outcome = solver.solve(&q, limits(seconds)).ok()?;
-            let run = Run { outcome, seconds: begin.elapsed().as_secs_f64() };
+            let outcome = solver.solve(&q, limits(time)).ok()?;
+            let run = Run { outcome, seconds: seconds() - begin };
             run.outcome.converged().then_some(run)
         };
-        let (mut auto, uses) = by_auto()?;
+        let (mut auto, turns) = by_auto()?;
         let fails = !auto.outcome.converged();
-        let time = if fails { PATIENCE[1] } else { auto.seconds.max(SHORT) };
+        // Others may be at the processor meanwhile.
+        let time = if fails { PATIENCE[1] } else { 0.02 + 3.0 * auto.seconds };
         let runs = METHODS.into_iter().map(|name| Some((name, by(name, time)?)));
         let mut others: Vec<_> = runs.flatten().collect();
         // The fastest and AUTO once more, in turns.
@@ -101,7 +120,7 @@ impl Row {
                 best.seconds = best.seconds.min(again.seconds);
             }
         }
-        Ok(Self { n: q.len(), drawn, auto, uses, others })
+        Ok(Self { n: q.len(), drawn, auto, turns, others })
     }
 
     fn family(&self) -> &str {
@@ -120,19 +139,27 @@ impl Row {
     }
 
     fn line(&self) -> String {
-        let Self { drawn: Drawn { name, about, .. }, n, auto, uses, others } = self;
+        let Self { drawn: Drawn { name, about, .. }, n, auto, turns, others } = self;
         let Outcome { status, iterations, sweeps, linear_iterations, .. } = auto.outcome;
         let best = others.first().map_or(String::new(), |(name, run)| {
             format!("{name},{:.6},{}", run.seconds, run.outcome.sweeps)
         });
+        let turns: Vec<_> =
+            turns.iter().map(|turn| format!("{} {}", turn.choice, turn.sweeps)).collect();
+        let all: Vec<_> = others
+            .iter()
+            .map(|(name, run)| format!("{name} {:.6} {}", run.seconds, run.outcome.sweeps))
+            .collect();
         let fewest = others.iter().map(|(_, run)| run.outcome.sweeps).min();
         format!(
-            "{name},\"{about}\",{n},{status},{uses},{iterations},{},{sweeps},{:.6},{},{},{}",
+            "{name},\"{about}\",{n},{status},\"{}\",{iterations},{},{sweeps},{:.6},{},{},{},\"{}\"",
+            turns.join("; "),
             linear_iterations.unwrap_or(0),
             auto.seconds,
             if best.is_empty() { ",,".to_owned() } else { best },
             fewest.map_or(String::new(), |sweeps| sweeps.to_string()),
             self.ratio().map_or(String::new(), |ratio| format!("{ratio:.3}")),
+            all.join("; "),
         )
     }
 }
@@ -161,8 +188,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let header = "problem,numbers,n,status,ends with,iterations,inner,sweeps,seconds,\
-                  best other,its seconds,its sweeps,fewest sweeps,ratio";
+    let header = "problem,numbers,n,status,turns,iterations,inner,sweeps,seconds,\
+                  best other,its seconds,its sweeps,fewest sweeps,ratio,others";
     write_csv(&out.join("families"), header, &rows.iter().map(Row::line).collect::<Vec<_>>())?;
     let suffix = if *quick {
         " --quick".to_owned()
@@ -210,7 +237,8 @@ fn report(rows: &[Row], provenance: &str) -> Result<String, std::fmt::Error> {
         let cost = |run: &Run| format!("{:.4}, {}", run.seconds, run.outcome.sweeps);
         let (name, best) =
             row.others.first().map_or(("–", "–".to_owned()), |(name, run)| (name, cost(run)));
-        let Row { drawn: Drawn { name: problem, about, .. }, n, auto, uses, .. } = row;
+        let Row { drawn: Drawn { name: problem, about, .. }, n, auto, turns, .. } = row;
+        let uses = turns.last().map_or(String::new(), |turn| turn.choice.to_string());
         let status = auto.outcome.status;
         writeln!(
             text,
