@@ -3,18 +3,23 @@ use std::fmt;
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
-    AdaptiveSor, AmgNewton, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton, Preconditioner,
-    Ssor, TridiagonalPart, Work, amg,
+    AdaptiveSor, AmgNewton, Anderson, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
+    Preconditioner, Ssor, Tmms, TridiagonalPart, Work, amg,
     pivoting::{self, Pivoting},
 };
 
-/// The method for people who do not want to choose one: four methods take turns on one iterate, by
-/// the progress that they are measured to make.
+/// The method for people who do not want to choose one: several take turns on one iterate, by the
+/// progress that they are measured to make.
 ///
-/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves;
-///   [`Multigrid`] by F-cycles waits, if both operators are five-point ones on one grid.
-/// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`]
-///   by W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
+/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
+/// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
+///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
+///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
+///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
+///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth no
+///   more than 20 sweeps, as of small full matrices.
+/// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
+///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
 /// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses)
 /// says which is at work, and [`history`](Self::history) why those before were left.
@@ -28,10 +33,11 @@ use crate::{
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1 | 60, or five cycles |
-/// | Newton's method with algebraic multigrid | 0.04 | 600 |
-/// | adaptive SOR | 0.02 | 24 |
+/// | multigrid | 0.1 | 48, or four cycles |
+/// | Newton's method with algebraic multigrid | 0.04 | 1000 |
+/// | adaptive SOR, Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
+/// | pivoting | ten digits in ten eliminations | twelve eliminations |
 ///
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
@@ -40,12 +46,16 @@ use crate::{
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
-/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and
-/// the first one ends the window.
+/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
+/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver does.
+/// One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
+/// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
+/// error is not, and from there Newton's method may take many times as long.
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` to begin with, then that of the method at work. Storage:
+/// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, then
+/// that of the method at work. Storage:
 /// `n` numbers, and that of the methods that have had a turn.
 ///
 /// # Convergence
@@ -70,7 +80,7 @@ use crate::{
 /// assert!(outcome.converged() && solver.method().uses() == AutoChoice::Multigrid);
 /// let first = solver.method().history()[0];
 /// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
-/// assert_eq!(first.sweeps, 25);
+/// assert_eq!(first.sweeps, 25); // with the three of the opening
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -118,6 +128,8 @@ pub enum AutoChoice {
     /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`]
     /// elsewhere.
     Newton,
+    /// [`Anderson`] with a window of ten, on symmetric Gauss–Seidel sweeps.
+    Anderson,
     /// Principal pivoting in blocks (Júdice and Pires), by elimination of full matrices: finite
     /// where solutions are unique for every `q`, and for orders up to 500.
     Pivoting,
@@ -130,6 +142,7 @@ impl fmt::Display for AutoChoice {
             Self::Multigrid => "multigrid",
             Self::AmgNewton => "Newton with algebraic multigrid",
             Self::Newton => "Newton",
+            Self::Anderson => "Anderson",
             Self::Pivoting => "pivoting",
         })
     }
@@ -220,9 +233,10 @@ impl AutoChoice {
     fn promise(self, worth: usize) -> (f64, usize) {
         match self {
             Self::Sor => (0.02, 24),
-            Self::Multigrid => (0.1, 60),
-            Self::AmgNewton => (0.04, 600),
+            Self::Multigrid => (0.1, 48),
+            Self::AmgNewton => (0.04, 1000),
             Self::Newton => (0.01, 120),
+            Self::Anderson => (0.02, 24),
             // Ten digits in ten eliminations.
             Self::Pivoting => (2.3 / worth as f64, 12 * worth),
         }
@@ -256,6 +270,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             Some(Worker::AmgNewton(newton)) => newton.work(),
             Some(Worker::Newton(newton)) => newton.work(),
             Some(Worker::Pivoting(pivoting)) => pivoting.work(),
+            Some(Worker::Anderson(anderson)) => anderson.work(),
             Some(Worker::Sor(_)) | None => None,
         };
         counted.unwrap_or(Work::sweeps(self.iterations))
@@ -300,6 +315,7 @@ enum Worker<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
     AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
     Newton(Box<PlainNewton<T, A, B>>),
+    Anderson(Box<Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>>),
     Pivoting(Box<Pivoting<T, A, B>>),
 }
 
@@ -310,13 +326,21 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
             AutoChoice::Multigrid => {
                 let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
-                Self::Multigrid(Box::new(Multigrid::new(problem, cycle)?))
+                let multigrid = Multigrid::new(problem, cycle)?;
+                if multigrid.grids().nth(1).is_none() {
+                    return Err(Error::NotFivePoint { what: "a coarser grid" });
+                }
+                Self::Multigrid(Box::new(multigrid))
             }
             AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
             AutoChoice::Newton => {
                 let part = TridiagonalPart::new();
                 let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
                 Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
+            }
+            AutoChoice::Anderson => {
+                let base = Tmms::mirrored(problem, Aor::gauss_seidel())?;
+                Self::Anderson(Box::new(Anderson::new(base, 10)?))
             }
             AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
         })
@@ -328,6 +352,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
             Self::Multigrid(multigrid) => multigrid,
             Self::AmgNewton(newton) => newton,
             Self::Newton(newton) => newton,
+            Self::Anderson(anderson) => anderson,
             Self::Pivoting(pivoting) => pivoting,
         }
     }
@@ -340,16 +365,17 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        use AutoChoice::{AmgNewton, Multigrid, Newton, Pivoting, Sor};
+        use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
         Aor::gauss_seidel().check(&problem)?;
         let tridiagonal = TridiagonalPart::is_all(&problem);
-        let order: &[AutoChoice] = if tridiagonal {
-            // Elimination is exact, and cycles find long fronts.
-            &[Newton, Multigrid, Sor, AmgNewton, Pivoting]
-        } else {
-            &[Sor, Multigrid, AmgNewton, Newton, Pivoting]
-        };
         let has_grid = problem.grid().is_ok();
+        let order = match (tridiagonal, has_grid) {
+            // Elimination is exact, and cycles find long fronts.
+            (true, _) => [Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
+            (_, true) => [Sor, Multigrid, AmgNewton, Anderson, Newton, Pivoting],
+            // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
+            _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
+        };
         let is_small = problem.order() <= pivoting::SMALL;
         let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
         let possible = order.iter().filter(|&&choice| match choice {

@@ -39,9 +39,9 @@ use crate::{Clock, Method, Work as Count};
 /// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
 /// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
 /// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
-/// taken up again. F-cycles that fall behind sweeps or stall give way to W-cycles first, on which
-/// the safeguard begins anew: where coarse grids do not fit into finer ones, as those of an even
-/// number of points, one visit to them may not do. A coarse correction that is not finite is never
+/// taken up again. In the place of their first trial F-cycles give way to W-cycles, with which the
+/// safeguard begins anew: where coarse grids do not fit into finer ones, as those of an even number
+/// of points, a single visit to them may not do. A coarse correction that is not finite is never
 /// added.
 /// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
 /// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
@@ -251,7 +251,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         let norms = Norms::of(self.equation(q).defect(x));
         let mut pace = self.pace;
         let mut turn = pace.turn(norms.l2);
-        if self.cycle == Cycle::F && !self.escalated && pace.cycles() == Some(false) {
+        if turn == Turn::Keep && self.cycle == Cycle::F && !self.escalated {
             (self.escalated, pace) = (true, Pace::new());
             turn = pace.turn(norms.l2);
         }
