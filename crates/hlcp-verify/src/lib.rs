@@ -57,6 +57,7 @@
 mod certificate;
 pub mod classes;
 mod comparison;
+pub mod families;
 mod multigrid;
 pub mod oracle;
 mod pair;
