@@ -10,6 +10,7 @@ mod hostile;
 mod sizes;
 mod theorem_1;
 mod theorem_2;
+mod tight;
 
 use hlcp_core::Aor;
 use hlcp_verify::{
