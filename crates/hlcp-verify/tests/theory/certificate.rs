@@ -8,7 +8,7 @@ use crate::common::{
 };
 use hlcp_core::{FivePoint, LinearOperator, Rows};
 use hlcp_methods::{Limits, Solver};
-use hlcp_verify::{Bound, Certificate, Example, Slider, Witness, certify, certify_with, witness};
+use hlcp_verify::{Bound, Certificate, Example, Side, Slider, Witness, certify, certify_with, witness};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -64,6 +64,23 @@ fn on_support(
     let k = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
     let y = solve(k, q.iter().map(|&q| -exact(q)).collect())?;
     y.iter().all(|y| !y.is_negative()).then_some(y)
+}
+
+/// The exact solutions on sides that are proved, with either side where that is open, and where `z`
+/// is positive in each.
+pub(crate) fn solutions_on(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &[f64],
+    sides: &[Side],
+) -> Vec<(Vec<bool>, Vec<BigRational>)> {
+    let open: Vec<usize> = (0..q.len()).filter(|&j| sides[j] == Side::Open).collect();
+    let support = |choice: usize| -> Vec<bool> {
+        let chosen = |j| open.iter().position(|&k| k == j).is_some_and(|k| choice >> k & 1 == 1);
+        (0..q.len()).map(|j| sides[j] == Side::Z || chosen(j)).collect()
+    };
+    let all = (0..1_usize << open.len()).map(support);
+    all.filter_map(|in_z| on_support(a, b, q, &in_z).map(|y| (in_z, y))).collect()
 }
 
 #[derive(Debug, Clone)]
@@ -191,7 +208,16 @@ fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f
         return Ok(None);
     };
     let solution = on_support(&case.a, &case.b, q, in_z).ok_or(format!("a solution near {y:?}"))?;
-    let ratio = compare(case, &certificate, &solution)?;
+    let ratio = if certificate.witness.is_some() {
+        compare(case, &certificate, &solution)?
+    } else {
+        // There may be several solutions; the one near is on the sides that are proved.
+        let near = solutions_on(&case.a, &case.b, q, &certificate.sides);
+        near.iter()
+            .map(|(in_z, y)| compare(&Case { in_z: in_z.clone(), ..case.clone() }, &certificate, y))
+            .find(Result::is_ok)
+            .unwrap_or_else(|| Err(format!("none of {} solutions is near", near.len())))?
+    };
     // Other proofs: with another Ω, and with column sums.
     let mut others = vec![Witness::Left { v: vec![1.0; q.len()] }];
     if let Some(Witness::Right { omega, d }) = certificate.witness {

@@ -7,6 +7,7 @@ mod common;
 mod convergence;
 mod examples;
 mod hostile;
+mod local;
 mod sizes;
 mod theorem_1;
 mod theorem_2;
