@@ -169,6 +169,31 @@ impl Certificate {
         self.sides.iter().filter(|&&of| of == side).count()
     }
 
+    /// Intervals that hold `z*ⱼ` and `r*ⱼ`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `j` is below the order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Identity};
+    /// use hlcp_verify::certify;
+    ///
+    /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+    /// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?;
+    /// let [z, r] = certificate.expect("a witness").interval(0);
+    /// assert!(z[0] <= 1.0 && 1.0 <= z[1] && r[0] == 0.0 && r[1] < 0.01);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn interval(&self, j: usize) -> [[f64; 2]; 2] {
+        let Enclosure { centre, radius } = &self.enclosure;
+        [0, 1].map(|k| {
+            let (centre, radius) = (centre[k][j], radius[k][j]);
+            // Neither is negative.
+            [(centre - radius).next_down().max(0.0), (centre + radius).next_up()]
+        })
+    }
+
     /// Two numbers that `c_zᵀz* + c_rᵀr*` lies between: a load, a flow or a price with its proof.
     ///
     /// Errors that cancel in the sum cost nothing where the bound is [`Bound::Local`]: its Newton
@@ -215,7 +240,11 @@ impl fmt::Display for Certificate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let unique = if self.witness.is_some() { "proved" } else { "proved near the answer" };
         let Self { bound, .. } = self;
-        write!(f, "solution unique: {unique}; certified error ≤ {:.2e} ({bound} bound)", self.error())
+        write!(
+            f,
+            "solution unique: {unique}; certified error ≤ {:.2e} ({bound} bound)",
+            self.error()
+        )
     }
 }
 
@@ -359,10 +388,7 @@ pub fn certify<T: Scalar>(
 /// assert!(matches!(witness(&a, &b)?, Some(Witness::Left { .. })));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
-pub fn witness<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-) -> Result<Option<Witness>, Error> {
+pub fn witness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Option<Witness>, Error> {
     check_pair(a, b)?;
     let Some(omega) = ratio(a, b) else { return Ok(None) };
     let pair = Pair::new(a, b, &omega);

@@ -69,9 +69,7 @@ mod sparse;
 mod steps;
 mod theory;
 
-pub use certificate::{
-    Bound, Certificate, Refusal, Side, Witness, certify, certify_with, witness,
-};
+pub use certificate::{Bound, Certificate, Refusal, Side, Witness, certify, certify_with, witness};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};

@@ -248,7 +248,9 @@ fn radii(matrix: &Sparse, d: &[f64], bound: &[f64]) -> Result<Vec<f64>, Refusal>
     let mut t = 0.0;
     for (i, bound) in bound.iter().enumerate() {
         let mut sum = Sum::default();
-        matrix.row(i).for_each(|(j, entry)| sum.add(if i == j { entry } else { -entry.abs() }, d[j]));
+        matrix
+            .row(i)
+            .for_each(|(j, entry)| sum.add(if i == j { entry } else { -entry.abs() }, d[j]));
         let gap = sum.interval().lower;
         if !(gap > 0.0 && d[i] > 0.0 && d[i].is_finite()) {
             return Err(Refusal::NoWitness);

@@ -44,7 +44,8 @@ impl Sparse {
     pub(crate) fn comparison(&self) -> Self {
         let mut matrix = Self::with_capacity(self.ends.len(), self.entries.len());
         for i in 0..self.ends.len() {
-            matrix.push(self.row(i).map(|(j, value)| (j, if i == j { value } else { -value.abs() })));
+            matrix
+                .push(self.row(i).map(|(j, value)| (j, if i == j { value } else { -value.abs() })));
         }
         matrix
     }
@@ -150,8 +151,7 @@ enum Way {
 impl<'p, A: Rows<f64>, B: Rows<f64>> Inverse<'p, A, B> {
     pub(crate) fn new(problem: &'p Hlcp<f64, A, B>) -> Self {
         let tridiagonal = TridiagonalPart::is_all(problem);
-        let way =
-            if tridiagonal { Way::Elimination(TridiagonalPart::new()) } else { Way::Sweeps };
+        let way = if tridiagonal { Way::Elimination(TridiagonalPart::new()) } else { Way::Sweeps };
         Self { problem, way, on_r: vec![] }
     }
 

@@ -8,7 +8,9 @@ use crate::common::{
 };
 use hlcp_core::{FivePoint, LinearOperator, Rows};
 use hlcp_methods::{Limits, Solver};
-use hlcp_verify::{Bound, Certificate, Example, Side, Slider, Witness, certify, certify_with, witness};
+use hlcp_verify::{
+    Bound, Certificate, Example, Side, Slider, Witness, certify, certify_with, witness,
+};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};

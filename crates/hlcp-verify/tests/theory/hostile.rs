@@ -7,11 +7,11 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use crate::common::Matrix;
 use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
-    Certificate, Convergence, Witness, alpha_bound, certify, certify_with, witness,
+    Certificate, Convergence, Witness, alpha_bound, certify, certify_with,
     classes::{Answer, Failure, is_h, is_h_plus, is_m, is_strictly_dominant, is_z},
     convergence,
     oracle::Dense,
-    relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
+    relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2, witness,
 };
 use nalgebra::{DMatrix, dmatrix, dvector};
 use num_rational::BigRational;

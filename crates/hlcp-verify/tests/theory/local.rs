@@ -6,12 +6,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-use crate::{
-    cases_asked,
-    certificate::solutions_on,
-    common::Matrix,
-    exact,
-};
+use crate::{cases_asked, certificate::solutions_on, common::Matrix, exact};
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -53,7 +48,8 @@ fn cases(family: usize) -> impl Strategy<Value = Case> {
                 for (s, matrix) in pair.iter_mut().enumerate() {
                     for i in 0..n {
                         let sum: f64 = matrix.row(i).sum();
-                        let push = if free[s * n + i] > 0.6 { 2_f64.powf(-40.0 * weight) } else { 0.0 };
+                        let push =
+                            if free[s * n + i] > 0.6 { 2_f64.powf(-40.0 * weight) } else { 0.0 };
                         matrix[(i, i)] = -sum + if n == 1 || sum == 0.0 { 1.0 } else { push };
                     }
                 }
@@ -164,7 +160,8 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
                         let near = |given, star: &BigRational, bound: f64| {
                             bound == f64::INFINITY || (exact(given) - star).abs() <= exact(bound)
                         };
-                        near(z[j], star[0], certificate.z[j]) && near(r[j], star[1], certificate.r[j])
+                        near(z[j], star[0], certificate.z[j])
+                            && near(r[j], star[1], certificate.r[j])
                     })
                 }
             })
@@ -196,8 +193,11 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let mut ratio: Option<f64> = None;
     let (mut stated, mut largest) = (0.0_f64, 0.0_f64);
     for j in 0..q.len() {
-        let (given, bound, unit) =
-            if in_z[j] { (z[j], certificate.z[j], a[(j, j)]) } else { (r[j], certificate.r[j], b[(j, j)]) };
+        let (given, bound, unit) = if in_z[j] {
+            (z[j], certificate.z[j], a[(j, j)])
+        } else {
+            (r[j], certificate.r[j], b[(j, j)])
+        };
         stated = stated.max(unit * bound);
         let error = (exact(given) - &y[j]).abs();
         largest = largest.max(unit * num_traits::ToPrimitive::to_f64(&error).unwrap_or(0.0));
@@ -223,7 +223,9 @@ fn no_claim_near_an_answer_is_false() {
         let at = |share: usize| ratios.get(share * ratios.len() / 100).copied().unwrap_or(f64::NAN);
         println!(
             "| {name} | {asked} | {local} | {global} | {open} | {several} | {refused:?} | {:.2} | {:.2} | {:.1e} |",
-            at(50), at(95), ratios.last().copied().unwrap_or(f64::NAN)
+            at(50),
+            at(95),
+            ratios.last().copied().unwrap_or(f64::NAN)
         );
         assert!(10 * *local > *asked, "{name}: only {local} of {asked}");
     }

@@ -37,7 +37,10 @@ fn row<T: Scalar>(
     let certificate = match certificate {
         Ok(certificate) => certificate,
         Err(refusal) => {
-            println!("| {name} | {n} | {} | {refusal} | | | | | {certify:.2}/{solve:.2} |", outcome.status);
+            println!(
+                "| {name} | {n} | {} | {refusal} | | | | | {certify:.2}/{solve:.2} |",
+                outcome.status
+            );
             return Ok([f64::NAN; 2]);
         }
     };
@@ -51,19 +54,29 @@ fn row<T: Scalar>(
     };
     let ratio = [(&z, &known[0], &certificate.z), (&r, &known[1], &certificate.r)].map(
         |(found, known, bound)| {
-            let error = largest(found.iter().zip(known).map(|(found, known)| (found.wide() - known).abs()));
+            let error =
+                largest(found.iter().zip(known).map(|(found, known)| (found.wide() - known).abs()));
             (error, largest(bound.iter().copied()) / error)
         },
     );
     let [z, r, open] = [Side::Z, Side::R, Side::Open].map(|side| certificate.count(side));
     println!(
         "| {name} | {n} | {} | {} | {:.1e} | {:.2} | {:.1e} | {:.2} | {z} {r} {open} | {certify:.3}/{solve:.3} = {:.2} |",
-        outcome.status, certificate.bound, ratio[0].0, ratio[0].1, ratio[1].0, ratio[1].1, certify / solve
+        outcome.status,
+        certificate.bound,
+        ratio[0].0,
+        ratio[0].1,
+        ratio[1].0,
+        ratio[1].1,
+        certify / solve
     );
     Ok(ratio.map(|r| r.1))
 }
 
-fn planted<T: Scalar, A, B>(posed: Posed<T, A, B>) -> ((A, B, Vec<T>), Option<[Vec<f64>; 2]>) {
+/// A problem and its solution, if that is planted.
+type Known<T, A, B> = ((A, B, Vec<T>), Option<[Vec<f64>; 2]>);
+
+fn planted<T: Scalar, A, B>(posed: Posed<T, A, B>) -> Known<T, A, B> {
     let Posed { a, b, q, z, r } = posed;
     ((a, b, q), Some([z, r].map(|v| v.iter().map(|v| v.wide()).collect())))
 }
@@ -79,8 +92,14 @@ fn bounds_are_tight_on_every_scene() -> Result<(), Error> {
         }
         for shift in [4.0, 1.0, 0.0] {
             for symmetric in [true, false] {
-                let (pair, known) = planted(Example { symmetric, m, mu: shift, nu: shift }.pose_generic::<f64>()?);
-                row(&format!("example{} ({shift}, {shift})", 2 - u8::from(symmetric)), pair, known, absolute)?;
+                let (pair, known) =
+                    planted(Example { symmetric, m, mu: shift, nu: shift }.pose_generic::<f64>()?);
+                row(
+                    &format!("example{} ({shift}, {shift})", 2 - u8::from(symmetric)),
+                    pair,
+                    known,
+                    absolute,
+                )?;
             }
         }
         for lcp in [true, false] {
@@ -89,9 +108,15 @@ fn bounds_are_tight_on_every_scene() -> Result<(), Error> {
         }
         row("obstacle", Obstacle { m: m + 2 }.pose::<f64>()?, None, absolute)?;
         for ecc in [0.1, 0.5, 0.9, 0.95] {
-            row(&format!("journal-bearing {ecc}"), JournalBearing { nx: m, ny: m, ecc, b: 10.0 }.pose::<f64>()?, None, absolute)?;
+            row(
+                &format!("journal-bearing {ecc}"),
+                JournalBearing { nx: m, ny: m, ecc, b: 10.0 }.pose::<f64>()?,
+                None,
+                absolute,
+            )?;
             for groove in [0.0, 218.0_f64] {
-                let scene = Bearing2d { nx: m, ny: m / 2, ecc, aspect: 1.0, groove: groove.to_radians() };
+                let scene =
+                    Bearing2d { nx: m, ny: m / 2, ecc, aspect: 1.0, groove: groove.to_radians() };
                 row(&format!("bearing2d {ecc} {groove}°"), scene.pose::<f64>()?, None, absolute)?;
             }
         }
