@@ -408,6 +408,23 @@ impl<T: Scalar> Rows<T> for Operator<T> {
             }
         }
     }
+    fn is_dynamic(&self) -> bool {
+        matches!(self, Self::Rows(_))
+    }
+
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        match self {
+            Self::Rows(rows) => rows.copy_row(i, row),
+            Self::Tridiagonal(_) => {
+                let mut count = 0;
+                self.visit_row(i, &mut |j, entry| {
+                    row.get_mut(count).into_iter().for_each(|place| *place = (j, entry));
+                    count += 1;
+                });
+                count
+            }
+        }
+    }
 }
 
 type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;

@@ -3,11 +3,13 @@
 mod arguments;
 mod report;
 
-use std::{error::Error, ops::ControlFlow, time::Duration};
+use std::{error::Error, ops::ControlFlow, path::Path, time::Duration};
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
-use hlcp_core::{Identity, LinearOperator, Scalar, market};
+use hlcp_core::{
+    Identity, LinearOperator, Rows, Scalar, VaryingFivePoint, files, market, recognise_grid,
+};
 use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, convergence};
 use serde_json::json;
@@ -81,14 +83,35 @@ impl Run<'_> {
     ) -> Result<Problem<T>, Box<dyn Error>> {
         let Arguments { a, b, q, given, .. } = self.arguments;
         let (Some(a), Some(q)) = (a, q) else { return Ok(pose(&given.numbers)?) };
-        let a = market::read_matrix::<T>(a)?;
+        let (path, a) = (a, market::read_matrix::<T>(a)?);
         let q = market::read_vector(q, a.order())?;
-        Ok(match b {
-            Some(b) => Problem::new(a, market::read_matrix::<T>(b)?, q),
-            None => {
-                let b = Identity { order: a.order() };
-                Problem::new(a, b, q)
-            }
+        match b {
+            None => self.on_grid([path, path], a, Identity { order: q.len() }, q),
+            Some(of_b) => self.on_grid([path, of_b], a, market::read_matrix::<T>(of_b)?, q),
+        }
+    }
+
+    /// The problem of operators from files, as five-point ones if they are said to be or are found
+    /// to be.
+    fn on_grid<T: Scalar>(
+        &self,
+        paths: [&Path; 2],
+        a: impl Rows<T> + 'static,
+        b: impl Rows<T> + 'static,
+        q: Vec<T>,
+    ) -> Result<Problem<T>, Box<dyn Error>> {
+        if let Some([nx, ny]) = self.arguments.grid {
+            let named = |path: &Path| {
+                let path = files::printable(path.display());
+                move |error| format!("--grid {nx}x{ny} does not fit {path}: {error}")
+            };
+            let a = VaryingFivePoint::from_rows(nx, ny, &a).map_err(named(paths[0]))?;
+            let b = VaryingFivePoint::from_rows(nx, ny, &b).map_err(named(paths[1]))?;
+            return Ok(Problem::new(a, b, q));
+        }
+        Ok(match recognise_grid(&a, &b) {
+            Some([a, b]) => Problem::new(a, b, q),
+            None => Problem::new(a, b, q),
         })
     }
 
