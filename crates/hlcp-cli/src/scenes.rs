@@ -9,7 +9,7 @@ use clap::{
     parser::ValueSource,
 };
 use hlcp_core::{
-    Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rows, Scalar,
+    Csr, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rows, Scalar,
 };
 use hlcp_methods::{BoxedMethod, Limits, Named, Parameters, Solver, Tolerance, TridiagonalPart};
 use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
@@ -364,6 +364,13 @@ impl<T: Scalar> LinearOperator<T> for Operator<T> {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         match self {
             Self::Rows(rows) => rows.as_five_point(),
+            Self::Tridiagonal(_) => None,
+        }
+    }
+
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        match self {
+            Self::Rows(rows) => rows.as_csr(),
             Self::Tridiagonal(_) => None,
         }
     }

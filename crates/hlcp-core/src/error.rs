@@ -52,6 +52,18 @@ pub enum Error {
         /// The orders of the two.
         orders: [usize; 2],
     },
+    /// The arrays of a [`Csr`](crate::Csr) are not those of a square matrix with sorted rows.
+    #[error("{what}[{index}] is {value}, but it must be {must}")]
+    Csr {
+        /// The array.
+        what: &'static str,
+        /// The place in it.
+        index: usize,
+        /// The number there.
+        value: i64,
+        /// What it must be.
+        must: &'static str,
+    },
     /// Two things that must share an order do not.
     #[error("{what} has order {found}, but the problem has order {expected}")]
     Order {
