@@ -3,8 +3,8 @@
 //!
 //! # Certify an answer
 //!
-//! [`certify`] proves that the solution is unique and bounds the distance of any answer from it,
-//! whatever computed the answer:
+//! [`certify`] proves that a solution exists near an answer and bounds the distance from it,
+//! whatever computed the answer. [`witness`] proves that the solution is the only one.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Identity};
@@ -52,7 +52,8 @@
 //!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
-//! Nothing here depends on `hlcp-methods`, so that the judge is independent of the judged.
+//! Candidates for witnesses and for corrections come from the multigrid of `hlcp-methods`. No proof
+//! rests on it: every claim is checked by products that are rounded outward.
 //!
 //! # Not supported
 //!
@@ -64,17 +65,21 @@
 mod certificate;
 pub mod classes;
 mod comparison;
-mod multigrid;
+pub mod families;
+mod local;
 pub mod oracle;
 mod pair;
 mod perron;
 mod planted;
 mod rounding;
 mod scenes;
+mod sparse;
 mod steps;
 mod theory;
 
-pub use certificate::{Certificate, Witness, certify, certify_with};
+pub use certificate::{
+    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, witness,
+};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
