@@ -1,40 +1,253 @@
-use nalgebra_sparse::CsrMatrix;
+use std::borrow::Cow;
 
-use crate::{Diagonal, Error, LinearOperator, Rows, Scalar};
+use crate::{
+    Diagonal, Error, LinearOperator, Rows, Scalar, all_finite,
+    rows::{RowsOf, Slices, Source},
+};
 
-/// An assembled matrix is one more operator, on every rung.
+/// An assembled matrix in compressed sparse rows, the caller's arrays or its own.
 ///
-/// A matrix that is not square is refused by its [`check`](LinearOperator::check).
+/// Row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, which increase, and their values.
+/// The indices are of any type that implements [`Index`], so that the arrays of other libraries
+/// need not be copied: SciPy has `i32` and, for more than 2³¹ entries, `i64`, `nalgebra_sparse`
+/// `usize`. A matrix made here has 32 bits an index, as long as they are enough.
+///
+/// # Cost
+///
+/// Borrowed arrays are not copied. Where both operators of a problem have such rows
+/// ([`as_csr`](LinearOperator::as_csr)) or are diagonal, [`Aor`](crate::Aor) walks them in place.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, LinearOperator};
-/// use nalgebra_sparse::{CooMatrix, CsrMatrix};
+/// use hlcp_core::{Csr, Diagonal, LinearOperator};
 ///
-/// let coo =
-///     CooMatrix::try_from_triplets(2, 2, vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0])?;
-/// let matrix = CsrMatrix::from(&coo);
+/// let (offsets, columns, values) = ([0, 2, 4], [0, 1, 0, 1], [4.0, -1.0, -1.0, 3.0]);
+/// let matrix = Csr::new(&offsets, &columns, &values)?; // or vectors, to be kept
 /// let mut y = [f64::NAN; 2];
 /// matrix.apply(&[1.0, 2.0], &mut y);
-/// assert_eq!((y, matrix.diagonal_entry(1)), ([4.0, 5.0], 3.0));
-/// # Ok::<(), nalgebra_sparse::SparseFormatError>(())
+/// assert_eq!((y, matrix.diagonal_entry(1)), ([2.0, 5.0], 3.0));
+/// # Ok::<(), hlcp_core::Error>(())
 /// ```
-impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
-    fn order(&self) -> usize {
-        self.nrows()
+#[derive(Debug, Clone, PartialEq)]
+pub struct Csr<'a, T: Scalar> {
+    // Invariant: that of `check`, with finite values.
+    pattern: Pattern<'a>,
+    values: Cow<'a, [T]>,
+}
+
+/// Offsets and columns.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(unreachable_pub, reason = "the sealed trait names it")]
+pub enum Pattern<'a> {
+    U32(Cow<'a, [u32]>, Cow<'a, [u32]>),
+    I32(Cow<'a, [i32]>, Cow<'a, [i32]>),
+    I64(Cow<'a, [i64]>, Cow<'a, [i64]>),
+    Usize(Cow<'a, [usize]>, Cow<'a, [usize]>),
+}
+
+/// An integer that indexes a [`Csr`]: `u32`, `i32`, `i64` or `usize`.
+///
+/// ```
+/// use hlcp_core::Csr;
+/// assert_eq!(Csr::new(&[0_u32, 1], &[0], &[4.0])?.nnz(), Csr::new(&[0_i64, 1], &[0], &[4.0])?.nnz());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub trait Index: sealed::Index {}
+
+mod sealed {
+    use std::borrow::Cow;
+
+    use num_traits::{AsPrimitive, PrimInt};
+
+    use super::Pattern;
+
+    /// An integer; what is negative becomes a place beyond any array.
+    pub trait Index: PrimInt + AsPrimitive<usize> + Send + Sync {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a>;
     }
 
-    fn apply(&self, x: &[T], y: &mut [T]) {
-        let n = LinearOperator::<T>::order(self);
-        assert_eq!((x.len(), y.len()), (n, n), "vectors of the operator's order");
-        for (y, row) in y.iter_mut().zip(self.row_iter()) {
-            let entries = row.col_indices().iter().zip(row.values());
-            *y = entries.fold(T::zero(), |sum, (&j, &a)| sum + a * x[j]);
+    impl Index for u32 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::U32(offsets, columns)
         }
     }
 
-    fn check(&self, what: &'static str) -> Result<(), Error> {
-        let (rows, columns) = (self.nrows(), self.ncols());
-        if rows == columns { Ok(()) } else { Err(Error::NotSquare { what, rows, columns }) }
+    impl Index for i32 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::I32(offsets, columns)
+        }
+    }
+
+    impl Index for i64 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::I64(offsets, columns)
+        }
+    }
+
+    impl Index for usize {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::Usize(offsets, columns)
+        }
+    }
+}
+
+impl Index for u32 {}
+impl Index for i32 {}
+impl Index for i64 {}
+impl Index for usize {}
+
+impl<'a, T: Scalar> Csr<'a, T> {
+    /// The matrix of the caller's arrays: slices, which are borrowed, or vectors, which are kept.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Empty`] for fewer than two offsets; [`Error::Csr`] for the first place where offsets
+    /// do not begin with 0, decrease or do not end with the number of columns and of values, and
+    /// for the first column that is not below the order, or not above the one before it in its row;
+    /// [`Error::NotFinite`] for the first value that is NaN or infinite.
+    ///
+    /// ```
+    /// use hlcp_core::Csr;
+    ///
+    /// let error = Csr::new(&[0, 2, 3], &[1, 0, 1], &[-1.0, 4.0, 3.0]).unwrap_err();
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "columns[1] is 0, but it must be above the one before it in its row; sort each row and \
+    ///      sum what comes twice"
+    /// );
+    /// ```
+    pub fn new<I: Index>(
+        offsets: impl Into<Cow<'a, [I]>>,
+        columns: impl Into<Cow<'a, [I]>>,
+        values: impl Into<Cow<'a, [T]>>,
+    ) -> Result<Self, Error> {
+        let (offsets, columns, values) = (offsets.into(), columns.into(), values.into());
+        check(&offsets, &columns, values.len())?;
+        all_finite("values", &values)?;
+        Ok(Self { pattern: I::pattern(offsets, columns), values })
+    }
+
+    /// The matrix of arrays that are known to be in order.
+    pub(crate) fn of<I: Index>(offsets: &'a [I], columns: &'a [I], values: &'a [T]) -> Self {
+        let pattern = I::pattern(Cow::Borrowed(offsets), Cow::Borrowed(columns));
+        Self { pattern, values: Cow::Borrowed(values) }
+    }
+
+    /// The number of entries.
+    pub fn nnz(&self) -> usize {
+        self.values.len()
+    }
+
+    pub(crate) fn rows(&self) -> RowsOf<'_, T> {
+        let values = &*self.values;
+        match &self.pattern {
+            Pattern::U32(offsets, columns) => RowsOf::U32(Slices { offsets, columns, values }),
+            Pattern::I32(offsets, columns) => RowsOf::I32(Slices { offsets, columns, values }),
+            Pattern::I64(offsets, columns) => RowsOf::I64(Slices { offsets, columns, values }),
+            Pattern::Usize(offsets, columns) => RowsOf::Usize(Slices { offsets, columns, values }),
+        }
+    }
+    /// The matrix of any operator's rows, in arrays of its own.
+    ///
+    /// # Cost
+    ///
+    /// A walk over all rows; 4 bytes and a value for each entry.
+    ///
+    /// ```
+    /// use hlcp_core::{Csr, FivePoint};
+    /// let grid = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// assert_eq!(Csr::from_rows(&grid).nnz(), 20);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn from_rows(operator: &(impl Rows<T> + ?Sized)) -> Self {
+        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+        for i in 0..operator.order() {
+            operator.visit_row(i, &mut |j, a| {
+                columns.push(j);
+                values.push(a);
+            });
+            offsets.push(columns.len());
+        }
+        Self::owned(offsets, columns, values)
+    }
+
+    /// The matrix of arrays that are known to be in order.
+    pub(crate) fn owned(offsets: Vec<usize>, columns: Vec<usize>, values: Vec<T>) -> Self {
+        let pattern = if u32::try_from(offsets.len().max(values.len())).is_ok() {
+            let narrow = |list: Vec<usize>| list.into_iter().map(|index| index as u32).collect();
+            Pattern::U32(Cow::Owned(narrow(offsets)), Cow::Owned(narrow(columns)))
+        } else {
+            Pattern::Usize(Cow::Owned(offsets), Cow::Owned(columns))
+        };
+        Self { pattern, values: Cow::Owned(values) }
+    }
+
+    /// The same matrix, borrowed.
+    fn borrowed(&self) -> Csr<'_, T> {
+        let values = &*self.values;
+        match &self.pattern {
+            Pattern::U32(offsets, columns) => Csr::of(offsets, columns, values),
+            Pattern::I32(offsets, columns) => Csr::of(offsets, columns, values),
+            Pattern::I64(offsets, columns) => Csr::of(offsets, columns, values),
+            Pattern::Usize(offsets, columns) => Csr::of(offsets, columns, values),
+        }
+    }
+}
+
+/// Refuses arrays that are not those of a square matrix with sorted rows.
+fn check<I: Index>(offsets: &[I], columns: &[I], values: usize) -> Result<(), Error> {
+    let refused = |what, index: usize, value: I, must| {
+        Err(Error::Csr { what, index, value: value.to_i64().unwrap_or(i64::MAX), must })
+    };
+    let [first, .., last] = offsets else { return Err(Error::Empty { what: "the matrix" }) };
+    let order = offsets.len() - 1;
+    if *first != I::zero() {
+        return refused("offsets", 0, *first, "0");
+    }
+    if last.as_() != columns.len() {
+        return refused("offsets", order, *last, "the number of columns, where the last row ends");
+    }
+    if values != columns.len() {
+        let must = "the number of columns, where the last row ends";
+        return Err(Error::Csr { what: "values", index: values, value: values as i64, must });
+    }
+    for (i, row) in offsets.windows(2).enumerate() {
+        if row[1] < row[0] || row[1] > *last {
+            return refused("offsets", i + 1, row[1], "from the offset before it to the last one");
+        }
+        let mut before = None;
+        for (k, &column) in (row[0].as_()..).zip(&columns[row[0].as_()..row[1].as_()]) {
+            if column.as_() >= order {
+                return refused("columns", k, column, "from 0 to the order less 1");
+            }
+            if before >= Some(column) {
+                let must = "above the one before it in its row; sort each row and sum what comes \
+                            twice";
+                return refused("columns", k, column, must);
+            }
+            before = Some(column);
+        }
+    }
+    Ok(())
+}
+
+impl<T: Scalar> LinearOperator<T> for Csr<'_, T> {
+    fn order(&self) -> usize {
+        let offsets = match &self.pattern {
+            Pattern::U32(offsets, _) => offsets.len(),
+            Pattern::I32(offsets, _) => offsets.len(),
+            Pattern::I64(offsets, _) => offsets.len(),
+            Pattern::Usize(offsets, _) => offsets.len(),
+        };
+        offsets - 1
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        assert_eq!([x.len(), y.len()], [self.order(); 2], "vectors of the operator's order");
+        self.rows().apply(0, x, y);
+    }
+
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        Some(self.borrowed())
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
@@ -43,18 +256,14 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
     }
 }
 
-impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {
+impl<T: Scalar> Diagonal<T> for Csr<'_, T> {
     fn diagonal_entry(&self, i: usize) -> T {
-        let row = self.row(i);
-        row.col_indices().binary_search(&i).map_or(T::zero(), |at| row.values()[at])
+        self.rows().diagonal_entry(i)
     }
 }
 
-impl<T: Scalar> Rows<T> for CsrMatrix<T> {
+impl<T: Scalar> Rows<T> for Csr<'_, T> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let row = self.row(i);
-        for (&j, &a) in row.col_indices().iter().zip(row.values()) {
-            visit(j, a);
-        }
+        self.rows().fold(i, (), |(), j, a| visit(j, a));
     }
 }

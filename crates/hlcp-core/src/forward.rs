@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::{Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar};
+use crate::{Csr, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar};
 
 impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
     fn order(&self) -> usize {
@@ -24,6 +24,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for &O {
         (**self).as_five_point()
     }
 
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        (**self).as_csr()
+    }
+
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
         (**self).try_visit_row(i, visit)
     }
@@ -38,6 +42,14 @@ impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for &O {
 impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for &O {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         (**self).visit_row(i, visit);
+    }
+
+    fn is_dynamic(&self) -> bool {
+        is_fat::<O>() || (**self).is_dynamic()
+    }
+
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        (**self).copy_row(i, row)
     }
 }
 
@@ -58,6 +70,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Box<O> {
         (**self).as_five_point()
     }
 
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        (**self).as_csr()
+    }
+
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
         (**self).try_visit_row(i, visit)
     }
@@ -72,6 +88,14 @@ impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for Box<O> {
 impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for Box<O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         (**self).visit_row(i, visit);
+    }
+
+    fn is_dynamic(&self) -> bool {
+        is_fat::<O>() || (**self).is_dynamic()
+    }
+
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        (**self).copy_row(i, row)
     }
 }
 
@@ -92,6 +116,10 @@ impl<T: Scalar, O: LinearOperator<T> + ?Sized> LinearOperator<T> for Arc<O> {
         (**self).as_five_point()
     }
 
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        (**self).as_csr()
+    }
+
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
         (**self).try_visit_row(i, visit)
     }
@@ -107,4 +135,17 @@ impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for Arc<O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         (**self).visit_row(i, visit);
     }
+
+    fn is_dynamic(&self) -> bool {
+        is_fat::<O>() || (**self).is_dynamic()
+    }
+
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        (**self).copy_row(i, row)
+    }
+}
+
+/// Whether a reference to `O` carries a table of functions.
+const fn is_fat<O: ?Sized>() -> bool {
+    size_of::<&O>() > size_of::<usize>()
 }

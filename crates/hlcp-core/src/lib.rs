@@ -8,9 +8,9 @@
 //! # The easy way: operators that are there
 //!
 //! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`],
-//! [`DiagonalMatrix`], and [`Scaled`], [`Shifted`] and [`Sum`] of any; with the feature
-//! `nalgebra-sparse`, on by default, assembled `nalgebra_sparse::CsrMatrix`es, and `market` to read
-//! and write Matrix Market files. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
+//! [`DiagonalMatrix`], [`Csr`] for assembled rows, and [`Scaled`], [`Shifted`] and [`Sum`] of any;
+//! [`market`] reads and writes Matrix Market files; with the feature `nalgebra-sparse`, on by
+//! default, a `nalgebra_sparse::CsrMatrix` is an operator as it is. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
 //! modulus form.
 //!
 //! ```
@@ -110,20 +110,21 @@
 
 mod aor;
 mod combine;
-#[cfg(feature = "nalgebra-sparse")]
 mod csr;
 mod error;
 pub mod files;
 mod forward;
 mod kernel;
-#[cfg(feature = "nalgebra-sparse")]
 pub mod market;
 mod norms;
 mod omega;
 mod operator;
 mod problem;
 mod rounding;
+mod rows;
 mod scalar;
+#[cfg(feature = "nalgebra-sparse")]
+mod sparse;
 mod splitting;
 mod stencil;
 mod team;
@@ -133,6 +134,7 @@ mod view;
 
 pub use aor::Aor;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
+pub use csr::{Csr, Index};
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;
@@ -142,7 +144,7 @@ pub use scalar::Scalar;
 pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
 pub use stencil::FivePoint;
 pub use tridiagonal::Tridiagonal;
-pub use varying::VaryingFivePoint;
+pub use varying::{VaryingFivePoint, recognise_grid};
 pub use view::{Coefficients, FivePointView};
 
 /// The README's program, compiled and run with the documentation's other examples.

@@ -5,17 +5,14 @@
 //! or `symmetric`; vectors in the `array` or `coordinate` format or as plain numbers, one a line.
 
 use std::{
-    fs::{self, File},
-    io::{BufRead, BufReader, Read},
+    fs,
     path::Path,
     str::{FromStr, SplitWhitespace},
 };
 
-use nalgebra_sparse::CsrMatrix;
-
 pub use crate::files::FileError;
 use crate::{
-    Scalar,
+    Csr, Scalar,
     files::{self, excerpt},
 };
 
@@ -31,7 +28,7 @@ use crate::{
 ///
 /// # Cost
 ///
-/// Time linear in the file but for sorting within rows; some 50 bytes an entry.
+/// Time linear in the file but for sorting within rows; the file and some 50 bytes an entry.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, market};
@@ -44,8 +41,9 @@ use crate::{
 /// # std::fs::remove_file(path)?;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
-    let mut lines = Lines::open(path)?;
+pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError> {
+    let bytes = content(path)?;
+    let mut lines = Lines::new(path, &bytes);
     let banner = lines.expect("the banner %%MatrixMarket")?;
     let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
@@ -53,11 +51,11 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
         _ => {
             return Err(lines.fault(format!(
                 "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'",
-                excerpt(&banner)
+                excerpt(banner)
             )));
         }
     };
-    let sizes = lines.expect_data("the sizes")?;
+    let sizes = lines.expect_data(|| "the sizes".into())?;
     let mut sizes = sizes.split_whitespace();
     let [rows, columns, entries] = lines.numbers(&mut sizes, "rows columns entries")?;
     lines.no_more(&mut sizes)?;
@@ -70,17 +68,19 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
             lines.fault(format!("{rows} rows have {entries} entries, so one has no diagonal"))
         );
     }
-    let mut triplets: Vec<(usize, usize, T)> =
-        Vec::with_capacity(if symmetric { 2 * entries } else { entries });
+    let mut triplets = Vec::with_capacity(if symmetric { 2 * entries } else { entries });
     for k in 0..entries {
-        let line = lines.expect_data(format!("entry {} of {entries}", k + 1))?;
-        let mut words = line.split_whitespace();
-        let [i, j] = lines.numbers(&mut words, "row column value")?;
-        let value = lines.value(&mut words)?;
-        for index in [i, j] {
-            if !(1..=rows).contains(&index) {
-                return Err(lines.fault(format!("entry ({i}, {j}) is outside 1..={rows}")));
+        let (i, j, value) = match lines.entry() {
+            Some((i, j, value)) => (i, j, lines.finite(value)?),
+            None => {
+                let line = lines.expect_data(|| format!("entry {} of {entries}", k + 1))?;
+                let mut words = line.split_whitespace();
+                let [i, j] = lines.numbers(&mut words, "row column value")?;
+                (i, j, lines.value(&mut words)?)
             }
+        };
+        if !(1..=rows).contains(&i) || !(1..=rows).contains(&j) {
+            return Err(lines.fault(format!("entry ({i}, {j}) is outside 1..={rows}")));
         }
         if symmetric && j > i {
             let above = format!("entry ({i}, {j}) of a symmetric matrix is above the diagonal");
@@ -92,7 +92,7 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
         }
     }
     lines.expect_end()?;
-    assemble(rows, &triplets).map_err(|(i, j)| {
+    assemble(rows, triplets).map_err(|(i, j)| {
         let reason = format!("entry ({}, {}) is given twice", i + 1, j + 1);
         FileError { path: path.to_owned(), line: None, reason }
     })
@@ -101,31 +101,34 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<CsrMatrix<T>, FileError> {
 /// The matrix of the triplets, or the place of the first one that comes twice.
 fn assemble<T: Scalar>(
     order: usize,
-    triplets: &[(usize, usize, T)],
-) -> Result<CsrMatrix<T>, (usize, usize)> {
-    let mut ends = vec![0; order + 1];
-    for &(i, ..) in triplets {
-        ends[i + 1] += 1;
+    mut triplets: Vec<(usize, usize, T)>,
+) -> Result<Csr<'static, T>, (usize, usize)> {
+    let mut offsets = vec![0; order + 1];
+    for &(i, ..) in &triplets {
+        offsets[i + 1] += 1;
     }
     for i in 0..order {
-        ends[i + 1] += ends[i];
+        offsets[i + 1] += offsets[i];
     }
-    let mut next = ends.clone();
-    let mut entries = vec![(0, T::zero()); triplets.len()];
-    for &(i, j, value) in triplets {
-        entries[next[i]] = (j, value);
-        next[i] += 1;
-    }
-    for (i, row) in ends.windows(2).enumerate() {
-        let row = &mut entries[row[0]..row[1]];
-        row.sort_unstable_by_key(|&(j, _)| j);
-        if let Some(twice) = row.windows(2).find(|pair| pair[0].0 == pair[1].0) {
-            return Err((i, twice[0].0));
+    let place = |&(i, j, _): &(usize, usize, T)| (i, j);
+    if !triplets.is_sorted_by_key(place) {
+        let mut next = offsets.clone();
+        let mut sorted = vec![(0, 0, T::zero()); triplets.len()];
+        for triplet in triplets {
+            sorted[next[triplet.0]] = triplet;
+            next[triplet.0] += 1;
         }
+        for row in offsets.windows(2) {
+            sorted[row[0]..row[1]].sort_unstable_by_key(|&(_, j, _)| j);
+        }
+        triplets = sorted;
     }
-    let (columns, values) = entries.into_iter().unzip();
-    Ok(CsrMatrix::try_from_csr_data(order, order, ends, columns, values)
-        .expect("rows are sorted and entries unique and in range"))
+    if let Some(twice) = triplets.windows(2).find(|pair| place(&pair[0]) == place(&pair[1])) {
+        return Err(place(&twice[0]));
+    }
+    let columns = triplets.iter().map(|&(_, j, _)| j).collect();
+    let values = triplets.iter().map(|&(.., value)| value).collect();
+    Ok(Csr::owned(offsets, columns, values))
 }
 
 /// Reads a vector of length `order`.
@@ -145,10 +148,11 @@ fn assemble<T: Scalar>(
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileError> {
-    let mut lines = Lines::open(path)?;
+    let bytes = content(path)?;
+    let mut lines = Lines::new(path, &bytes);
     let mut first = lines.expect("a banner or a number")?;
-    if is_filler(&first) && !first.starts_with("%%") {
-        first = lines.expect_data("a number")?;
+    if is_filler(first) && !first.starts_with("%%") {
+        first = lines.expect_data(|| "a number".into())?;
     }
     let banner = first.to_ascii_lowercase();
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
@@ -158,13 +162,13 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         _ => {
             return Err(lines.fault(format!(
                 "'{}' is neither '%%MatrixMarket matrix array|coordinate real|integer general' nor a number",
-                excerpt(&first)
+                excerpt(first)
             )));
         }
     };
     let mut entries = order;
     if !plain {
-        let sizes = lines.expect_data("the sizes")?;
+        let sizes = lines.expect_data(|| "the sizes".into())?;
         let mut words = sizes.split_whitespace();
         let [rows, columns] = lines.numbers(&mut words, "rows columns")?;
         if coordinate {
@@ -180,9 +184,9 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
     let mut given = vec![false; if coordinate { order } else { 0 }];
     for k in 0..entries {
         let line = if plain && k == 0 {
-            first.clone()
+            first
         } else {
-            lines.expect_data(format!("entry {} of {entries}", k + 1))?
+            lines.expect_data(|| format!("entry {} of {entries}", k + 1))?
         };
         let mut words = line.split_whitespace();
         let mut at = k;
@@ -228,26 +232,30 @@ pub fn write_vectors<T: Scalar>(vectors: &[(&Path, &[T])]) -> Result<(), FileErr
 }
 
 /// The longest line a file may have, in bytes.
-const LONGEST: u64 = 1 << 16;
+const LONGEST: usize = 1 << 16;
+
+/// Reads a regular file.
+fn content(path: &Path) -> Result<Vec<u8>, FileError> {
+    // To open a FIFO is to wait for its writer.
+    let found = fs::metadata(path).map_err(|e| FileError::new(path, e))?;
+    if !found.is_file() {
+        let kind = files::kind(&found);
+        return Err(FileError::new(path, format!("is {kind}; give a regular file instead")));
+    }
+    fs::read(path).map_err(|e| FileError::new(path, e))
+}
 
 /// The lines of a file, counted.
-struct Lines<'p> {
-    path: &'p Path,
-    length: u64,
-    reader: BufReader<File>,
+struct Lines<'f> {
+    path: &'f Path,
+    length: usize,
+    rest: &'f [u8],
     number: usize,
 }
 
-impl<'p> Lines<'p> {
-    fn open(path: &'p Path) -> Result<Self, FileError> {
-        // To open a FIFO is to wait for its writer.
-        let found = fs::metadata(path).map_err(|e| FileError::new(path, e))?;
-        if !found.is_file() {
-            let kind = files::kind(&found);
-            return Err(FileError::new(path, format!("is {kind}; give a regular file instead")));
-        }
-        let file = File::open(path).map_err(|e| FileError::new(path, e))?;
-        Ok(Self { path, length: found.len(), reader: BufReader::new(file), number: 0 })
+impl<'f> Lines<'f> {
+    fn new(path: &'f Path, bytes: &'f [u8]) -> Self {
+        Self { path, length: bytes.len(), rest: bytes, number: 0 }
     }
 
     fn fault(&self, reason: impl ToString) -> FileError {
@@ -256,9 +264,9 @@ impl<'p> Lines<'p> {
     }
 
     /// Refuses a count of entries, of at least `bytes` each, that the file is too short for.
-    fn holds(&self, entries: usize, bytes: u64) -> Result<(), FileError> {
+    fn holds(&self, entries: usize, bytes: usize) -> Result<(), FileError> {
         // The last entry may lack its line's end.
-        if entries as u64 > (self.length + 1) / bytes {
+        if entries > (self.length + 1) / bytes {
             let length = self.length;
             return Err(self.fault(format!(
                 "{entries} entries are wanted, more than {length} bytes can hold"
@@ -268,47 +276,74 @@ impl<'p> Lines<'p> {
     }
 
     /// The next line, without its end; none at the end of the file.
-    fn next(&mut self) -> Result<Option<String>, FileError> {
+    fn next(&mut self) -> Result<Option<&'f str>, FileError> {
         self.number += 1;
-        let mut bytes = Vec::new();
-        let mut limited = self.reader.by_ref().take(LONGEST);
-        limited.read_until(b'\n', &mut bytes).map_err(|e| FileError::new(self.path, e))?;
-        if bytes.is_empty() {
+        if self.rest.is_empty() {
             return Ok(None);
         }
-        if bytes.len() as u64 == LONGEST {
+        let reach = &self.rest[..self.rest.len().min(LONGEST)];
+        let end = reach.iter().position(|&byte| byte == b'\n');
+        let line = &reach[..end.unwrap_or(reach.len())];
+        self.rest = &self.rest[self.rest.len().min(line.len() + 1)..];
+        if end.is_none() && reach.len() == LONGEST || line.len() + 1 == LONGEST {
             return Err(self.fault(format!("the line is longer than {LONGEST} bytes")));
         }
-        if bytes.last() == Some(&b'\n') {
-            bytes.pop();
-        }
-        if bytes.last() == Some(&b'\r') {
+        if line.last() == Some(&b'\r') {
             return Err(self.fault("the line ends in CRLF; convert the file to plain line ends, for example with dos2unix"));
         }
-        String::from_utf8(bytes).map(Some).map_err(|_| self.fault("the line is not UTF-8"))
+        str::from_utf8(line).map(Some).map_err(|_| self.fault("the line is not UTF-8"))
     }
 
-    fn expect(&mut self, what: impl ToString) -> Result<String, FileError> {
+    /// The next line, if it is an entry in its usual form: three words, one blank between them.
+    ///
+    /// Any other line is left for [`next`](Self::next), which knows all forms and all faults.
+    fn entry(&mut self) -> Option<(usize, usize, f64)> {
+        let (i, rest) = digits(self.rest)?;
+        let (j, rest) = digits(rest.strip_prefix(b" ")?)?;
+        let rest = rest.strip_prefix(b" ")?;
+        let end = rest.iter().take(LONGEST).position(|byte| !byte.is_ascii_graphic())?;
+        let (word, rest) = (&rest[..end], rest[end..].strip_prefix(b"\n")?);
+        let value = match word {
+            // No fraction and no exponent, and few enough digits to be exact.
+            [b'-', whole @ ..]
+                if whole.len() < 16
+                    && let Some((v, [])) = digits(whole) =>
+            {
+                -(v as f64)
+            }
+            whole
+                if whole.len() < 16
+                    && let Some((v, [])) = digits(whole) =>
+            {
+                v as f64
+            }
+            _ => str::from_utf8(word).ok()?.parse().ok()?,
+        };
+        (self.rest, self.number) = (rest, self.number + 1);
+        Some((i, j, value))
+    }
+
+    fn expect(&mut self, what: impl ToString) -> Result<&'f str, FileError> {
         self.next()?.ok_or_else(|| {
             self.fault(format!("the file ends where {} should be", what.to_string()))
         })
     }
 
     /// The next line that is neither blank nor a comment.
-    fn expect_data(&mut self, what: impl ToString + Clone) -> Result<String, FileError> {
-        loop {
-            let line = self.expect(what.clone())?;
-            if !is_filler(&line) {
+    fn expect_data(&mut self, what: impl Fn() -> String) -> Result<&'f str, FileError> {
+        while let Some(line) = self.next()? {
+            if !is_filler(line) {
                 return Ok(line);
             }
         }
+        Err(self.fault(format!("the file ends where {} should be", what())))
     }
 
     fn expect_end(&mut self) -> Result<(), FileError> {
         while let Some(line) = self.next()? {
-            if !is_filler(&line) {
+            if !is_filler(line) {
                 return Err(
-                    self.fault(format!("'{}' comes after the last entry wanted", excerpt(&line)))
+                    self.fault(format!("'{}' comes after the last entry wanted", excerpt(line)))
                 );
             }
         }
@@ -337,8 +372,13 @@ impl<'p> Lines<'p> {
     fn value<T: Scalar>(&self, words: &mut SplitWhitespace<'_>) -> Result<T, FileError> {
         let value: f64 = self.number(words.next(), "value")?;
         self.no_more(words)?;
-        if T::of(value).is_finite() {
-            Ok(T::of(value))
+        self.finite(value)
+    }
+
+    fn finite<T: Scalar>(&self, value: f64) -> Result<T, FileError> {
+        let found = T::of(value);
+        if found.is_finite() {
+            Ok(found)
         } else {
             Err(self.fault(format!("{value} is not a finite number in this precision")))
         }
@@ -350,6 +390,20 @@ impl<'p> Lines<'p> {
             None => Ok(()),
         }
     }
+}
+
+/// A number of at most 18 digits, which cannot overflow, at the beginning of a text, and the rest.
+fn digits(text: &[u8]) -> Option<(usize, &[u8])> {
+    let (mut number, mut length) = (0, 0);
+    while let Some(digit) = text.get(length).filter(|byte| byte.is_ascii_digit()) {
+        number = 10 * number + u64::from(digit - b'0');
+        length += 1;
+        if length > 18 {
+            return None;
+        }
+    }
+    let number = usize::try_from(number).ok()?;
+    (length > 0).then_some((number, &text[length..]))
 }
 
 fn is_filler(line: &str) -> bool {

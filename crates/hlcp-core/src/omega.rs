@@ -1,4 +1,4 @@
-use crate::{Diagonal, Error, Scalar, error::positive};
+use crate::{Coefficients, Diagonal, Error, Scalar, error::positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
 ///
@@ -76,6 +76,13 @@ impl<T: Scalar> Omega<T> {
         match self {
             Self::Uniform(omega) => *omega,
             Self::Each(omega) => omega[i],
+        }
+    }
+
+    pub(crate) fn view(&self) -> Coefficients<'_, T> {
+        match self {
+            Self::Uniform(omega) => Coefficients::Constant(*omega),
+            Self::Each(omega) => Coefficients::Each(omega),
         }
     }
 

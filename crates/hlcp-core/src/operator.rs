@@ -1,4 +1,4 @@
-use crate::{Error, FivePointView, Scalar};
+use crate::{Csr, Error, FivePointView, Scalar};
 
 /// A square linear map on `Tⁿ`, known through its action `x ↦ A x` alone.
 ///
@@ -65,6 +65,14 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does,
     /// costs speed alone. What a view promises is said at [`FivePointView`].
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        None
+    }
+
+    /// The assembled matrix that this operator is, if it has one at hand.
+    ///
+    /// The other door to fast sweeps: rows in arrays are walked in place, without a call for each
+    /// entry. An operator that answers promises that its rows are these.
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
         None
     }
 
@@ -139,4 +147,47 @@ pub trait Rows<T: Scalar>: Diagonal<T> {
     ///
     /// May panic unless `i` is below the order.
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T));
+    /// Returns whether calls reach the operator through a table of functions, as behind
+    /// `Box<dyn Rows<T>>`.
+    ///
+    /// Provided, as [`copy_row`](Self::copy_row) is: sweeps then copy a row at one call, in the
+    /// place of a call for each of its entries. An operator that holds one behind `dyn` passes both
+    /// on.
+    ///
+    /// ```
+    /// use hlcp_core::{Identity, Rows};
+    /// let boxed: Box<dyn Rows<f64>> = Box::new(Identity { order: 3 });
+    /// assert!(boxed.is_dynamic() && !Rows::<f64>::is_dynamic(&Identity { order: 3 }));
+    /// ```
+    fn is_dynamic(&self) -> bool {
+        false
+    }
+
+    /// Copies the entries of row `i` to `row`, as many as it has room for, and returns how many the
+    /// row has.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless `i` is below the order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Rows};
+    ///
+    /// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let mut row = [(0, 0.0); 2];
+    /// assert_eq!(laplacian.copy_row(0, &mut row), 3);
+    /// assert_eq!(row, [(0, 4.0), (1, -1.0)]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    #[inline]
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        let mut count = 0;
+        self.visit_row(i, &mut |j, a| {
+            if let Some(entry) = row.get_mut(count) {
+                *entry = (j, a);
+            }
+            count += 1;
+        });
+        count
+    }
 }

@@ -2,11 +2,13 @@ use crate::{
     Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
+    norms::{Meter, Tally},
+    rows::{Known, RowsOf, Source},
     team::{self, Claims},
 };
 
 /// Unknowns that one thread recovers in one go.
-const PORTION: usize = 4096;
+const PORTION: usize = 1024;
 
 /// The problem HLCP(A, B, q) in modulus form.
 ///
@@ -232,6 +234,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Sweep::new(self.grid().ok()?, views, &self.omega, factors, self.parallel))
     }
 
+    /// The rows of both operators, if these have them assembled or are diagonal.
+    pub(crate) fn known(&self) -> Option<[Known<'_, T>; 2]> {
+        Some([Known::new(&self.a)?, Known::new(&self.b)?])
+    }
+
     /// The operator `A`, after an exchange the posed problem's `B`.
     pub fn a(&self) -> &A {
         &self.a
@@ -390,6 +397,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if let Some(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
+        if let Some([a, b]) = self.known() {
+            return q.measured(|meter| self.row_residual([a.rows(), b.rows()], q, z, r, meter));
+        }
         let (az, br) = halves(scratch, z.len());
         if self.exchanged {
             self.b.apply(z, az);
@@ -404,6 +414,36 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             }
             meter.norms()
         })
+    }
+
+    /// The norms of the residual of operators whose rows are known, in one pass.
+    fn row_residual(
+        &self,
+        [a, b]: [RowsOf<'_, T>; 2],
+        q: &Rhs<'_, T>,
+        z: &[T],
+        r: &[T],
+        meter: Meter,
+    ) -> Norms {
+        let sign = if self.exchanged { -T::one() } else { T::one() };
+        let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
+        let portions = Claims::new(q.entries().chunks(PORTION).enumerate());
+        let sum = team::Sum::new();
+        team::spread(team::threads(self.parallel, z.len()), &|| {
+            let (mut a, mut b, mut residual) = (a, b, [T::zero(); PORTION]);
+            while let Some((number, q)) = portions.next() {
+                let residual = &mut residual[..q.len()];
+                for ((i, &q), residual) in (number * PORTION..).zip(q).zip(&mut *residual) {
+                    let az = a.fold(i, T::zero(), |sum, j, a| sum + a * z[j]);
+                    let br = b.fold(i, T::zero(), |sum, j, b| sum + b * r[j]);
+                    *residual = az - br + sign * q;
+                }
+                let mut tally = Tally::zero();
+                meter.add_to(&mut tally, residual);
+                sum.add(number, tally);
+            }
+        });
+        meter.norms_of(&sum.total(), T::one())
     }
 
     pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::{
     Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
-    problem::halves,
+    problem::halves, rows::Source,
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
@@ -187,8 +187,23 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return true;
         }
         let sign = self.q_factor() / self.gamma();
+        let first = |i: usize| (S::new((sign * q.entries()[i]).wide()), 0.0);
+        if let Some([a, b]) = self.known() {
+            let (mut a, mut b) = (a.rows(), b.rows());
+            for i in 0..x.len() {
+                let added = |(mut sums, count): (S, f64), entry: T, value: T| {
+                    sums.add(entry.wide(), value.wide());
+                    (sums, count + 1.0)
+                };
+                let sums = a.fold(i, first(i), |sums, j, a| added(sums, a, self.z_entry(x[j])));
+                let (sums, count) =
+                    b.fold(i, sums, |sums, j, b| added(sums, -b, self.r_entry(j, x[j])));
+                take(&sums, count);
+            }
+            return true;
+        }
         (0..x.len()).all(|i| {
-            let (mut sums, mut count) = (S::new((sign * q.entries()[i]).wide()), 0.0);
+            let (mut sums, mut count) = first(i);
             let known = self.terms(i, x, |entry, value| {
                 sums.add(entry.wide(), value.wide());
                 count += 1.0;

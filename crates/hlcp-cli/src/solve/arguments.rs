@@ -44,13 +44,17 @@ pub(crate) struct Arguments {
     /// The vector q: a Matrix Market file, or one number a line
     #[arg(long, help_heading = FILES, requires = "a")]
     pub(crate) q: Option<PathBuf>,
+    /// The grid of five-point operators A and B, such as 512x512, whose sweeps are faster and which
+    /// multigrid needs [default: what the pattern of A and B shows]
+    #[arg(long, help_heading = FILES, requires = "a", value_name = "NXxNY", value_parser = grid)]
+    pub(crate) grid: Option<[usize; 2]>,
     /// The start x⁰ [default: all ones]
     #[arg(long, help_heading = FILES)]
     pub(crate) x0: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
-    /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGW MGF FMG,
-    /// multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that finds
-    /// α; AUTO, which chooses
+    /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGV MGW MGF
+    /// FMG, multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that
+    /// finds α; AUTO, which chooses
     #[arg(long, help_heading = METHOD)]
     pub(crate) method: Option<String>,
     /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: TMGS]
@@ -118,6 +122,15 @@ pub(crate) struct Arguments {
     /// Prove what can be proved: convergence, uniqueness, and a bound on the error
     #[arg(long, help_heading = OUTPUT)]
     pub(crate) certify: bool,
+}
+
+/// The numbers of points in a row of a grid and of rows.
+fn grid(text: &str) -> Result<[usize; 2], String> {
+    let sides = text.split_once(['x', 'X', '×']).map(|(nx, ny)| (nx.parse(), ny.parse()));
+    match sides {
+        Some((Ok(nx), Ok(ny))) => Ok([nx, ny]),
+        _ => Err("give the points in a row and the rows, such as 512x256".into()),
+    }
 }
 
 const FILES: &str = "Files";

@@ -77,10 +77,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         [gamma, q_factor]: [T; 2],
         parallel: bool,
     ) -> Self {
-        let omega = match omega {
-            Omega::Uniform(omega) => Coefficients::Constant(*omega),
-            Omega::Each(omega) => Coefficients::Each(omega),
-        };
+        let omega = omega.view();
         let grid = Grid { nx, ny, backward: false, red_black: false };
         Self { grid, a, b, omega, gamma, q_factor, parallel }
     }

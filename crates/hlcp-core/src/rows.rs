@@ -1,0 +1,148 @@
+//! Rows that are known at set-up, walked without a call for each entry.
+
+use crate::{Coefficients, Csr, LinearOperator, Rows, Scalar, csr::Index};
+
+/// Where a sweep has the rows of an operator from.
+///
+/// Sums are handed from entry to entry by value, which keeps them in registers.
+pub(crate) trait Source<T> {
+    /// Returns `add(… add(sums, j, aᵢⱼ) …)` for the entries of row `i`, by increasing `j`.
+    fn fold<S: Copy>(&mut self, i: usize, sums: S, add: impl FnMut(S, usize, T) -> S) -> S;
+}
+
+/// The entries of the longest row that is copied, and so walked at one call.
+const COPIED: usize = 16;
+
+/// The rows of an operator of any type, from calls of its own.
+#[derive(Debug)]
+pub(crate) struct Visited<'o, T, O> {
+    operator: &'o O,
+    row: [(usize, T); COPIED],
+}
+
+impl<'o, T: Scalar, O: Rows<T>> Visited<'o, T, O> {
+    pub(crate) fn new(operator: &'o O) -> Self {
+        Self { operator, row: [(0, T::zero()); COPIED] }
+    }
+}
+
+impl<T: Scalar, O: Rows<T>> Source<T> for Visited<'_, T, O> {
+    #[inline(always)]
+    fn fold<S: Copy>(&mut self, i: usize, mut sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
+        if self.operator.is_dynamic() {
+            let count = self.operator.copy_row(i, &mut self.row);
+            if let Some(row) = self.row.get(..count) {
+                return row.iter().fold(sums, |sums, &(j, a)| add(sums, j, a));
+            }
+        }
+        self.operator.visit_row(i, &mut |j, a| sums = add(sums, j, a));
+        sums
+    }
+}
+
+/// The arrays of a matrix in compressed sparse rows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slices<'a, I, T> {
+    pub(crate) offsets: &'a [I],
+    pub(crate) columns: &'a [I],
+    pub(crate) values: &'a [T],
+}
+
+impl<T: Scalar, I: Index> Slices<'_, I, T> {
+    #[inline(always)]
+    fn row(&self, i: usize) -> (&[I], &[T]) {
+        let (from, until) = (self.offsets[i].as_(), self.offsets[i + 1].as_());
+        (&self.columns[from..until], &self.values[from..until])
+    }
+
+    #[inline(always)]
+    fn fold<S: Copy>(&self, i: usize, sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
+        let (columns, values) = self.row(i);
+        columns.iter().zip(values).fold(sums, |sums, (j, &a)| add(sums, j.as_(), a))
+    }
+
+    fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
+        for (i, y) in (first..).zip(y) {
+            *y = self.fold(i, T::zero(), |sum, j, a| sum + a * x[j]);
+        }
+    }
+
+    fn diagonal_entry(&self, i: usize) -> T {
+        let (columns, values) = self.row(i);
+        columns.binary_search_by_key(&i, |j| j.as_()).map_or(T::zero(), |at| values[at])
+    }
+}
+
+/// The rows of an assembled or a diagonal matrix.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum RowsOf<'a, T> {
+    U32(Slices<'a, u32, T>),
+    I32(Slices<'a, i32, T>),
+    I64(Slices<'a, i64, T>),
+    Usize(Slices<'a, usize, T>),
+    Diagonal(Coefficients<'a, T>),
+}
+
+impl<T: Scalar> RowsOf<'_, T> {
+    /// Overwrites `y` with the rows of the product with `x` that begin at row `first`.
+    pub(crate) fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
+        match self {
+            Self::U32(rows) => rows.apply(first, x, y),
+            Self::I32(rows) => rows.apply(first, x, y),
+            Self::I64(rows) => rows.apply(first, x, y),
+            Self::Usize(rows) => rows.apply(first, x, y),
+            Self::Diagonal(entries) => {
+                for (i, y) in (first..).zip(y) {
+                    *y = entries.at(i) * x[i];
+                }
+            }
+        }
+    }
+
+    pub(crate) fn diagonal_entry(&self, i: usize) -> T {
+        match self {
+            Self::U32(rows) => rows.diagonal_entry(i),
+            Self::I32(rows) => rows.diagonal_entry(i),
+            Self::I64(rows) => rows.diagonal_entry(i),
+            Self::Usize(rows) => rows.diagonal_entry(i),
+            Self::Diagonal(entries) => entries.at(i),
+        }
+    }
+}
+
+impl<T: Scalar> Source<T> for RowsOf<'_, T> {
+    #[inline(always)]
+    fn fold<S: Copy>(&mut self, i: usize, sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
+        match self {
+            Self::U32(rows) => rows.fold(i, sums, add),
+            Self::I32(rows) => rows.fold(i, sums, add),
+            Self::I64(rows) => rows.fold(i, sums, add),
+            Self::Usize(rows) => rows.fold(i, sums, add),
+            Self::Diagonal(entries) => add(sums, i, entries.at(i)),
+        }
+    }
+}
+
+/// An operator whose rows are known at set-up.
+pub(crate) enum Known<'a, T: Scalar> {
+    Csr(Csr<'a, T>),
+    Diagonal(Coefficients<'a, T>),
+}
+
+impl<'a, T: Scalar> Known<'a, T> {
+    /// The rows of an operator that has them assembled or is diagonal.
+    pub(crate) fn new(operator: &'a (impl LinearOperator<T> + ?Sized)) -> Option<Self> {
+        if let Some(matrix) = operator.as_csr() {
+            return Some(Self::Csr(matrix));
+        }
+        let view = operator.as_five_point()?;
+        view.grid().is_none().then(|| Self::Diagonal(view.coefficients()[2]))
+    }
+
+    pub(crate) fn rows(&self) -> RowsOf<'_, T> {
+        match self {
+            Self::Csr(matrix) => matrix.rows(),
+            Self::Diagonal(entries) => RowsOf::Diagonal(*entries),
+        }
+    }
+}
