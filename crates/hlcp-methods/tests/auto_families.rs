@@ -224,13 +224,26 @@ fn sparse_pairs_converge() {
 /// A row of `A` that is zero has no pivot for algebraic multigrid; sweeps divide by that of `B`.
 #[test]
 fn a_method_that_is_refused_is_left_out() {
-    let (mut a, _, mut q) = contact(12);
+    let film = dimples([31, 31], 4.0, 2.0);
+    let mut q = wedge(&film[1]);
     let n = q.len() + 1;
-    a.0.push(vec![]);
     q.push(2.0);
-    let mut solver = Solver::new(
-        Auto::new(Hlcp::new(&a, Identity { order: n }, Omega::Uniform(6.0)).unwrap()).unwrap(),
-    );
+    let Omega::Each(mut omega) = Omega::diagonal_ratio(1.0, &film[0], &film[1]).unwrap() else {
+        panic!("a film's diagonals vary")
+    };
+    omega.push(1.0);
+    let [mut a, mut b] = film.map(|of| {
+        let row = |i: usize| {
+            let mut row = vec![];
+            of.visit_row(i, &mut |j, a| row.push((j, a)));
+            row
+        };
+        Listed((0..n - 1).map(row).collect())
+    });
+    a.0.push(vec![]);
+    b.0.push(vec![(n - 1, 1.0)]);
+    let mut solver =
+        Solver::new(Auto::new(Hlcp::new(&a, &b, Omega::Each(omega)).unwrap()).unwrap());
     let outcome = solver.solve(&q, Limits::default()).unwrap();
     let history = solver.method().history();
     assert!(outcome.converged(), "{outcome} {history:?}");
