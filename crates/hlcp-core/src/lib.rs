@@ -8,9 +8,9 @@
 //! # The easy way: operators that are there
 //!
 //! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`],
-//! [`DiagonalMatrix`], [`Csr`] for assembled rows, and [`Scaled`], [`Shifted`] and [`Sum`] of any;
+//! [`DiagonalMatrix`], [`Csr`] and [`RowMajor`] for assembled rows, and [`Scaled`], [`Shifted`] and [`Sum`] of any;
 //! [`market`] reads and writes Matrix Market files; with the feature `nalgebra-sparse`, on by
-//! default, a `nalgebra_sparse::CsrMatrix` is an operator as it is. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
+//! default, `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix` are operators as they are. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
 //! modulus form.
 //!
 //! ```
@@ -109,8 +109,11 @@
 //! * What is wrong with the input is an [`Error`] with its numbers.
 
 mod aor;
+mod check;
+mod colour;
 mod combine;
 mod csr;
+mod dense;
 mod error;
 pub mod files;
 mod forward;
@@ -133,8 +136,11 @@ mod varying;
 mod view;
 
 pub use aor::Aor;
+pub use check::check_operator;
+pub use colour::Multicolour;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
+pub use dense::RowMajor;
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;

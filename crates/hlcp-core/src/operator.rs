@@ -62,8 +62,10 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// The five-point operator that this one is, if it is one.
     ///
-    /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does,
-    /// costs speed alone. What a view promises is said at [`FivePointView`].
+    /// A door, not a rung of the ladder. It opens the fused sweeps and residuals, their threads, and
+    /// multigrid, which knows no other operators; an operator that answers `None`, as the default
+    /// does, has its rows walked. What a view promises is said at [`FivePointView`], and
+    /// [`check_operator`](crate::check_operator) sees whether it is kept.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }
