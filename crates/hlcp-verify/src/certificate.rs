@@ -352,7 +352,7 @@ pub fn certify<T: Scalar>(
             return Ok(Ok(found));
         }
     }
-    let refusal = match enclose((a, b), q, &near, &omega) {
+    let refusal = match enclose(a, b, q, &near, &omega) {
         Ok(found) => {
             let mut found = near_the_answer(found, &omega, [z, r]);
             found.witness = from_ones.map(|_| Witness::Right { omega, d: ones });
