@@ -26,6 +26,9 @@ pub(super) struct Solved {
 /// Newton's method takes some six steps, whatever the texture.
 pub(super) const METHOD: &str = "AMG";
 
+/// It is slow, but runs away least.
+const FALLBACK: &str = "MGS";
+
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits() -> Limits {
     Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
@@ -95,25 +98,29 @@ fn solve(
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let name = arguments.method.as_deref().unwrap_or(METHOD);
-    let method = Named::parse(name, Parameters::default())?.on(problem)?;
-    let mut solver = Solver::new(method);
-    let limits = limits();
-    let mut way = Way::new(name, goal(&limits, q), &limits);
-    let mut show = |progress: &Progress<'_, f64>| {
-        way.show(progress);
-        ControlFlow::Continue(())
-    };
     let scaled = start.map(|start| {
         let by = start.film.pressure_unit() / film.pressure_unit();
         (start.z.iter().map(|z| z * by).collect::<Vec<_>>(), &start.r)
     });
-    let options = match &scaled {
-        Some((z, r)) => Options::from_solution(z, r),
-        None => Options::default(),
+    let given = arguments.method.as_deref();
+    let limits = limits();
+    let attempt = |name: &str| -> Fallible<Answer> {
+        let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
+        let mut solver = Solver::new(method);
+        let mut way = Way::new(name, goal(&limits, q), &limits);
+        let mut show = |progress: &Progress<'_, f64>| {
+            way.show(progress);
+            ControlFlow::Continue(())
+        };
+        let options = match &scaled {
+            Some((z, r)) => Options::from_solution(z, r),
+            None => Options::default(),
+        };
+        let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
+        Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
     };
-    let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
-    Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
+    let found = attempt(given.unwrap_or(METHOD))?;
+    if found.3.converged() || given.is_some() { Ok(found) } else { attempt(FALLBACK) }
 }
 
 /// The changes of `z` that changes of `A z − B r + q` bring about, full and broken cells staying
