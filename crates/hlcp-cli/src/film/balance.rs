@@ -58,7 +58,11 @@ impl Solved {
 
     /// The derivatives of the forces for slow changes of the position and for its speed, each a
     /// matrix with a column for each coordinate that moves; in the second the film content stays.
-    fn derivatives(&self, posed: &Posed, is_clamped: bool) -> Fallible<[Vec<Vec<f64>>; 2]> {
+    pub(super) fn derivatives(
+        &self,
+        posed: &Posed,
+        is_clamped: bool,
+    ) -> Fallible<[Vec<Vec<f64>>; 2]> {
         let film = &self.film;
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
@@ -374,7 +378,7 @@ impl Posed {
 }
 
 /// Solves a few equations; `None` if they have not one solution.
-fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+pub(super) fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
     let n = rhs.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs()))?;
