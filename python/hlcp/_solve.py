@@ -142,6 +142,7 @@ def solve(
     r0: ArrayLike | None = None,
     rtol: float | None = None,
     atol: float | None = None,
+    rounding: float | None = None,
     norm: float = 2,
     maxiter: int = 30_000,
     maxtime: float | None = None,
@@ -181,8 +182,10 @@ def solve(
         The start: a modulus variable, or a z and an r (0 where one is missing).
     rtol, atol : float
         The norm of the residual, over that of q or in the units of q, that is good enough; give
-        one. Without either, rtol is 1e-10. In single precision a residual of the size of its
-        rounding is good enough too.
+        one. Without either, rtol is 1e-10.
+    rounding : float
+        The residual that is good enough too, in units of the rounding in it; 4 in single
+        precision and 0 in double, if not given.
     norm : 2 or inf
         The norm of both.
     maxiter : int
@@ -224,8 +227,8 @@ def solve(
     """
     return _solve(_Pair(A, B), q, method=method, alpha=alpha, beta=beta, alpha2=alpha2,
                   beta2=beta2, base=base, window=window, splitting=splitting, tau=tau, omega=omega,
-                  x0=x0, z0=z0, r0=r0, rtol=rtol, atol=atol, norm=norm, maxiter=maxiter,
-                  maxtime=maxtime, threads=threads, callback=callback)
+                  x0=x0, z0=z0, r0=r0, rtol=rtol, atol=atol, rounding=rounding,
+                  norm=norm, maxiter=maxiter, maxtime=maxtime, threads=threads, callback=callback)
 
 
 def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any, omega: Any,
@@ -374,20 +377,21 @@ class Solver:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Certificate:
-    """A proof that the solution (z*, r*) exists and is the only one, and how far z and r are from it.
+    """What is proved of the distance of (z, r) from the solution (z*, r*).
 
-    All of it is a statement about real numbers; rounding is accounted for.
+    All of it is a statement about real numbers; rounding is accounted for. It is true (as a bool)
+    if the solution is proved to exist and to be the only one; else the bounds are infinite.
 
     Attributes
     ----------
     z, r : ndarray of float64
-        Not less than abs(z - z*) and abs(r - r*), entry by entry; infinite if something overflows.
+        Not less than abs(z - z*) and abs(r - r*), entry by entry.
     error : float
         The largest of these.
     kind : str
-        "componentwise" or "sum", the kind of the bound.
+        "componentwise" or "sum", the kind of the bound; "" without one.
     message : str
-        The same in a sentence.
+        The same in a sentence, or the reason why nothing is proved.
     """
 
     z: NDArray[np.float64]
@@ -396,12 +400,15 @@ class Certificate:
     kind: str
     message: str
 
+    def __bool__(self) -> bool:
+        return bool(self.kind)
+
     def __str__(self) -> str:
         return self.message
 
 
-def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate | None:
-    """Prove that the problem has one solution and no other, and bound its distance from z and r.
+def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate:
+    """Prove that the problem has one solution only, and bound its distance from z and r.
 
     Parameters
     ----------
@@ -412,8 +419,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
 
     Returns
     -------
-    Certificate or None
-        None where no proof was found: nothing is claimed then.
+    Certificate
+        With infinite bounds where no proof was found: nothing is claimed then.
 
     Raises
     ------
@@ -430,17 +437,18 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
     >>> import hlcp
     >>> A = hlcp.FivePoint((1, 2), west=-1, centre=4, east=-1)
     >>> bound = hlcp.certify(A, None, [-4.0, 3.0], [1.001, 0.0], [0.0, 2.0])
-    >>> bool(0.001 <= bound.z[0] < 0.0014)
-    True
+    >>> bool(bound), bool(0.001 <= bound.z[0] < 0.0014)
+    (True, True)
     """
     array = real("q", q)
     shape, dtype = array.shape, _precision(array)
     of_a, of_b = _Pair(A, B).described(dtype)
     entries = [vector(name, given, dtype) for name, given in (("q", array), ("z", z), ("r", r))]
     proof = _hlcp.certify(dtype is np.float64, of_a, of_b, *entries)
-    if proof is None:
-        return None
-    of_z, of_r, kind, message = proof
+    if isinstance(proof, str):
+        nothing = np.full(shape, np.inf)
+        return Certificate(nothing, nothing, np.inf, "", f"not proved: {proof}")
+    (of_z, of_r), kind, message = proof
     error = float(max(np.max(of_z), np.max(of_r)))
     return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, kind, message)
 

@@ -9,16 +9,20 @@ use std::{
 };
 
 use hlcp_methods::{
-    Anderson, BoxedMethod, Coefficients, Diagonal, Error, Hlcp, Identity, Limits, LinearOperator,
+    Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator,
     Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar,
     Solver, Splitting, SplittingStep, Tmms, Tolerance, VaryingFivePoint,
 };
-use hlcp_verify::{Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider, Witness};
+use hlcp_verify::{
+    Bearing2d, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side, Slider,
+    Supply, TimeStep, Witness,
+};
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
     conversion::FromPyObjectOwned,
     exceptions::{PyMemoryError, PyRuntimeError, PyValueError},
     prelude::*,
+    types::PyDict,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -97,6 +101,15 @@ enum Indices<'py> {
     Long(PyReadonlyArray1<'py, i64>),
 }
 
+impl Indices<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Short(indices) => indices.as_array().len(),
+            Self::Long(indices) => indices.as_array().len(),
+        }
+    }
+}
+
 /// An operator on borrowed arrays, with rows or with products alone.
 enum Operator<'a, T> {
     Rows(Box<dyn Rows<T> + 'a>),
@@ -111,23 +124,23 @@ impl<T: Real> Given<'_, T> {
     ) -> PyResult<Operator<'a, T>> {
         Ok(Operator::Rows(match self {
             Self::Identity(order) => Box::new(Identity { order: *order }),
-            Self::Csr(columns, pointers, indices, entries) => match (pointers, indices) {
-                (Indices::Short(pointers), Indices::Short(indices)) => Box::new(Csr::new(
-                    what,
-                    *columns,
-                    pointers.as_slice()?,
-                    indices.as_slice()?,
-                    entries.as_slice()?,
-                )?),
-                (Indices::Long(pointers), Indices::Long(indices)) => Box::new(Csr::new(
-                    what,
-                    *columns,
-                    pointers.as_slice()?,
-                    indices.as_slice()?,
-                    entries.as_slice()?,
-                )?),
-                _ => return Err(wrong(format!("the two index arrays of {what} differ in type"))),
-            },
+            Self::Csr(columns, pointers, indices, entries) => {
+                let (rows, columns) = (pointers.count().saturating_sub(1), *columns);
+                if rows != columns {
+                    return Err(wrong(Error::NotSquare { what, rows, columns }));
+                }
+                let entries = entries.as_slice()?;
+                let matrix = match (pointers, indices) {
+                    (Indices::Short(pointers), Indices::Short(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    (Indices::Long(pointers), Indices::Long(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    _ => return Err(wrong(format!("the index arrays of {what} differ in type"))),
+                };
+                Box::new(matrix.map_err(|error| wrong(format!("{what}: {error}")))?)
+            }
             Self::FivePoint([ny, nx], [south, west, centre, east, north]) => {
                 let coefficients = [south, west, centre, east, north];
                 let mut views = [Coefficients::Constant(T::zero()); 5];
@@ -162,109 +175,6 @@ impl<T: Real> Operator<'_, T> {
         match self {
             Self::Rows(rows) => &**rows,
             Self::Products(products) => products,
-        }
-    }
-}
-
-/// A whole number of SciPy's index arrays.
-trait Index: Copy + Send + Sync {
-    /// The number; the largest one for a negative.
-    fn at(self) -> usize;
-}
-
-impl Index for i32 {
-    fn at(self) -> usize {
-        usize::try_from(self).unwrap_or(usize::MAX)
-    }
-}
-
-impl Index for i64 {
-    fn at(self) -> usize {
-        usize::try_from(self).unwrap_or(usize::MAX)
-    }
-}
-
-/// A matrix in SciPy's compressed rows, borrowed.
-struct Csr<'a, T, I> {
-    // Invariant: pointers rise from 0 to at most the number of indices and entries, and the
-    // indices of a row rise strictly, below `columns`.
-    columns: usize,
-    pointers: &'a [I],
-    indices: &'a [I],
-    entries: &'a [T],
-}
-
-impl<'a, T: Scalar, I: Index> Csr<'a, T, I> {
-    fn new(
-        what: &str,
-        columns: usize,
-        pointers: &'a [I],
-        indices: &'a [I],
-        entries: &'a [T],
-    ) -> PyResult<Self> {
-        let least = indices.len().min(entries.len());
-        let sound = pointers.first().is_some_and(|first| first.at() == 0)
-            && pointers.windows(2).all(|two| two[0].at() <= two[1].at())
-            && pointers.last().is_some_and(|last| last.at() <= least);
-        if !sound {
-            return Err(wrong(format!("indptr of {what} does not rise from 0 to its entries")));
-        }
-        let matrix = Self { columns, pointers, indices, entries };
-        for i in 0..pointers.len() - 1 {
-            let row = matrix.row(i).0;
-            let rises = row.windows(2).all(|two| two[0].at() < two[1].at());
-            if !rises || row.last().is_some_and(|last| last.at() >= columns) {
-                return Err(wrong(format!(
-                    "the column indices of row {i} of {what} do not rise strictly from 0 on to \
-                     below {columns}, though the matrix says that it has canonical format"
-                )));
-            }
-        }
-        Ok(matrix)
-    }
-
-    fn row(&self, i: usize) -> (&'a [I], &'a [T]) {
-        let row = self.pointers[i].at()..self.pointers[i + 1].at();
-        (&self.indices[row.clone()], &self.entries[row])
-    }
-}
-
-impl<T: Scalar, I: Index> LinearOperator<T> for Csr<'_, T, I> {
-    fn order(&self) -> usize {
-        self.pointers.len() - 1
-    }
-
-    fn apply(&self, x: &[T], y: &mut [T]) {
-        for (i, y) in y.iter_mut().enumerate() {
-            let (indices, entries) = self.row(i);
-            let products = indices.iter().zip(entries);
-            *y = products.fold(T::zero(), |sum, (j, &a)| sum + a * x[j.at()]);
-        }
-    }
-
-    fn check(&self, what: &'static str) -> Result<(), Error> {
-        let (rows, columns) = (self.pointers.len() - 1, self.columns);
-        if rows == columns { Ok(()) } else { Err(Error::NotSquare { what, rows, columns }) }
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
-    }
-}
-
-impl<T: Scalar, I: Index> Diagonal<T> for Csr<'_, T, I> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        let (indices, entries) = self.row(i);
-        indices.binary_search_by_key(&i, |j| j.at()).map_or(T::zero(), |at| entries[at])
-    }
-}
-
-impl<T: Scalar, I: Index> Rows<T> for Csr<'_, T, I> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let (indices, entries) = self.row(i);
-        for (j, &a) in indices.iter().zip(entries) {
-            visit(j.at(), a);
         }
     }
 }
@@ -337,6 +247,7 @@ struct Settings {
     linf: bool,
     maxiter: usize,
     maxtime: Option<f64>,
+    rounding: Option<f64>,
     threads: usize,
     callback: Option<Py<PyAny>>,
 }
@@ -358,6 +269,7 @@ impl Settings {
             tolerance,
             norm: if self.linf { Norm::LInf } else { Norm::L2 },
             iterations: self.maxiter,
+            rounding: self.rounding,
             time: self.maxtime.map(seconds).transpose()?,
             ..Limits::default()
         })
@@ -575,14 +487,20 @@ fn solve_in<'py, T: Real>(
     Ok((z, r, x, ended, counts, residuals).into_pyobject(py)?.into_any())
 }
 
-/// A bound on the error of z and r, its kind, its sentence.
-type Bounds<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, &'static str, String);
+/// Bounds on the errors of z and r, the kind of the bound and a sentence; or the sentence that says
+/// why there is none.
+#[derive(IntoPyObject)]
+enum Proof<'py> {
+    Given([Bound<'py, PyArray1<f64>>; 2], String, String),
+    #[pyo3(transparent)]
+    Refused(String),
+}
 
 fn certify_in<'py, T: Real>(
     py: Python<'py>,
     [a, b]: [&Bound<'py, PyAny>; 2],
     vectors: [&Bound<'py, PyAny>; 3],
-) -> PyResult<Option<Bounds<'py>>> {
+) -> PyResult<Proof<'py>> {
     let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
     let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, T>>());
     let (q, z, r) = (q?, z?, r?);
@@ -592,15 +510,16 @@ fn certify_in<'py, T: Real>(
     let (a, b) = (a.rows("A")?, b.rows("B")?);
     room(q.len().checked_mul(20))?;
     let certificate = released(py, || hlcp_verify::certify(&a, &b, q, z, r).map_err(wrong))?;
-    Ok(certificate.map(|certificate| {
-        let kind = match certificate.witness {
-            Witness::Right { .. } => "componentwise",
-            Witness::Left { .. } => "sum",
-        };
-        let said = certificate.to_string();
-        let [z, r] = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
-        (z, r, kind, said)
-    }))
+    let Some(certificate) = certificate else {
+        return Ok(Proof::Refused("no witness was found".into()));
+    };
+    let kind = match certificate.witness {
+        Witness::Right { .. } => "componentwise",
+        Witness::Left { .. } => "sum",
+    };
+    let said = certificate.to_string();
+    let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
+    Ok(Proof::Given(bounds, kind.into(), said))
 }
 
 // Scenes.
@@ -645,6 +564,71 @@ fn posed<'py>(
     Ok((shown(py, a)?, b, vector(q), solution.map(|both| both.map(vector))))
 }
 
+// Films.
+
+/// A film as `hlcp/_film.py` describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Described<'py> {
+    /// `(ny, nx)`.
+    grid: [usize; 2],
+    size: [f64; 2],
+    gap: PyReadonlyArray1<'py, f64>,
+    viscosity: PyReadonlyArray1<'py, f64>,
+    speeds: [f64; 2],
+    /// West, east, south and north: what is there, and its number.
+    sides: [(String, f64); 4],
+    /// Corner, size and pressure.
+    supplies: Vec<([f64; 2], [f64; 2], f64)>,
+    cavitation: f64,
+    /// Duration and oil of a time step.
+    step: Option<(f64, PyReadonlyArray1<'py, f64>)>,
+}
+
+impl Described<'_> {
+    fn film(&self) -> PyResult<Film> {
+        let [ny, nx] = self.grid;
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let side = |(what, number): &(String, f64)| match what.as_str() {
+            "pressure" => Side::Pressure(*number),
+            "starved" => Side::Starved(*number),
+            "periodic" => Side::Periodic,
+            _ => Side::Closed,
+        };
+        let supply = |&(corner, size, pressure): &_| Supply { corner, size, pressure };
+        let step = |(duration, oil): &(f64, PyReadonlyArray1<'_, f64>)| {
+            Ok::<_, PyErr>(TimeStep { duration: *duration, oil: oil.as_slice()?.to_vec() })
+        };
+        Ok(Film {
+            nx,
+            ny,
+            lengths: self.size,
+            gap: self.gap.as_slice()?.to_vec(),
+            viscosity: self.viscosity.as_slice()?.to_vec(),
+            speeds: self.speeds,
+            sides: self.sides.each_ref().map(side),
+            supplies: self.supplies.iter().map(supply).collect(),
+            cavitation: self.cavitation,
+            step: self.step.as_ref().map(step).transpose()?,
+        })
+    }
+}
+
+/// The arrays of a matrix in compressed rows.
+fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
+    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |j, entry| {
+            indices.push(j as i64);
+            entries.push(entry);
+        });
+        pointers.push(indices.len() as i64);
+    }
+    let index = |list| PyArray1::<i64>::from_vec(py, list);
+    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
+    Ok(arrays.into_pyobject(py)?.into_any())
+}
+
 #[pymodule(gil_used = false)]
 mod _hlcp {
     use super::*;
@@ -680,7 +664,7 @@ mod _hlcp {
         q: &Bound<'py, PyAny>,
         z: &Bound<'py, PyAny>,
         r: &Bound<'py, PyAny>,
-    ) -> PyResult<Option<Bounds<'py>>> {
+    ) -> PyResult<Proof<'py>> {
         if double {
             certify_in::<f64>(py, [a, b], [q, z, r])
         } else {
@@ -754,5 +738,47 @@ mod _hlcp {
         let scene = Bearing2d { nx, ny, ecc, aspect, groove };
         let (a, b, q) = scene.pose().map_err(wrong)?;
         posed(py, &a, Some(&b), q, None)
+    }
+
+    /// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
+    /// z = 1 stands for, in Pa; and whether anything feeds the film.
+    #[pyfunction]
+    fn film<'py>(py: Python<'py>, film: Described<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let film = film.film()?;
+        let (a, b, q) = film.pose().map_err(wrong)?;
+        let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
+            Some(_) => Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any()),
+            None => assembled(py, operator),
+        };
+        let (a, b) = (operator(&a)?, operator(&b)?);
+        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), film.is_fed());
+        Ok(posed.into_pyobject(py)?.into_any())
+    }
+
+    /// Returns what a film does, in SI units.
+    #[pyfunction]
+    fn film_figures<'py>(
+        py: Python<'py>,
+        film: Described<'py>,
+        z: PyReadonlyArray1<'py, f64>,
+        r: PyReadonlyArray1<'py, f64>,
+        ambient: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let figures = film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient);
+        let FilmFigures { load, moments, friction, power, sides, supplies, .. } = figures;
+        let FilmFigures { stored, imbalance, peak, least_gap, broken_share, .. } = figures;
+        let named = PyDict::new(py);
+        named.set_item("load", load)?;
+        named.set_item("moments", moments)?;
+        named.set_item("friction", friction)?;
+        named.set_item("power", power)?;
+        named.set_item("sides", sides)?;
+        named.set_item("supplies", supplies)?;
+        named.set_item("stored", stored)?;
+        named.set_item("imbalance", imbalance)?;
+        named.set_item("peak", peak)?;
+        named.set_item("least_gap", least_gap)?;
+        named.set_item("broken_share", broken_share)?;
+        Ok(named)
     }
 }

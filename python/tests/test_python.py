@@ -26,8 +26,16 @@ def endless(**options):
     return hlcp.solve(A, B, q, "MGS", rtol=0.0, maxiter=10**12, **options)
 
 
+@pytest.fixture
+def interrupts():
+    """Python's own answer to Ctrl-C, which a process in the background lacks."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.parametrize("threads", [1, 2])
-def test_ctrl_c_ends_a_solve_and_leaves_arrays_alone(threads):
+def test_ctrl_c_ends_a_solve_and_leaves_arrays_alone(threads, interrupts):
     A, B, q, *_ = scenes.disc_lcp(300)
     before, solver = q.copy(), hlcp.Solver(A, B, "MGS", threads=threads)
     last = solver.solve(q, maxiter=5)
@@ -168,8 +176,8 @@ def test_a_plot_is_drawn():
 
 
 def test_the_examples_of_the_docstrings_are_true():
-    for name in ("hlcp", "hlcp._operators", "hlcp._solve", "hlcp.scenes", "hlcp._plot"):
-        module = sys.modules[name]
+    for name in ("", "._film", "._operators", "._plot", "._solve", ".scenes"):
+        module = sys.modules["hlcp" + name]
         results = doctest.testmod(module)
         assert results.attempted > 0 and results.failed == 0
     results = doctest.testfile(str(HERE.parent / "README.md"), module_relative=False)
