@@ -136,7 +136,7 @@ def film(
     >>> gap = np.linspace(40e-6, 20e-6, 90) * np.ones((54, 1))
     >>> pad = hlcp.film(gap, size=(0.05, 0.03), speed=3.0, viscosity=0.04)
     >>> pad.success, round(pad.load)
-    (True, 0)
+    (True, 865)
     """
     cells = real("gap", gap)
     if cells.ndim != 2:
