@@ -7,6 +7,7 @@
 
 mod chart;
 mod comparison;
+mod families;
 mod figures;
 mod film;
 mod gallery;
@@ -49,6 +50,7 @@ enum Command {
     SpeedVsAccuracy(speed_vs_accuracy::Arguments),
     StabilityMap(stability_map::Arguments),
     Comparison(comparison::Arguments),
+    Families(families::Arguments),
     Gallery(gallery::Arguments),
     Scenes(figures::Arguments),
 }
@@ -91,6 +93,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
         Command::SpeedVsAccuracy(arguments) => speed_vs_accuracy::run(&arguments)?,
         Command::StabilityMap(arguments) => stability_map::run(&arguments)?,
         Command::Comparison(arguments) => comparison::run(&arguments)?,
+        Command::Families(arguments) => families::run(&arguments)?,
         Command::Gallery(arguments) => gallery::run(&arguments)?,
         Command::Scenes(_) => figures::run()?,
     }

@@ -331,11 +331,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>, RA: Source<T>, RB: S
         let (gamma, factor) = (self.problem.gamma(), self.problem.q_factor());
         let omega = self.problem.omega().view();
         let [of_a, of_b] = self.aor.relaxations();
-        let q_entries = q.entries();
+        // Of one length, so that an index is compared with it once.
+        let n = x.len();
+        let (entries, y) = (&q.entries()[..n], &mut y[..n]);
         let mut meter = q.meter(gamma);
         for i in rows {
             // F, what the passed rows have moved, and an entry of the diagonal.
-            let sums = (factor * q_entries[i], T::zero(), T::zero());
+            let sums = (factor * entries[i], T::zero(), T::zero());
             let (f, moved, a_centre) = a.fold(i, sums, |(f, mut moved, centre), j, a| {
                 let x = x[j];
                 let f = f + a * (x.abs() + x);

@@ -52,6 +52,21 @@ pub enum Error {
         /// The orders of the two.
         orders: [usize; 2],
     },
+    /// A row has an entry that no five-point operator on the grid has.
+    #[error(
+        "row {row} has an entry in column {column}, which is no neighbour of point {row} on a grid \
+         of {nx} x {ny} points, numbered from 0 row by row"
+    )]
+    OffGrid {
+        /// The row.
+        row: usize,
+        /// The column of the entry.
+        column: usize,
+        /// The points in a row of the grid.
+        nx: usize,
+        /// The rows of the grid.
+        ny: usize,
+    },
     /// The arrays of a [`Csr`](crate::Csr) are not those of a square matrix with sorted rows.
     #[error("{what}[{index}] is {value}, but it must be {must}")]
     Csr {

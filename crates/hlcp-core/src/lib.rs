@@ -144,7 +144,7 @@ pub use scalar::Scalar;
 pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
 pub use stencil::FivePoint;
 pub use tridiagonal::Tridiagonal;
-pub use varying::VaryingFivePoint;
+pub use varying::{VaryingFivePoint, recognise_grid};
 pub use view::{Coefficients, FivePointView};
 
 /// The README's program, compiled and run with the documentation's other examples.

@@ -52,22 +52,28 @@
 //!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
-//! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
+//! Candidates for witnesses and for corrections come from the multigrid of `hlcp-methods`. No proof
+//! rests on it: what is claimed is checked by products that are rounded outward, so what judges is
+//! independent of what is judged.
 
 mod certificate;
 pub mod classes;
 mod comparison;
-mod multigrid;
+pub mod families;
+mod local;
 pub mod oracle;
 mod pair;
 mod perron;
 mod planted;
 mod rounding;
 mod scenes;
+mod sparse;
 mod steps;
 mod theory;
 
-pub use certificate::{Certificate, Witness, certify, certify_with};
+pub use certificate::{
+    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, witness,
+};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{

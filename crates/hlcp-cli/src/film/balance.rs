@@ -23,6 +23,9 @@ pub(super) struct Solved {
     pub(super) outcome: Outcome,
 }
 
+/// Newton's method takes some six steps, whatever the texture.
+pub(super) const METHOD: &str = "AMG";
+
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits() -> Limits {
     Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
@@ -92,7 +95,7 @@ fn solve(
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let name = arguments.method.as_deref().unwrap_or("AUTO");
+    let name = arguments.method.as_deref().unwrap_or(METHOD);
     let method = Named::parse(name, Parameters::default())?.on(problem)?;
     let mut solver = Solver::new(method);
     let limits = limits();
@@ -373,11 +376,10 @@ fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
         if rows[k][k] == 0.0 || !rows[k][k].is_finite() {
             return None;
         }
-        for i in k + 1..n {
-            let factor = rows[i][k] / rows[k][k];
-            for j in k..n {
-                rows[i][j] -= factor * rows[k][j];
-            }
+        let (above, below) = rows.split_at_mut(k + 1);
+        for (row, i) in below.iter_mut().zip(k + 1..) {
+            let factor = row[k] / above[k][k];
+            row.iter_mut().zip(&above[k]).for_each(|(entry, pivot)| *entry -= factor * pivot);
             rhs[i] -= factor * rhs[k];
         }
     }

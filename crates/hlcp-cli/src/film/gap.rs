@@ -220,8 +220,7 @@ impl Posed {
         let tilt =
             arguments.tilt.as_ref().map_or(Ok([0.0; 2]), |tilt| tilt.exactly("tilt", "A,B"))?;
 
-        let (modes, mut base, mut position, journal) = if let Some(clearance) = arguments.clearance
-        {
+        let (modes, mut base, position, journal) = if let Some(clearance) = arguments.clearance {
             let c = clearance * h_unit;
             let ecc =
                 arguments.ecc.unwrap_or(if arguments.load.is_some() { 0.5 } else { f64::NAN });
@@ -257,10 +256,6 @@ impl Posed {
             let modes = vec![vec![1.0; cells], slope(0), slope(1)];
             (modes, base, vec![0.0, tilt[0], tilt[1]], None)
         };
-        // The journal's coordinates are its own displacement: the gap widens on the other side.
-        if journal.is_some() {
-            position[1] = 0.0;
-        }
 
         let mut pockets = arguments.pocket.clone();
         for dimples in &arguments.dimples {
@@ -306,6 +301,8 @@ impl Posed {
         }
         for supply in &arguments.supply {
             let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
+            let ends = lengths.map(|length| length / x_unit);
+            is_inside("supply", [x, y], [lx, ly], ends, arguments.journal)?;
             let [x, y, lx, ly] = [x, y, lx, ly].map(|v| v * x_unit);
             film.supplies.push(Supply {
                 corner: [x, y],
@@ -373,15 +370,7 @@ impl Pocket {
     ) -> Fallible<()> {
         let [corner, size] = [self.corner, self.size].map(|pair| pair.map(|v| v * x_unit));
         let counts = [nx, ny];
-        for axis in 0..2 {
-            let slack = 1e-9 * lengths[axis];
-            let furthest = if around && axis == 0 { 2.0 } else { 1.0 } * lengths[axis];
-            if corner[axis] < -slack || corner[axis] + size[axis] > furthest + slack {
-                let (from, to) = (self.corner[axis], self.corner[axis] + self.size[axis]);
-                let (name, length) = (["x", "y"][axis], lengths[axis] / x_unit);
-                return Err(format!("--pocket from {name} = {from} to {to} is outside the film, which ends at {length}").into());
-            }
-        }
+        is_inside("pocket", self.corner, self.size, lengths.map(|length| length / x_unit), around)?;
         // Points per cell and direction; none lies on the edge of a pocket that ends with a cell.
         const POINTS: usize = 8;
         let spacing = [0, 1].map(|axis| lengths[axis] / counts[axis] as f64);
@@ -408,6 +397,27 @@ impl Pocket {
         }
         Ok(())
     }
+}
+
+/// Refuses a rectangle that is not in the film; around a journal it may reach beyond the end.
+fn is_inside(
+    option: &str,
+    corner: [f64; 2],
+    size: [f64; 2],
+    lengths: [f64; 2],
+    around: bool,
+) -> Result<(), String> {
+    for axis in 0..2 {
+        let (from, to, length) = (corner[axis], corner[axis] + size[axis], lengths[axis]);
+        let furthest = if around && axis == 0 { 2.0 * length } else { length };
+        if !(from >= -1e-9 * length && from <= length && to <= furthest + 1e-9 * length) {
+            let name = ["x", "y"][axis];
+            return Err(format!(
+                "--{option} from {name} = {from} to {to} is outside the film, which ends at {length}"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// A map of the same cells.

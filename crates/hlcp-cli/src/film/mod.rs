@@ -14,11 +14,8 @@ use clap::{ArgGroup, Args, error::ErrorKind};
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp film
   hlcp film pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039
-  hlcp film --pad plane,40e-6,20e-6 --lx 0.05 --ly 0.03 --speed 3 --viscosity 0.04 --load 900
-  hlcp film --journal --diameter 0.1 --length 0.1 --clearance 1e-4 --ecc 0.6 --rpm 3000 \\
-      --viscosity 0.02 --groove 0 --coefficients --json
+  hlcp film --journal --diameter 0.1 --length 0.1 --clearance 1e-4 --rpm 3000 --viscosity 0.02 --groove 0 --load 5000
 
 A profile along x needs a speed and a viscosity. A film in two dimensions is a map of the gap, a pad
 or a journal bearing, over cells: x along the motion, y across it, both from 0 at the south-western
@@ -164,7 +161,7 @@ pub(crate) struct Arguments {
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
     #[arg(conflicts_with = "plane")]
     refine: Option<u16>,
-    /// Any method of `hlcp solve` [default: AUTO]
+    /// Any method of `hlcp solve` [default: AMG]
     #[arg(long, help_heading = OUTPUT, requires = "plane")]
     method: Option<String>,
     /// How many threads share the sweeps

@@ -19,12 +19,15 @@ pub(super) struct Run {
     pub(super) all_converged: bool,
 }
 
-/// Times and positions of the wall, in SI units.
+/// A time and the position of the wall then, in SI units.
+type Instant = (f64, Vec<f64>);
+
+/// Reads times and positions.
 fn schedule(
     path: &Path,
     posed: &Posed,
     arguments: &Arguments,
-) -> Result<Vec<(f64, Vec<f64>)>, Box<dyn Error>> {
+) -> Result<Vec<Instant>, Box<dyn Error>> {
     let name = printable(path.display());
     let table = array::read(path)?;
     let is_journal = posed.journal.is_some();
@@ -109,7 +112,7 @@ pub(super) fn run(
         let out = next.film.outflow(&next.z, &next.r);
         oil.iter_mut().zip(out).for_each(|(oil, out)| *oil -= duration / area * out);
         let found = next.film.figures(&next.z, &next.r, posed.ambient);
-        let supplied: f64 = found.supplies.iter().sum();
+        let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let mut line = vec![pair[1].0];
         line.extend(figures(posed, &next.film, &found, &next.z));

@@ -8,12 +8,13 @@ use std::{
 };
 
 use hlcp_core::files;
+use hlcp_methods::{Named, Parameters, Status};
 use hlcp_verify::{Certificate, Film, FilmFigures, Side};
 use serde_json::{Value, json};
 
 use super::{
     Arguments, Viscosity, array,
-    balance::{Coefficients, Solved, equilibrium},
+    balance::{Coefficients, METHOD, Solved, equilibrium},
     gap::Posed,
     motion, picture,
     profile::WIDE,
@@ -33,7 +34,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 
 fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let begun = Instant::now();
+    Named::parse(arguments.method.as_deref().unwrap_or(METHOD), Parameters::default())?;
     let mut posed = Posed::new(arguments)?;
+    if arguments.motion.is_none() {
+        let first = posed.here();
+        refuse_rest(&first, arguments)?;
+        if !first.is_fed() {
+            return dry(&posed, &first, arguments, begun);
+        }
+    }
     let outputs = outputs(arguments)?;
     let mut steps = None;
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
@@ -44,11 +53,6 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         steps = Some((run.csv, run.imbalance));
         (run.solved, run.steps, run.all_converged, None)
     } else {
-        let first = posed.here();
-        if !first.is_fed() {
-            return dry(&posed, &first, arguments, begun);
-        }
-        refuse_rest(&first, arguments)?;
         let (solved, solves) = equilibrium(&mut posed, arguments)?;
         let frame = posed.journal.map(|_| {
             let forces = posed.forces(&solved.film, &solved.z);
@@ -311,7 +315,7 @@ impl Report<'_> {
 
     fn status(&self) -> String {
         let status = self.solved.outcome.status;
-        if status == hlcp_methods::Status::Converged && !self.converged {
+        if status == Status::Converged && !self.converged {
             return "a step before did not converge".into();
         }
         status.to_string()

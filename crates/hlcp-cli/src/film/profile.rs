@@ -26,11 +26,7 @@
 //! bidiagonal, both M-matrices. Newton's method solves it in a few steps, from the solution at
 //! every other point.
 
-use std::{
-    error::Error,
-    fs, io,
-    path::Path,
-};
+use std::{error::Error, fs, io, path::Path};
 
 use hlcp_core::{
     Aor, Hlcp, Omega, Tridiagonal,

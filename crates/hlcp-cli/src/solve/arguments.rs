@@ -44,6 +44,10 @@ pub(crate) struct Arguments {
     /// The vector q: a Matrix Market file, or one number a line
     #[arg(long, help_heading = FILES, requires = "a")]
     pub(crate) q: Option<PathBuf>,
+    /// The grid of five-point operators A and B, such as 512x512, whose sweeps are faster and which
+    /// multigrid needs [default: what the pattern of A and B shows]
+    #[arg(long, help_heading = FILES, requires = "a", value_name = "NXxNY", value_parser = grid)]
+    pub(crate) grid: Option<[usize; 2]>,
     /// The start x⁰ [default: all ones]
     #[arg(long, help_heading = FILES)]
     pub(crate) x0: Option<PathBuf>,
@@ -118,6 +122,15 @@ pub(crate) struct Arguments {
     /// Prove what can be proved: convergence, uniqueness, and a bound on the error
     #[arg(long, help_heading = OUTPUT)]
     pub(crate) certify: bool,
+}
+
+/// The numbers of points in a row of a grid and of rows.
+fn grid(text: &str) -> Result<[usize; 2], String> {
+    let sides = text.split_once(['x', 'X', '×']).map(|(nx, ny)| (nx.parse(), ny.parse()));
+    match sides {
+        Some((Ok(nx), Ok(ny))) => Ok([nx, ny]),
+        _ => Err("give the points in a row and the rows, such as 512x256".into()),
+    }
 }
 
 const FILES: &str = "Files";

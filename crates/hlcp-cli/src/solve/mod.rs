@@ -3,13 +3,15 @@
 mod arguments;
 mod report;
 
-use std::{error::Error, ops::ControlFlow, time::Duration};
+use std::{error::Error, ops::ControlFlow, path::Path, time::Duration};
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
-use hlcp_core::{Identity, LinearOperator, Scalar, market};
+use hlcp_core::{
+    Identity, LinearOperator, Rows, Scalar, VaryingFivePoint, files, market, recognise_grid,
+};
 use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
-use hlcp_verify::{Certificate, certify, convergence};
+use hlcp_verify::{Certificate, convergence};
 use serde_json::json;
 
 use crate::{
@@ -81,14 +83,35 @@ impl Run<'_> {
     ) -> Result<Problem<T>, Box<dyn Error>> {
         let Arguments { a, b, q, given, .. } = self.arguments;
         let (Some(a), Some(q)) = (a, q) else { return Ok(pose(&given.numbers)?) };
-        let a = market::read_matrix::<T>(a)?;
+        let (path, a) = (a, market::read_matrix::<T>(a)?);
         let q = market::read_vector(q, a.order())?;
-        Ok(match b {
-            Some(b) => Problem::new(a, market::read_matrix::<T>(b)?, q),
-            None => {
-                let b = Identity { order: a.order() };
-                Problem::new(a, b, q)
-            }
+        match b {
+            None => self.on_grid([path, path], a, Identity { order: q.len() }, q),
+            Some(of_b) => self.on_grid([path, of_b], a, market::read_matrix::<T>(of_b)?, q),
+        }
+    }
+
+    /// The problem of operators from files, as five-point ones if they are said to be or are found
+    /// to be.
+    fn on_grid<T: Scalar>(
+        &self,
+        paths: [&Path; 2],
+        a: impl Rows<T> + 'static,
+        b: impl Rows<T> + 'static,
+        q: Vec<T>,
+    ) -> Result<Problem<T>, Box<dyn Error>> {
+        if let Some([nx, ny]) = self.arguments.grid {
+            let named = |path: &Path| {
+                let path = files::printable(path.display());
+                move |error| format!("--grid {nx}x{ny} does not fit {path}: {error}")
+            };
+            let a = VaryingFivePoint::from_rows(nx, ny, &a).map_err(named(paths[0]))?;
+            let b = VaryingFivePoint::from_rows(nx, ny, &b).map_err(named(paths[1]))?;
+            return Ok(Problem::new(a, b, q));
+        }
+        Ok(match recognise_grid(&a, &b) {
+            Some([a, b]) => Problem::new(a, b, q),
+            None => Problem::new(a, b, q),
         })
     }
 
@@ -137,7 +160,7 @@ impl Run<'_> {
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
             let figures = (given.figures)(solver.z(), solver.r());
             let certificate = if arguments.certify {
-                certify(&given.a, &given.b, &q, solver.z(), solver.r())?
+                Some(report::certify(given, &q, solver.z(), solver.r())?)
             } else {
                 None
             };
@@ -153,9 +176,10 @@ impl Run<'_> {
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
-                if arguments.certify {
+                if let Some(certificate) = &certificate {
                     object["certified_error_bound"] =
-                        json!(certificate.as_ref().map(Certificate::error));
+                        json!(certificate.as_ref().ok().map(Certificate::error));
+                    object["certificate"] = report::certificate_object(given, certificate);
                 }
                 print::line(&object)?;
             } else {
@@ -163,10 +187,10 @@ impl Run<'_> {
                     report::head(self, given.q.len())?;
                 }
                 report::row(name, precision, outcome, error)?;
-                for (key, value) in figures {
+                for (key, value) in &figures {
                     print::line(format_args!("          {key} {value:.6e}"))?;
                 }
-                if arguments.certify {
+                if let Some(certificate) = &certificate {
                     print::line(match named.steps(&problem)? {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
@@ -174,10 +198,7 @@ impl Run<'_> {
                                 .into()
                         }
                     })?;
-                    print::line(match certificate {
-                        Some(certificate) => format!("  {certificate}"),
-                        None => "  solution unique: not proved; certified error: none".into(),
-                    })?;
+                    report::certificate(given, certificate, &figures)?;
                 }
             }
             self.rows += 1;

@@ -7,3 +7,4 @@ mod exchange;
 mod kernels;
 mod products;
 mod rounding;
+mod rows;

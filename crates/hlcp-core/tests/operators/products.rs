@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::common::{Matrix, assembled};
 use hlcp_core::{
-    DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rows, Scaled, Shifted,
-    Sum, Tridiagonal, VaryingFivePoint,
+    Csr, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rows, Scaled,
+    Shifted, Sum, Tridiagonal, VaryingFivePoint,
 };
 use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
@@ -109,6 +109,7 @@ proptest! {
         is_matrix(&Identity { order: n }, &identity, &x);
         is_matrix(&diagonal, &DMatrix::from_diagonal(&entries), &x);
         is_matrix(&a, &matrix, &x);
+        is_matrix(&Csr::from_rows(&a), &matrix, &x);
         is_matrix(&Scaled { factor: by, of: &a }, &(by * &matrix), &x);
         is_matrix(&Shifted { by, of: &a }, &(by * &identity + &matrix), &x);
         is_matrix(&Sum(&a, &b), &(&matrix + &other), &x);

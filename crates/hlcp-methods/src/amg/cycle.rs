@@ -98,7 +98,7 @@ impl<T: Scalar> Hierarchy<T> {
             let fine = levels.last_mut().expect("there is one from the start");
             let order = fine.matrix.order();
             if order <= SMALL {
-                bottom = Some(Lu::new(&fine.matrix));
+                bottom = Some(Lu::of(&fine.matrix));
                 break;
             }
             let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart(i));

@@ -9,7 +9,9 @@ mod order;
 
 use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar};
 
+pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
+pub(crate) use self::newton::{WARM, sweep};
 use self::{
     cycle::{Cycle, Hierarchy, bounded, near_kernel},
     matrix::Matrix,

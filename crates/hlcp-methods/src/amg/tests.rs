@@ -106,7 +106,7 @@ fn elimination_solves_what_it_can() {
     let (matrix, dense) = sparse(40);
     let rhs = DVector::from_fn(40, |i, _| noise(i));
     let mut y = [f64::NAN; 40];
-    Lu::new(&matrix).solve(rhs.as_slice(), &mut y);
+    Lu::of(&matrix).solve(rhs.as_slice(), &mut y);
     let condition = dense.singular_values().max() / dense.singular_values().min();
     let expected = dense.lu().solve(&rhs).unwrap();
     let off = (DVector::from_column_slice(&y) - &expected).norm() / expected.norm();
@@ -117,7 +117,7 @@ fn elimination_solves_what_it_can() {
         singular.push(row);
     }
     let mut y = [f64::NAN; 3];
-    Lu::new(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
+    Lu::of(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
     assert_eq!(y, [2.0, 0.0, 0.0]);
 }
 

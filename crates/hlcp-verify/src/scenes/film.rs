@@ -306,10 +306,10 @@ impl Film {
                 q[k] += rate * (self.gap[k] - oil[k]);
             }
         }
-        for k in 0..n {
+        for (k, q) in q.iter_mut().enumerate() {
             if let Some(supply) = frame.supply(&frame.cells, k) {
                 (a.each[2][k], b.each[2][k]) = (1.0, 1.0);
-                q[k] = -self.z_of(&frame, self.supplies[supply].pressure);
+                *q = -self.z_of(&frame, self.supplies[supply].pressure);
             } else if b.each[2][k] == 0.0 {
                 b.each[2][k] = 1.0;
             }
@@ -681,7 +681,7 @@ impl Film {
             Side::Starved(content) => (0.0, content),
             Side::Closed | Side::Periodic => return,
         };
-        let outward = if side % 2 == 0 { -1.0 } else { 1.0 };
+        let outward = if side.is_multiple_of(2) { -1.0 } else { 1.0 };
         visit(side / 2, Gate::Out { cell, outward, z, content, place: Place::Side(side) });
     }
 
