@@ -377,10 +377,10 @@ class Solver:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Certificate:
-    """What is proved of the distance of (z, r) from the solution (z*, r*).
+    """What is proved of the distance of (z, r) from a solution (z*, r*).
 
     All of it is a statement about real numbers; rounding is accounted for. It is true (as a bool)
-    if the solution is proved to exist and to be the only one; else the bounds are infinite.
+    if a solution is proved to exist within the bounds; else these are infinite.
 
     Attributes
     ----------
@@ -388,8 +388,13 @@ class Certificate:
         Not less than abs(z - z*) and abs(r - r*), entry by entry.
     error : float
         The largest of these.
+    sides : ndarray of int8
+        1 where z* > 0 = r* is proved, -1 where r* > 0 = z* is, and 0 where neither is.
+    unique : bool
+        Whether (z*, r*) is proved to be the only solution; else it is the only one within the
+        bounds.
     kind : str
-        "componentwise" or "sum", the kind of the bound; "" without one.
+        "componentwise", "sum" or "local", the kind of the bound; "" without one.
     message : str
         The same in a sentence, or the reason why nothing is proved.
     """
@@ -397,6 +402,8 @@ class Certificate:
     z: NDArray[np.float64]
     r: NDArray[np.float64]
     error: float
+    sides: NDArray[np.int8]
+    unique: bool
     kind: str
     message: str
 
@@ -408,7 +415,7 @@ class Certificate:
 
 
 def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate:
-    """Prove that the problem has one solution only, and bound its distance from z and r.
+    """Prove that the problem has a solution, and bound its distance from z and r.
 
     Parameters
     ----------
@@ -437,8 +444,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
     >>> import hlcp
     >>> A = hlcp.FivePoint((1, 2), west=-1, centre=4, east=-1)
     >>> bound = hlcp.certify(A, None, [-4.0, 3.0], [1.001, 0.0], [0.0, 2.0])
-    >>> bool(bound), bool(0.001 <= bound.z[0] < 0.0014)
-    (True, True)
+    >>> bool(0.001 <= bound.z[0] < 0.0014), bound.unique, bound.sides.tolist()
+    (True, True, [1, -1])
     """
     array = real("q", q)
     shape, dtype = array.shape, _precision(array)
@@ -447,10 +454,12 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
     proof = _hlcp.certify(dtype is np.float64, of_a, of_b, *entries)
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
-        return Certificate(nothing, nothing, np.inf, "", f"not proved: {proof}")
-    (of_z, of_r), kind, message = proof
+        open_sides = np.zeros(shape, np.int8)
+        return Certificate(nothing, nothing, np.inf, open_sides, False, "", f"not proved: {proof}")
+    (of_z, of_r), sides, kind, unique, message = proof
     error = float(max(np.max(of_z), np.max(of_r)))
-    return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, kind, message)
+    return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, sides.reshape(shape),
+                       unique, kind, message)
 
 
 def methods() -> list[str]:

@@ -14,8 +14,8 @@ use hlcp_methods::{
     Solver, Splitting, SplittingStep, Tmms, Tolerance, VaryingFivePoint,
 };
 use hlcp_verify::{
-    Bearing2d, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side, Slider,
-    Supply, TimeStep, Witness,
+    Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
+    Slider, Supply, TimeStep,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -487,11 +487,12 @@ fn solve_in<'py, T: Real>(
     Ok((z, r, x, ended, counts, residuals).into_pyobject(py)?.into_any())
 }
 
-/// Bounds on the errors of z and r, the kind of the bound and a sentence; or the sentence that says
-/// why there is none.
+/// Bounds on the errors of z and r, the side of each unknown, the kind of the bound, whether the
+/// solution is proved to be the only one, and a sentence; or the sentence that says why there is
+/// none.
 #[derive(IntoPyObject)]
 enum Proof<'py> {
-    Given([Bound<'py, PyArray1<f64>>; 2], String, String),
+    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, String, bool, String),
     #[pyo3(transparent)]
     Refused(String),
 }
@@ -510,16 +511,19 @@ fn certify_in<'py, T: Real>(
     let (a, b) = (a.rows("A")?, b.rows("B")?);
     room(q.len().checked_mul(20))?;
     let certificate = released(py, || hlcp_verify::certify(&a, &b, q, z, r).map_err(wrong))?;
-    let Some(certificate) = certificate else {
-        return Ok(Proof::Refused("no witness was found".into()));
+    let certificate = match certificate {
+        Ok(certificate) => certificate,
+        Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
     };
-    let kind = match certificate.witness {
-        Witness::Right { .. } => "componentwise",
-        Witness::Left { .. } => "sum",
-    };
-    let said = certificate.to_string();
+    let (said, kind) = (certificate.to_string(), certificate.bound.to_string());
+    let sides = certificate.sides.iter().map(|side| match side {
+        Branch::Z => 1,
+        Branch::R => -1,
+        Branch::Open => 0,
+    });
+    let sides = PyArray1::from_iter(py, sides);
     let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
-    Ok(Proof::Given(bounds, kind.into(), said))
+    Ok(Proof::Given(bounds, sides, kind, certificate.witness.is_some(), said))
 }
 
 // Scenes.
