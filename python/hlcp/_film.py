@@ -142,9 +142,9 @@ def film(
     if cells.ndim != 2:
         raise ValueError(f"gap has {cells.ndim} dimensions, but it must be a map of shape (ny, nx)")
     heights, thickness = vector("gap", cells, np.float64), real("viscosity", viscosity)
-    speeds = (speed, 0.0) if np.ndim(speed) == 0 else tuple(speed)  # type: ignore[arg-type]
-    if len(speeds) != 2:
-        raise ValueError(f"speed has {len(speeds)} numbers, but there are two walls")
+    if not isinstance(supplies, Sequence):
+        raise ValueError(f"supplies is {supplies!r}, but it must be a list")
+    ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
     if (duration is None) != (oil is None):
         raise ValueError("a time step needs both its duration and the oil before it")
     given = {"west": west, "east": east, "south": south, "north": north}
@@ -153,12 +153,13 @@ def film(
         "size": _numbers("size", size, 2),
         "gap": heights,
         "viscosity": vector("viscosity", np.atleast_1d(thickness), np.float64),
-        "speeds": [number("speed", value) for value in speeds],
+        "speeds": [_number("speed", speed), 0.0] if np.ndim(speed) == 0
+                  else _numbers("speed", speed, 2),
         "sides": [_side(name, side, ambient) for name, side in given.items()],
         "supplies": [_supply(supply) for supply in supplies],
-        "cavitation": number("cavitation", cavitation),
-        "step": None if oil is None else (number("duration", duration),
-                                          vector("oil", oil, np.float64)),
+        "cavitation": cavitation,
+        "step": None if oil is None else (_number("duration", duration),
+                                           vector("oil", oil, np.float64)),
     }
     of_a, of_b, q, unit, is_fed = _hlcp.film(described)
     if not {"rtol", "atol", "rounding"} & set(options):
@@ -174,19 +175,26 @@ def film(
                       **figures)
 
 
-def _numbers(name: str, values: Any, count: int) -> list[float | None]:
+def _number(name: str, value: Any) -> float:
+    given = number(name, value)
+    if given is None:
+        raise ValueError(f"{name} is None, but it must be a real number")
+    return given
+
+
+def _numbers(name: str, values: Any, count: int) -> list[float]:
     if np.ndim(values) != 1 or len(values) != count:
         raise ValueError(f"{name} is {values!r}, but it must be {count} numbers")
-    return [number(name, value) for value in values]
+    return [_number(name, value) for value in values]
 
 
-def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float | None]:
+def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float]:
     if side is None or isinstance(side, (int, float)):
-        return "pressure", number(name, ambient if side is None else side)
+        return "pressure", _number(name, ambient if side is None else side)
     if side in ("closed", "periodic"):
         return str(side), 0.0
     if isinstance(side, tuple) and len(side) == 2 and side[0] == "starved":
-        return "starved", number(name, side[1])
+        return "starved", _number(name, side[1])
     raise ValueError(f"{name} is {side!r}, but it must be a pressure, 'closed', 'periodic' or"
                      " ('starved', content)")
 
@@ -198,7 +206,7 @@ def _supply(supply: Any) -> tuple[Any, Any, Any]:
         raise ValueError(f"a supply is {supply!r}, but it must be ((x, y), (lx, ly), pressure)"
                          ) from None
     return (_numbers("a supply's corner", corner, 2), _numbers("a supply's size", size, 2),
-            number("a supply's pressure", pressure))
+            _number("a supply's pressure", pressure))
 
 
 def _operator(grid: Any, arrays: Any) -> Any:
