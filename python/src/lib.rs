@@ -4,7 +4,12 @@
 use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Mutex, PoisonError, mpsc},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
@@ -35,21 +40,26 @@ trait Real: Scalar + Element + for<'py> FromPyObjectOwned<'py> {}
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// The first exception that Python code has raised in the course of a solve, which ends it.
+/// The first exception that Python code has raised in the course of a solve, which ends it; and
+/// whether it is to end.
 #[derive(Default)]
-struct Failure(Mutex<Option<PyErr>>);
+struct Failure {
+    first: Mutex<Option<PyErr>>,
+    stop: Arc<AtomicBool>,
+}
 
 impl Failure {
     fn note(&self, error: PyErr) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.stop.store(true, Ordering::Relaxed);
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     }
 
-    fn is_noted(&self) -> bool {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    fn ends(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     fn raised(self) -> PyResult<()> {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+        self.first.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
     }
 }
 
@@ -190,7 +200,7 @@ impl Products<'_> {
     /// Overwrites `y` with what Python makes of `x`, and with NaN if that raises, or something has
     /// before: NaN ends the iteration.
     fn call<T: Real>(&self, x: &[T], y: &mut [T]) {
-        let called = !self.failure.is_noted()
+        let called = !self.failure.ends()
             && Python::attach(|py| {
                 let answer = self.call.bind(py).call1((PyArray1::from_slice(py, x),))?;
                 let answer: PyReadonlyArray1<'_, T> = answer.extract()?;
@@ -305,40 +315,18 @@ struct Answer<T> {
 }
 
 impl<T: Real> Job<'_, T> {
-    /// Solves, on as many threads as are asked for; the caller's looks for signals.
+    /// Solves, on as many threads as are asked for.
     fn run(&self) -> PyResult<Answer<T>> {
         if self.settings.threads == 1 {
-            return self.choose(true);
+            return self.choose();
         }
         let pool = ThreadPoolBuilder::new().num_threads(self.settings.threads).build();
         let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        let (sender, receiver) = mpsc::channel();
-        pool.in_place_scope(|scope| {
-            scope.spawn(|_| {
-                // Nobody listens any more only if this thread's caller has panicked.
-                let _ = sender.send(self.choose(false));
-                drop(sender);
-            });
-            loop {
-                match receiver.recv_timeout(BEAT) {
-                    Ok(answer) => return answer,
-                    Err(mpsc::RecvTimeoutError::Timeout) => self.look_for_signals(),
-                    Err(mpsc::RecvTimeoutError::Disconnected) => {
-                        return Err(PyRuntimeError::new_err("the solve has panicked"));
-                    }
-                }
-            }
-        })
-    }
-
-    fn look_for_signals(&self) {
-        if let Err(error) = Python::attach(|py| py.check_signals()) {
-            self.failure.note(error);
-        }
+        pool.install(|| self.choose())
     }
 
     /// Makes the method, and iterates it.
-    fn choose(&self, looks: bool) -> PyResult<Answer<T>> {
+    fn choose(&self) -> PyResult<Answer<T>> {
         let Settings { splittings, window, tau, .. } = self.settings;
         if splittings.is_empty() {
             let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
@@ -347,7 +335,7 @@ impl<T: Real> Job<'_, T> {
                 None => Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?,
             };
             let problem = self.pose(a, b, omega)?;
-            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?, looks);
+            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?);
         }
         let (a, b) = (self.a.products(), self.b.products());
         let omega = match &self.omega {
@@ -369,10 +357,10 @@ impl<T: Real> Job<'_, T> {
         };
         match self.settings.method.to_ascii_uppercase().as_str() {
             "AUTO" | "ANDERSON" => {
-                self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?, looks)
+                self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?)
             }
-            "MMS" if splittings.len() == 1 => self.iterate(plain, looks),
-            "TMMS" if splittings.len() == 2 => self.iterate(plain, looks),
+            "MMS" if splittings.len() == 1 => self.iterate(plain),
+            "TMMS" if splittings.len() == 2 => self.iterate(plain),
             name => Err(wrong(format!(
                 "method is '{name}', but with a splitting of your own it must be ANDERSON, or MMS \
                  for one splitting and TMMS for two"
@@ -395,7 +383,7 @@ impl<T: Real> Job<'_, T> {
         Ok(if self.settings.threads == 1 { problem } else { problem.in_parallel() })
     }
 
-    fn iterate<M: Method<T>>(&self, method: M, looks: bool) -> PyResult<Answer<T>> {
+    fn iterate<M: Method<T>>(&self, method: M) -> PyResult<Answer<T>> {
         let mut solver = Solver::new(method);
         let nothing = vec![T::zero(); if self.start[0].is_some() { 0 } else { self.q.len() }];
         let options = match self.start {
@@ -412,11 +400,14 @@ impl<T: Real> Job<'_, T> {
                     Err(error) => self.failure.note(error),
                 }
             }
-            if looks && looked.elapsed() >= BEAT {
+            // Only the interpreter's main thread hears of them; elsewhere this does nothing.
+            if looked.elapsed() >= BEAT {
                 looked = Instant::now();
-                self.look_for_signals();
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    self.failure.note(error);
+                }
             }
-            if self.failure.is_noted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.failure.ends() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let options = options.limits(self.limits).observer(&mut observer);
         let outcome = solver.solve(self.q, options).map_err(wrong)?;
@@ -447,8 +438,36 @@ fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) 
     })
 }
 
+/// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at once
+/// and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the arrays
+/// that it reads until then.
+fn apart<R: Send + 'static>(
+    py: Python<'_>,
+    stop: &AtomicBool,
+    work: impl FnOnce(Python<'_>) -> PyResult<R> + Send + 'static,
+) -> PyResult<R> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().spawn(move || {
+        // No interpreter: it is about to exit. No receiver: the call was interrupted.
+        let _ = Python::try_attach(work).map(|answer| sender.send(answer));
+    })?;
+    py.detach(move || {
+        loop {
+            match receiver.recv_timeout(BEAT) {
+                Ok(answer) => return answer,
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())
+                    .inspect_err(|_| stop.store(true, Ordering::Relaxed))?,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("the thread of the call has ended"));
+                }
+            }
+        }
+    })
+}
+
 fn solve_in<'py, T: Real>(
     py: Python<'py>,
+    stop: Arc<AtomicBool>,
     [a, b, q]: [&Bound<'py, PyAny>; 3],
     start: [Option<PyReadonlyArray1<'py, T>>; 3],
     omega: Option<Numbers<'py, T>>,
@@ -460,7 +479,7 @@ fn solve_in<'py, T: Real>(
     for (slice, array) in starts.iter_mut().zip(&start) {
         *slice = array.as_ref().map(|array| array.as_slice()).transpose()?;
     }
-    let failure = Failure::default();
+    let failure = Failure { stop, ..Failure::default() };
     let job = Job {
         a: a.operator("A", &failure)?,
         b: b.operator("B", &failure)?,
@@ -637,43 +656,50 @@ fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'
 mod _hlcp {
     use super::*;
 
-    /// Solves HLCP(A, B, q) in double precision or in single.
+    /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.
     #[pyfunction]
-    #[expect(clippy::too_many_arguments, reason = "what Python passes, one by one")]
-    fn solve<'py>(
-        py: Python<'py>,
+    fn solve(
+        py: Python<'_>,
         double: bool,
-        a: &Bound<'py, PyAny>,
-        b: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        start: &Bound<'py, PyAny>,
-        omega: &Bound<'py, PyAny>,
+        is_apart: bool,
+        problem: [Py<PyAny>; 3],
+        start: Py<PyAny>,
+        omega: Py<PyAny>,
         settings: Settings,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let problem = [a, b, q];
-        if double {
-            solve_in::<f64>(py, problem, start.extract()?, omega.extract()?, &settings)
-        } else {
-            solve_in::<f32>(py, problem, start.extract()?, omega.extract()?, &settings)
-        }
+    ) -> PyResult<Py<PyAny>> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let told = stop.clone();
+        let work = move |py: Python<'_>| {
+            let problem = problem.each_ref().map(|part| part.bind(py));
+            let (start, omega) = (start.bind(py), omega.bind(py));
+            let answer = if double {
+                solve_in::<f64>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            } else {
+                solve_in::<f32>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            };
+            answer.map(Bound::unbind)
+        };
+        if is_apart { apart(py, &stop, work) } else { work(py) }
     }
 
-    /// Bounds the error of z and r.
+    /// Bounds the error of z and r, on a thread of its own.
     #[pyfunction]
-    fn certify<'py>(
-        py: Python<'py>,
+    fn certify(
+        py: Python<'_>,
         double: bool,
-        a: &Bound<'py, PyAny>,
-        b: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        z: &Bound<'py, PyAny>,
-        r: &Bound<'py, PyAny>,
-    ) -> PyResult<Proof<'py>> {
-        if double {
-            certify_in::<f64>(py, [a, b], [q, z, r])
-        } else {
-            certify_in::<f32>(py, [a, b], [q, z, r])
-        }
+        operators: [Py<PyAny>; 2],
+        vectors: [Py<PyAny>; 3],
+    ) -> PyResult<Py<PyAny>> {
+        apart(py, &AtomicBool::new(false), move |py| {
+            let operators = operators.each_ref().map(|operator| operator.bind(py));
+            let vectors = vectors.each_ref().map(|vector| vector.bind(py));
+            let proof = if double {
+                certify_in::<f64>(py, operators, vectors)
+            } else {
+                certify_in::<f32>(py, operators, vectors)
+            };
+            Ok(proof?.into_pyobject(py)?.into_any().unbind())
+        })
     }
 
     /// Returns the names of all methods.
