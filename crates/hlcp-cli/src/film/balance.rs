@@ -6,7 +6,7 @@ use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows};
 use hlcp_methods::{
     Amg, Jacobian, Limits, Named, Options, Outcome, Parameters, Preconditioner, Progress, Solver,
 };
-use hlcp_verify::{Certificate, Film, certify};
+use hlcp_verify::{Certificate, Film, Refusal, certify};
 
 use super::{Arguments, gap::Posed};
 use crate::{progress::Way, scenes::goal};
@@ -47,8 +47,8 @@ impl Solved {
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
     }
 
-    /// What proves the solution, and bounds its errors.
-    pub(super) fn certificate(&self) -> Fallible<Option<Certificate>> {
+    /// The proof of the solution, with bounds on its errors, or why there is none.
+    pub(super) fn certificate(&self) -> Fallible<Result<Certificate, Refusal>> {
         let (a, b, q) = self.film.pose()?;
         Ok(certify(&a, &b, &q, &self.z, &self.r)?)
     }

@@ -9,7 +9,7 @@ use std::{
 
 use hlcp_core::files;
 use hlcp_methods::{Named, Parameters, Status};
-use hlcp_verify::{Certificate, Film, FilmFigures, Side};
+use hlcp_verify::{Certificate, Film, FilmFigures, Refusal, Side};
 use serde_json::{Value, json};
 
 use super::{
@@ -68,7 +68,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         };
         (solved, solves, converged, coefficients)
     };
-    let certificate = if arguments.certify { solved.certificate()? } else { None };
+    let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
     let report = Report {
         posed: &posed,
         figures: solved.film.figures(&solved.z, &solved.r, posed.ambient),
@@ -302,7 +302,7 @@ struct Report<'r> {
     solves: usize,
     converged: bool,
     coefficients: Option<Coefficients>,
-    certificate: Option<Certificate>,
+    certificate: Option<Result<Certificate, Refusal>>,
     /// Of a motion, over the whole run.
     run_imbalance: Option<f64>,
     seconds: f64,
@@ -341,7 +341,7 @@ impl Report<'_> {
     /// Bounds on the errors of the load, the peak and the flow through each side, from those on z
     /// and r.
     fn bounds(&self) -> Option<[f64; 3]> {
-        let certificate = self.certificate.as_ref()?;
+        let certificate = self.certificate.as_ref()?.as_ref().ok()?;
         let film = &self.solved.film;
         let unit = film.pressure_unit();
         let load = certificate.z.iter().sum::<f64>() * unit * film.cell();
@@ -437,11 +437,12 @@ impl Report<'_> {
         if let Some(found) = &self.coefficients {
             self.print_coefficients(found)?;
         }
-        if arguments.certify {
-            print::line(match &self.certificate {
-                Some(certificate) => certificate.to_string(),
-                None => "solution unique: not proved; certified error: none".into(),
-            })?;
+        match &self.certificate {
+            Some(Ok(certificate)) => print::line(certificate.to_string())?,
+            Some(Err(refusal)) => {
+                print::line(format!("certified error: none, because {refusal}"))?;
+            }
+            None => (),
         }
         Ok(())
     }

@@ -127,6 +127,12 @@ impl<T: Scalar> Hierarchy<T> {
         entries as f64 / self.entries() as f64
     }
 
+    /// The orders of all levels.
+    #[cfg(test)]
+    pub(super) fn orders(&self) -> impl Iterator<Item = usize> {
+        self.levels.iter().map(|level| level.matrix.order())
+    }
+
     /// The entries of the first level.
     pub(super) fn entries(&self) -> usize {
         self.matrix().entries()

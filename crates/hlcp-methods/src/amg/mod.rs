@@ -121,8 +121,8 @@ pub struct Amg<T> {
     /// where they agree.
     order: Vec<u32>,
     place: Vec<u32>,
-    /// Whether the columns of A are those that conduct.
-    a_conducts: bool,
+    /// Whether the columns of A are those that conduct; nothing before the first set-up.
+    a_conducts: Option<bool>,
     /// The columns that are A's in the hierarchy.
     active: Vec<bool>,
     /// The factors of the columns of J, by place.
@@ -142,8 +142,8 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Cost
     ///
-    /// `A` and `B` are walked over three times and assembled for a while, to find the order along
-    /// the flow.
+    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both for
+    /// a while, to find the order along the flow.
     ///
     /// # Errors
     ///
@@ -158,18 +158,11 @@ impl<T: Scalar> Amg<T> {
         }
         check(["A", "diagonal of A"], problem.a())?;
         check(["B", "diagonal of B"], problem.b())?;
-        let flows = [Flow::of(&Matrix::of(problem.a())), Flow::of(&Matrix::of(problem.b()))];
-        let a_conducts = flows[0].share <= flows[1].share;
-        let order = flows[usize::from(a_conducts)].order(n).unwrap_or_default();
-        let mut place = vec![0; order.len()];
-        for (at, &i) in order.iter().enumerate() {
-            place[i as usize] = at as u32;
-        }
         let zeros = || vec![T::zero(); n];
         Ok(Self {
-            order,
-            place,
-            a_conducts,
+            order: vec![],
+            place: vec![],
+            a_conducts: None,
             active: vec![],
             scale: vec![],
             hierarchy: None,
@@ -205,13 +198,44 @@ impl<T: Scalar> Amg<T> {
         }
         self.active.clear();
         self.active.extend(active);
+        let Some(a_conducts) = self.orient(jacobian.problem(), clock) else {
+            self.hierarchy = None;
+            return;
+        };
         let mut matrix = self.assemble(jacobian);
-        let void: Vec<bool> =
-            (0..n).map(|at| self.active[self.at(at)] != self.a_conducts).collect();
+        let void: Vec<bool> = (0..n).map(|at| self.active[self.at(at)] != a_conducts).collect();
         let (scale, dry) = void_scale(&matrix, &void);
         matrix.scale_columns(&scale);
         self.walks += VOID as f64;
         self.build(matrix, scale, |at| dry[at], clock);
+    }
+
+    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when the
+    /// clock is up.
+    fn orient<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        clock: &mut Clock<'_>,
+    ) -> Option<bool> {
+        if self.a_conducts.is_none() {
+            let a = Flow::of(&Matrix::of(problem.a()));
+            if clock.is_up() {
+                return None;
+            }
+            let b = Flow::of(&Matrix::of(problem.b()));
+            if clock.is_up() {
+                return None;
+            }
+            let a_conducts = a.share <= b.share;
+            let carries = if a_conducts { b } else { a };
+            self.order = carries.order(problem.order()).unwrap_or_default();
+            self.place = vec![0; self.order.len()];
+            for (at, &i) in self.order.iter().enumerate() {
+                self.place[i as usize] = at as u32;
+            }
+            self.a_conducts = Some(a_conducts);
+        }
+        self.a_conducts
     }
 
     /// How often a hierarchy was built.

@@ -101,6 +101,33 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     }
 }
 
+/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two, four,
+/// …; and in set-up before each level, and before each pass over one that is long.
+#[test]
+fn a_cycle_asks_before_each_long_sweep() {
+    let [a, _] = film::<f64>(140, 1.0);
+    let counted = |work: &mut dyn FnMut(&mut Clock<'_>)| {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            false
+        };
+        work(&mut Clock::new(&mut ask));
+        asked
+    };
+    let mut hierarchy = None;
+    let of_set_up =
+        counted(&mut |clock| hierarchy = Hierarchy::new(Matrix::of(&a), |_| false, clock));
+    let mut hierarchy = hierarchy.unwrap();
+    let long: Vec<bool> = hierarchy.orders().map(|order| order >= 4096).collect();
+    assert!(long[..2] == [true, true] && !long[2], "{long:?}");
+    assert_eq!(of_set_up, long.len() + 6);
+    let (rhs, mut y, mut product) = (vec![1.0; 19600], vec![0.0; 19600], vec![0.0; 19600]);
+    let of_cycle =
+        counted(&mut |clock| hierarchy.cycle(Cycle::W, &rhs, &mut y, &mut product, clock));
+    assert_eq!(of_cycle, 2 + 2 * 2);
+}
+
 #[test]
 fn elimination_solves_what_it_can() {
     let (matrix, dense) = sparse(40);
@@ -539,6 +566,9 @@ fn a_step_ends_with_the_time() {
     let problem = Hlcp::new(&a, &b, omega).unwrap();
     let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
     let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+    // The first set-up finds the order along the flow, and asks on its way.
+    let _ = amg.step(&q, &x, &mut y, &mut Clock::endless());
+    amg.restart();
     let mut whole = 0;
     let mut count = || {
         whole += 1;
