@@ -178,6 +178,14 @@ def test_wrong_input_is_a_value_error_that_says_where(sentence, arguments):
         hlcp.solve(*arguments)
 
 
+@pytest.mark.parametrize("indptr", [[-(2**31), 1, 2, 3], [0, 2**31 - 1, 2, 3], [0, 1, 2, 2**31 - 1]])
+def test_an_index_that_leads_astray_is_not_followed(indptr):
+    matrix = broken(indptr=indptr)
+    del matrix._has_canonical_format, matrix._has_sorted_indices
+    with pytest.raises(ValueError, match="offsets"):
+        hlcp.solve(matrix, None, np.ones(3))
+
+
 @pytest.mark.parametrize("sentence, options", [
     ("there is no method 'TMAR'; the closest name is 'TMAOR'", {"method": "TMAR"}),
     ("MSOR needs alpha", {"method": "MSOR"}),

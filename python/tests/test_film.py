@@ -53,6 +53,7 @@ def test_a_ring_and_a_supply():
 def test_a_time_step_stores_oil_and_starts_from_the_one_before():
     gap = np.linspace(40e-6, 20e-6, 40) * np.ones((20, 1))
     steady = hlcp.film(gap, **PAD)
+    assert hlcp.film(gap, **PAD, start=steady).nit == 0 < steady.nit
     step = hlcp.film(gap, **PAD, duration=1e-3, oil=steady.content * gap, start=steady)
     assert step.success and abs(step.stored) <= 1e-9 * max(map(abs, step.sides))
     squeezed = hlcp.film(0.99 * gap, **PAD, duration=1e-3, oil=gap, start=step)
