@@ -67,9 +67,9 @@ pub enum Error {
         /// The rows of the grid.
         ny: usize,
     },
-    /// The arrays of a [`Csr`](crate::Csr) are not those of a square matrix with sorted rows.
+    /// An offset or a column is not that of a square matrix with sorted rows.
     #[error("{what}[{index}] is {value}, but it must be {must}")]
-    Csr {
+    Index {
         /// The array.
         what: &'static str,
         /// The place in it.
@@ -119,6 +119,20 @@ pub enum Error {
     NotFivePoint {
         /// The operator.
         what: &'static str,
+    },
+    /// An operator contradicts itself, as [`check_operator`](crate::check_operator) finds out.
+    #[error(
+        "{what} is {found} in row {row}, but the row that visit_row visits makes it {expected}"
+    )]
+    Contradiction {
+        /// What contradicts the operator's rows.
+        what: &'static str,
+        /// The row.
+        row: usize,
+        /// What was found.
+        found: f64,
+        /// What the row makes it.
+        expected: f64,
     },
     /// A parameter is outside its range.
     #[error("{name} is {value}, but it must be {range}")]

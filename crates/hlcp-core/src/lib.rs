@@ -8,8 +8,9 @@
 //!
 //! * [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`] and
 //!   [`DiagonalMatrix`];
-//! * [`Csr`] for assembled rows, which [`market`] reads from Matrix Market files and writes; with
-//!   the feature `nalgebra-sparse`, on by default, also `nalgebra_sparse::CsrMatrix`;
+//! * [`Csr`] and [`RowMajor`] for rows in arrays; [`market`] reads and writes Matrix Market files;
+//!   with the feature `nalgebra-sparse`, on by default, also `CsrMatrix`, `CscMatrix` and
+//!   `nalgebra::DMatrix`;
 //! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
 //!
 //! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.
@@ -114,16 +115,18 @@
 //! # Not supported
 //!
 //! * Scalars other than `f32` and `f64`.
-//! * Fused sweeps and threads for operators that are not five-point: their rows are walked by one
-//!   thread.
+//! * Fused sweeps for operators that are not five-point: their rows are walked. They share threads
+//!   only in a [`Multicolour`] order.
 //! * Five-point operators with periodic boundaries, and stencils in three dimensions. Write a
 //!   [`Rows`] operator for these.
-//! * Dense matrices: write a [`LinearOperator`], or keep the entries in a [`Csr`].
 //! * Targets without `std`.
 
 mod aor;
+mod check;
+mod colour;
 mod combine;
 mod csr;
+mod dense;
 mod error;
 pub mod files;
 mod forward;
@@ -146,8 +149,11 @@ mod varying;
 mod view;
 
 pub use aor::Aor;
+pub use check::check_operator;
+pub use colour::Multicolour;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
+pub use dense::RowMajor;
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;

@@ -62,8 +62,9 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// The five-point operator that this one is, if it is one.
     ///
-    /// It opens fused sweeps, threads and geometric multigrid. The default answers `None`, which
-    /// leaves all other methods as they are. [`FivePointView`] says what a view promises.
+    /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
+    /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
+    /// [`check_operator`](crate::check_operator) checks it.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }

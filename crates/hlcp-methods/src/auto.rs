@@ -212,6 +212,10 @@ impl fmt::Display for AutoTurn {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
+/// A pair of sweeps of the opening is followed by another one if it leaves this part of the
+/// residual: where sweeps alone do, fused ones cost less.
+const OPENING: f64 = 0.01;
+
 /// A residual of this many times the larger of ‖q‖ and the first residual has grown.
 /// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
@@ -428,14 +432,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     }
 
     /// Overwrites `y` with a sweep forward and one backward from `x`, if one more pair is worth it:
-    /// the first is, and those after one that left a tenth of the residual.
+    /// the first is, and those after one that left a hundredth of the residual.
     fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>) -> Option<Norms> {
         let last = self.opening.take()?;
         self.problem.defect(q.entries(), x, y, &mut self.scratch);
         let norms = Norms::of(y).divided_by(self.problem.gamma());
         self.opened += 1;
         y.copy_from_slice(x);
-        if norms.l2 <= GAIN * last {
+        if norms.l2 <= OPENING * last {
             for backward in [false, true] {
                 amg::sweep(&self.problem, q.entries(), y, backward);
             }

@@ -106,8 +106,8 @@ pub enum Branch {
 
 /// A proof that a solution `(z*, r*)` exists, and a bound on every component of the error.
 ///
-/// With a [`witness`](Self::witness) it is the only solution; without, the only one within the
-/// bounds. All of it is a statement about real numbers; rounding is accounted for. Global bounds
+/// With a [`witness`](Self::witness) it is the only solution; without, the only one within its
+/// [`interval`](Self::interval)s. All of it is a statement about real numbers; rounding is accounted for. Global bounds
 /// may be infinite, if something overflows.
 ///
 /// ```
@@ -238,13 +238,12 @@ impl Certificate {
 
 impl fmt::Display for Certificate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let unique = if self.witness.is_some() { "proved" } else { "proved near the answer" };
-        let Self { bound, .. } = self;
-        write!(
-            f,
-            "solution unique: {unique}; certified error ≤ {:.2e} ({bound} bound)",
-            self.error()
-        )
+        let (error, bound) = (self.error(), self.bound);
+        let unique = match self.witness {
+            Some(_) => "solution unique: proved",
+            None => "a solution proved, others not excluded",
+        };
+        write!(f, "{unique}; certified error ≤ {error:.2e} ({bound} bound)")
     }
 }
 
@@ -352,7 +351,7 @@ pub fn certify<T: Scalar>(
             return Ok(Ok(found));
         }
     }
-    let refusal = match enclose((a, b), q, &near, &omega) {
+    let refusal = match enclose(a, b, q, &near, &omega) {
         Ok(found) => {
             let mut found = near_the_answer(found, &omega, [z, r]);
             found.witness = from_ones.map(|_| Witness::Right { omega, d: ones });

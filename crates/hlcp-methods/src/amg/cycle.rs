@@ -117,6 +117,19 @@ impl<T: Scalar> Hierarchy<T> {
         Some(Self { levels, bottom, walked })
     }
 
+    /// Replaces the matrix, unless it is the only level; unknowns of which `apart` is true stay on
+    /// the first.
+    pub(super) fn renew(&mut self, matrix: Matrix<T>, apart: &[bool]) -> bool {
+        let Some((first, [_, ..])) = self.levels.split_first_mut() else { return false };
+        let walks = self.walked as f64 / first.matrix.entries() as f64;
+        self.walked = (walks * matrix.entries() as f64) as usize;
+        first.matrix = matrix;
+        for (to, _) in first.aggregate.iter_mut().zip(apart).filter(|pair| *pair.1) {
+            *to = NONE;
+        }
+        true
+    }
+
     fn matrix(&self) -> &Matrix<T> {
         &self.levels[0].matrix
     }

@@ -567,6 +567,15 @@ fn a_step_ends_with_the_time() {
     let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
     let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
     // The first set-up finds the order along the flow, and asks on its way.
+    for late in 0..60 {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > late
+        };
+        let _ = amg.clone().step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        assert_eq!(asked, late + 1);
+    }
     let _ = amg.step(&q, &x, &mut y, &mut Clock::endless());
     amg.restart();
     let mut whole = 0;
