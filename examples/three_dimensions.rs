@@ -4,7 +4,8 @@
 //! cargo run --release --example three_dimensions
 //! ```
 //!
-//! Solves the LCP of a seven-point stencil with 27,000 unknowns, by `solve`, and prints the outcome.
+//! Solves the LCP of a seven-point stencil with 27,000 unknowns, by `solve`, and prints the
+//! outcome.
 
 use std::error::Error;
 

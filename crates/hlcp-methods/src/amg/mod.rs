@@ -130,8 +130,8 @@ pub struct Amg<T> {
     place: Vec<u32>,
     /// Whether the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
-    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels were
-    /// built, or the reverse.
+    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
+    /// were built, or the reverse.
     active: Vec<bool>,
     stale: usize,
     /// The factors of the columns of J, by place.
@@ -151,8 +151,8 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Cost
     ///
-    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both for
-    /// a while, to find the order along the flow.
+    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both
+    /// for a while, to find the order along the flow.
     ///
     /// # Errors
     ///
@@ -249,8 +249,8 @@ impl<T: Scalar> Amg<T> {
         self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
     }
 
-    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when the
-    /// clock is up.
+    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
+    /// the clock is up.
     fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
