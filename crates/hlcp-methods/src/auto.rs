@@ -16,8 +16,8 @@ use crate::{
 ///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
 ///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
-///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth no
-///   more than 20 sweeps, as of small full matrices.
+///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth
+///   no more than 20 sweeps, as of small full matrices.
 /// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
 ///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
@@ -47,8 +47,8 @@ use crate::{
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
 /// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
-/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver does.
-/// One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
+/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver
+/// does. One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
 /// error is not, and from there Newton's method may take many times as long.
 ///
