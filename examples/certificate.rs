@@ -20,7 +20,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let outcome = solver.solve(&scene.q, Limits::relative(tolerance))?;
         let (z, r) = (solver.z(), solver.r());
         let bound =
-            certify(&scene.a, &scene.b, &scene.q, z, r)?.ok_or("no bound could be proved")?.error();
+            certify(&scene.a, &scene.b, &scene.q, z, r)?.map_err(|why| why.to_string())?.error();
         let error =
             |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);
         let truth = error(z, &scene.z).max(error(r, &scene.r));

@@ -16,31 +16,15 @@ use hlcp_core::{
     VaryingFivePoint,
 };
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
-    Named, Newton, Norm, Options, Outcome, Parameters, Solver, Ssor, Tmms, Tolerance,
-    TridiagonalPart, Work,
+    AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
+    Parameters, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
-/// The rows: names of the paper, with α = 1.1 where one is open, and methods that have an arm in
-/// [`method`]. A row whose method checks no pivots, since it knows no rows, has "closure" in its
-/// name.
-const METHODS: &[&str] = &[
-    "MJ",
-    "MGS",
-    "MSOR",
-    "MAOR",
-    "AMJ",
-    "AMGS",
-    "AMSOR",
-    "AMAOR",
-    "TMJ",
-    "TMGS",
-    "TMSOR",
-    "TMAOR",
-    "TMJSOR1",
-    "TMGSJ",
-    "TMGSSOR2",
+/// The rows beside the library's names, each with an arm in [`method`]: parameters and mixtures
+/// that no name has. A row whose method checks no pivots, since it knows no rows, has "closure" in
+/// its name.
+const BESIDE: [&str; 12] = [
     "MJ by the diagonal",
     "TMJ by the diagonal",
     "M by a closure",
@@ -49,22 +33,27 @@ const METHODS: &[&str] = &[
     "M red-black",
     "AM red-black",
     "TM red-black",
-    "Anderson on TMGS",
     "Anderson on MJ",
-    "Newton with SSOR",
     "Newton with lines on AMGS",
-    "adaptive SOR",
     "Newton on adaptive SOR",
     "Anderson on adaptive SOR",
-    "auto",
 ];
 
-/// The rows that are for five-point operators on a grid, with an arm in [`method`] too.
-const ON_GRIDS: &[&str] = &["V-cycles", "F-cycles", "W-cycles", "full multigrid"];
-
-fn all_methods() -> impl Iterator<Item = &'static str> {
-    METHODS.iter().chain(ON_GRIDS).copied()
+/// Every name of the library but those of Table 1, which are others with parameters of their own,
+/// and all beside.
+fn rows() -> impl Iterator<Item = String> {
+    let is_of_table_1 = |name: &String| name.ends_with(|last: char| last.is_ascii_digit());
+    let names = Named::names().into_iter().filter(move |name| !is_of_table_1(name));
+    names.chain(BESIDE.map(str::to_owned))
 }
+
+/// Whether a name is for five-point operators on a grid.
+fn is_on_grids(row: &str) -> bool {
+    row.contains("RB") || ["MGV", "MGW", "MGF", "FMG"].contains(&row)
+}
+
+/// Its set-up allocates in each solve, as much as in the first.
+const ALGEBRAIC: &str = "AMG";
 
 type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
 
@@ -98,25 +87,13 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
                 _ => Box::new(Tmms::mirrored(problem, aor)?),
             }
         }
-        "Anderson on TMGS" => {
-            Box::new(Anderson::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, 3)?)
-        }
         "Anderson on MJ" => Box::new(Anderson::new(method("MJ", problem)?, 5)?),
-        "Newton with SSOR" => {
-            Box::new(Newton::new(Tmms::mirrored(problem, Aor::gauss_seidel())?, Ssor))
-        }
         "Newton with lines on AMGS" => Box::new(Newton::new(
             Mms::new(problem, Aor::gauss_seidel().accelerated())?,
             TridiagonalPart::new(),
         )),
-        "adaptive SOR" => Box::new(AdaptiveSor::new(problem)?),
         "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
-        "auto" => Box::new(Auto::new(problem)?),
-        "V-cycles" => Box::new(Multigrid::new(problem, Cycle::V)?),
-        "F-cycles" => Box::new(Multigrid::new(problem, Cycle::F)?),
-        "W-cycles" => Box::new(Multigrid::new(problem, Cycle::W)?),
-        "full multigrid" => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");
             let alpha = open.then_some(1.1);
@@ -167,7 +144,7 @@ fn planted_q<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Vec<T> {
 
 /// A method on the planted problem with one kind of operators.
 struct Case<T, A, B> {
-    row: &'static str,
+    row: String,
     /// The kind of operators.
     kind: &'static str,
     a: A,
@@ -189,17 +166,17 @@ where
     A: Rows<T> + Clone + 'static,
     B: Rows<T> + Clone + 'static,
 {
-    fn new(row: &'static str, kind: &'static str, a: A, b: B) -> Self {
+    fn new(row: &str, kind: &'static str, a: A, b: B) -> Self {
         let (q, start) = (planted_q(&a, &b), vec![T::from(0.6).unwrap(); N]);
         let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
-        Self { row, kind, a, b, q, start, limits }
+        Self { row: row.to_owned(), kind, a, b, q, start, limits }
     }
 
     fn solver(&self) -> Solver<T, Boxed<T, A, B>> {
         let problem = Hlcp::new(self.a.clone(), self.b.clone(), omega())
             .and_then(|problem| problem.with_gamma(T::from(1.7).unwrap()))
             .expect("a sound pair");
-        Solver::new(method(self.row, problem).expect("a sound problem"))
+        Solver::new(method(&self.row, problem).expect("a sound problem"))
     }
 
     /// Solves the planted problem from the start.
@@ -244,13 +221,17 @@ where
     fn a_later_solve_repeats_the_first_and_allocates_nothing(&self) {
         let contract = "a later solve repeats the first and allocates nothing";
         let mut solver = self.solver();
+        let calls = counting::CALLS.get();
         let first = self.solve(&mut solver);
+        let first_calls = counting::CALLS.get() - calls;
         let x = solver.x().to_vec();
         let other: Vec<T> = self.q.iter().map(|&q| -q).collect();
         let _ = solver.solve(&other, Options::from_x(&x).limits(self.limits)).unwrap();
         let calls = counting::CALLS.get();
         let again = self.solve(&mut solver);
-        assert_eq!(counting::CALLS.get() - calls, 0, "{self}: {contract}");
+        let calls = counting::CALLS.get() - calls;
+        let allowed = if self.row == ALGEBRAIC { first_calls } else { 0 };
+        assert!(calls <= allowed, "{self}: {contract}: {calls}");
         let counts = |outcome: &Outcome| (outcome.iterations, outcome.residual);
         assert_eq!(counts(&again), counts(&first), "{self}: {contract}");
         assert_eq!(solver.x(), x, "{self}: {contract}");
@@ -329,7 +310,7 @@ where
         for factor in [T::zero(), -T::one(), T::nan()] {
             let a = Scaled { factor, of: self.a.clone() };
             let b = Scaled { factor, of: self.b.clone() };
-            match method(self.row, Hlcp::new(a, b, omega()).unwrap()) {
+            match method(&self.row, Hlcp::new(a, b, omega()).unwrap()) {
                 Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
                 Err(other) => panic!("{self}: {contract}: {other}"),
                 Ok(method) => {
@@ -360,7 +341,8 @@ fn one_answer<T: Scalar>(row: &str, answers: &[Vec<T>]) {
 fn table<T: Scalar + nalgebra::Scalar>() {
     let (a, b) = (stencil::<T>(A), stencil::<T>(B));
     let shared = |operator: FivePoint<T>| -> Arc<dyn Rows<T>> { Arc::new(operator) };
-    let rows = |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> { Arc::new(Csr::from_rows(operator)) };
+    let arrays =
+        |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> { Arc::new(Csr::from_rows(operator)) };
     let dense = |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> {
         let mut entries = vec![T::zero(); N * N];
         (0..N).for_each(|i| operator.visit_row(i, &mut |j, entry| entries[i * N + j] = entry));
@@ -369,28 +351,29 @@ fn table<T: Scalar + nalgebra::Scalar>() {
     // The same solution is planted; the rows reach across the grid's edge.
     let [cylinder, torus] = [a.periodic([true, false]), b.periodic([true, true])];
     let (cylinder, torus) = (cylinder.unwrap(), torus.unwrap());
-    for row in METHODS {
+    for row in &rows().collect::<Vec<_>>() {
+        if is_on_grids(row) {
+            let answers = [
+                Case::new(row, "stencils", a, b).keeps_all(),
+                Case::new(row, "shared operators", shared(a), shared(b)).keeps_all(),
+            ];
+            one_answer(row, &answers);
+            let problem = Hlcp::new(Lists::of(&a), Lists::of(&b), omega()).unwrap();
+            let refusal = method(row, problem).err();
+            assert_eq!(refusal, Some(Error::NotFivePoint { what: "A" }), "{row} needs a grid");
+            continue;
+        }
         let lists: Arc<dyn Rows<T>> = Arc::new(Lists::of(&a));
         let answers = [
             Case::new(row, "stencils", a, b).keeps_all(),
             Case::new(row, "assembled matrices", assembled(&a), assembled(&b)).keeps_all(),
             Case::new(row, "a user's operators", Lists::of(&a), Lists::of(&b)).keeps_all(),
             Case::new(row, "shared operators", lists, shared(b)).keeps_all(),
-            Case::new(row, "rows in arrays", rows(&a), rows(&b)).keeps_all(),
-            Case::new(row, "rows in arrays and dense ones", rows(&a), dense(&b)).keeps_all(),
+            Case::new(row, "rows in arrays", arrays(&a), arrays(&b)).keeps_all(),
+            Case::new(row, "rows in arrays and dense ones", arrays(&a), dense(&b)).keeps_all(),
             Case::new(row, "periodic grids", shared(cylinder), shared(torus)).keeps_all(),
         ];
         one_answer(row, &answers);
-    }
-    for row in ON_GRIDS {
-        let answers = [
-            Case::new(row, "stencils", a, b).keeps_all(),
-            Case::new(row, "shared operators", shared(a), shared(b)).keeps_all(),
-        ];
-        one_answer(row, &answers);
-        let problem = Hlcp::new(Lists::of(&a), Lists::of(&b), omega()).unwrap();
-        let refusal = method(row, problem).err();
-        assert_eq!(refusal, Some(Error::NotFivePoint { what: "A" }), "{row} needs a grid");
     }
 }
 
@@ -407,7 +390,7 @@ fn every_contract_is_kept_in_single_precision() {
 /// Order 1, where every splitting is the whole matrix or a multiple of it.
 #[test]
 fn every_method_solves_a_problem_of_order_one() {
-    for row in all_methods() {
+    for row in &rows().collect::<Vec<_>>() {
         for (q, z, r) in [(-6.3, 1.5, 0.0), (4.1, 0.0, 2.0)] {
             let a = FivePoint::new(1, 1, [-1.1, -0.9, 4.2, -1.3, -0.7]).unwrap();
             let b = FivePoint::new(1, 1, [-0.3, -0.8, 2.05, -0.6, -0.2]).unwrap();
@@ -454,8 +437,8 @@ fn keeps_on_threads<T: Scalar>() {
     let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| to(1.4 + 0.3 * w)).collect());
     let of_constants = Hlcp::new(constant(A), constant(B), Omega::Uniform(to(1.4))).unwrap();
     let of_arrays = Hlcp::new(varying(6.3), varying(5.9), each).unwrap();
-    for row in all_methods() {
-        let row = &row.replace(" red-black", "RBGS"); // on this grid
+    // On this grid red-black is a name.
+    for row in &rows().map(|row| row.replace(" red-black", "RBGS")).collect::<Vec<_>>() {
         let constants = bits(method(row, of_constants.clone()).unwrap(), &q);
         let arrays = bits(method(row, of_arrays.clone()).unwrap(), &q);
         for threads in [1, 2, 4, 8] {
@@ -587,14 +570,9 @@ fn sweeps_are_counted_as_the_splittings_say() {
     assert_eq!((outcome.iterations, outcome.sweeps), (5, 15));
 }
 
-/// Where no grid is known, a red–black order by name is refused.
+/// Nothing is in order on a grid without columns.
 #[test]
-fn red_black_by_name_needs_a_grid() {
-    let (a, b) = (Lists::of(&stencil::<f64>(A)), Lists::of(&stencil::<f64>(B)));
-    let refusal = method("MRBGS", Hlcp::new(a, b, omega()).unwrap()).err();
-    assert_eq!(refusal, Some(Error::NotFivePoint { what: "A" }));
-    assert!(matches!(
-        Aor::<f64>::gauss_seidel().red_black(0),
-        Err(Error::Parameter { value: 0.0, .. })
-    ));
+fn a_red_black_order_needs_columns() {
+    let refusal = Aor::<f64>::gauss_seidel().red_black(0);
+    assert!(matches!(refusal, Err(Error::Parameter { value: 0.0, .. })));
 }

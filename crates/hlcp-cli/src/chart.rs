@@ -37,7 +37,7 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// Colour, dash and marker of each method, by the names it has on the charts.
-pub(crate) const STYLES: [(&[&str], [usize; 3]); 24] = [
+pub(crate) const STYLES: [(&[&str], [usize; 3]); 25] = [
     (&["MGS"], [0, 0, 0]),
     (&["MSOR, best"], [0, 1, 1]),
     (&["MAOR, best"], [0, 2, 2]),
@@ -56,6 +56,7 @@ pub(crate) const STYLES: [(&[&str], [usize; 3]); 24] = [
     (&["NEWTON", "Newton, SSOR"], [4, 2, 4]),
     (&["Newton, lines"], [4, 3, 5]),
     (&["Newton, sparse LU"], [4, 4, 6]),
+    (&["MGV"], [5, 0, 3]),
     (&["MGW", "multigrid, W"], [5, 4, 0]),
     (&["MGF"], [5, 1, 1]),
     (&["FMG", "full multigrid"], [5, 2, 2]),

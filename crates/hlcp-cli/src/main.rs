@@ -3,10 +3,11 @@
 //!
 //! The exit status is 0 for success, 2 for a solve that did not converge, and 1 for bad input and
 //! for a reproduction that finds its own result wrong; a command line of another command than
-//! `solve` that cannot be read is 2 as well.
+//! `solve`, or `film` in two dimensions, that cannot be read is 2 as well.
 
 mod chart;
 mod comparison;
+mod families;
 mod figures;
 mod film;
 mod gallery;
@@ -44,11 +45,12 @@ struct CommandLine {
 #[derive(Debug, Subcommand)]
 enum Command {
     Solve(Box<solve::Arguments>),
-    Film(film::Arguments),
+    Film(Box<film::Arguments>),
     Paper(paper::Arguments),
     SpeedVsAccuracy(speed_vs_accuracy::Arguments),
     StabilityMap(stability_map::Arguments),
     Comparison(comparison::Arguments),
+    Families(families::Arguments),
     Gallery(gallery::Arguments),
     Scenes(figures::Arguments),
 }
@@ -72,10 +74,13 @@ fn main() -> ExitCode {
     match done {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(2),
-        Err(error) => {
-            say(format!("error: {error}"));
-            ExitCode::from(1)
-        }
+        Err(error) => match error.downcast::<clap::Error>() {
+            Ok(error) => refuse(&error),
+            Err(error) => {
+                say(format!("error: {error}"));
+                ExitCode::from(1)
+            }
+        },
     }
 }
 
@@ -83,11 +88,12 @@ fn main() -> ExitCode {
 fn run(command: Command) -> Result<bool, Box<dyn Error>> {
     match command {
         Command::Solve(arguments) => return solve::run(&arguments),
-        Command::Film(arguments) => film::run(arguments)?,
+        Command::Film(arguments) => return film::run(*arguments),
         Command::Paper(arguments) => paper::run(&arguments)?,
         Command::SpeedVsAccuracy(arguments) => speed_vs_accuracy::run(&arguments)?,
         Command::StabilityMap(arguments) => stability_map::run(&arguments)?,
         Command::Comparison(arguments) => comparison::run(&arguments)?,
+        Command::Families(arguments) => families::run(&arguments)?,
         Command::Gallery(arguments) => gallery::run(&arguments)?,
         Command::Scenes(_) => figures::run()?,
     }
@@ -95,7 +101,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
 }
 
 /// Prints the help or the version, or says what is wrong with the command line: in one line of
-/// `solve`, whose callers are programs.
+/// `solve` and of films in two dimensions, whose callers are programs.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Its reader has gone, or there is none to tell.
@@ -103,7 +109,13 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
-    if std::env::args_os().nth(1).is_none_or(|command| command != "solve") {
+    let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
+    let in_one_line = match words.next().as_deref() {
+        Some("solve") => true,
+        Some("film") => film::is_plane(words),
+        _ => false,
+    };
+    if !in_one_line {
         text.lines().for_each(say);
         return ExitCode::from(2);
     }

@@ -1,6 +1,6 @@
 //! The table of scenes: a new one is a row here and its file in `hlcp-verify`.
 
-use std::error::Error;
+use std::{error::Error, f64::consts::PI};
 
 use clap::{
     Arg, ArgMatches, Command, FromArgMatches,
@@ -12,7 +12,10 @@ use hlcp_core::{
     Csr, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rows, Scalar,
 };
 use hlcp_methods::{BoxedMethod, Limits, Named, Parameters, Solver, Tolerance, TridiagonalPart};
-use hlcp_verify::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
+use hlcp_verify::{
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
+    Slider,
+};
 
 /// A kind of problem, defined by a few numbers.
 pub(crate) struct Scene {
@@ -425,6 +428,7 @@ impl<T: Scalar> Rows<T> for Operator<T> {
 }
 
 type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
+type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
 type Next<T> = dyn Fn(usize, &[T], &mut [T]);
 
 /// A problem in one precision.
@@ -437,6 +441,10 @@ pub(crate) struct Problem<T> {
     pub(crate) known: Option<[Vec<T>; 2]>,
     /// The figures of (z, r) with their names.
     pub(crate) figures: Box<Figures<T>>,
+    /// What figures of the exact solution are proved to lie between.
+    pub(crate) proofs: Box<Proofs>,
+    /// What r > 0 means.
+    pub(crate) meaning: Option<&'static str>,
     /// How many problems there are, and how to overwrite `q` with that of the `k`-th, for the `z`
     /// of the one before.
     pub(crate) march: (usize, Box<Next<T>>),
@@ -451,7 +459,8 @@ impl<T: Scalar> Problem<T> {
     fn of(a: Operator<T>, b: Operator<T>, q: Vec<T>) -> Self {
         let (figures, next) =
             (Box::new(|_: &[T], _: &[T]| vec![]), Box::new(|_, _: &[T], _: &mut [T]| ()));
-        Self { a, b, q, known: None, figures, march: (1, next) }
+        let proofs = Box::new(|_: &Certificate| vec![]);
+        Self { a, b, q, known: None, figures, proofs, meaning: None, march: (1, next) }
     }
 
     fn planted(posed: Posed<T, FivePoint<T>, FivePoint<T>>) -> Self {
@@ -464,6 +473,14 @@ impl<T: Scalar> Problem<T> {
         figures: impl Fn(&[T], &[T]) -> Vec<(&'static str, f64)> + 'static,
     ) -> Self {
         Self { figures: Box::new(figures), ..self }
+    }
+
+    fn with_proofs(
+        self,
+        meaning: &'static str,
+        proofs: impl Fn(&Certificate) -> Vec<(&'static str, [f64; 2])> + 'static,
+    ) -> Self {
+        Self { proofs: Box::new(proofs), meaning: Some(meaning), ..self }
     }
 
     /// The problem with Ω = τ D_A D_B⁻¹ as the methods take it.
@@ -541,14 +558,15 @@ fn disc_hlcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
 }
 
 fn disc<T: Scalar>(lcp: bool, numbers: &Numbers) -> Posing<T> {
-    Ok(Problem::planted(Disc { lcp, m: numbers.size("m") }.pose()?))
+    let problem = Problem::planted(Disc { lcp, m: numbers.size("m") }.pose()?);
+    Ok(problem.with_proofs("contact", |_| vec![]))
 }
 
 fn slider<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let slider = Slider { cells: numbers.size("m") };
     let (a, b, q) = slider.pose::<T>()?;
     let problem = Problem::of(Operator::tridiagonal(&a), Operator::tridiagonal(&b), q);
-    Ok(problem.with_figures(move |z, _| {
+    let problem = problem.with_figures(move |z, _| {
         let (peak, rupture) = (slider.peak(z), slider.rupture(z));
         vec![
             ("peak_pa", peak),
@@ -556,7 +574,32 @@ fn slider<T: Scalar>(numbers: &Numbers) -> Posing<T> {
             ("rupture_m", rupture),
             ("rupture_error_m", rupture - Slider::RUPTURE),
         ]
+    });
+    Ok(problem.with_proofs("rupture", move |certificate| {
+        let largest = |end: usize| {
+            (0..certificate.sides.len())
+                .map(|j| certificate.interval(j)[0][end])
+                .fold(0.0, f64::max)
+        };
+        let place = |nodes: Option<usize>| {
+            nodes.map_or(0, |i| i + 1) as f64 / slider.cells as f64 * Slider::LENGTH
+        };
+        let sides = &certificate.sides;
+        let [first, last] = [
+            sides.iter().rposition(|side| *side == Branch::Z),
+            sides.iter().rposition(|side| *side != Branch::R),
+        ];
+        vec![
+            ("peak_pa", widened([0, 1].map(|end| largest(end) * Slider::PRESSURE_UNIT))),
+            ("rupture_m", [place(first), place(last)]),
+        ]
     }))
+}
+
+/// Ends of an interval after a few operations that round.
+fn widened([lower, upper]: [f64; 2]) -> [f64; 2] {
+    let some = |end: f64| 16.0 * f64::EPSILON * end.abs();
+    [lower - some(lower), upper + some(upper)]
 }
 
 fn journal_bearing<T: Scalar>(numbers: &Numbers) -> Posing<T> {
@@ -574,10 +617,11 @@ fn journal_bearing<T: Scalar>(numbers: &Numbers) -> Posing<T> {
 fn obstacle<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let obstacle = Obstacle { m: numbers.size("m") };
     let (a, b, q) = obstacle.pose::<T>()?;
-    Ok(Problem::new(a, b, q).with_figures(move |z, _| {
+    let problem = Problem::new(a, b, q).with_figures(move |z, _| {
         let [mean, largest] = obstacle.errors(z);
         vec![("discretisation_error_mean", mean), ("discretisation_error_linf", largest)]
-    }))
+    });
+    Ok(problem.with_proofs("contact", |_| vec![]))
 }
 
 fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
@@ -589,7 +633,7 @@ fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         groove: numbers.get("groove").to_radians(),
     };
     let (a, b, q) = bearing.pose::<T>()?;
-    Ok(Problem::new(a, b, q).with_figures(move |z, r| {
+    let problem = Problem::new(a, b, q).with_figures(move |z, r| {
         let [drawn, returned, ends] = bearing.flows(z, r);
         vec![
             ("sommerfeld", bearing.sommerfeld(z)),
@@ -598,7 +642,72 @@ fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
             ("flow_returned", returned),
             ("flow_ends", ends),
         ]
-    }))
+    });
+    Ok(problem.with_proofs("rupture", move |certificate| bearing2d_proofs(&bearing, certificate)))
+}
+
+/// The figures of the exact pressure and void, between the ends that the load and the flows have,
+/// which are sums with the weights of their definitions.
+fn bearing2d_proofs(
+    bearing: &Bearing2d,
+    certificate: &Certificate,
+) -> Vec<(&'static str, [f64; 2])> {
+    let Bearing2d { nx, ny, .. } = *bearing;
+    let zeros = vec![0.0; nx * ny];
+    // One row of points has cells of height 1 in the place of 2/(ny + 1).
+    let (row, height) = (Bearing2d { ny: 1, ..*bearing }, 2.0 / (ny as f64 + 1.0));
+    let (mut point, nothing) = (vec![0.0; nx], vec![0.0; nx]);
+    let mut loads = [zeros.clone(), zeros.clone()];
+    let mut ends = zeros.clone();
+    for i in 0..nx {
+        point[i] = 1.0;
+        let load = row.load(&point);
+        for j in 0..ny {
+            loads[0][j * nx + i] = load[0] * height;
+            loads[1][j * nx + i] = load[1] * height;
+        }
+        // It is at both ends there.
+        let out = row.flows(&point, &nothing)[2] / 2.0 / height;
+        ends[i] += out;
+        ends[(ny - 1) * nx + i] += out;
+        point[i] = 0.0;
+    }
+    let base = row.flows(&nothing, &nothing);
+    let unit = |at: usize| (0..nx).map(|i| f64::from(i == at)).collect::<Vec<f64>>();
+    let (first, last) = (unit(0), unit(nx - 1));
+    let drawn = row.flows(&first, &nothing)[0] - base[0];
+    let by_pressure = row.flows(&last, &nothing)[1] - base[1];
+    let by_void = row.flows(&nothing, &last)[1] - base[1];
+    let column = |at: usize, weight: f64| -> Vec<f64> {
+        (0..nx * ny).map(|k| if k % nx == at { weight * height } else { 0.0 }).collect()
+    };
+    let sum = |c_z: &[f64], c_r: &[f64], constant: f64| {
+        let [lower, upper] = certificate.functional([c_z, c_r]);
+        widened([lower + constant, upper + constant])
+    };
+    let [along, across] = loads.each_ref().map(|load| sum(load, &zeros, 0.0));
+    let corners = [0, 1, 2, 3].map(|k| [along[k % 2], across[k / 2]]);
+    let far = corners.map(|[x, y]| x.hypot(y)).into_iter().fold(0.0, f64::max);
+    let nearest = |[lower, upper]: [f64; 2]| lower.max(-upper).max(0.0);
+    let near = nearest(along).hypot(nearest(across));
+    let angles = corners.map(|[x, y]| y.atan2(x).to_degrees());
+    let attitude = if along[0] > 0.0 {
+        let [lowest, highest] = [f64::min as fn(f64, f64) -> f64, f64::max];
+        [angles.into_iter().fold(f64::INFINITY, lowest), angles.into_iter().fold(-180.0, highest)]
+    } else {
+        [-180.0, 180.0]
+    };
+    let all = ny as f64 * height;
+    vec![
+        ("sommerfeld", widened([far, near].map(|load| 1.0 / (3.0 * PI * load)))),
+        ("attitude_degrees", widened(attitude)),
+        ("flow_drawn", sum(&column(0, drawn), &zeros, all * base[0])),
+        (
+            "flow_returned",
+            sum(&column(nx - 1, by_pressure), &column(nx - 1, by_void), all * base[1]),
+        ),
+        ("flow_ends", sum(&ends, &zeros, 0.0)),
+    ]
 }
 
 fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {
@@ -616,7 +725,21 @@ fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     put.q(0, &zeros, &mut q);
     let next = Box::new(move |k, z: &[T], q: &mut [T]| put.q(k, z, q));
     let problem = Problem { march: (put.lcps(), next), ..Problem::new(a, b, q) };
-    Ok(problem.with_figures(move |z, _| {
+    let problem = problem.with_figures(move |z, _| {
         vec![("price", put.price(z, spot)), ("exercise", put.exercise(z))]
+    });
+    // Of the last problem, whose q is what the one before left.
+    Ok(problem.with_proofs("exercise", move |certificate| {
+        let mut z = vec![0.0; certificate.sides.len()];
+        let (zeros, base) = (z.clone(), put.price(&z, spot));
+        let weight = |j: usize| {
+            z[j] = 1.0;
+            let price = put.price(&z, spot);
+            z[j] = 0.0;
+            price - base
+        };
+        let weights: Vec<f64> = (0..zeros.len()).map(weight).collect();
+        let [lower, upper] = certificate.functional([&weights, &zeros]);
+        vec![("price", widened([base + lower, base + upper]))]
     }))
 }

@@ -1,19 +1,25 @@
 use std::fmt;
 
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar};
+use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
-    AdaptiveSor, AmgNewton, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton, Preconditioner,
-    Ssor, TridiagonalPart, Work,
+    AdaptiveSor, AmgNewton, Anderson, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
+    Preconditioner, Ssor, Tmms, TridiagonalPart, Work, amg,
+    pivoting::{self, Pivoting},
 };
 
-/// The method for people who do not want to choose one: four methods take turns on one iterate, by
-/// the progress that they are measured to make.
+/// The method for people who do not want to choose one: several take turns on one iterate, by the
+/// progress that they are measured to make.
 ///
-/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves;
-///   [`Multigrid`] by F-cycles waits, if both operators are five-point ones on one grid.
-/// * Elsewhere it begins with [`AdaptiveSor`], which finds α as it goes. There wait [`Multigrid`]
-///   by W-cycles, on such a grid; [`AmgNewton`]; and Newton's method with [`Ssor`].
+/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
+/// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
+///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
+///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
+///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
+///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth no
+///   more than 20 sweeps, as of small full matrices.
+/// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
+///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
 /// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses)
 /// says which is at work, and [`history`](Self::history) why those before were left.
@@ -27,10 +33,11 @@ use crate::{
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1 | 60, or five cycles |
-/// | Newton's method with algebraic multigrid | 0.04 | 600 |
-/// | adaptive SOR | 0.02 | 24 |
+/// | multigrid | 0.1 | 48, or four cycles |
+/// | Newton's method with algebraic multigrid | 0.04 | 1000 |
+/// | adaptive SOR, Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
+/// | pivoting | ten digits in ten eliminations | twelve eliminations |
 ///
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
@@ -39,12 +46,16 @@ use crate::{
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
-/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and
-/// the first one ends the window.
+/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
+/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver does.
+/// One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
+/// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
+/// error is not, and from there Newton's method may take many times as long.
 ///
 /// # Cost
 ///
-/// One walk over the rows of `A` and `B` to begin with, then that of the method at work. Storage:
+/// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, then
+/// that of the method at work. Storage:
 /// `n` numbers, and that of the methods that have had a turn.
 ///
 /// # Convergence
@@ -69,13 +80,15 @@ use crate::{
 /// assert!(outcome.converged() && solver.method().uses() == AutoChoice::Multigrid);
 /// let first = solver.method().history()[0];
 /// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
-/// assert_eq!(first.sweeps, 25);
+/// assert_eq!(first.sweeps, 25); // with the three of the opening
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
     tridiagonal: bool,
+    /// An elimination in sweeps.
+    worth: usize,
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
@@ -87,8 +100,15 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
-    /// The larger of ‖q‖ and the first residual.
+    /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
+    cold: bool,
+    /// The work of the opening in sweeps, and the residual before its last pair while it lasts.
+    opened: usize,
+    opening: Option<f64>,
+    /// The largest entry of an iterate that raises no suspicion.
+    usual: f64,
+    scratch: Vec<T>,
     history: Vec<AutoTurn>,
 }
 
@@ -108,6 +128,11 @@ pub enum AutoChoice {
     /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`]
     /// elsewhere.
     Newton,
+    /// [`Anderson`] with a window of ten, on symmetric Gauss–Seidel sweeps.
+    Anderson,
+    /// Principal pivoting in blocks (Júdice and Pires), by elimination of full matrices: finite
+    /// where solutions are unique for every `q`, and for orders up to 500.
+    Pivoting,
 }
 
 impl fmt::Display for AutoChoice {
@@ -117,6 +142,8 @@ impl fmt::Display for AutoChoice {
             Self::Multigrid => "multigrid",
             Self::AmgNewton => "Newton with algebraic multigrid",
             Self::Newton => "Newton",
+            Self::Anderson => "Anderson",
+            Self::Pivoting => "pivoting",
         })
     }
 }
@@ -185,9 +212,19 @@ impl fmt::Display for AutoTurn {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
+/// A pair of sweeps of the opening is followed by another one if it leaves this part of the
+/// residual: where sweeps alone do, fused ones cost less.
+const OPENING: f64 = 0.01;
+
 /// A residual of this many times the larger of ‖q‖ and the first residual has grown.
 /// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
+
+/// An iterate with entries of this many times those of a sweep from 0 is looked at more closely.
+const USUAL: f64 = 1e8;
+
+/// A solve begins with eliminations that are worth no more sweeps than this.
+const CHEAP: usize = 20;
 
 /// What a window leaves of a promise.
 const SHRINK: f64 = 0.25;
@@ -197,12 +234,15 @@ impl AutoChoice {
     ///
     /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 300 to
     /// 900 sweeps' worth of work for them.
-    fn promise(self) -> (f64, usize) {
+    fn promise(self, worth: usize) -> (f64, usize) {
         match self {
             Self::Sor => (0.02, 24),
-            Self::Multigrid => (0.1, 60),
-            Self::AmgNewton => (0.04, 600),
+            Self::Multigrid => (0.1, 48),
+            Self::AmgNewton => (0.04, 1000),
             Self::Newton => (0.01, 120),
+            Self::Anderson => (0.02, 24),
+            // Ten digits in ten eliminations.
+            Self::Pivoting => (2.3 / worth as f64, 12 * worth),
         }
     }
 }
@@ -221,8 +261,9 @@ struct Candidate<T: Scalar, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
-    fn new(choice: AutoChoice) -> Self {
-        let (promise, window) = choice.promise();
+    /// A method of which no more is known than what an elimination is worth in sweeps.
+    fn new(choice: AutoChoice, worth: usize) -> Self {
+        let (promise, window) = choice.promise(worth);
         Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
     }
 
@@ -232,6 +273,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             Some(Worker::Multigrid(multigrid)) => multigrid.work(),
             Some(Worker::AmgNewton(newton)) => newton.work(),
             Some(Worker::Newton(newton)) => newton.work(),
+            Some(Worker::Pivoting(pivoting)) => pivoting.work(),
+            Some(Worker::Anderson(anderson)) => anderson.work(),
             Some(Worker::Sor(_)) | None => None,
         };
         counted.unwrap_or(Work::sweeps(self.iterations))
@@ -276,6 +319,8 @@ enum Worker<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
     AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
     Newton(Box<PlainNewton<T, A, B>>),
+    Anderson(Box<Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>>),
+    Pivoting(Box<Pivoting<T, A, B>>),
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
@@ -285,7 +330,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
             AutoChoice::Multigrid => {
                 let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
-                Self::Multigrid(Box::new(Multigrid::new(problem, cycle)?))
+                let multigrid = Multigrid::new(problem, cycle)?;
+                if multigrid.grids().nth(1).is_none() {
+                    return Err(Error::NotFivePoint { what: "a coarser grid" });
+                }
+                Self::Multigrid(Box::new(multigrid))
             }
             AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
             AutoChoice::Newton => {
@@ -293,6 +342,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
                 let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
                 Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
             }
+            AutoChoice::Anderson => {
+                let base = Tmms::mirrored(problem, Aor::gauss_seidel())?;
+                Self::Anderson(Box::new(Anderson::new(base, 10)?))
+            }
+            AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
         })
     }
 
@@ -302,6 +356,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
             Self::Multigrid(multigrid) => multigrid,
             Self::AmgNewton(newton) => newton,
             Self::Newton(newton) => newton,
+            Self::Anderson(anderson) => anderson,
+            Self::Pivoting(pivoting) => pivoting,
         }
     }
 }
@@ -313,17 +369,26 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        use AutoChoice::{AmgNewton, Multigrid, Newton, Sor};
+        use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
+        Aor::gauss_seidel().check(&problem)?;
         let tridiagonal = TridiagonalPart::is_all(&problem);
-        let order: &[AutoChoice] = if tridiagonal {
-            &[Newton, Multigrid] // elimination is exact, and cycles find long fronts
-        } else {
-            &[Sor, Multigrid, AmgNewton, Newton]
-        };
         let has_grid = problem.grid().is_ok();
-        let possible = order.iter().filter(|&&choice| choice != Multigrid || has_grid);
+        let order = match (tridiagonal, has_grid) {
+            // Elimination is exact, and cycles find long fronts.
+            (true, _) => [Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
+            (_, true) => [Sor, Multigrid, AmgNewton, Anderson, Newton, Pivoting],
+            // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
+            _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
+        };
+        let is_small = problem.order() <= pivoting::SMALL;
+        let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
+        let possible = order.iter().filter(|&&choice| match choice {
+            Multigrid => has_grid,
+            Pivoting => is_small,
+            _ => true,
+        });
         let mut auto = Self {
-            candidates: possible.map(|&choice| Candidate::new(choice)).collect(),
+            candidates: possible.map(|&choice| Candidate::new(choice, worth)).collect(),
             at: 0,
             begun: 0,
             middle: None,
@@ -331,12 +396,18 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             kept: vec![T::zero(); problem.order()],
             kept_residual: f64::INFINITY,
             scale: 0.0,
+            cold: false,
+            opened: 0,
+            opening: None,
+            usual: 0.0,
+            scratch: vec![],
             history: Vec::with_capacity(8),
             tridiagonal,
+            worth,
             problem,
         };
-        auto.set_up(0)?;
         auto.restart();
+        auto.set_up(auto.at)?;
         Ok(auto)
     }
 
@@ -358,6 +429,50 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             candidate.worker = Some(Worker::new(candidate.choice, problem, self.tridiagonal)?);
         }
         Ok(())
+    }
+
+    /// Overwrites `y` with a sweep forward and one backward from `x`, if one more pair is worth it:
+    /// the first is, and those after one that left a hundredth of the residual.
+    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>) -> Option<Norms> {
+        let last = self.opening.take()?;
+        self.problem.defect(q.entries(), x, y, &mut self.scratch);
+        let norms = Norms::of(y).divided_by(self.problem.gamma());
+        self.opened += 1;
+        y.copy_from_slice(x);
+        if norms.l2 <= OPENING * last {
+            for backward in [false, true] {
+                amg::sweep(&self.problem, q.entries(), y, backward);
+            }
+            self.opened += 2;
+            self.opening = Some(norms.l2);
+            Some(norms)
+        } else {
+            None
+        }
+    }
+
+    /// The largest entry of `x`, and of what `q` alone makes of an unknown.
+    fn size(&self, q: &Rhs<'_, T>, x: &[T]) -> f64 {
+        let problem = &self.problem;
+        let each = x.iter().zip(q.entries()).enumerate().map(|(i, (&x, &q))| {
+            let b = problem.omega().entry(i) * problem.b().diagonal_entry(i);
+            let pivot = problem.a().diagonal_entry(i).min(b);
+            x.abs().max((problem.q_factor() * q / (pivot + pivot)).abs())
+        });
+        each.fold(0.0, |max, size| size.wide().max(max))
+    }
+
+    /// Whether the residual of `y` has grown, of which only entries beyond all measure make sure.
+    fn runs_away(&mut self, q: &Rhs<'_, T>, y: &[T]) -> bool {
+        // All entries are looked at, so that several are at a time. NaN is not calm either.
+        let usual = T::of(self.usual);
+        let calm = y.iter().fold(true, |calm, y| calm & (y.abs() <= usual));
+        !calm && {
+            let mut f = vec![T::zero(); y.len()];
+            self.problem.defect(q.entries(), y, &mut f, &mut self.scratch);
+            let residual = Norms::of(&f).divided_by(self.problem.gamma()).l2;
+            residual.is_nan() || residual > GROWN * self.scale
+        }
     }
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
@@ -396,6 +511,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 }
                 self.begin(next, None);
                 self.at = next;
+                match &mut self.candidates[next].worker {
+                    Some(Worker::AmgNewton(newton)) => newton.take_up(self.cold),
+                    Some(Worker::Newton(newton)) => newton.take_up(),
+                    _ => {}
+                }
                 return true;
             }
             let refused = &mut self.candidates[next];
@@ -416,19 +536,25 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn work(&self) -> Option<Work> {
-        Some(self.candidates.iter().fold(Work::default(), |sum, each| sum + each.work()))
+        let opened = Work::sweeps(self.opened);
+        Some(self.candidates.iter().fold(opened, |sum, each| sum + each.work()))
     }
 
     fn restart(&mut self) {
         for candidate in &mut self.candidates {
             let mut worker = candidate.worker.take();
             worker.iter_mut().for_each(|worker| worker.method().restart());
-            *candidate = Candidate { worker, ..Candidate::new(candidate.choice) };
+            *candidate = Candidate { worker, ..Candidate::new(candidate.choice, self.worth) };
         }
-        (self.at, self.begun, self.middle) = (0, 0, None);
+        let pivots = |each: &Candidate<T, A, B>| {
+            each.choice == AutoChoice::Pivoting && self.worth <= CHEAP && !self.tridiagonal
+        };
+        self.at = self.candidates.iter().position(pivots).unwrap_or(0);
+        (self.opened, self.opening) = (0, (!self.tridiagonal).then_some(f64::INFINITY));
+        (self.begun, self.middle) = (0, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.history.clear();
-        self.begin(0, None);
+        self.begin(self.at, None);
     }
 
     fn has_memory(&self) -> bool {
@@ -437,10 +563,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         // Elsewhere a step is worth little more than a look.
-        let Some(Worker::AmgNewton(newton)) = &mut self.candidates[self.at].worker else {
-            return None;
-        };
-        let norms = newton.residual(q, x)?;
+        let norms = match &mut self.candidates[self.at].worker {
+            // The opening measures on its own.
+            _ if self.opening.is_some() => None,
+            Some(Worker::AmgNewton(newton)) => newton.residual(q, x),
+            Some(Worker::Pivoting(pivoting)) => pivoting.residual(q, x),
+            _ => None,
+        }?;
         self.see(norms.l2);
         Some(norms)
     }
@@ -448,20 +577,34 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         // The work that has led to x.
         let led = self.sweeps();
-        let candidate = &mut self.candidates[self.at];
-        candidate.iterations += 1;
-        let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
-        let norms = worker.method().step(q, x, y, clock);
+        let opened = self.open(q, x, y);
+        let norms = opened.unwrap_or_else(|| {
+            let candidate = &mut self.candidates[self.at];
+            candidate.iterations += 1;
+            let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
+            worker.method().step(q, x, y, clock)
+        });
         let (residual, sweeps) = (norms.l2, self.sweeps());
         if self.history.len() == 1 && led == 0 {
             self.scale = residual.max(q.norms().l2);
+            self.cold = residual > amg::WARM * q.norms().l2;
+            self.usual = USUAL * self.size(q, x);
         }
         if residual < GAIN * self.kept_residual {
             self.kept.copy_from_slice(x);
             self.kept_residual = residual;
         }
         self.see(residual);
-        let grown = residual.is_nan() || residual > GROWN * self.scale;
+        let runs_away = self.runs_away(q, y);
+        if opened.is_some() {
+            if runs_away {
+                // Not even the first sweep's doing: a pivot that is zero.
+                y.copy_from_slice(x);
+                self.opening = None;
+            }
+            return norms;
+        }
+        let grown = residual.is_nan() || residual > GROWN * self.scale || runs_away;
         let (spent, window) = (led - self.begun, self.candidates[self.at].window);
         let rate = match self.middle {
             _ if grown => f64::NEG_INFINITY,

@@ -101,6 +101,8 @@ mod named;
 mod newton;
 mod options;
 mod outcome;
+mod pivoting;
+mod safeguard;
 mod solve;
 mod solver;
 mod tmms;

@@ -52,7 +52,7 @@ enum Family {
 /// | `NEWTON` | [`Newton`] with [`TridiagonalPart`] where both operators are tridiagonal, else [`Ssor`] |
 /// | `AMG` | [`AmgNewton`], Newton's method with algebraic multigrid |
 /// | `ANDERSON` | [`Anderson`] |
-/// | `MGW`, `MGF` | [`Multigrid`] by W-cycles and by F-cycles |
+/// | `MGV`, `MGW`, `MGF` | [`Multigrid`] by V-cycles, W-cycles and F-cycles |
 /// | `FMG` | [`FullMultigrid`] with F-cycles |
 ///
 /// ```
@@ -194,12 +194,13 @@ const BASE: Relaxed =
     Relaxed { family: Family::Tmms, first: [1.0; 2], second: [1.0; 2], red_black: false };
 
 /// The names beyond the paper's, with their defaults.
-const BEYOND: [(&str, Kind); 8] = [
+const BEYOND: [(&str, Kind); 9] = [
     ("AUTO", Kind::Auto),
     ("ADAPTIVE", Kind::Adaptive),
     ("NEWTON", Kind::Newton { base: BASE }),
     ("AMG", Kind::AmgNewton { base: BASE }),
     ("ANDERSON", Kind::Anderson { base: BASE, window: 10 }),
+    ("MGV", Kind::Multigrid(Cycle::V)),
     ("MGW", Kind::Multigrid(Cycle::W)),
     ("MGF", Kind::Multigrid(Cycle::F)),
     ("FMG", Kind::FullMultigrid),
@@ -363,7 +364,7 @@ impl Named {
     /// use hlcp_methods::Named;
     ///
     /// let names = Named::names();
-    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 55));
+    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 56));
     /// assert!(names.contains(&"AUTO".to_owned()));
     /// ```
     pub fn names() -> Vec<String> {

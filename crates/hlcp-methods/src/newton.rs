@@ -1,9 +1,9 @@
 use hlcp_core::{Hlcp, Norms, Rhs, Scalar};
 
-use crate::{Clock, Jacobian, Method, Preconditioner, Work, krylov::BiCgStab, method::iterate};
-
-/// A residual of at most this part of the smallest one of the phase is progress.
-const PROGRESS: f64 = 0.9;
+use crate::{
+    Clock, Jacobian, Method, Preconditioner, Work, krylov::BiCgStab, method::iterate,
+    safeguard::Safeguard,
+};
 
 /// Newton steps without progress that end a phase.
 const PATIENCE: usize = 6;
@@ -81,31 +81,19 @@ pub struct Newton<T, M, P> {
     base: M,
     preconditioner: P,
     krylov: BiCgStab<T>,
-    // Where the step is taken, F there, and the best iterate of the phase.
+    // Where the step is taken, and F there.
     at: Vec<T>,
     f: Vec<T>,
-    best: Vec<T>,
     linear_iterations: usize,
     base_iterations: usize,
     defects: usize,
     /// Residuals that were asked for since the last step.
     looks: usize,
-    /// The phase, unless the base has its turn or a phase is about to begin.
-    phase: Option<Phase>,
-    /// The iterations that the base has left, and how many it gets after the next phase.
-    resting: usize,
-    rest: usize,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Phase {
-    /// The smallest residual, and the steps since.
-    best: f64,
-    quiet: usize,
-    /// The norm of F that the last step set out from.
+    safeguard: Safeguard<T>,
+    /// The norm of F that the last step of the phase set out from.
     last: f64,
-    /// Whether the last step made unknowns active, and inactive; and whether it went on in the one
-    /// way of that before.
+    /// Whether that step made unknowns active, and inactive; and whether it went on in the one way
+    /// of that before.
     ways: [bool; 2],
     nested: bool,
 }
@@ -114,22 +102,27 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Newton's method on the problem of `base`, which it falls back on.
     pub fn new(base: M, preconditioner: P) -> Self {
         let n = base.problem().order();
-        let [at, f, best] = std::array::from_fn(|_| vec![T::zero(); n]);
+        let [at, f] = std::array::from_fn(|_| vec![T::zero(); n]);
         Self {
             base,
             preconditioner,
             krylov: BiCgStab::new(n),
             at,
             f,
-            best,
             linear_iterations: 0,
             base_iterations: 0,
             defects: 0,
             looks: 0,
-            phase: None,
-            resting: 0,
-            rest: 2,
+            safeguard: Safeguard::new(n),
+            last: f64::NAN,
+            ways: [false; 2],
+            nested: false,
         }
+    }
+
+    /// Takes up the solve from another iterate, with a new phase.
+    pub(crate) fn take_up(&mut self) {
+        self.safeguard.take_up();
     }
 
     /// Measures F at `at`, where the next step is taken.
@@ -160,10 +153,9 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
     /// base go on.
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
-        (self.phase, self.resting) = (None, self.rest - 1);
-        self.rest = self.rest.saturating_mul(2);
+        self.safeguard.end();
         self.base_iterations += 1;
-        let _ = iterate(&mut self.base, q, &self.best, y, &mut self.f, clock);
+        let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.f, clock);
     }
 }
 
@@ -185,7 +177,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         self.base.restart();
         (self.linear_iterations, self.base_iterations) = (0, 0);
         (self.defects, self.looks) = (0, 0);
-        (self.phase, self.resting, self.rest) = (None, 0, 2);
+        self.safeguard.restart();
     }
 
     fn has_memory(&self) -> bool {
@@ -202,40 +194,30 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         // A look at an iterate counts where a step follows, and so does the defect where the step
         // is taken.
         self.defects += std::mem::take(&mut self.looks);
-        if self.resting > 0 {
-            self.resting -= 1;
+        if self.safeguard.rests() {
             self.base_iterations += 1;
             return iterate(&mut self.base, q, x, y, &mut self.f, clock);
         }
         self.defects += 1;
         let (norms, forcing);
-        let mut phase = if let Some(mut phase) = self.phase {
-            self.at.copy_from_slice(x);
-            norms = self.measure(q);
-            let ratio = norms.l2 / phase.last;
-            forcing = (0.9 * ratio * ratio).min(FORCING[1]);
-            phase.last = norms.l2;
-            phase
-        } else {
+        if self.safeguard.begins() {
             self.base_iterations += 2;
             norms = iterate(&mut self.base, q, x, y, &mut self.f, clock);
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f, clock);
             forcing = FORCING[0];
-            self.best.copy_from_slice(x);
-            let last = self.measure(q).l2;
-            Phase { best: norms.l2, quiet: 0, last, ways: [false; 2], nested: false }
-        };
-        if norms.l2 <= PROGRESS * phase.best {
-            (phase.best, phase.quiet) = (norms.l2, 0);
-            self.best.copy_from_slice(x);
-        } else if self.phase.is_some() && !phase.nested {
-            phase.quiet += 1;
+            (self.last, self.ways, self.nested) = (self.measure(q).l2, [false; 2], false);
+        } else {
+            self.at.copy_from_slice(x);
+            norms = self.measure(q);
+            let ratio = norms.l2 / self.last;
+            forcing = (0.9 * ratio * ratio).min(FORCING[1]);
+            self.last = norms.l2;
         }
-        let ways = if phase.quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
+        let quiet = self.safeguard.see(norms.l2, x, !self.nested);
+        let ways = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
         if let Some(ways) = ways {
-            phase.nested = ways == phase.ways && ways[0] != ways[1];
-            phase.ways = ways;
-            self.phase = Some(phase);
+            self.nested = ways == self.ways && ways[0] != ways[1];
+            self.ways = ways;
         } else {
             self.fall_back(q, y, clock);
         }

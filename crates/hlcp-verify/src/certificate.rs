@@ -7,9 +7,10 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 use crate::{
     classes::{Answer, radius_below_one},
     comparison::Transposed,
+    local::{Local, enclose},
     pair::Pair,
     perron::{Comparison, solve},
-    rounding::{Sum, div_up, down, larger, mul_up, up},
+    rounding::{Doubled, Sum, div_up, down, larger, mul_up, up},
 };
 
 /// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
@@ -21,9 +22,10 @@ use crate::{
 /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
 /// let first = certify(&a, &b, &[-4.0, 3.0], &[1.0, 0.0], &[0.0, 2.0])?.expect("a dominant pair");
 /// // C is A: 4 − 1 > 0
-/// assert_eq!(first.witness, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] });
+/// let witness = first.witness.expect("one solution only");
+/// assert_eq!(witness, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] });
 /// // It serves any other q without a search; for this one z* = (2, 1) and r* = 0.
-/// let second = certify_with(&a, &b, &[-7.0, -2.0], &[2.0, 1.0], &[0.0; 2], first.witness)?;
+/// let second = certify_with(&a, &b, &[-7.0, -2.0], &[2.0, 1.0], &[0.0; 2], witness)?;
 /// assert!(second.expect("the same witness").error() < 1e-13);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -45,11 +47,68 @@ pub enum Witness {
     },
 }
 
-/// A proof that the solution `(z*, r*)` exists and is unique, and a bound on every component of the
-/// error.
+/// Which argument a [`Certificate`] rests on.
 ///
-/// All of it is a statement about real numbers; rounding is accounted for. The bounds may be
-/// infinite, if something overflows.
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Bound, certify};
+///
+/// // −u″ with u = 0 at both ends: no row is dominant enough for the global bound to be good.
+/// let (a, b) = (FivePoint::new(99, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?, Identity { order: 99 });
+/// let (z, r): (Vec<f64>, _) = ((1..100).map(|i| (i * (100 - i)) as f64 + 1e-6).collect(), [0.0; 99]);
+/// let certificate = certify(&a, &b, &[-2.0; 99], &z, &r)?.expect("an M-matrix");
+/// assert_eq!(certificate.bound, Bound::Local);
+/// assert!((1e-6..1.1e-6).contains(&certificate.error()));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Bound {
+    /// The global bound of [`Witness::Right`], component by component.
+    Componentwise,
+    /// The global bound of [`Witness::Left`], one sum for all components.
+    Sum,
+    /// The bound near the answer, where one matrix stands in the place of all mixtures of the
+    /// columns of `A` and `B`.
+    Local,
+}
+
+impl fmt::Display for Bound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Componentwise => "componentwise",
+            Self::Sum => "sum",
+            Self::Local => "local",
+        })
+    }
+}
+
+/// What is proved of the side of an unknown.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Branch, certify};
+///
+/// let (a, b) = (FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 3 });
+/// // z* = (1, 0, 0) and r* = (0, 2, 0): the last point is on neither side.
+/// let certificate = certify(&a, &b, &[-4.0, 3.0, 0.0], &[1.0, 0.0, 0.0], &[0.0, 2.0, 1e-9])?;
+/// assert_eq!(certificate.expect("a witness").sides, [Branch::Z, Branch::R, Branch::Open]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Branch {
+    /// `z* > 0` and `r* = 0`.
+    Z,
+    /// `r* > 0` and `z* = 0`.
+    R,
+    /// Neither is proved.
+    Open,
+}
+
+/// A proof that a solution `(z*, r*)` exists, and a bound on every component of the error.
+///
+/// With a [`witness`](Self::witness) it is the only solution; without, the only one within its
+/// [`interval`](Self::interval)s. All of it is a statement about real numbers; rounding is accounted for. Global bounds
+/// may be infinite, if something overflows.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -68,12 +127,24 @@ pub enum Witness {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Certificate {
-    /// What proves existence and uniqueness.
-    pub witness: Witness,
+    /// What proves that the solution is the only one, if that is proved.
+    pub witness: Option<Witness>,
+    /// What the bounds rest on.
+    pub bound: Bound,
     /// Not less than `|zⱼ − z*ⱼ|`.
     pub z: Vec<f64>,
     /// Not less than `|rⱼ − r*ⱼ|`.
     pub r: Vec<f64>,
+    /// The side of each unknown, as far as it is proved.
+    pub sides: Vec<Branch>,
+    enclosure: Enclosure,
+}
+
+/// `|z* − z| ≤ radius[0]` and `|r* − r| ≤ radius[1]` for the centre `[z, r]`.
+#[derive(Debug, Clone, PartialEq)]
+struct Enclosure {
+    centre: [Vec<f64>; 2],
+    radius: [Vec<f64>; 2],
 }
 
 impl Certificate {
@@ -81,28 +152,159 @@ impl Certificate {
     pub fn error(&self) -> f64 {
         self.z.iter().chain(&self.r).copied().fold(0.0, larger)
     }
+
+    /// How many unknowns are proved to be on a side, or are [`Branch::Open`].
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Identity};
+    /// use hlcp_verify::{Branch, certify};
+    ///
+    /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+    /// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?;
+    /// let certificate = certificate.expect("a witness");
+    /// assert_eq!([Branch::Z, Branch::R, Branch::Open].map(|side| certificate.count(side)), [1, 1, 0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn count(&self, side: Branch) -> usize {
+        self.sides.iter().filter(|&&of| of == side).count()
+    }
+
+    /// Intervals that hold `z*ⱼ` and `r*ⱼ`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `j` is below the order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Identity};
+    /// use hlcp_verify::certify;
+    ///
+    /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+    /// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?;
+    /// let [z, r] = certificate.expect("a witness").interval(0);
+    /// assert!(z[0] <= 1.0 && 1.0 <= z[1] && r[0] == 0.0 && r[1] < 0.01);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn interval(&self, j: usize) -> [[f64; 2]; 2] {
+        let Enclosure { centre, radius } = &self.enclosure;
+        [0, 1].map(|k| {
+            let (centre, radius) = (centre[k][j], radius[k][j]);
+            // Neither is negative.
+            [(centre - radius).next_down().max(0.0), (centre + radius).next_up()]
+        })
+    }
+
+    /// Two numbers that `c_zᵀz* + c_rᵀr*` lies between: a load, a flow or a price with its proof.
+    ///
+    /// Errors that cancel in the sum cost nothing where the bound is [`Bound::Local`]: its Newton
+    /// steps enter with their signs.
+    ///
+    /// # Panics
+    ///
+    /// Unless both vectors have an entry for each unknown.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Identity};
+    /// use hlcp_verify::certify;
+    ///
+    /// let (a, b) = (FivePoint::new(99, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?, Identity { order: 99 });
+    /// let z: Vec<f64> = (1..100).map(|i| (i * (100 - i)) as f64 + 1e-6).collect();
+    /// let certificate = certify(&a, &b, &[-2.0; 99], &z, &[0.0; 99])?.expect("an M-matrix");
+    /// let [lower, upper] = certificate.functional([&[1.0; 99], &[0.0; 99]]);
+    /// assert!(lower <= 166_650.0 && 166_650.0 <= upper); // Σ i (100 − i)
+    /// assert!(upper - lower < 1e-5);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn functional(&self, coefficients: [&[f64]; 2]) -> [f64; 2] {
+        let (mut centre, mut radius) = (Doubled::default(), Sum::default());
+        for (k, c) in coefficients.into_iter().enumerate() {
+            assert_eq!(c.len(), self.sides.len(), "a coefficient for each unknown");
+            for (c, (z, w)) in
+                c.iter().zip(self.enclosure.centre[k].iter().zip(&self.enclosure.radius[k]))
+            {
+                // Zero times an infinite bound is nothing.
+                if *c != 0.0 {
+                    centre.add(*c, *z);
+                    radius.add(c.abs(), *w);
+                }
+            }
+        }
+        let (centre, radius) = (centre.interval(), radius.interval().upper);
+        let [lower, upper] =
+            [(centre.lower - radius).next_down(), (centre.upper + radius).next_up()];
+        if lower <= upper { [lower, upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
+    }
 }
 
 impl fmt::Display for Certificate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = match self.witness {
-            Witness::Right { .. } => "componentwise",
-            Witness::Left { .. } => "sum",
+        let (error, bound) = (self.error(), self.bound);
+        let unique = match self.witness {
+            Some(_) => "solution unique: proved",
+            None => "a solution proved, others not excluded",
         };
-        write!(f, "solution unique: proved; certified error ≤ {:.2e} ({kind} bound)", self.error())
+        write!(f, "{unique}; certified error ≤ {error:.2e} ({bound} bound)")
     }
 }
 
-/// Bounds the distance of `(z, r)`, which may come from anywhere, from the solution of HLCP(A, B,
-/// q).
+/// Why no certificate is given; nothing is claimed then.
 ///
-/// `None` where no witness exists or none was found: nothing is claimed then. `docs/theory.md` has
-/// the proofs.
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Refusal, certify};
+///
+/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?, Identity { order: 2 });
+/// // A is singular, and A z − r = (1, 1) has no solution.
+/// let refusal = certify(&a, &b, &[-1.0; 2], &[1.0; 2], &[0.0; 2])?.unwrap_err();
+/// assert_eq!(refusal, Refusal::NoWitness);
+/// assert!(refusal.to_string().starts_with("no M-matrix"));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A diagonal entry of `A` or `B` is not positive and finite.
+    Diagonal,
+    /// No positive vector shows that a comparison matrix is an M-matrix, neither that of all
+    /// mixtures of columns nor that of the sides at hand.
+    NoWitness,
+    /// As [`NoWitness`](Self::NoWitness), because so many unknowns are too near 0 to have a side.
+    OpenSigns {
+        /// How many.
+        open: usize,
+    },
+    /// A number overflowed, or an entry of `A` or `B` is not finite.
+    Overflow,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Diagonal => f.write_str("a diagonal entry of A or B is not positive and finite"),
+            Self::NoWitness => f.write_str("no M-matrix was found that bounds A and B from below"),
+            Self::OpenSigns { open } => write!(
+                f,
+                "the side of {open} unknowns is open, and no M-matrix covers both; a smaller \
+                 residual may settle them"
+            ),
+            Self::Overflow => f.write_str("a number overflowed, or an entry is not finite"),
+        }
+    }
+}
+
+/// Bounds the distance of `(z, r)`, which may come from anywhere, from a solution of HLCP(A, B, q).
+///
+/// The global bound is taken where a witness of ones makes it at most five times what the error is
+/// at least; elsewhere the local one, which is seldom more than twice the error, and where
+/// that is refused what a search for a global witness brings. `docs/theory.md` has the proofs. The
+/// inner [`Refusal`] says why nothing is proved.
 ///
 /// # Cost
 ///
-/// A few walks over the rows where `A` and `B` are dominant enough for a witness of ones. Otherwise
-/// the search stores a comparison matrix and runs a multigrid on it.
+/// A few walks over the rows where the witness of ones is good. For the local bound `A` and `B` are
+/// walked, the columns of the sides at hand are assembled (16 bytes an entry), and an algebraic
+/// multigrid solves two or three linear systems to a few digits. A search for a global witness,
+/// after a refusal, may take many times that.
 ///
 /// # Errors
 ///
@@ -128,25 +330,75 @@ pub fn certify<T: Scalar>(
     q: &[T],
     z: &[T],
     r: &[T],
-) -> Result<Option<Certificate>, Error> {
+) -> Result<Result<Certificate, Refusal>, Error> {
+    /// How many times the error a bound may be that is not improved upon.
+    const ENOUGH: f64 = 5.0;
     check(a, b, q, [z, r])?;
-    let omega: Vec<f64> =
-        (0..a.order()).map(|i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide()).collect();
-    if !positive_diagonals(a, b) || !positive(&omega) {
-        return Ok(None);
-    }
+    let Some(omega) = ratio(a, b) else { return Ok(Err(Refusal::Diagonal)) };
     let near = complementary(z, r, &omega);
     let pair = Pair::new(a, b, &omega);
     let defect = pair.defect(q, [&near[0], &near[1]]);
-    let (witness, bounds) = if let Some((d, w)) = from_the_right(&pair, &defect) {
-        let bounds = of_both(w, &omega);
-        (Witness::Right { omega, d }, bounds)
-    } else if let Some((v, bounds)) = from_the_left(a, b, &defect) {
-        (Witness::Left { v }, bounds)
-    } else {
-        return Ok(None);
+    let ones = vec![1.0; q.len()];
+    let from_ones = by_norm(&pair, &ones, &defect);
+    let global = |d: Vec<f64>, scale| {
+        let bounds = of_both(finest(&pair, &defect, &d, scale), &omega);
+        let witness = Witness::Right { omega: omega.clone(), d };
+        certificate(Bound::Componentwise, Some(witness), bounds, near.clone(), [z, r])
     };
-    Ok(Some(certificate(witness, bounds, near, [z, r])))
+    if let Some(scale) = &from_ones {
+        let found = global(ones.clone(), scale);
+        if found.z.iter().all(|bound| *bound <= ENOUGH * scale.least) {
+            return Ok(Ok(found));
+        }
+    }
+    let refusal = match enclose(a, b, q, &near, &omega) {
+        Ok(found) => {
+            let mut found = near_the_answer(found, &omega, [z, r]);
+            found.witness = from_ones.map(|_| Witness::Right { omega, d: ones });
+            return Ok(Ok(found));
+        }
+        Err(refusal) => refusal,
+    };
+    if let Some((d, scale)) = from_the_right(&pair, &defect) {
+        return Ok(Ok(global(d, &scale)));
+    }
+    let Some((v, columns)) = from_the_left(a, b) else { return Ok(Err(refusal)) };
+    let Some(bounds) = sums(&columns, &v, &defect) else { return Ok(Err(refusal)) };
+    Ok(Ok(certificate(Bound::Sum, Some(Witness::Left { v }), bounds, near, [z, r])))
+}
+
+/// Searches for a proof that HLCP(A, B, q) has exactly one solution for every `q`.
+///
+/// `None` where none exists or none was found.
+///
+/// # Cost
+///
+/// A few walks over the rows where `A` and `B` are dominant. Otherwise the search stores a
+/// comparison matrix and solves up to 55 systems with it by algebraic multigrid.
+///
+/// # Errors
+///
+/// As [`certify`].
+///
+/// ```
+/// use hlcp_verify::{Slider, Witness, witness};
+///
+/// let (a, b, _) = Slider { cells: 20 }.pose::<f64>()?;
+/// assert!(matches!(witness(&a, &b)?, Some(Witness::Left { .. })));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn witness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Option<Witness>, Error> {
+    check_pair(a, b)?;
+    let Some(omega) = ratio(a, b) else { return Ok(None) };
+    let pair = Pair::new(a, b, &omega);
+    let defect = vec![1.0; a.order()];
+    Ok(match from_the_right(&pair, &defect) {
+        Some((d, _)) => Some(Witness::Right { omega, d }),
+        // Bounds with it prove that it is one.
+        None => from_the_left(a, b)
+            .filter(|(v, columns)| sums(columns, v, &defect).is_some())
+            .map(|(v, _)| Witness::Left { v }),
+    })
 }
 
 /// The bounds that a given witness yields: one that an earlier certificate for the same `A` and `B`
@@ -207,12 +459,15 @@ pub fn certify_with<T: Scalar>(
     let pair = Pair::new(a, b, omega);
     let defect = pair.defect(q, [&near[0], &near[1]]);
     let bounds = match &witness {
-        Witness::Right { omega, d } => {
-            by_norm(&pair, d, &defect).map(|scale| of_both(finest(&pair, &defect, d, scale), omega))
-        }
+        Witness::Right { omega, d } => by_norm(&pair, d, &defect)
+            .map(|scale| of_both(finest(&pair, &defect, d, &scale), omega)),
         Witness::Left { v } => Transposed::of(a, b).and_then(|columns| sums(&columns, v, &defect)),
     };
-    Ok(bounds.map(|bounds| certificate(witness, bounds, near, [z, r])))
+    let bound = match &witness {
+        Witness::Right { .. } => Bound::Componentwise,
+        Witness::Left { .. } => Bound::Sum,
+    };
+    Ok(bounds.map(|bounds| certificate(bound, Some(witness), bounds, near, [z, r])))
 }
 
 fn check<T: Scalar>(
@@ -221,10 +476,9 @@ fn check<T: Scalar>(
     q: &[T],
     [z, r]: [&[T]; 2],
 ) -> Result<(), Error> {
-    a.check("A")?;
-    b.check("B")?;
+    check_pair(a, b)?;
     let expected = a.order();
-    for (what, found) in [("B", b.order()), ("q", q.len()), ("z", z.len()), ("r", r.len())] {
+    for (what, found) in [("q", q.len()), ("z", z.len()), ("r", r.len())] {
         if found != expected {
             return Err(Error::Order { what, found, expected });
         }
@@ -232,6 +486,13 @@ fn check<T: Scalar>(
     all_finite("q", q)?;
     all_finite("z", z)?;
     all_finite("r", r)
+}
+
+fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<(), Error> {
+    a.check("A")?;
+    b.check("B")?;
+    let [found, expected] = [b.order(), a.order()];
+    if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
 }
 
 fn positive(v: &[f64]) -> bool {
@@ -249,22 +510,76 @@ fn of_both(w: Vec<f64>, omega: &[f64]) -> [Vec<f64>; 2] {
     [w, of_r]
 }
 
-/// The bounds for the pair that was given, from those for the one near it.
+/// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.
+fn ratio<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Vec<f64>> {
+    let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
+    let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
+    (positive_diagonals(a, b) && positive(&omega)).then_some(omega)
+}
+
+/// The certificate for the pair that was given, from bounds for the one near it.
 fn certificate<T: Scalar>(
-    witness: Witness,
-    [mut of_z, mut of_r]: [Vec<f64>; 2],
-    [near_z, near_r]: [Vec<f64>; 2],
-    [z, r]: [&[T]; 2],
+    bound: Bound,
+    witness: Option<Witness>,
+    radius: [Vec<f64>; 2],
+    centre: [Vec<f64>; 2],
+    given: [&[T]; 2],
 ) -> Certificate {
-    for (bounds, near, given) in [(&mut of_z, near_z, z), (&mut of_r, near_r, r)] {
-        for ((bound, near), &given) in bounds.iter_mut().zip(near).zip(given) {
-            // What was moved was set to 0: moved exactly by its modulus.
-            if near != given.wide() {
-                *bound = (*bound + given.wide().abs()).next_up();
-            }
+    let enclosure = Enclosure { centre, radius };
+    let [z, r] = [0, 1].map(|k| {
+        let Enclosure { centre, radius } = &enclosure;
+        let around = centre[k].iter().zip(&radius[k]).zip(given[k]);
+        around.map(|((&centre, &radius), given)| distance(centre, given.wide(), radius)).collect()
+    });
+    let side = |j| match [0, 1].map(|k| enclosure.centre[k][j] > enclosure.radius[k][j]) {
+        [true, false] => Branch::Z,
+        [false, true] => Branch::R,
+        _ => Branch::Open,
+    };
+    let sides = (0..given[0].len()).map(side).collect();
+    Certificate { witness, bound, z, r, sides, enclosure }
+}
+
+/// Not less than the distance of `given` from any number within `radius` of `centre`.
+fn distance(centre: f64, given: f64, radius: f64) -> f64 {
+    if centre == given {
+        radius
+    } else if centre == 0.0 {
+        (given.abs() + radius).next_up()
+    } else {
+        ((centre - given).abs().next_up() + radius).next_up()
+    }
+}
+
+/// The certificate of what is proved near a centre.
+fn near_the_answer<T: Scalar>(
+    Local { centre, radius, open }: Local,
+    omega: &[f64],
+    given: [&[T]; 2],
+) -> Certificate {
+    let n = omega.len();
+    let [mut z, mut r, mut of_z, mut of_r] = [(); 4].map(|()| vec![0.0; n]);
+    for j in 0..n {
+        let (on_r, omega) = (centre.on_r[j], omega[j]);
+        // What the sum of the two numbers loses, u|v| at most, the radius takes up.
+        let v = centre.near[j] + centre.more[j];
+        let exact = centre.near[j] == 0.0 || centre.more[j] == 0.0;
+        let lost = if exact { 0.0 } else { mul_up(v.abs(), f64::EPSILON) };
+        let radius = if exact { radius[j] } else { (lost + radius[j]).next_up() };
+        let other = if !open[j] {
+            0.0
+        } else if on_r {
+            div_up(radius, omega)
+        } else {
+            mul_up(radius, omega)
+        };
+        if on_r {
+            (r[j], of_r[j], of_z[j]) = (v.abs(), radius, other);
+        } else {
+            (z[j], of_z[j], of_r[j]) = (v.abs(), radius, other);
         }
     }
-    Certificate { witness, z: of_z, r: of_r }
+    certificate(Bound::Local, None, [of_z, of_r], [z, r], given)
 }
 
 /// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.
@@ -275,31 +590,24 @@ fn complementary<T: Scalar>(z: &[T], r: &[T], omega: &[f64]) -> [Vec<f64>; 2] {
     [near_z, all().map(|[z, r, omega]| keep(z * omega < r, r)).collect()]
 }
 
-/// A vector `d > 0` with `C d > 0` and a `w` with `|δ| ≤ w` whenever `C|δ| ≤ defect`.
+/// A vector `d > 0` with `C d > 0`, and how it bounds every δ with `C|δ| ≤ defect`.
 fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     defect: &[f64],
-) -> Option<(Vec<f64>, Vec<f64>)> {
+) -> Option<(Vec<f64>, Scale)> {
     let ones = vec![1.0; defect.len()];
-    let (d, scale) = match by_norm(pair, &ones, defect) {
-        Some(scale) => (ones, scale),
-        None => {
-            // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a
-            // Perron vector exists wherever a witness does, but it may span many orders of
-            // magnitude.
-            let inverse = solve(&pair.coupled, &ones, &ones);
-            match by_norm(pair, &inverse, defect) {
-                Some(scale) => (inverse, scale),
-                None => {
-                    let Answer::Yes(d) = radius_below_one(&pair.coupled) else { return None };
-                    let scale = by_norm(pair, &d, defect)?;
-                    (d, scale)
-                }
-            }
-        }
-    };
-    let w = finest(pair, defect, &d, scale);
-    Some((d, w))
+    if let Some(scale) = by_norm(pair, &ones, defect) {
+        return Some((ones, scale));
+    }
+    // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
+    // vector exists wherever a witness does, but it may span many orders of magnitude.
+    let inverse = solve(&pair.coupled, &ones, &ones);
+    if let Some(scale) = by_norm(pair, &inverse, defect) {
+        return Some((inverse, scale));
+    }
+    let Answer::Yes(d) = radius_below_one(&pair.coupled) else { return None };
+    let scale = by_norm(pair, &d, defect)?;
+    Some((d, scale))
 }
 
 /// The least bounds on `|δ|` that are found with a witness `d`.
@@ -307,10 +615,10 @@ fn finest<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     defect: &[f64],
     d: &[f64],
-    Scale { t, poor }: Scale,
+    Scale { t, poor, .. }: &Scale,
 ) -> Vec<f64> {
     let mut w: Vec<f64> = d.iter().map(|d| up(d * t, 1.0)).collect();
-    if poor {
+    if *poor {
         let finer = componentwise(pair, d, defect);
         w.iter_mut().zip(finer).for_each(|(w, finer)| *w = w.min(finer));
     }
@@ -340,6 +648,9 @@ struct Scale {
     t: f64,
     /// Whether some `(C d)ᵢ` is small beside `cᵢᵢdᵢ`, so that another bound may be much better.
     poor: bool,
+    /// About the least that the largest |δᵢ|/dᵢ can be: no row of |J| d is above `cᵢᵢdᵢ` and the
+    /// rest of its row of `−C d`, so its quotient with the defect is not above that.
+    least: f64,
 }
 
 /// Row `i` of `C x` from below, from its diagonal entry and the rest from above.
@@ -353,14 +664,15 @@ fn by_norm<T: Scalar, A: Rows<T>, B: Rows<T>>(
     d: &[f64],
     defect: &[f64],
 ) -> Option<Scale> {
-    let (mut t, mut poor, mut witness) = (0.0, false, positive(d));
+    let (mut t, mut poor, mut least, mut witness) = (0.0, false, 0.0_f64, positive(d));
     rows(pair, d, |i, pivot, y| {
         let gap = row_of_product(pivot, d[i], y);
         witness &= gap > 0.0;
         poor |= gap < 0.1 * pivot * d[i];
+        least = least.max(defect[i] / (pivot * d[i] + y));
         t = larger(t, defect[i] / gap);
     });
-    witness.then_some(Scale { t: up(t, 1.0), poor })
+    witness.then_some(Scale { t: up(t, 1.0), poor, least })
 }
 
 /// A `w ≥ 0` with `C w ≥ defect`: an approximate solution, and as much of `d` as it lacks.
@@ -403,16 +715,13 @@ fn sharpen<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
 }
 
-/// A vector `v > 0` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, and its bounds.
-fn from_the_left<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    defect: &[f64],
-) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
+/// A vector `v > 0` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, not yet checked.
+fn from_the_left<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<(Vec<f64>, Transposed)> {
     let columns = Transposed::of(a, b)?;
-    let Answer::Yes(v) = radius_below_one(&columns) else { return None };
-    let bounds = sums(&columns, &v, defect)?;
-    Some((v, bounds))
+    match radius_below_one(&columns) {
+        Answer::Yes(v) => Some((v, columns)),
+        _ => None,
+    }
 }
 
 /// `vᵀ·defect` over `⟨A⟩ᵀv` and over `⟨B⟩ᵀv`, if both of these and `v` are positive.

@@ -49,27 +49,37 @@
 //!   from its formulas, and all solutions of a small problem.
 //! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2;
 //!   [`Slider`], its Example 3 in kind; [`Disc`], a contact on which splitting methods crawl; and,
-//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`].
+//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
+//!   and [`Film`], any lubricating film over a rectangle.
 //!
-//! Nothing here depends on `hlcp-methods`: what judges is independent of what is judged.
+//! Candidates for witnesses and for corrections come from the multigrid of `hlcp-methods`. No proof
+//! rests on it: what is claimed is checked by products that are rounded outward, so what judges is
+//! independent of what is judged.
 
 mod certificate;
 pub mod classes;
 mod comparison;
-mod multigrid;
+pub mod families;
+mod local;
 pub mod oracle;
 mod pair;
 mod perron;
 mod planted;
 mod rounding;
 mod scenes;
+mod sparse;
 mod steps;
 mod theory;
 
-pub use certificate::{Certificate, Witness, certify, certify_with};
+pub use certificate::{
+    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, witness,
+};
 pub use perron::Bracket;
 pub use planted::Planted;
-pub use scenes::{AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider};
+pub use scenes::{
+    AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, FilmOperator, JournalBearing,
+    Obstacle, Posed, Side, Slider, Supply, TimeStep,
+};
 pub use steps::Contraction;
 pub use theory::{
     Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,

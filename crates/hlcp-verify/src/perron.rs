@@ -2,8 +2,8 @@
 //! proves it.
 
 use crate::{
-    multigrid::{Multigrid, Sparse},
     rounding::{Sum, div_down, div_up, mul_up},
+    sparse::{Sparse, dot},
 };
 
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
@@ -209,7 +209,7 @@ fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
 
 fn improved(z: &impl Comparison, best: &Bracket, shift: f64) -> Option<Vec<f64>> {
     let (matrix, _) = scaled(z, &best.vector, shift * (1.0 + 8.0 * f64::EPSILON));
-    let factor = Multigrid::new(matrix).solve(&vec![1.0; z.order()], 1e-5);
+    let factor = matrix.solve(&vec![1.0; z.order()], |rest| dot(rest, rest) <= 1e-10);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
@@ -217,8 +217,8 @@ fn improved(z: &impl Comparison, best: &Bracket, shift: f64) -> Option<Vec<f64>>
 
 /// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
 ///
-/// In these variables a good `x` is the vector of ones, which is what the aggregates of the
-/// multigrid represent, rows have one size, and a row sum is non-negative as soon as `s` is an
+/// In these variables a good `x` is the vector of ones, which is what the aggregates of a multigrid
+/// represent, rows have one size, and a row sum is non-negative as soon as `s` is an
 /// upper end for `x`.
 fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
     let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
@@ -226,9 +226,9 @@ fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
         let k = if z.matrices() == 1 { 0 } else { quotient(z, i, x, &mut g).k };
         let d = z.row(k, i, &mut g);
         let loops: f64 = g.iter().filter(|g| g.0 == i).map(|g| g.1).sum();
-        let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, g / d * (x[j] / x[i])));
+        let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, -(g / d * (x[j] / x[i]))));
         // A pivot that vanishes by rounding would divide.
-        matrix.push((shift - loops / d).max(f64::EPSILON), off);
+        matrix.push([(i, (shift - loops / d).max(f64::EPSILON))].into_iter().chain(off));
         diagonal.push(d);
     }
     (matrix, diagonal)
@@ -238,6 +238,6 @@ fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
 pub(crate) fn solve(z: &impl Comparison, x: &[f64], rhs: &[f64]) -> Vec<f64> {
     let (matrix, d) = scaled(z, x, 1.0);
     let scaled: Vec<f64> = rhs.iter().zip(x).zip(d).map(|((rhs, x), d)| rhs / x / d).collect();
-    let factor = Multigrid::new(matrix).solve(&scaled, 1e-3);
+    let factor = matrix.solve(&scaled, |rest| dot(rest, rest) <= 1e-6);
     x.iter().zip(factor).map(|(x, c)| x * c).collect()
 }

@@ -97,7 +97,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     }
     write_all(&out.join("comparison"), &rows)?;
     let legend = "Slope: the exponent of n, by least squares over the upper half of the sizes, three at the least. The error is the largest of a component of (z, r), against the\n\
-        planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify_with` proves of it, up to n = 70,000.";
+        planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify` proves of it, up to n = 70,000.";
     write_tables(tables, &rows, sizes, &format!("{rules}\n{legend}"), &command)?;
     check(&rows)?;
     print::line(format_args!(

@@ -17,7 +17,7 @@ use hlcp_core::{
     Identity, LinearOperator, Rows, Scalar, VaryingFivePoint, files, market, recognise_grid,
 };
 use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
-use hlcp_verify::{Certificate, certify, convergence};
+use hlcp_verify::{Certificate, convergence};
 use serde_json::json;
 
 use crate::{
@@ -173,7 +173,7 @@ impl Run<'_> {
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
             let figures = (given.figures)(solver.z(), solver.r());
             let certificate = if arguments.certify {
-                certify(&given.a, &given.b, &q, solver.z(), solver.r())?
+                Some(report::certify(given, &q, solver.z(), solver.r())?)
             } else {
                 None
             };
@@ -189,9 +189,10 @@ impl Run<'_> {
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
-                if arguments.certify {
+                if let Some(certificate) = &certificate {
                     object["certified_error_bound"] =
-                        json!(certificate.as_ref().map(Certificate::error));
+                        json!(certificate.as_ref().ok().map(Certificate::error));
+                    object["certificate"] = report::certificate_object(given, certificate);
                 }
                 print::line(&object)?;
             } else {
@@ -199,10 +200,10 @@ impl Run<'_> {
                     report::head(self, given.q.len())?;
                 }
                 report::row(name, precision, outcome, error)?;
-                for (key, value) in figures {
+                for (key, value) in &figures {
                     print::line(format_args!("          {key} {value:.6e}"))?;
                 }
-                if arguments.certify {
+                if let Some(certificate) = &certificate {
                     print::line(match named.steps(&problem)? {
                         Some(steps) => format!("  {}", convergence(&problem, &steps)),
                         None => {
@@ -210,10 +211,7 @@ impl Run<'_> {
                                 .into()
                         }
                     })?;
-                    print::line(match certificate {
-                        Some(certificate) => format!("  {certificate}"),
-                        None => "  solution unique: not proved; certified error: none".into(),
-                    })?;
+                    report::certificate(given, certificate, &figures)?;
                 }
             }
             self.rows += 1;

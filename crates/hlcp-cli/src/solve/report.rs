@@ -4,6 +4,7 @@ use std::io;
 
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::{Named, Outcome};
+use hlcp_verify::{Branch, Certificate, Refusal, witness};
 use serde_json::{Value, json};
 
 use super::{
@@ -93,4 +94,73 @@ pub(crate) fn row(
         relative.l2,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
     ))
+}
+
+/// The largest order for which a witness is searched for where the certificate has none.
+const SEARCHED: usize = 100_000;
+
+/// What is proved of an answer; of smaller problems also that it is the only one, if it can be.
+pub(crate) fn certify<T: Scalar>(
+    Problem { a, b, .. }: &Problem<T>,
+    q: &[T],
+    z: &[T],
+    r: &[T],
+) -> Result<Result<Certificate, Refusal>, hlcp_core::Error> {
+    let mut found = hlcp_verify::certify(a, b, q, z, r)?;
+    if let Ok(certificate) = &mut found
+        && certificate.witness.is_none()
+        && q.len() <= SEARCHED
+    {
+        certificate.witness = witness(a, b)?;
+    }
+    Ok(found)
+}
+
+/// Prints what is proved.
+pub(crate) fn certificate<T>(
+    problem: &Problem<T>,
+    found: &Result<Certificate, Refusal>,
+    figures: &[(&str, f64)],
+) -> io::Result<()> {
+    let certificate = match found {
+        Ok(certificate) => certificate,
+        Err(why) => {
+            let text = "solution unique: not proved; certified error: none, because";
+            return print::line(format_args!("  {text} {why}"));
+        }
+    };
+    print::line(format_args!("  {certificate}"))?;
+    let [z, r, open] = [Branch::Z, Branch::R, Branch::Open].map(|side| certificate.count(side));
+    let meaning = problem.meaning.map_or(String::new(), |word| format!(" ({word})"));
+    print::line(format_args!(
+        "  sides proved: z > 0 at {z} points, r > 0{meaning} at {r}; open: {open}"
+    ))?;
+    for (key, [lower, upper]) in (problem.proofs)(certificate) {
+        if let Some((_, printed)) = figures.iter().find(|(name, _)| *name == key) {
+            let off = (upper - printed).max(printed - lower).next_up();
+            print::line(format_args!("  {key}: proved within {off:.1e}"))?;
+        }
+    }
+    Ok(())
+}
+
+/// The same as an object.
+pub(crate) fn certificate_object<T>(
+    problem: &Problem<T>,
+    found: &Result<Certificate, Refusal>,
+) -> Value {
+    match found {
+        Ok(certificate) => json!({
+            "bound": certificate.bound.to_string(),
+            "unique": certificate.witness.is_some(),
+            "z_positive": certificate.count(Branch::Z),
+            "r_positive": certificate.count(Branch::R),
+            "open": certificate.count(Branch::Open),
+            "figures": (problem.proofs)(certificate)
+                .into_iter()
+                .map(|(key, interval)| (key.to_owned(), json!(interval)))
+                .collect::<serde_json::Map<_, _>>(),
+        }),
+        Err(why) => json!({ "refused": why.to_string() }),
+    }
 }

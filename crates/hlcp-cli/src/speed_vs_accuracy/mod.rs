@@ -279,7 +279,7 @@ fn bounds(problem: &Problem) -> Result<Vec<[f64; 2]>, Box<dyn Error>> {
         };
         let posed = &problem.wide;
         let certificate = certify(&posed.a, &posed.b, &posed.q, &run.z, &run.r)?
-            .ok_or_else(|| format!("no certificate for {}", problem.posed.title))?;
+            .map_err(|why| format!("no certificate for {}: {why}", problem.posed.title))?;
         let (error, bound) = (problem.error(&run.z, &run.r), certificate.error());
         // The planted solution may itself be off by as much as was proved of it.
         if error > bound + problem.doubt {

@@ -79,7 +79,7 @@ impl Posed {
             None => to_the_floor(&wide)?,
         };
         let certificate = certify(&wide.a, &wide.b, &wide.q, &truth[0], &truth[1])?;
-        let doubt = certificate.ok_or("no certificate of the solution")?.error();
+        let doubt = certificate.map_err(|refusal| refusal.to_string())?.error();
         Ok(Problem { posed: self.clone(), wide, narrow, truth, doubt })
     }
 }

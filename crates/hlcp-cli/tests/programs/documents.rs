@@ -9,7 +9,7 @@ use std::{
 use crate::{command::hlcp, examples};
 
 /// Commands whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 4] = ["paper", "speed-vs-accuracy", "stability-map", "comparison"];
+const LONG: [&str; 5] = ["paper", "speed-vs-accuracy", "stability-map", "comparison", "families"];
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {

@@ -5,6 +5,7 @@ mod documents;
 mod examples;
 mod files;
 mod film;
+mod film_plane;
 mod folder;
 mod gallery;
 mod outputs;

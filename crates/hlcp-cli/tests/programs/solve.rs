@@ -3,7 +3,10 @@
 use hlcp_verify::Slider;
 use serde_json::Value;
 
-use crate::command::{json, refused, solve, text};
+use crate::{
+    command::{json, refused, solve, text},
+    folder::Folder,
+};
 
 #[test]
 fn every_method_of_the_paper_by_name() {
@@ -235,6 +238,64 @@ fn beyond_the_paper_by_name() {
     assert!(status == 0 && 3 * count(&mixed) < count(&plain), "{mixed} {plain}");
     let (generic, status) = json("--m 30 --solution generic --method TMGS --json");
     assert!(status == 0 && generic["error_linf"].as_f64() < Some(1e-10));
+}
+
+/// What is proved of a rough answer holds of a fine one, and every side is proved of both.
+#[test]
+fn figures_lie_where_they_are_proved_to() {
+    for (scene, n, rough, figures) in [
+        ("--scene slider --m 129", 128, "--rtol 1e-6", "peak_pa rupture_m"),
+        (
+            "--scene bearing2d --nx 31 --ny 15 --groove 200",
+            465,
+            "--tol 1e-5",
+            "sommerfeld attitude_degrees flow_drawn flow_returned flow_ends",
+        ),
+        // One problem leads to the next, so a rough run ends with another q.
+        ("--scene american-put --m 16", 126, "--tol 1e-13", "price"),
+        ("--scene disc-lcp --m 31", 961, "--tol 1e-5", ""),
+    ] {
+        let run = |options: &str| {
+            let (report, _) = json(&format!("{scene} --method NEWTON --certify --json {options}"));
+            let certificate = report["certificate"].clone();
+            assert_eq!((&certificate["bound"], &certificate["open"]), (&"local".into(), &0.into()));
+            assert_eq!(certificate["unique"], true, "{scene}");
+            let sides = ["z_positive", "r_positive"].map(|key| certificate[key].as_i64().unwrap());
+            assert!(sides[0] > 0 && sides[1] > 0 && sides[0] + sides[1] == n, "{certificate}");
+            (report, certificate["figures"].clone())
+        };
+        let ((coarse, proved), (fine, closer)) = (run(rough), run("--tol 1e-13"));
+        let keys: Vec<&str> = proved.as_object().unwrap().keys().map(String::as_str).collect();
+        assert_eq!(keys, figures.split_whitespace().collect::<Vec<_>>());
+        assert!(coarse["certified_error_bound"].as_f64() >= fine["certified_error_bound"].as_f64());
+        for key in keys {
+            let number = |value: &Value| value.as_f64().unwrap();
+            let ends = |interval: &Value| [number(&interval[0]), number(&interval[1])];
+            let [lower, upper] = ends(&proved[key]);
+            let (value, [low, high]) = (number(&fine[key]), ends(&closer[key]));
+            // The printed figure has an error of its own.
+            let slack = 1e-11 * value.abs();
+            assert!(lower <= value + slack && value - slack <= upper, "{key}: {proved} {fine}");
+            assert!(low <= value + slack && value - slack <= high && low <= upper && lower <= high);
+            assert!(upper - lower <= 1e-3 * value.abs(), "{key}: {proved}");
+        }
+    }
+}
+
+#[test]
+fn a_certificate_is_refused_with_its_reason() {
+    let folder = Folder::new("refused");
+    let rows = "2 2 4\n1 1 1\n1 2 -1\n2 1 -1\n2 2 1\n";
+    let head = "%%MatrixMarket matrix coordinate integer general\n";
+    let a = folder.write("singular.mtx", format!("{head}{rows}"));
+    let q = folder.write("q", "-1\n-1\n");
+    let (a, q) = (a.display(), q.display());
+    let arguments = format!("--a {a} --q {q} --method MGS --max-iterations 5 --certify");
+    let (report, _) = json(&format!("{arguments} --json"));
+    assert!(report["certified_error_bound"].is_null());
+    let why = "no M-matrix was found that bounds A and B from below";
+    assert_eq!(report["certificate"]["refused"], why);
+    assert!(text(&solve(&arguments).stdout).contains(&format!("none, because {why}")));
 }
 
 #[test]

@@ -98,7 +98,7 @@ impl<T: Scalar> Hierarchy<T> {
             let fine = levels.last_mut().expect("there is one from the start");
             let order = fine.matrix.order();
             if order <= SMALL {
-                bottom = Some(Lu::new(&fine.matrix));
+                bottom = Some(Lu::of(&fine.matrix));
                 break;
             }
             let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart(i));
@@ -117,6 +117,19 @@ impl<T: Scalar> Hierarchy<T> {
         Some(Self { levels, bottom, walked })
     }
 
+    /// Replaces the matrix, unless it is the only level; unknowns of which `apart` is true stay on
+    /// the first.
+    pub(super) fn renew(&mut self, matrix: Matrix<T>, apart: &[bool]) -> bool {
+        let Some((first, [_, ..])) = self.levels.split_first_mut() else { return false };
+        let walks = self.walked as f64 / first.matrix.entries() as f64;
+        self.walked = (walks * matrix.entries() as f64) as usize;
+        first.matrix = matrix;
+        for (to, _) in first.aggregate.iter_mut().zip(apart).filter(|pair| *pair.1) {
+            *to = NONE;
+        }
+        true
+    }
+
     fn matrix(&self) -> &Matrix<T> {
         &self.levels[0].matrix
     }
@@ -125,6 +138,12 @@ impl<T: Scalar> Hierarchy<T> {
     pub(super) fn complexity(&self) -> f64 {
         let entries: usize = self.levels.iter().map(|level| level.matrix.entries()).sum();
         entries as f64 / self.entries() as f64
+    }
+
+    /// The orders of all levels.
+    #[cfg(test)]
+    pub(super) fn orders(&self) -> impl Iterator<Item = usize> {
+        self.levels.iter().map(|level| level.matrix.order())
     }
 
     /// The entries of the first level.

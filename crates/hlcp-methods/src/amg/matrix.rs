@@ -283,25 +283,39 @@ impl<T: Scalar> Transpose<T> {
     }
 }
 
-/// A dense LU factorisation with partial pivoting, for the coarsest level.
+/// A dense LU factorisation with partial pivoting.
 #[derive(Debug, Clone)]
-pub(super) struct Lu<T> {
+pub(crate) struct Lu<T> {
     n: usize,
     factors: Vec<T>,
     rows: Vec<usize>,
 }
 
 impl<T: Scalar> Lu<T> {
-    pub(super) fn new(matrix: &Matrix<T>) -> Self {
-        let n = matrix.order();
-        let mut factors = vec![T::zero(); n * n];
+    /// Room for a matrix of order `n`.
+    pub(crate) fn zeros(n: usize) -> Self {
+        Self { n, factors: vec![T::zero(); n * n], rows: (0..n).collect() }
+    }
+
+    /// The factors of a matrix.
+    pub(super) fn of(matrix: &Matrix<T>) -> Self {
+        let mut lu = Self::zeros(matrix.order());
+        lu.factorise(|i, each| {
+            each(i, matrix.diagonal[i]);
+            matrix.off(i).for_each(|(j, a)| each(j, a));
+        });
+        lu
+    }
+
+    /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`.
+    pub(crate) fn factorise(&mut self, mut row: impl FnMut(usize, &mut dyn FnMut(usize, T))) {
+        let Self { n, factors, rows } = self;
+        let n = *n;
+        factors.fill(T::zero());
         for i in 0..n {
-            factors[i * n + i] = matrix.diagonal[i];
-            for (j, a) in matrix.off(i) {
-                factors[i * n + j] = a;
-            }
+            rows[i] = i;
+            row(i, &mut |j, a| factors[i * n + j] = a);
         }
-        let mut rows: Vec<usize> = (0..n).collect();
         // A pivot that is lost in the rounding of the matrix is none.
         let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));
         let least = size * T::epsilon();
@@ -330,11 +344,10 @@ impl<T: Scalar> Lu<T> {
                 }
             }
         }
-        Self { n, factors, rows }
     }
 
     /// Overwrites `y` with the solution for `rhs`.
-    pub(super) fn solve(&self, rhs: &[T], y: &mut [T]) {
+    pub(crate) fn solve(&self, rhs: &[T], y: &mut [T]) {
         let n = self.n;
         for i in 0..n {
             let row = &self.factors[i * n..i * n + i];

@@ -3,10 +3,7 @@
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
-use crate::{Clock, Jacobian, Method, Work, method::iterate};
-
-/// A residual of at most this part of the smallest one of the phase is progress.
-const PROGRESS: f64 = 0.9;
+use crate::{Clock, Jacobian, Method, Work, method::iterate, safeguard::Safeguard};
 
 /// Steps without progress that end the first phase.
 const PATIENCE: usize = 6;
@@ -23,7 +20,7 @@ const PAIRS: usize = 4;
 
 /// A start whose residual is at most this part of that of 0 is better than what a coarser problem
 /// has to say.
-const WARM: f64 = 0.1;
+pub(crate) const WARM: f64 = 0.1;
 
 /// The way of a step, in units of `ε` times the largest unknown, that rounding explains.
 const ROUNDING: f64 = 16.0;
@@ -100,15 +97,11 @@ impl<T: Scalar> Steps<T> {
             (_, true) => 1,
             _ => PAIRS,
         };
-        for sweep in 0..2 * pairs {
+        for k in 0..2 * pairs {
             if clock.is_up() {
                 return false;
             }
-            if sweep % 2 == 0 {
-                (0..x.len()).for_each(|i| relax(problem, q, x, i));
-            } else {
-                (0..x.len()).rev().for_each(|i| relax(problem, q, x, i));
-            }
+            sweep(problem, q, x, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
         let size = self.measure(problem, q, x).l2;
@@ -132,6 +125,17 @@ impl<T: Scalar> Steps<T> {
         // NaN is not below 1 either; an entry that is not finite has made the residual NaN.
         inner.residual < 1.0 && x.iter().all(|x| x.is_finite())
     }
+}
+
+/// A sweep, backward or not, of exact scalar solves, the nonlinear Gauss–Seidel method.
+pub(crate) fn sweep<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    q: &[T],
+    x: &mut [T],
+    backward: bool,
+) {
+    let n = x.len();
+    (0..n).for_each(|k| relax(problem, q, x, if backward { n - 1 - k } else { k }));
 }
 
 /// Solves row `i` for `xᵢ` exactly, whatever its sign.
@@ -191,7 +195,8 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 ///
 /// # Safeguard
 ///
-/// That of [`Newton`](crate::Newton). A phase ends after 6, 12, 24, … steps in a row, in the first,
+/// That of [`Newton`](crate::Newton), but where the first phase set out from an `x` as it was, the
+/// first that ends gives way to a start on coarser problems, once. A phase ends after 6, 12, 24, … steps in a row, in the first,
 /// second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value in the
 /// phase nor changed fewer signs than any before them in the phase; or when a step leads nowhere,
 /// or a linear solve fails. Then the base method takes over at the best iterate of the phase, for
@@ -213,7 +218,8 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 /// phase can a step change fewer signs than any before; one that ends hands over an iterate with an
 /// ‖F‖ no larger than it found, that is multiplies the error by no more than a constant; and the
 /// base's iterations between phases, of which there are ever more, multiply it by a number that
-/// tends to zero. What sweeps and a start do within a phase is of no matter to that.
+/// tends to zero. What sweeps and a start do within a phase is of no matter to that, nor what one
+/// start between phases does.
 ///
 /// # Source
 ///
@@ -256,28 +262,15 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 pub struct AmgNewton<T, M> {
     base: M,
     steps: Steps<T>,
-    /// The best iterate of the phase, and scratch.
-    best: Vec<T>,
-    between: Vec<T>,
-    /// The walks of the start on coarser problems.
-    started: f64,
-    pub(super) base_iterations: usize,
-    /// Whether the next step is the first of a solve.
-    fresh: bool,
-    /// The phase, unless the base has its turn or a phase is about to begin.
-    phase: Option<Phase>,
-    /// The iterations that the base has left, and how many it gets after the next phase.
-    resting: usize,
-    rest: usize,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Phase {
-    /// The smallest residual, the fewest signs that a step changed, and the steps since one of them
-    /// was new.
-    best: f64,
+    safeguard: Safeguard<T>,
+    /// The fewest signs that a step of the phase changed.
     fewest: usize,
-    quiet: usize,
+    between: Vec<T>,
+    pub(super) base_iterations: usize,
+    /// The walks of the start on coarser problems, once there was one.
+    started: Option<f64>,
+    /// The part of ‖q‖ above which the residual must be for the next step to be that start.
+    due: Option<f64>,
 }
 
 impl<T: Scalar, M: Method<T>> AmgNewton<T, M>
@@ -292,18 +285,16 @@ where
     /// As [`Amg::new`].
     pub fn new(base: M) -> Result<Self, Error> {
         let steps = Steps::new(base.problem())?;
-        let zeros = || vec![T::zero(); steps.f.len()];
+        let n = steps.f.len();
         Ok(Self {
-            best: zeros(),
-            between: zeros(),
+            safeguard: Safeguard::new(n),
+            fewest: usize::MAX,
+            between: vec![T::zero(); n],
             base,
             steps,
-            started: 0.0,
             base_iterations: 0,
-            fresh: true,
-            phase: None,
-            resting: 0,
-            rest: 2,
+            started: None,
+            due: Some(WARM),
         })
     }
 
@@ -312,21 +303,28 @@ where
         &self.steps.amg
     }
 
-    /// Overwrites `y` with an iteration of the base from `x`.
-    fn rest(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        self.base_iterations += 1;
-        iterate(&mut self.base, q, x, y, &mut self.between, clock)
+    /// Takes up the solve from another iterate; with a `cold` one, the result of other methods'
+    /// work from far away, whose residual is small but not its error, a first step starts on
+    /// coarser problems.
+    pub(crate) fn take_up(&mut self, cold: bool) {
+        self.safeguard.take_up();
+        if cold {
+            self.due = Some(0.0);
+        }
     }
 
-    /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
-    /// base go on.
+    /// Ends the phase: overwrites `y` with its best iterate, from where a start on coarser problems
+    /// is due if there was none; else with what the base makes of it, and lets the base go on.
     fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
-        (self.phase, self.resting) = (None, self.rest - 1);
-        self.rest = self.rest.saturating_mul(2);
+        if self.started.is_none() {
+            self.take_up(true);
+            y.copy_from_slice(&self.safeguard.best);
+            return;
+        }
+        self.safeguard.end();
         self.steps.plain = !self.steps.plain;
-        let best = std::mem::take(&mut self.best);
-        let _ = self.rest(q, &best, y, clock);
-        self.best = best;
+        self.base_iterations += 1;
+        let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.between, clock);
     }
 }
 
@@ -343,7 +341,7 @@ where
     }
 
     fn work(&self) -> Option<Work> {
-        let sweeps = (self.started + self.steps.walks()).ceil() as usize;
+        let sweeps = (self.started.unwrap_or(0.0) + self.steps.walks()).ceil() as usize;
         let own = Work { sweeps, linear_iterations: Some(self.steps.linear_iterations) };
         Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
     }
@@ -351,8 +349,8 @@ where
     fn restart(&mut self) {
         self.base.restart();
         self.steps.restart();
-        (self.started, self.base_iterations, self.fresh) = (0.0, 0, true);
-        (self.phase, self.resting, self.rest) = (None, 0, 2);
+        self.safeguard.restart();
+        (self.base_iterations, self.started, self.due) = (0, None, Some(WARM));
     }
 
     fn has_memory(&self) -> bool {
@@ -365,35 +363,32 @@ where
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        if self.resting > 0 {
-            self.resting -= 1;
-            return self.rest(q, x, y, clock);
+        if self.safeguard.rests() {
+            self.base_iterations += 1;
+            return iterate(&mut self.base, q, x, y, &mut self.between, clock);
         }
         let problem = self.base.problem();
         let norms = self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma());
         y.copy_from_slice(x);
-        if std::mem::take(&mut self.fresh) && norms.l2 > WARM * q.norms().l2 {
+        if self.due.take().is_some_and(|least| norms.l2 > least * q.norms().l2)
+            && self.started.is_none()
+        {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
-            self.started = nested::start(problem, q.entries(), y, clock).unwrap_or(0.0);
+            self.started = Some(nested::start(problem, q.entries(), y, clock).unwrap_or(0.0));
         }
-        let begins = self.phase.is_none();
-        let mut phase =
-            self.phase.unwrap_or(Phase { best: norms.l2, fewest: usize::MAX, quiet: 0 });
-        if begins || norms.l2 <= PROGRESS * phase.best {
-            (phase.best, phase.quiet) = (norms.l2, 0);
-            self.best.copy_from_slice(x);
-        } else {
-            phase.quiet += 1;
+        if self.safeguard.begins() {
+            self.fewest = usize::MAX;
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
-        let patience = (PATIENCE / 2).saturating_mul(self.rest);
-        let steps = phase.quiet < patience && self.steps.step(problem, q.entries(), y, clock);
+        let patience = PATIENCE.saturating_mul(self.safeguard.age());
+        let is_patient = self.safeguard.see(norms.l2, x, true) < patience;
+        let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
         if steps && moved(x, y) {
-            if self.steps.flips < phase.fewest {
-                (phase.fewest, phase.quiet) = (self.steps.flips, 0);
+            if self.steps.flips < self.fewest {
+                self.fewest = self.steps.flips;
+                self.safeguard.forgive();
             }
-            self.phase = Some(phase);
         } else if !clock.is_up() {
             self.fall_back(q, y, clock);
         }

@@ -101,12 +101,39 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     }
 }
 
+/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two, four,
+/// …; and in set-up before each level, and before each pass over one that is long.
+#[test]
+fn a_cycle_asks_before_each_long_sweep() {
+    let [a, _] = film::<f64>(140, 1.0);
+    let counted = |work: &mut dyn FnMut(&mut Clock<'_>)| {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            false
+        };
+        work(&mut Clock::new(&mut ask));
+        asked
+    };
+    let mut hierarchy = None;
+    let of_set_up =
+        counted(&mut |clock| hierarchy = Hierarchy::new(Matrix::of(&a), |_| false, clock));
+    let mut hierarchy = hierarchy.unwrap();
+    let long: Vec<bool> = hierarchy.orders().map(|order| order >= 4096).collect();
+    assert!(long[..2] == [true, true] && !long[2], "{long:?}");
+    assert_eq!(of_set_up, long.len() + 6);
+    let (rhs, mut y, mut product) = (vec![1.0; 19600], vec![0.0; 19600], vec![0.0; 19600]);
+    let of_cycle =
+        counted(&mut |clock| hierarchy.cycle(Cycle::W, &rhs, &mut y, &mut product, clock));
+    assert_eq!(of_cycle, 2 + 2 * 2);
+}
+
 #[test]
 fn elimination_solves_what_it_can() {
     let (matrix, dense) = sparse(40);
     let rhs = DVector::from_fn(40, |i, _| noise(i));
     let mut y = [f64::NAN; 40];
-    Lu::new(&matrix).solve(rhs.as_slice(), &mut y);
+    Lu::of(&matrix).solve(rhs.as_slice(), &mut y);
     let condition = dense.singular_values().max() / dense.singular_values().min();
     let expected = dense.lu().solve(&rhs).unwrap();
     let off = (DVector::from_column_slice(&y) - &expected).norm() / expected.norm();
@@ -117,7 +144,7 @@ fn elimination_solves_what_it_can() {
         singular.push(row);
     }
     let mut y = [f64::NAN; 3];
-    Lu::new(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
+    Lu::of(&singular).solve(&[2.0, -2.0, 0.0], &mut y);
     assert_eq!(y, [2.0, 0.0, 0.0]);
 }
 
@@ -539,6 +566,18 @@ fn a_step_ends_with_the_time() {
     let problem = Hlcp::new(&a, &b, omega).unwrap();
     let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
     let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+    // The first set-up finds the order along the flow, and asks on its way.
+    for late in 0..60 {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > late
+        };
+        let _ = amg.clone().step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        assert_eq!(asked, late + 1);
+    }
+    let _ = amg.step(&q, &x, &mut y, &mut Clock::endless());
+    amg.restart();
     let mut whole = 0;
     let mut count = || {
         whole += 1;

@@ -22,7 +22,8 @@ pub enum Cycle {
     /// Each grid once: the cheapest, but its count grows with the grid (table in
     /// `docs/multigrid.md`).
     V,
-    /// From each grid the next coarser one by an F-cycle, then by a V-cycle.
+    /// From each grid the next coarser one by an F-cycle, then by a V-cycle; W-cycles once
+    /// these stall and sweeps are slow.
     F,
     /// From each grid the next coarser one twice.
     #[default]

@@ -39,7 +39,10 @@ use crate::{Clock, Method, Work as Count};
 /// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
 /// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
 /// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
-/// taken up again. A coarse correction that is not finite is never added.
+/// taken up again. In the place of their first trial F-cycles give way to W-cycles, with which the
+/// safeguard begins anew: where coarse grids do not fit into finer ones, as those of an even number
+/// of points, a single visit to them may not do. A coarse correction that is not finite is never
+/// added.
 /// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
 /// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
@@ -86,7 +89,10 @@ pub struct Multigrid<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
     grid: [usize; 2],
     cycle: Cycle,
-    sweeps: usize,
+    /// Whether F-cycles have given way to W-cycles.
+    escalated: bool,
+    /// The sweeps that a cycle of the given kind is worth, and a W-cycle.
+    sweeps: [usize; 2],
     levels: Vec<Level<T>>,
     work: Work<T>,
     /// The sweeps since the restart.
@@ -130,10 +136,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         }
         let points = |grid: [usize; 2]| grid[0] * grid[1];
         let sizes = [grid].into_iter().chain(levels.iter().map(Level::grid)).map(points);
-        let walks = cycle.walks(&sizes.collect::<Vec<_>>());
-        let (sweeps, work) = (walks.div_ceil(points(grid)), Work::new(grid));
-        let (taken, pace, kept) = (0, Pace::new(), vec![]);
-        Ok(Self { problem, grid, cycle, sweeps, levels, work, taken, pace, kept })
+        let sizes: Vec<_> = sizes.collect();
+        let sweeps = [cycle, Cycle::W].map(|kind| kind.walks(&sizes).div_ceil(points(grid)));
+        let (taken, pace, kept, work) = (0, Pace::new(), vec![], Work::new(grid));
+        let escalated = false;
+        Ok(Self { problem, grid, cycle, escalated, sweeps, levels, work, taken, pace, kept })
     }
 
     /// The `[nx, ny]` of the grids, from the problem's own to the coarsest.
@@ -189,7 +196,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);
         // A cycle, two sweeps, and a cycle on grids that halve.
-        self.taken += 2 * self.sweeps + 2;
+        self.taken += 2 * self.sweeps[0] + 2;
         let cycle = self.cycle;
         let mut equation = self.equation(q);
         equation.nested(cycle, x, clock);
@@ -230,7 +237,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
     }
 
     fn restart(&mut self) {
-        self.pace = Pace::new();
+        (self.pace, self.escalated) = (Pace::new(), false);
         self.taken = 0;
     }
 
@@ -240,17 +247,24 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
-        self.taken += self.sweeps;
-        let (kind, pairs, mut pace) = (self.cycle, self.sweeps.div_ceil(2), self.pace);
         let gamma = self.problem.gamma();
+        let norms = Norms::of(self.equation(q).defect(x));
+        let mut pace = self.pace;
+        let mut turn = pace.turn(norms.l2);
+        if turn == Turn::Keep && self.cycle == Cycle::F && !self.escalated {
+            (self.escalated, pace) = (true, Pace::new());
+            turn = pace.turn(norms.l2);
+        }
+        let kind = if self.escalated { Cycle::W } else { self.cycle };
+        let sweeps = self.sweeps[usize::from(self.escalated)];
+        self.taken += sweeps;
+        let pairs = sweeps.div_ceil(2);
         let mut kept = std::mem::take(&mut self.kept);
         let mut equation = self.equation(q);
-        let norms = Norms::of(equation.defect(x));
         let sweep = |equation: &mut Equation<'_, T>, x: &[T], y: &mut [T], clock: &mut Clock| {
             y.copy_from_slice(x);
             (0..pairs).for_each(|_| equation.smooth(y, clock));
         };
-        let turn = pace.turn(norms.l2);
         if turn == Turn::Keep {
             kept.clear();
             kept.extend_from_slice(x);

@@ -343,7 +343,7 @@ fn a_failed_trial_leaves_no_trace() {
         match pace.turn(norms.l2) {
             Turn::Keep => kept.clone_from(&x),
             Turn::Return => {
-                let pairs = multigrid.sweeps.div_ceil(2);
+                let pairs = multigrid.sweeps[0].div_ceil(2);
                 let mut equation = multigrid.equation(&q);
                 (0..pairs).for_each(|_| equation.smooth(&mut kept, &mut Clock::endless()));
                 assert_eq!(y, kept);

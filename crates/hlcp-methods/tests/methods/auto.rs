@@ -44,14 +44,14 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
 }
 
 /// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the
-/// table.
+/// table, and the four of the opening.
 #[test]
 fn nearly_as_good_as_the_best_of_the_table() {
     for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 4.0), (0.0, 0.0)] {
         for symmetric in [true, false] {
             let p = Example { symmetric, m: 32, mu, nu }.pose().unwrap();
             let [auto, fewest] = compare(&p.a, &p.b, &p.q);
-            assert!(2 * auto <= 3 * fewest, "{symmetric} {mu} {nu}: {auto} against {fewest}");
+            assert!(2 * auto <= 3 * fewest + 8, "{symmetric} {mu} {nu}: {auto} against {fewest}");
         }
     }
     for cells in [24, 32, 64] {
@@ -102,10 +102,11 @@ fn the_discs_get_multigrid() {
     for (lcp, m) in [(true, 40), (true, 96), (false, 40), (false, 96)] {
         let p = Disc { lcp, m }.pose::<f64>().unwrap();
         let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
-        assert!(outcome.iterations <= 25 + 18, "{outcome}");
+        // The opening is four walks over the rows and one iteration.
+        assert!(outcome.iterations <= 22 + 18, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Multigrid);
-        // A W-cycle is 11 or 12 walks over the rows.
-        let [walks, cycles] = [outcome.sweeps - 25, outcome.iterations - 25];
+        // A W-cycle is 11 or 12 walks.
+        let [walks, cycles] = [outcome.sweeps - 25, outcome.iterations - 22];
         assert!(walks == 11 * cycles || walks == 12 * cycles, "{outcome}");
     }
 }
@@ -133,20 +134,21 @@ fn a_strip_gets_multigrid() {
 }
 
 #[test]
-fn without_a_known_grid_newtons_method_goes_on() {
+fn without_a_known_grid_algebraic_multigrid_follows() {
     let a = Tridiagonal::new(511, |_| [-1.0, 2.0, -1.0]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 511 }, Omega::Uniform(2.0)).unwrap();
     let q: Vec<f64> = (0..511).map(|i| if (50..460).contains(&i) { 1e-5 } else { -1e-4 }).collect();
     let (outcome, solver) = solved(Auto::new(problem).unwrap(), &q);
     assert!(outcome.iterations > 24, "{outcome}");
-    assert_eq!(solver.method().uses(), AutoChoice::Newton);
+    assert_eq!(solver.method().uses(), AutoChoice::AmgNewton);
 }
 
 #[test]
 fn the_examples_get_sweeps_alone() {
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
     let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
-    assert_eq!(outcome.sweeps, outcome.iterations, "{outcome}");
+    // A pair of sweeps and two measurements open it.
+    assert_eq!(outcome.sweeps, outcome.iterations + 3, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Sor);
 }
 

@@ -6,4 +6,5 @@ mod certificates;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod disc;
+mod film;
 mod published;

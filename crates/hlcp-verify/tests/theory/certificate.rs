@@ -8,7 +8,9 @@ use crate::common::{
 };
 use hlcp_core::{FivePoint, LinearOperator, Rows};
 use hlcp_methods::{Limits, Solver};
-use hlcp_verify::{Certificate, Example, Slider, Witness, certify, certify_with};
+use hlcp_verify::{
+    Bound, Branch, Certificate, Example, Slider, Witness, certify, certify_with, witness,
+};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -64,6 +66,23 @@ fn on_support(
     let k = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
     let y = solve(k, q.iter().map(|&q| -exact(q)).collect())?;
     y.iter().all(|y| !y.is_negative()).then_some(y)
+}
+
+/// The exact solutions on sides that are proved, with either side where that is open, and where `z`
+/// is positive in each.
+pub(crate) fn solutions_on(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &[f64],
+    sides: &[Branch],
+) -> Vec<(Vec<bool>, Vec<BigRational>)> {
+    let open: Vec<usize> = (0..q.len()).filter(|&j| sides[j] == Branch::Open).collect();
+    let support = |choice: usize| -> Vec<bool> {
+        let chosen = |j| open.iter().position(|&k| k == j).is_some_and(|k| choice >> k & 1 == 1);
+        (0..q.len()).map(|j| sides[j] == Branch::Z || chosen(j)).collect()
+    };
+    let all = (0..1_usize << open.len()).map(support);
+    all.filter_map(|in_z| on_support(a, b, q, &in_z).map(|y| (in_z, y))).collect()
 }
 
 #[derive(Debug, Clone)]
@@ -187,14 +206,23 @@ fn stencil_cases() -> impl Strategy<Value = (Case, [FivePoint<f64>; 2])> {
 /// the error.
 fn check(case: &Case, a: &impl Rows<f64>, b: &impl Rows<f64>) -> Result<Option<f64>, String> {
     let Case { q, in_z, y, z, r, tilt, .. } = case;
-    let Some(certificate) = certify(a, b, q, z, r).map_err(|e| e.to_string())? else {
+    let Ok(certificate) = certify(a, b, q, z, r).map_err(|e| e.to_string())? else {
         return Ok(None);
     };
     let solution = on_support(&case.a, &case.b, q, in_z).ok_or(format!("a solution near {y:?}"))?;
-    let ratio = compare(case, &certificate, &solution)?;
+    let ratio = if certificate.witness.is_some() {
+        compare(case, &certificate, &solution)?
+    } else {
+        // There may be several solutions; the one near is on the sides that are proved.
+        let near = solutions_on(&case.a, &case.b, q, &certificate.sides);
+        near.iter()
+            .map(|(in_z, y)| compare(&Case { in_z: in_z.clone(), ..case.clone() }, &certificate, y))
+            .find(Result::is_ok)
+            .unwrap_or_else(|| Err(format!("none of {} solutions is near", near.len())))?
+    };
     // Other proofs: with another Ω, and with column sums.
     let mut others = vec![Witness::Left { v: vec![1.0; q.len()] }];
-    if let Witness::Right { omega, d } = certificate.witness {
+    if let Some(Witness::Right { omega, d }) = certificate.witness {
         let omega = omega.iter().zip(tilt).map(|(omega, tilt)| omega * tilt).collect();
         others.push(Witness::Right { omega, d });
     }
@@ -217,8 +245,8 @@ fn nothing_is_claimed_of_a_stencil_with_nan() {
         for spoilt in [
             certify_with(&NotFinite, &sound, &q, &z, &r, witness.clone()).unwrap(),
             certify_with(&sound, &NotFinite, &q, &z, &r, witness).unwrap(),
-            certify(&NotFinite, &sound, &q, &z, &r).unwrap(),
-            certify(&sound, &NotFinite, &q, &z, &r).unwrap(),
+            certify(&NotFinite, &sound, &q, &z, &r).unwrap().ok(),
+            certify(&sound, &NotFinite, &q, &z, &r).unwrap().ok(),
         ] {
             assert_eq!(spoilt, None);
         }
@@ -266,12 +294,12 @@ proptest! {
     }
 }
 
-/// No bound is below the true error, by exact arithmetic, in `HLCP_CASES` random cases (5,000 if it
+/// No bound is below the true error, by exact arithmetic, in `HLCP_CASES` random cases (3,000 if it
 /// is not set). Prints the overestimates by order and by the largest off-diagonal row sum over the
 /// diagonal entry.
 #[test]
 fn no_bound_is_below_the_error() {
-    let (cases_asked, mut runner, strategy) = (cases_asked(5_000), TestRunner::default(), cases());
+    let (cases_asked, mut runner, strategy) = (cases_asked(3_000), TestRunner::default(), cases());
     let orders = [1..=5, 6..=8, 9..=12];
     let weights = [0.0..0.6, 0.6..1.0, 1.0..1.6];
     let mut families = vec![(0, vec![]); 9];
@@ -324,8 +352,13 @@ fn examples_are_certified_tightly() {
                 certificate.error()
             );
             assert!(error <= certificate.error());
-            assert!(shift == 0.0 || over < 10.0);
-            assert!(matches!(certificate.witness, Witness::Right { .. }));
+            assert!(over < if shift == 0.0 { 1.1 } else { 5.0 });
+            let bound = if shift == 0.0 { Bound::Local } else { Bound::Componentwise };
+            assert_eq!(certificate.bound, bound);
+            if m == 40 {
+                let witness = witness(&scene.a, &scene.b).unwrap();
+                assert!(matches!(witness, Some(Witness::Right { .. })));
+            }
         }
     }
 }
@@ -335,7 +368,7 @@ fn examples_are_certified_tightly() {
 fn nothing_is_claimed_without_a_witness() {
     let a = Matrix(nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0]);
     let b = Matrix(nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0]);
-    assert_eq!(certify(&a, &b, &[1.0, -1.0], &[0.0, 0.0], &[1.0, 1.0]).unwrap(), None);
+    assert_eq!(witness(&a, &b).unwrap(), None);
 }
 
 /// On the slider the witness v_i = Σ_{k≥i} k/c_{k+½} of the conductances c has ⟨A⟩ᵀv = e and
@@ -363,7 +396,9 @@ fn the_slider_has_a_witness_in_closed_form() {
         let q = planted_q(&a, &b, [&known, &r]);
         let guess: Vec<f64> = known.iter().map(|&z| if z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
         let largest = |bounds: &[f64]| bounds.iter().copied().fold(0.0, f64::max);
-        let searched = certify(&a, &b, &q, &guess, &r).unwrap().expect("a left witness");
+        let searched = witness(&a, &b).unwrap().expect("a left witness");
+        assert!(matches!(searched, Witness::Left { .. }));
+        let searched = certify_with(&a, &b, &q, &guess, &r, searched).unwrap().unwrap();
         let found = certify_with(&a, &b, &q, &guess, &r, Witness::Left { v }).unwrap().unwrap();
         println!(
             "slider, {cells} cells, error 1e-6: z within {:.1e}, r within {:.1e}; by search {:.1e}, {:.1e}",
@@ -372,7 +407,6 @@ fn the_slider_has_a_witness_in_closed_form() {
             largest(&searched.z),
             largest(&searched.r)
         );
-        assert!(matches!(searched.witness, Witness::Left { .. }));
         for bounds in [&found.z, &searched.z] {
             assert!(bounds.iter().zip(&known).all(|(&bound, &z)| z == 0.0 || bound >= 0.99e-6));
         }

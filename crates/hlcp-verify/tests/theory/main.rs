@@ -7,9 +7,11 @@ mod common;
 mod convergence;
 mod examples;
 mod hostile;
+mod local;
 mod sizes;
 mod theorem_1;
 mod theorem_2;
+mod tight;
 
 use hlcp_core::Aor;
 use hlcp_verify::{

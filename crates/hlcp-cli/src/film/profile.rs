@@ -1,4 +1,4 @@
-//! `hlcp film`: the pressure in a lubricating film of your own, and where it cavitates.
+//! `hlcp film` in one dimension: a profile of the gap.
 //!
 //! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a
 //! semicolon or blanks, in units of your choice; lines that begin with `#` are passed over. Between
@@ -26,13 +26,8 @@
 //! bidiagonal, both M-matrices. Newton's method solves it in a few steps, from the solution at
 //! every other point.
 
-use std::{
-    error::Error,
-    fs, io,
-    path::{Path, PathBuf},
-};
+use std::{error::Error, fs, io, path::Path};
 
-use clap::Args;
 use hlcp_core::{
     Aor, Hlcp, Omega, Tridiagonal,
     files::{self, FileError, excerpt, printable},
@@ -40,81 +35,18 @@ use hlcp_core::{
 use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
 
+use super::Arguments;
 use crate::{
     chart::{self, Panel},
     print, say,
 };
 
-const EXAMPLES: &str = "\
-Examples:
-  hlcp film
-  hlcp film pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039";
-const UNITS: &str = "Units";
-const CONDITIONS: &str = "Conditions";
-
-/// Compute pressure and cavitation in a lubricating film from a profile of its gap
-#[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
-pub(crate) struct Arguments {
-    /// A text file with two columns, x and h [default: a parabolic pad with a known answer]
-    #[arg(requires_all = ["speed", "viscosity"])]
-    profile: Option<PathBuf>,
-    /// The unit of x in metres
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in metres, e.g. 0.0254", ""))]
-    x_unit: f64,
-    /// The unit of h in metres
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in metres, e.g. 1e-6", ""))]
-    h_unit: f64,
-    /// The unit of pressures in pascals
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in pascals, e.g. 1e5", ""))]
-    p_unit: f64,
-    /// The speed of the plane in m/s
-    #[arg(long, help_heading = CONDITIONS, requires = "profile", allow_hyphen_values = true)]
-    #[arg(value_parser = positive(SPEED, "; if the plane moves against x, turn the profile round"))]
-    speed: Option<f64>,
-    /// The viscosity in Pa s
-    #[arg(long, help_heading = CONDITIONS, requires = "profile", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in Pa s, e.g. 0.039", ""))]
-    viscosity: Option<f64>,
-    /// The pressure at both ends, in units of --p-unit
-    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
-    ambient: f64,
-    /// The pressure at which the film cavitates, in units of --p-unit
-    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
-    cavitation: f64,
-    /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
-    /// of the film]
-    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
-    refine: Option<u16>,
-    /// Where the picture and the numbers go: this name with .svg and .csv. Regular files that exist
-    /// are replaced; refused are symbolic links, devices and the like, and the profile
-    #[arg(long, default_value = "target/film")]
-    out: PathBuf,
-}
-
-const SPEED: &str = "in m/s without the unit, e.g. 2 for 7.2 km/h";
-
-/// A parser of positive numbers that answers anything else with the unit, and a number that is not
-/// positive with a way out.
-fn positive(
-    unit: &'static str,
-    way_out: &'static str,
-) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
-    move |text| match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        Ok(_) => Err(format!("not a positive number; {unit}{way_out}")),
-        Err(_) => Err(format!("not a positive number; {unit}")),
-    }
-}
-
 /// Gaps that are wider than this everywhere were hardly meant, in metres.
-const WIDE: f64 = 1e-3;
+pub(super) const WIDE: f64 = 1e-3;
 
 /// Solves for the film, writes its picture and its numbers, and prints its figures.
-pub(crate) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+pub(super) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+    let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);
     // Both files are named by `with_extension`, which is to take no part of the name away.
     arguments.out.as_mut_os_string().push(".svg");
     let profile = match &arguments.profile {
@@ -126,7 +58,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
         }
         None => {
             (arguments.x_unit, arguments.h_unit, arguments.p_unit) = (1e-3, 1e-6, 1e6);
-            Profile::parse(Path::new("pad.csv"), include_str!("../data/pad.csv"))?
+            Profile::parse(Path::new("pad.csv"), include_str!("../../data/pad.csv"))?
         }
     };
     let [svg, csv] = &["svg", "csv"].map(|extension| arguments.out.with_extension(extension));
@@ -136,7 +68,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
     files::check_output(svg)?;
     files::check_output(csv)?;
     let profile = profile.refined(arguments.refine);
-    let film = Film::solve(&profile, &arguments)?;
+    let film = Film::solve(&profile, conditions, &arguments)?;
     // Before more is printed, because a reader that goes away ends the program.
     let texts = film.drawn(&profile, &arguments);
     files::write_together(&[(svg, &texts[0]), (csv, &texts[1])], |text, file| {
@@ -310,14 +242,16 @@ struct Film {
 }
 
 impl Film {
-    fn solve(profile: &Profile, arguments: &Arguments) -> Result<Self, Box<dyn Error>> {
+    fn solve(
+        profile: &Profile,
+        [speed, viscosity]: [f64; 2],
+        arguments: &Arguments,
+    ) -> Result<Self, Box<dyn Error>> {
         if profile.x.len() < 3 {
             return Err(
                 "there is no point between the ends to solve for; --refine 2 or more".into()
             );
         }
-        let speed = arguments.speed.unwrap_or(Slider::SPEED);
-        let viscosity = arguments.viscosity.unwrap_or(Slider::VISCOSITY);
         let x: Vec<f64> = profile.x.iter().map(|x| x * arguments.x_unit).collect();
         let h: Vec<f64> = profile.h.iter().map(|h| h * arguments.h_unit).collect();
         // Lengths in those of the film, gaps in the smallest, pressures in 6μUL/h².
@@ -451,7 +385,7 @@ impl Film {
 }
 
 /// A unit that is `value` of a `base`, as it stands behind a number.
-fn unit(value: f64, base: &str) -> String {
+pub(super) fn unit(value: f64, base: &str) -> String {
     let prefixes =
         [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
     match prefixes.iter().find(|(prefix, _)| *prefix == value) {

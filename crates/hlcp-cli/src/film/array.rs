@@ -1,0 +1,142 @@
+//! Arrays of numbers in files: CSV and NumPy's NPY, version 1.0 and later.
+
+use std::{fs, path::Path};
+
+use hlcp_core::files::{FileError, excerpt};
+
+/// Numbers in rows of the same length.
+pub(super) struct Array {
+    pub(super) columns: usize,
+    pub(super) rows: usize,
+    pub(super) values: Vec<f64>,
+}
+
+/// Reads an array, as NPY if it begins as such.
+pub(super) fn read(path: &Path) -> Result<Array, FileError> {
+    let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
+    let bytes = fs::read(path).map_err(|e| fault(None, e.to_string()))?;
+    if let Some(rest) = bytes.strip_prefix(b"\x93NUMPY") {
+        return npy(rest).map_err(|reason| fault(None, reason));
+    }
+    let text =
+        String::from_utf8(bytes).map_err(|_| fault(None, "neither an NPY file nor text".into()))?;
+    let mut array = Array { columns: 0, rows: 0, values: vec![] };
+    for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
+        if line.trim().is_empty() || line.trim_start().starts_with('#') {
+            continue;
+        }
+        let before = array.values.len();
+        let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
+        for word in line.split(separated).filter(|word| !word.is_empty()) {
+            let column = array.values.len() - before + 1;
+            match word.parse() {
+                Ok(value) if f64::is_finite(value) => array.values.push(value),
+                _ => {
+                    let hint = if array.rows == 0 { "; begin a heading with #" } else { "" };
+                    let word = excerpt(word);
+                    let reason = format!("column {column}: '{word}' is not a finite number{hint}");
+                    return Err(fault(Some(number), reason));
+                }
+            }
+        }
+        let found = array.values.len() - before;
+        if array.rows > 0 && found != array.columns {
+            let wanted = array.columns;
+            return Err(fault(Some(number), format!("{found} columns where {wanted} are wanted")));
+        }
+        (array.columns, array.rows) = (found, array.rows + 1);
+    }
+    if array.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(array) }
+}
+
+/// What follows the magic word of an NPY file.
+fn npy(bytes: &[u8]) -> Result<Array, String> {
+    let cut = || "the NPY header is cut short".to_owned();
+    let (&version, rest) = bytes.split_first().ok_or_else(cut)?;
+    let wide = if version == 1 { 2 } else { 4 };
+    let length = rest.get(1..=wide).ok_or_else(cut)?;
+    let length = length.iter().rev().fold(0, |sum, &byte| sum * 256 + usize::from(byte));
+    let rest = &rest[1 + wide..];
+    let header = rest.get(..length).ok_or_else(cut)?;
+    let (header, data) = (String::from_utf8_lossy(header), &rest[length..]);
+    // The header is a Python dictionary with three keys.
+    let after = |key: &str| {
+        let found = header.split_once(&format!("'{key}':")).map(|(_, rest)| rest.trim_start());
+        found.ok_or_else(|| format!("the NPY header has no '{key}'"))
+    };
+    let kind = after("descr")?.trim_start_matches('\'').split('\'').next().unwrap_or_default();
+    let by_columns = after("fortran_order")?.starts_with("True");
+    let shape = after("shape")?.trim_start_matches('(').split(')').next().unwrap_or_default();
+    let sizes: Result<Vec<usize>, _> =
+        shape.split(',').map(str::trim).filter(|s| !s.is_empty()).map(str::parse).collect();
+    let (rows, columns) = match sizes.as_deref() {
+        Ok(&[columns]) => (1, columns),
+        Ok(&[rows, columns]) => (rows, columns),
+        _ => return Err(format!("the shape ({}) is not that of a map", excerpt(shape))),
+    };
+    let (big, kind) = (kind.starts_with('>'), kind.trim_start_matches(['<', '>', '=', '|']));
+    let size = match kind {
+        "f8" | "i8" => 8,
+        "f4" | "i4" => 4,
+        "i2" => 2,
+        _ => {
+            let kind = excerpt(kind);
+            return Err(format!(
+                "the numbers are of the type '{kind}'; f8, f4, i8, i4 or i2 are read"
+            ));
+        }
+    };
+    let count = rows.checked_mul(columns).filter(|&count| count > 0);
+    if count.and_then(|count| count.checked_mul(size)) != Some(data.len()) {
+        let found = data.len();
+        return Err(format!(
+            "the shape is ({rows}, {columns}) of {size} bytes each, but the data have {found} bytes"
+        ));
+    }
+    let number = |bytes: &[u8]| {
+        let mut word = [0; 8];
+        word[..size].copy_from_slice(bytes);
+        if big {
+            word[..size].reverse();
+        }
+        let [a, b, c, d, ..] = word;
+        match kind {
+            "f8" => f64::from_le_bytes(word),
+            "f4" => f32::from_le_bytes([a, b, c, d]).into(),
+            "i8" => i64::from_le_bytes(word) as f64,
+            "i4" => i32::from_le_bytes([a, b, c, d]).into(),
+            _ => i16::from_le_bytes([a, b]).into(),
+        }
+    };
+    let stored: Vec<f64> = data.chunks_exact(size).map(number).collect();
+    let values = if by_columns {
+        (0..stored.len()).map(|k| stored[k / columns + k % columns * rows]).collect()
+    } else {
+        stored
+    };
+    if let Some(at) = values.iter().position(|v: &f64| !v.is_finite()) {
+        let (row, column) = (at / columns + 1, at % columns + 1);
+        return Err(format!("row {row}, column {column}: {} is not a finite number", values[at]));
+    }
+    Ok(Array { columns, rows, values })
+}
+
+/// The array as CSV, a row of cells in each line.
+pub(super) fn csv(columns: usize, values: &[f64]) -> Vec<u8> {
+    let line = |row: &[f64]| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",") + "\n";
+    values.chunks(columns).map(line).collect::<String>().into_bytes()
+}
+
+/// The array as NPY, version 1.0.
+pub(super) fn to_npy(columns: usize, values: &[f64]) -> Vec<u8> {
+    let rows = values.len() / columns;
+    let header =
+        format!("{{'descr': '<f8', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
+    // The data begin at a multiple of 64 bytes; the header ends with a line feed.
+    let length = (10 + header.len() + 1).next_multiple_of(64) - 10;
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((length as u16).to_le_bytes());
+    bytes.extend(format!("{header:<width$}\n", width = length - 1).into_bytes());
+    bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    bytes
+}

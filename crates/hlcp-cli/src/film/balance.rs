@@ -1,0 +1,402 @@
+//! The position that carries a load, and how the film answers to a small motion.
+
+use std::{error::Error, ops::ControlFlow};
+
+use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows};
+use hlcp_methods::{
+    Amg, Jacobian, Limits, Named, Options, Outcome, Parameters, Preconditioner, Progress, Solver,
+};
+use hlcp_verify::{Certificate, Film, Refusal, certify};
+
+use super::{Arguments, gap::Posed};
+use crate::{progress::Way, scenes::goal};
+
+type Fallible<T> = Result<T, Box<dyn Error>>;
+
+/// A film with its solution.
+pub(super) struct Solved {
+    pub(super) film: Film,
+    pub(super) z: Vec<f64>,
+    pub(super) r: Vec<f64>,
+    /// The modulus variable, whose signs tell full cells from broken ones.
+    x: Vec<f64>,
+    pub(super) outcome: Outcome,
+}
+
+/// Newton's method takes some six steps, whatever the texture.
+pub(super) const METHOD: &str = "AMG";
+
+/// It is slow, but runs away least.
+const FALLBACK: &str = "MGS";
+
+/// Rounding in a residual is some ε of its terms, and these are films of any units.
+fn limits() -> Limits {
+    Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
+}
+
+impl Solved {
+    /// Solves for the film, from a solution of a similar one if there is one.
+    pub(super) fn new(film: Film, start: Option<&Self>, arguments: &Arguments) -> Fallible<Self> {
+        let (a, b, q) = film.pose()?;
+        let (z, r, x, outcome) = solve(&film, (&a, &b, &q), start, arguments)?;
+        Ok(Self { film, z, r, x, outcome })
+    }
+
+    /// The same gap by the clamp of the tables, `z ≥ 0` without a balance of mass.
+    fn clamped(&self, arguments: &Arguments) -> Fallible<Self> {
+        let (a, _, q) = self.film.pose()?;
+        let b = Identity { order: q.len() };
+        let (z, r, x, outcome) = solve(&self.film, (&a, &b, &q), Some(self), arguments)?;
+        Ok(Self { film: self.film.clone(), z, r, x, outcome })
+    }
+
+    /// The proof of the solution, with bounds on its errors, or why there is none.
+    pub(super) fn certificate(&self) -> Fallible<Result<Certificate, Refusal>> {
+        let (a, b, q) = self.film.pose()?;
+        Ok(certify(&a, &b, &q, &self.z, &self.r)?)
+    }
+
+    /// The derivatives of the forces for slow changes of the position and for its speed, each a
+    /// matrix with a column for each coordinate that moves; in the second the film content stays.
+    pub(super) fn derivatives(
+        &self,
+        posed: &Posed,
+        is_clamped: bool,
+    ) -> Fallible<[Vec<Vec<f64>>; 2]> {
+        let film = &self.film;
+        let full = vec![0.0; self.r.len()];
+        let r = if is_clamped { &full } else { &self.r };
+        let slow = posed.modes.iter().map(|mode| film.widening(&self.z, r, mode));
+        let fast = posed.modes.iter().map(|mode| film.squeeze(r, mode));
+        let changes: Vec<Vec<f64>> = slow.chain(fast).collect();
+        let (a, b, _) = film.pose()?;
+        let answers = if is_clamped {
+            let b = Identity { order: r.len() };
+            respond(&Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?, &self.x, &changes)?
+        } else {
+            respond(&Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?, &self.x, &changes)?
+        };
+        let unit = film.pressure_unit() * film.cell();
+        let force = |answer: &[f64], mode: &[f64]| {
+            unit * answer.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
+        };
+        let matrix = |answers: &[Vec<f64>]| {
+            let row = |mode: &Vec<f64>| answers.iter().map(|answer| force(answer, mode)).collect();
+            posed.modes.iter().map(row).collect()
+        };
+        let (slow, fast) = answers.split_at(posed.modes.len());
+        Ok([matrix(slow), matrix(fast)])
+    }
+}
+
+/// `z`, `r`, `x` and what became of the solve.
+type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
+
+fn solve(
+    film: &Film,
+    (a, b, q): (&impl Rows<f64>, &impl Rows<f64>, &[f64]),
+    start: Option<&Solved>,
+    arguments: &Arguments,
+) -> Fallible<Answer> {
+    let mut problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b)?)?;
+    if arguments.threads.is_some_and(|threads| threads > 1) {
+        problem = problem.in_parallel();
+    }
+    let scaled = start.map(|start| {
+        let by = start.film.pressure_unit() / film.pressure_unit();
+        (start.z.iter().map(|z| z * by).collect::<Vec<_>>(), &start.r)
+    });
+    let given = arguments.method.as_deref();
+    let limits = limits();
+    let attempt = |name: &str| -> Fallible<Answer> {
+        let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
+        let mut solver = Solver::new(method);
+        let mut way = Way::new(name, goal(&limits, q), &limits);
+        let mut show = |progress: &Progress<'_, f64>| {
+            way.show(progress);
+            ControlFlow::Continue(())
+        };
+        let options = match &scaled {
+            Some((z, r)) => Options::from_solution(z, r),
+            None => Options::default(),
+        };
+        let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
+        Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
+    };
+    let found = attempt(given.unwrap_or(METHOD))?;
+    if found.3.converged() || given.is_some() { Ok(found) } else { attempt(FALLBACK) }
+}
+
+/// The changes of `z` that changes of `A z − B r + q` bring about, full and broken cells staying
+/// what they are: `[A_F | −B_C] (δz, δr) = −change`.
+fn respond<A: Rows<f64>, B: Rows<f64>>(
+    problem: &Hlcp<f64, A, B>,
+    x: &[f64],
+    changes: &[Vec<f64>],
+) -> Fallible<Vec<Vec<f64>>> {
+    // J s = −change, with the columns 2A of J where a cell is full.
+    let jacobian = Jacobian::new(problem, x);
+    let mut amg = Amg::new(problem)?;
+    let mut answer = |change: &Vec<f64>| -> Fallible<Vec<f64>> {
+        let s = conjugate_residuals(&jacobian, &mut amg, change)?;
+        let full = |(j, s): (usize, f64)| if jacobian.is_active(j) { -2.0 * s } else { 0.0 };
+        Ok(s.into_iter().enumerate().map(full).collect())
+    };
+    changes.iter().map(&mut answer).collect()
+}
+
+/// The solution of `J s = rhs` by generalised conjugate residuals with a multigrid cycle, to what
+/// finite differences could see at best.
+fn conjugate_residuals<A: LinearOperator<f64>, B: LinearOperator<f64>>(
+    jacobian: &Jacobian<'_, f64, A, B>,
+    amg: &mut impl Preconditioner<f64, A, B>,
+    rhs: &[f64],
+) -> Fallible<Vec<f64>> {
+    const KEPT: usize = 40;
+    let dot = |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| u * v).sum::<f64>();
+    let add = |y: &mut [f64], c: f64, u: &[f64]| y.iter_mut().zip(u).for_each(|(y, u)| *y += c * u);
+    let mut s = vec![0.0; rhs.len()];
+    let (mut residual, size) = (rhs.to_vec(), Norms::of(rhs).l2);
+    let mut kept: Vec<[Vec<f64>; 2]> = vec![];
+    let mut scratch = vec![];
+    for step in 0..400 {
+        if Norms::of(&residual).l2 <= 1e-13 * size {
+            break;
+        }
+        let (mut p, mut image) = (vec![0.0; rhs.len()], vec![0.0; rhs.len()]);
+        amg.solve(jacobian, &residual, &mut p);
+        jacobian.apply(&p, &mut image, &mut scratch);
+        for [older, product] in &kept {
+            let share = dot(product, &image);
+            add(&mut image, -share, product);
+            add(&mut p, -share, older);
+        }
+        let length = Norms::of(&image).l2;
+        if !(length > 0.0 && length.is_finite()) {
+            break;
+        }
+        for v in [&mut p, &mut image] {
+            v.iter_mut().for_each(|v| *v /= length);
+        }
+        let way = dot(&residual, &image);
+        add(&mut s, way, &p);
+        add(&mut residual, -way, &image);
+        if kept.len() < KEPT {
+            kept.push([p, image]);
+        } else {
+            kept[step % KEPT] = [p, image];
+        }
+    }
+    // Rounding ends it sooner where the gap jumps.
+    let reached = Norms::of(&residual).l2 / size;
+    if size == 0.0 || reached <= 1e-8 {
+        return Ok(s);
+    }
+    Err(format!("the linear system of the derivatives was solved to {reached:.1e} only").into())
+}
+
+/// Stiffness and damping, and both by the clamp.
+pub(super) struct Coefficients {
+    pub(super) stiffness: Vec<Vec<f64>>,
+    pub(super) damping: Vec<Vec<f64>>,
+    pub(super) clamped: [Vec<Vec<f64>>; 2],
+}
+
+impl Coefficients {
+    /// In the coordinates of the position; of a journal along `frame` and across it.
+    pub(super) fn new(
+        posed: &Posed,
+        solved: &Solved,
+        frame: Option<[f64; 2]>,
+        arguments: &Arguments,
+    ) -> Fallible<Self> {
+        let turned = |matrix: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            let minus = |row: Vec<f64>| row.into_iter().map(|v| -v).collect::<Vec<f64>>();
+            let matrix: Vec<Vec<f64>> = matrix.into_iter().map(minus).collect();
+            let Some([cos, sin]) = frame else { return matrix };
+            // Across is a quarter further in the direction of the motion.
+            let sign = posed.direction();
+            let axes = [[cos, sin], [-sign * sin, sign * cos]];
+            let entry = |one: [f64; 2], other: [f64; 2]| {
+                (0..2)
+                    .flat_map(|k| (0..2).map(move |l| (k, l)))
+                    .map(|(k, l)| one[k] * matrix[k][l] * other[l])
+                    .sum()
+            };
+            axes.iter().map(|&one| axes.iter().map(|&other| entry(one, other)).collect()).collect()
+        };
+        let [stiffness, damping] = solved.derivatives(posed, false)?.map(turned);
+        let clamped = solved.clamped(arguments)?;
+        if !clamped.outcome.converged() {
+            return Err(format!("the film by the clamp was not found: {}", clamped.outcome).into());
+        }
+        let clamped = clamped.derivatives(posed, true)?.map(turned);
+        Ok(Self { stiffness, damping, clamped })
+    }
+}
+
+/// What the forces of a position are to be.
+struct Wanted {
+    load: f64,
+    /// The coordinates that move.
+    moving: Vec<usize>,
+    /// Of a journal the direction of the load, if that is given; elsewhere where it is to act, from
+    /// the middle.
+    direction: Option<f64>,
+    place: Option<[f64; 2]>,
+}
+
+impl Wanted {
+    /// How far forces are off, and the derivatives of that, from those of the forces.
+    fn misses(
+        &self,
+        posed: &Posed,
+        forces: &[f64],
+        slopes: &[Vec<f64>],
+    ) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let along = |k: usize| self.moving.iter().map(|&l| slopes[k][l]).collect::<Vec<f64>>();
+        let combined = |factors: &[(usize, f64)]| -> Vec<f64> {
+            let term = |l: usize| factors.iter().map(|&(k, factor)| factor * slopes[k][l]).sum();
+            self.moving.iter().map(|&l| term(l)).collect()
+        };
+        if posed.journal.is_some() {
+            let [x, y] = [forces[0], forces[1]];
+            let square = x * x + y * y;
+            let mut misses = vec![(square.sqrt() / self.load).ln()];
+            let mut rows = vec![combined(&[(0, x / square), (1, y / square)])];
+            if let Some(direction) = self.direction {
+                let off = y.atan2(x) - direction;
+                misses.push(off.sin().atan2(off.cos()));
+                rows.push(combined(&[(1, x / square), (0, -y / square)]));
+            }
+            return (misses, rows);
+        }
+        let load = forces[0];
+        let mut misses = vec![(load / self.load).ln()];
+        let mut rows = vec![along(0).iter().map(|slope| slope / load).collect()];
+        for &k in self.moving.iter().filter(|&&k| k > 0) {
+            let at = forces[k] / load;
+            let wanted = self.place.map_or(0.0, |place| place[k - 1]);
+            let length = posed.film.lengths[k - 1];
+            misses.push((at - wanted) / length);
+            rows.push(combined(&[(k, 1.0 / (load * length)), (0, -at / (load * length))]));
+        }
+        (misses, rows)
+    }
+}
+
+/// Moves the wall to where it carries the load of the command line; the solves that it took.
+pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<(Solved, usize)> {
+    let Some(load) = &arguments.load else {
+        return Ok((Solved::new(posed.here(), None, arguments)?, 1));
+    };
+    let wanted = wanted(posed, &load.0, arguments)?;
+    let mut solved = Solved::new(posed.here(), None, arguments)?;
+    let first = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let mut largest = 0.0_f64;
+    for solves in 1..=60 {
+        if !solved.outcome.converged() {
+            return Ok((solved, solves));
+        }
+        let forces = posed.forces(&solved.film, &solved.z);
+        let carried = if posed.journal.is_some() { forces[0].hypot(forces[1]) } else { forces[0] };
+        largest = largest.max(carried);
+        let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        let mut step = vec![0.0; posed.position.len()];
+        if carried > 0.0 {
+            let [slopes, _] = solved.derivatives(posed, false)?;
+            let (misses, rows) = wanted.misses(posed, &forces, &slopes);
+            if misses.iter().all(|miss| miss.abs() <= 1e-9) {
+                return Ok((solved, solves));
+            }
+            let Some(found) = eliminate(rows, misses) else { break };
+            wanted.moving.iter().zip(found).for_each(|(&k, by)| step[k] = -by);
+        } else {
+            // A film that pulls may carry when it is thinner.
+            step[0] = if posed.journal.is_some() { 0.1 * thin } else { -0.5 * thin };
+        }
+        // The logarithm of a load is no straight line: a step halves no gap and quadruples none.
+        let film = loop {
+            let next: Vec<f64> = posed.position.iter().zip(&step).map(|(at, by)| at + by).collect();
+            let near = posed.at(&next).filter(|film| {
+                let mut both = film.gap.iter().zip(&solved.film.gap);
+                both.all(|(new, old)| (0.5 * thin..).contains(new) && *new <= 4.0 * old.max(thin))
+            });
+            if let Some(film) = near {
+                posed.position = next;
+                break film;
+            }
+            step.iter_mut().for_each(|by| *by /= 2.0);
+        };
+        let thin = film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        if thin < 1e-3 * first {
+            break;
+        }
+        solved = Solved::new(film, Some(&solved), arguments)?;
+    }
+    let load = wanted.load;
+    Err(format!("--load: no position that carries {load} N was found; the largest load found is {largest:.6e} N").into())
+}
+
+fn wanted(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Wanted> {
+    let place = match *load {
+        [_] => None,
+        [_, x, y] if posed.journal.is_none() => {
+            let middle = posed.film.lengths.map(|length| length / 2.0);
+            Some([x * arguments.x_unit - middle[0], y * arguments.x_unit - middle[1]])
+        }
+        _ => return Err("--load takes LOAD, or LOAD,X,Y of anything but a journal".into()),
+    };
+    if load[0] <= 0.0 {
+        return Err("--load must be positive".into());
+    }
+    let direction = arguments.attitude.filter(|_| posed.journal.is_some());
+    let direction = direction.map(|_| posed.load_direction(arguments));
+    let moving = match (posed.journal, direction, place) {
+        (Some(_), Some(_), _) => vec![0, 1],
+        (None, _, Some(_)) => {
+            let moves = |&k: &usize| posed.modes[k].iter().any(|&mode| mode != 0.0);
+            (0..3).filter(moves).collect()
+        }
+        _ => vec![0],
+    };
+    Ok(Wanted { load: load[0], moving, direction, place })
+}
+
+impl Posed {
+    /// 1 if the walls carry the oil along x, −1 if against.
+    pub(super) fn direction(&self) -> f64 {
+        if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// The direction of a journal's load, as an angle along x, from the attitude of the command
+    /// line: an eccentricity in that position points to half a turn.
+    pub(super) fn load_direction(&self, arguments: &Arguments) -> f64 {
+        let attitude = arguments.attitude.unwrap_or(0.0).to_radians();
+        std::f64::consts::PI - self.direction() * attitude
+    }
+}
+
+/// Solves a few equations; `None` if they have not one solution.
+pub(super) fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+    let n = rhs.len();
+    for k in 0..n {
+        let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs()))?;
+        rows.swap(k, pivot);
+        rhs.swap(k, pivot);
+        if rows[k][k] == 0.0 || !rows[k][k].is_finite() {
+            return None;
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        for (row, i) in below.iter_mut().zip(k + 1..) {
+            let factor = row[k] / above[k][k];
+            row.iter_mut().zip(&above[k]).for_each(|(entry, pivot)| *entry -= factor * pivot);
+            rhs[i] -= factor * rhs[k];
+        }
+    }
+    for k in (0..n).rev() {
+        let known: f64 = (k + 1..n).map(|j| rows[k][j] * rhs[j]).sum();
+        rhs[k] = (rhs[k] - known) / rows[k][k];
+    }
+    Some(rhs)
+}

@@ -1,0 +1,302 @@
+//! `hlcp film`: the pressure in a lubricating film of your own, and where it cavitates.
+
+mod array;
+mod balance;
+mod gap;
+mod motion;
+mod picture;
+mod plane;
+mod profile;
+
+use std::{error::Error, path::PathBuf, str::FromStr};
+
+use clap::{ArgGroup, Args, error::ErrorKind};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp film pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039
+  hlcp film --journal --diameter 0.1 --length 0.1 --clearance 1e-4 --rpm 3000 --viscosity 0.02 --groove 0 --load 5000
+
+A profile along x needs a speed and a viscosity. A film in two dimensions is a map of the gap, a pad
+or a journal bearing, over cells: x along the motion, y across it, both from 0 at the south-western
+corner. Its exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
+const FILM: &str = "Film in two dimensions";
+const SHAPE: &str = "Texture and supply, in two dimensions";
+const UNITS: &str = "Units";
+const CONDITIONS: &str = "Conditions";
+const ASKED: &str = "Questions, in two dimensions";
+const OUTPUT: &str = "Output and method";
+
+/// Compute pressure and cavitation in a lubricating film from its gap
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+#[command(group = ArgGroup::new("film").args(["profile", "map", "journal", "pad"]))]
+#[command(group = ArgGroup::new("plane").args(["map", "journal", "pad"]).conflicts_with("profile"))]
+pub(crate) struct Arguments {
+    /// A text file with two columns, x and h [default: a parabolic pad with a known answer]
+    #[arg(requires_all = ["speed", "viscosity"])]
+    profile: Option<PathBuf>,
+    /// The gap in each cell from a CSV or NPY file, rows along y, the first one at y = 0
+    #[arg(long, help_heading = FILM, value_name = "FILE", requires_all = ["lx", "ly", "viscosity"])]
+    map: Option<PathBuf>,
+    /// A journal bearing: x is around it, from the widest gap that --ecc and --attitude stand for
+    #[arg(long, help_heading = FILM)]
+    #[arg(requires_all = ["diameter", "length", "clearance", "viscosity"])]
+    journal: bool,
+    /// A pad: plane,WEST,EAST with the gaps at both sides, or parabola,LEAST,RADIUS[,X] with the
+    /// least gap, the radius of curvature along x and the place of the least gap
+    #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
+    pad: Option<gap::Pad>,
+    /// The extent along x
+    #[arg(long, help_heading = FILM, requires = "plane", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    lx: Option<f64>,
+    /// The extent along y
+    #[arg(long, help_heading = FILM, requires = "plane", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    ly: Option<f64>,
+    /// The journal's diameter, in units of --x-unit
+    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    diameter: Option<f64>,
+    /// The bearing's length, in units of --x-unit
+    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    length: Option<f64>,
+    /// The radial clearance, in units of --h-unit
+    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in units of --h-unit", ""))]
+    clearance: Option<f64>,
+    /// The eccentricity over the clearance, with --load where the search begins [default there: 0.5]
+    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    ecc: Option<f64>,
+    /// The angle from the load's direction to the journal's eccentricity, in degrees in the
+    /// direction of the motion. With --load, the load keeps the direction that this makes of it,
+    /// and grooves their places; without, grooves go with the widest gap [default: the film's own]
+    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    attitude: Option<f64>,
+    /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
+    /// grows along y, and how it is turned aside there
+    #[arg(long, help_heading = FILM, value_name = "A,B", requires = "plane")]
+    #[arg(allow_hyphen_values = true)]
+    tilt: Option<Numbers>,
+    /// Cells along x [default: 180; of a journal 360]
+    #[arg(long, help_heading = FILM, requires = "plane", conflicts_with = "map")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    nx: Option<u32>,
+    /// Cells along y [default: 60]
+    #[arg(long, help_heading = FILM, requires = "plane", conflicts_with = "map")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..))]
+    ny: Option<u32>,
+    /// A pocket x,y,lx,ly,depth from its south-western corner; with ,ellipse the ellipse in there
+    #[arg(long, help_heading = SHAPE, value_name = "POCKET", requires = "plane")]
+    #[arg(allow_hyphen_values = true)]
+    pocket: Vec<gap::Pocket>,
+    /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth[,ellipse]
+    #[arg(long, help_heading = SHAPE, value_name = "ARRAY", requires = "plane")]
+    #[arg(allow_hyphen_values = true)]
+    dimples: Vec<gap::Dimples>,
+    /// A CSV or NPY file that is added to the gap
+    #[arg(long, help_heading = SHAPE, value_name = "FILE", requires = "plane")]
+    roughness: Option<PathBuf>,
+    /// A pocket that is kept full, x,y,lx,ly,pressure
+    #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", requires = "plane")]
+    #[arg(allow_hyphen_values = true)]
+    supply: Vec<Numbers>,
+    /// A groove without width along the whole bearing, in degrees from the widest gap in the
+    /// direction of x, with its pressure [default: that of --ambient]
+    #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE]", requires = "journal")]
+    #[arg(allow_hyphen_values = true)]
+    groove: Vec<Numbers>,
+    /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
+    /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
+    #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", requires = "plane")]
+    side: Vec<gap::Sided>,
+    /// The unit of x in metres
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 0.0254", ""))]
+    x_unit: f64,
+    /// The unit of h in metres
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in metres, e.g. 1e-6", ""))]
+    h_unit: f64,
+    /// The unit of pressures in pascals
+    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
+    #[arg(value_parser = positive("in pascals, e.g. 1e5", ""))]
+    p_unit: f64,
+    /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER
+    #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
+    #[arg(value_parser = speeds)]
+    speed: Option<Numbers>,
+    /// The journal's speed in turns per minute
+    #[arg(long, help_heading = CONDITIONS, requires = "journal", conflicts_with = "speed")]
+    #[arg(allow_hyphen_values = true)]
+    rpm: Option<f64>,
+    /// The viscosity in Pa s; in two dimensions also a CSV or NPY file with one for each cell
+    #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
+    #[arg(value_parser = viscosity)]
+    viscosity: Option<Viscosity>,
+    /// The pressure around the film, in units of --p-unit
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    ambient: f64,
+    /// The pressure at which the film cavitates, in units of --p-unit
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    cavitation: f64,
+    /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
+    /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts there
+    #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", requires = "plane")]
+    #[arg(allow_hyphen_values = true)]
+    load: Option<Numbers>,
+    /// Stiffness and damping, mass-conserving and by the clamp of the tables: of a journal along
+    /// the load and across it, of anything else for the height and the slopes along x and y
+    #[arg(long, help_heading = ASKED, requires = "plane")]
+    coefficients: bool,
+    /// Steps in time from a CSV file: the time in s and the position, of a journal its displacement
+    /// along the load and across it, of anything else its rise and its slopes along x and y
+    #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "plane")]
+    #[arg(conflicts_with_all = ["load", "coefficients"])]
+    motion: Option<PathBuf>,
+    /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the load
+    /// in N, of a journal in its direction and across it; slopes stay
+    #[arg(long, help_heading = ASKED, requires = "motion", value_parser = mass)]
+    mass: Option<f64>,
+    /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
+    /// of the film]
+    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(conflicts_with = "plane")]
+    refine: Option<u16>,
+    /// Any method of `hlcp solve` [default: AMG]
+    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    method: Option<String>,
+    /// How many threads share the sweeps
+    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Prove that the solution is unique, and bound what is printed
+    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    certify: bool,
+    /// Print one JSON object, in SI units
+    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    json: bool,
+    /// Where the picture and the numbers go: this name with .svg and .csv; in two dimensions with
+    /// .svg, and with -pressure and -content before .csv and .npy. Regular files that exist are
+    /// replaced; refused are symbolic links, devices and the like, and the files that are read
+    #[arg(long, help_heading = OUTPUT, default_value = "target/film")]
+    out: PathBuf,
+}
+
+/// Solves for the film that was given; whether it converged.
+pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+    if arguments.map.is_some() || arguments.journal || arguments.pad.is_some() {
+        return plane::run(&arguments);
+    }
+    profile::run(arguments)?;
+    Ok(true)
+}
+
+/// Whether a command line asks for a film in two dimensions.
+pub(crate) fn is_plane(mut words: impl Iterator<Item = String>) -> bool {
+    let is = |word: &str, name: &str| {
+        word == name || word.strip_prefix(name).is_some_and(|rest| rest.starts_with('='))
+    };
+    words.any(|word| ["--map", "--journal", "--pad"].iter().any(|name| is(&word, name)))
+}
+
+/// Numbers with commas between them.
+#[derive(Debug, Clone)]
+struct Numbers(Vec<f64>);
+
+impl FromStr for Numbers {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number = |word: &str| match word.trim().parse() {
+            Ok(number) if f64::is_finite(number) => Ok(number),
+            _ => Err(format!("'{word}' is not a finite number")),
+        };
+        text.split(',').map(number).collect::<Result<_, _>>().map(Self)
+    }
+}
+
+impl Numbers {
+    /// So many numbers, or an error that names the option and what it takes.
+    fn exactly<const N: usize>(&self, option: &str, wanted: &str) -> Result<[f64; N], String> {
+        let found = self.0.len();
+        self.0
+            .clone()
+            .try_into()
+            .map_err(|_| format!("--{option} has {found} numbers, but it takes {wanted}"))
+    }
+}
+
+const SPEED: &str = "in m/s without the unit, e.g. 2 for 7.2 km/h";
+
+fn speeds(text: &str) -> Result<Numbers, String> {
+    let numbers: Numbers = text.parse().map_err(|_| format!("not a number; {SPEED}"))?;
+    if numbers.0.len() <= 2 { Ok(numbers) } else { Err("there are two walls".into()) }
+}
+
+/// One for all cells, or a file.
+#[derive(Debug, Clone)]
+enum Viscosity {
+    Uniform(f64),
+    Map(PathBuf),
+}
+
+fn mass(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(mass) if mass >= 0.0 && f64::is_finite(mass) => Ok(mass),
+        _ => Err("not a number of kilogrammes, 0 or more".into()),
+    }
+}
+
+fn viscosity(text: &str) -> Result<Viscosity, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(Viscosity::Uniform(value)),
+        Ok(_) => Err("not a positive number; in Pa s, e.g. 0.039".into()),
+        Err(_) => Ok(Viscosity::Map(text.into())),
+    }
+}
+
+impl Arguments {
+    /// The speed and the viscosity of a profile.
+    fn of_profile(&self) -> Result<Option<[f64; 2]>, Box<dyn Error>> {
+        let (Some(speed), Some(viscosity)) = (&self.speed, &self.viscosity) else {
+            return Ok(None);
+        };
+        let refused = |value: String, option: &str, reason: &str| {
+            let what = format!("invalid value '{value}' for '{option}': {reason}\n");
+            Box::new(clap::Error::raw(ErrorKind::ValueValidation, what))
+        };
+        let speed = match speed.0[..] {
+            [speed] if speed > 0.0 => speed,
+            _ => {
+                let text = speed.0.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+                let reason = format!(
+                    "not a positive number; {SPEED}; if the plane moves against x, turn the profile round"
+                );
+                return Err(refused(text, "--speed <SPEED>", &reason));
+            }
+        };
+        match viscosity {
+            Viscosity::Uniform(viscosity) => Ok(Some([speed, *viscosity])),
+            Viscosity::Map(path) => {
+                let reason = "not a positive number; in Pa s, e.g. 0.039";
+                Err(refused(path.display().to_string(), "--viscosity <VISCOSITY>", reason))
+            }
+        }
+    }
+}
+
+/// A parser of positive numbers that answers anything else with the unit, and a number that is not
+/// positive with a way out.
+fn positive(
+    unit: &'static str,
+    way_out: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| match text.parse() {
+        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
+        Ok(_) => Err(format!("not a positive number; {unit}{way_out}")),
+        Err(_) => Err(format!("not a positive number; {unit}")),
+    }
+}

@@ -1,0 +1,98 @@
+//! The picture of a film: its pressure and its content, with the edge of the broken part.
+
+use std::collections::HashMap;
+
+use super::{Arguments, balance::Solved, profile::unit};
+use crate::chart::{self, Panel};
+
+/// Cells along a direction of the picture, at most: more are not seen.
+const CELLS: usize = 160;
+
+/// The picture as SVG.
+pub(super) fn drawn(solved: &Solved, arguments: &Arguments, caption: &str) -> String {
+    let film = &solved.film;
+    let counts = [film.nx, film.ny];
+    let pick = [0, 1].map(|axis| {
+        let shown = counts[axis].min(CELLS);
+        // The middles of the shown cells.
+        let at = move |k: usize| (2 * k + 1) * counts[axis] / (2 * shown);
+        (0..shown).map(at).collect::<Vec<usize>>()
+    });
+    let rows = |value: &dyn Fn(usize) -> f64| -> Vec<Vec<f64>> {
+        let row = |&j: &usize| pick[0].iter().map(|&i| value(j * film.nx + i)).collect();
+        pick[1].iter().map(row).collect()
+    };
+    let p: Vec<f64> = film.pressures(&solved.z).iter().map(|p| p / arguments.p_unit).collect();
+    let pressures = rows(&|k| p[k]);
+    let contents = rows(&|k| 1.0 - solved.r[k]);
+    let [lx, ly] = film.lengths.map(|length| length / arguments.x_unit);
+    let x = format!("x ({})", unit(arguments.x_unit, "m"));
+    let y = format!("y ({})", unit(arguments.x_unit, "m"));
+    let (axes, ranges) = ([x.as_str(), y.as_str()], [(0.0, lx), (0.0, ly)]);
+    let extreme = |pick: fn(f64, f64) -> f64, from| p.iter().copied().fold(from, pick);
+    let (low, high) = (extreme(f64::min, f64::INFINITY), extreme(f64::max, f64::NEG_INFINITY));
+    let high = if high > low { high } else { low + 1.0 };
+    let colours = format!("p ({})", unit(arguments.p_unit, "Pa"));
+    let least = contents.iter().flatten().copied().fold(1.0, f64::min);
+    let least = if least < 1.0 { least } else { 0.0 };
+    let mut panels = [
+        Panel::field("Pressure", axes, ranges, &pressures, (&colours, low, high)),
+        Panel::field("Film content", axes, ranges, &contents, ("θ", least, 1.0)),
+    ];
+    let broken = |i: usize, j: usize| contents[j][i] < 1.0;
+    let sizes = [pick[0].len(), pick[1].len()];
+    let place =
+        |[i, j]: [usize; 2]| (lx * i as f64 / sizes[0] as f64, ly * j as f64 / sizes[1] as f64);
+    for (count, line) in edges(sizes, broken).into_iter().enumerate() {
+        let through: Vec<(f64, f64)> = line.into_iter().map(place).collect();
+        let name = if count == 0 { "edge of the broken film" } else { "" };
+        panels = panels.map(|panel| panel.outline(name, "#D55E00", "", &through));
+    }
+    chart::svg(2, panels.into(), caption)
+}
+
+/// The lines between cells that are inside and cells that are not, through corners of cells.
+fn edges([nx, ny]: [usize; 2], inside: impl Fn(usize, usize) -> bool) -> Vec<Vec<[usize; 2]>> {
+    // Each piece leads from a corner to the next with the inside on its left.
+    let mut next: HashMap<[usize; 2], Vec<[usize; 2]>> = HashMap::new();
+    let mut starts = vec![];
+    let mut piece = |from: [usize; 2], to: [usize; 2]| {
+        next.entry(from).or_default().push(to);
+        starts.push(from);
+    };
+    for j in 0..ny {
+        for i in 0..nx {
+            if !inside(i, j) {
+                continue;
+            }
+            if i + 1 < nx && !inside(i + 1, j) {
+                piece([i + 1, j], [i + 1, j + 1]);
+            }
+            if i > 0 && !inside(i - 1, j) {
+                piece([i, j + 1], [i, j]);
+            }
+            if j + 1 < ny && !inside(i, j + 1) {
+                piece([i + 1, j + 1], [i, j + 1]);
+            }
+            if j > 0 && !inside(i, j - 1) {
+                piece([i, j], [i + 1, j]);
+            }
+        }
+    }
+    // Open lines first, from the sides of the film.
+    let mut lines = vec![];
+    let on_side = |[i, j]: &[usize; 2]| *i == 0 || *j == 0 || *i == nx || *j == ny;
+    starts.sort_by_key(|start| !on_side(start));
+    for start in starts {
+        let mut line = vec![start];
+        let mut at = start;
+        while let Some(to) = next.get_mut(&at).and_then(Vec::pop) {
+            line.push(to);
+            at = to;
+        }
+        if line.len() > 1 {
+            lines.push(line);
+        }
+    }
+    lines
+}

@@ -1,0 +1,368 @@
+//! `hlcp film` in two dimensions, against tables, closed forms and itself.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::Output,
+};
+
+use serde_json::Value;
+
+use crate::command::{hlcp, text};
+
+/// A folder for the files of one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film_plane").join(name);
+    fs::create_dir_all(&folder).expect("a folder under target");
+    folder
+}
+
+fn film(name: &str, arguments: &str) -> Output {
+    hlcp("film", arguments).current_dir(folder(name)).output().expect("the command starts")
+}
+
+fn json(name: &str, arguments: &str) -> Value {
+    let output = film(name, &format!("{arguments} --json"));
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
+    serde_json::from_slice(&output.stdout).expect("one JSON object")
+}
+
+fn number(object: &Value, key: &str) -> f64 {
+    object[key].as_f64().unwrap_or_else(|| panic!("no {key} in {object}"))
+}
+
+fn matrix(object: &Value, key: &str) -> Vec<Vec<f64>> {
+    let row = |row: &Value| row.as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
+    object[key].as_array().unwrap_or_else(|| panic!("no {key}")).iter().map(row).collect()
+}
+
+/// A journal of 100 mm in a bearing of this length, 0.1 mm wide, at 3000 turns a minute.
+fn journal(length: f64) -> String {
+    format!(
+        "--journal --diameter 0.1 --length {length} --clearance 1e-4 --rpm 3000 --viscosity 0.02"
+    )
+}
+
+/// (R/c)² μN L D/W of that journal.
+fn sommerfeld(length: f64, load: f64) -> f64 {
+    500.0 * 500.0 * 0.02 * 50.0 * length * 0.1 / load
+}
+
+#[test]
+fn a_bearing_has_raimondi_and_boyds_numbers() {
+    let table = [(0.1, 1.33, 79.5, 0.540), (0.6, 0.121, 50.58, 0.415), (0.9, 0.0188, 26.45, 0.247)];
+    for (ecc, s, attitude, share) in table {
+        let film = json("table", &format!("{} --ecc {ecc} --groove 0", journal(0.1)));
+        let load = number(&film, "load_n");
+        let found = sommerfeld(0.1, load);
+        assert!((found / s - 1.0).abs() <= 0.01, "{ecc}: S = {found}");
+        assert!((number(&film, "attitude_deg") - attitude).abs() <= 0.3, "{film}");
+        let mean = load / (0.1 * 0.1);
+        assert!((mean / number(&film, "peak_pressure_pa") / share - 1.0).abs() <= 0.01, "{film}");
+        assert_eq!(number(&film, "ecc"), ecc);
+    }
+}
+
+#[test]
+fn coefficients_are_lund_and_thomsens() {
+    // Two pads of 160°: supplies of 20° across the load, at the attitude of the table.
+    let [ecc, attitude] = [0.372, 57.45];
+    let turn = std::f64::consts::PI * 0.1;
+    let supply = |middle: f64| {
+        let from = (middle - 10.0_f64).rem_euclid(360.0) / 360.0 * turn;
+        format!(" --supply {from},0,{},0.05,0", turn / 18.0)
+    };
+    let supplies = supply(-90.0 - attitude) + &supply(90.0 - attitude);
+    let film = json(
+        "lund",
+        &format!("{} --ecc {ecc} --attitude {attitude}{supplies} --coefficients", journal(0.05)),
+    );
+    let load = number(&film, "load_n");
+    assert!((sommerfeld(0.05, load) / 0.917 - 1.0).abs() <= 0.06, "{load}");
+    assert!((number(&film, "attitude_deg") - attitude).abs() <= 0.5, "{film}");
+    let tables = [
+        ("stiffness", 1e-4 / load, [[2.12, 4.01], [-1.30, 1.85]]),
+        ("damping", 1e-4 * 100.0 * std::f64::consts::PI / load, [[7.70, 2.06], [2.06, 3.23]]),
+    ];
+    for (name, unit, table) in tables {
+        for key in [format!("{name}_clamp"), name.to_owned()] {
+            let unit_of = if name == "stiffness" { "n_m" } else { "n_s_m" };
+            let found = matrix(&film, &format!("{key}_{unit_of}"));
+            for (found, table) in found.iter().flatten().zip(table.iter().flatten()) {
+                let off = (found * unit - table).abs();
+                assert!(off <= 0.06 * table.abs() + 0.06, "{key}: {} {table}", found * unit);
+            }
+        }
+    }
+}
+
+/// A pad with pockets in which the film breaks.
+fn pocketed(heights: [f64; 2], tilt: f64) -> String {
+    let [west, east] = heights;
+    format!(
+        "--pad plane,{west},{east} --tilt 0,{tilt} --lx 0.03 --ly 0.02 --nx 36 --ny 24 --speed 4 \
+         --viscosity 0.03 --ambient 1e5 --cavitation 6e4 --pocket 0.004,0.003,0.005,0.01,2e-5 \
+         --pocket 0.02,0.008,0.004,0.009,3e-5,ellipse"
+    )
+}
+
+#[test]
+fn stiffness_is_the_difference_of_loads() {
+    let here = json("stiffness", &format!("{} --coefficients", pocketed([2e-5, 1.8e-5], 1e-5)));
+    assert!((0.01..0.5).contains(&number(&here, "broken_share")), "{here}");
+    let stiffness = matrix(&here, "stiffness_n_m");
+    // A rise, and a slope along y.
+    let forces = |heights, tilt| {
+        let film = json("stiffness", &pocketed(heights, tilt));
+        let [load, mx, my] = [&film["load_n"], &film["moments_n_m"][0], &film["moments_n_m"][1]];
+        [load, mx, my].map(|v| v.as_f64().unwrap())
+    };
+    let (by, slope) = (1e-11, 1e-9);
+    let rise = [-by, by].map(|by| forces([2e-5 + by, 1.8e-5 + by], 1e-5));
+    let turn = [-slope, slope].map(|slope| forces([2e-5, 1.8e-5], 1e-5 + slope));
+    for (column, [less, more], step) in [(0, rise, by), (2, turn, slope)] {
+        for row in 0..3 {
+            let difference = -(more[row] - less[row]) / (2.0 * step);
+            let size = (stiffness[row][row] * stiffness[column][column]).abs().sqrt();
+            let off = (stiffness[row][column] - difference).abs();
+            assert!(off <= 1e-7 * size, "{row} {column}: {} {difference}", stiffness[row][column]);
+        }
+    }
+}
+
+#[test]
+fn the_position_for_a_load_carries_it() {
+    let bearing = format!("{} --nx 120 --ny 20", journal(0.1));
+    let loaded = json("load", &format!("{bearing} --groove 0 --load 12000"));
+    assert!((number(&loaded, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{loaded}");
+    let ecc = number(&loaded, "ecc");
+    let again = json("load", &format!("{bearing} --groove 0 --ecc {ecc}"));
+    assert!((number(&again, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{again}");
+
+    // A load in a direction of its own, with grooves that stay: at 90° from the widest gap of
+    // attitude 0, on both sides of the load.
+    let fixed =
+        json("load", &format!("{bearing} --groove 90 --groove 270 --attitude 0 --load 12000"));
+    assert!((number(&fixed, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{fixed}");
+    let middle = std::f64::consts::PI * 0.1 / 2.0;
+    assert!((number(&fixed, "load_x_m") - middle).abs() <= 1e-8, "{fixed}");
+    assert!((30.0..70.0).contains(&number(&fixed, "attitude_deg")), "{fixed}");
+
+    let pad =
+        "--pad plane,4e-5,2e-5 --lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04";
+    let pivoted = json("load", &format!("{pad} --load 900,0.029,0.016"));
+    for (key, wanted) in [("load_n", 900.0), ("load_x_m", 0.029), ("load_y_m", 0.016)] {
+        assert!((number(&pivoted, key) / wanted - 1.0).abs() <= 1e-8, "{pivoted}");
+    }
+}
+
+#[test]
+fn a_squeezed_film_keeps_its_oil() {
+    let gap = |time: f64| 1.5e-5 + 5e-6 * (400.0 * time).cos();
+    let rows: Vec<String> = (0..60)
+        .map(|k| format!("{},{}", 4e-4 * f64::from(k), gap(4e-4 * f64::from(k)) - 2e-5))
+        .collect();
+    fs::write(folder("motion").join("motion.csv"), rows.join("\n")).unwrap();
+    let film = json(
+        "motion",
+        "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 --ambient 1e5 \
+         --motion motion.csv",
+    );
+    assert!((number(&film, "least_gap_m") - gap(4e-4 * 59.0)).abs() <= 1e-18, "{film}");
+    let csv = fs::read_to_string(folder("motion").join("target/film-motion.csv")).unwrap();
+    let rows: Vec<Vec<f64>> =
+        csv.lines().skip(1).map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 59);
+    assert!(rows.iter().any(|row| row[15] > 0.2), "it breaks as it opens");
+    // The oil is that of before and what came in, to rounding.
+    for pair in rows.windows(2) {
+        let out: f64 = pair[1][7..11].iter().sum::<f64>() * 4e-4;
+        assert!((pair[1][12] - pair[0][12] + out).abs() <= 1e-13 * pair[0][12], "{pair:?}");
+    }
+    assert!(number(&film, "mass_imbalance_m3_s").abs() <= 1e-13 * rows[0][12] / 0.0236, "{film}");
+}
+
+#[test]
+fn a_free_journal_stays_where_its_load_is_carried() {
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0", journal(0.1));
+    let loaded = json("free", &format!("{bearing} --load 12000"));
+    let [ecc, attitude] = [number(&loaded, "ecc"), number(&loaded, "attitude_deg")];
+    let free = |name: &str, load: f64| {
+        let rows: Vec<String> =
+            (0..6).map(|k| format!("{},{load},0", 1e-3 * f64::from(k))).collect();
+        fs::write(folder("free").join(name), rows.join("\n")).unwrap();
+        let place = format!("--ecc {ecc} --attitude {attitude} --mass 5 --motion {name}");
+        json("free", &format!("{bearing} {place}"))
+    };
+    let film = free("same.csv", 12000.0);
+    // The position carries 12 kN to 1e-9, and a step ends at 1e-8.
+    assert!((number(&film, "ecc") - ecc).abs() <= 1e-6, "{film}");
+    assert!((number(&film, "attitude_deg") - attitude).abs() <= 1e-4, "{film}");
+    // Under less it rises, and the film carries what is left within the inertia of 5 kg.
+    let film = free("less.csv", 8000.0);
+    assert!(number(&film, "ecc") < ecc - 1e-3, "{film}");
+    assert!((number(&film, "load_n") - 8000.0).abs() <= 50.0, "{film}");
+}
+
+#[test]
+fn what_is_written_is_what_is_printed() {
+    let gap: Vec<Vec<f64>> =
+        (0..7).map(|j| (0..9).map(|i| 20.0 + f64::from((3 * i + 5 * j) % 7)).collect()).collect();
+    let lines: Vec<String> = gap
+        .iter()
+        .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
+        .collect();
+    fs::write(folder("written").join("gap.csv"), lines.join("\n")).unwrap();
+    let units = "--x-unit 1e-3 --h-unit 1e-6 --p-unit 1e5";
+    let arguments = format!(
+        "--lx 20 --ly 10 {units} --speed 3 --viscosity 0.05 --ambient 1 --side south=closed --side north=2.5"
+    );
+    let film = json("written", &format!("--map gap.csv {arguments}"));
+    let keys = "outcome load_n load_x_m load_y_m friction_moving_n friction_fixed_n power_w flow_m3_s \
+                mass_imbalance_m3_s peak_pressure_pa least_gap_m broken_share ecc attitude_deg \
+                stiffness_n_m damping_n_s_m seconds unknowns";
+    for key in keys.split_whitespace() {
+        assert!(film.get(key).is_some(), "{key}");
+    }
+    assert_eq!((&film["outcome"], &film["unknowns"]), (&"converged".into(), &63.into()));
+    for key in ["ecc", "attitude_deg", "stiffness_n_m", "damping_n_s_m"] {
+        assert!(film[key].is_null(), "{key}");
+    }
+    assert!((number(&film, "least_gap_m") - 2e-5).abs() <= 1e-20);
+    let target = folder("written").join("target");
+    let read = |name: &str| fs::read(target.join(name)).unwrap();
+    let pressures: Vec<f64> = text(&read("film-pressure.csv"))
+        .lines()
+        .flat_map(|line| line.split(',').map(|v| v.parse().unwrap()).collect::<Vec<f64>>())
+        .collect();
+    let load: f64 = pressures.iter().map(|p| (p - 1e5) * 2e-4 / 63.0).sum();
+    assert!((number(&film, "load_n") / load - 1.0).abs() <= 1e-12);
+    let npy = read("film-pressure.npy");
+    assert_eq!((npy.len() - 63 * 8) % 64, 0);
+    let stored =
+        npy[npy.len() - 63 * 8..].chunks(8).map(|v| f64::from_le_bytes(v.try_into().unwrap()));
+    assert!(stored.eq(pressures.iter().copied()));
+    let svg = text(&read("film.svg"));
+    assert!(svg.contains("Film content") && !svg.contains("NaN"));
+
+    // Its own NPY is a map: film content as a gap, a solution of another film.
+    let again =
+        film_of("written", &format!("--map target/film-pressure.npy --out again {arguments}"));
+    assert!(again.contains("9 × 7 cells, 63 unknowns"), "{again}");
+}
+
+fn film_of(name: &str, arguments: &str) -> String {
+    let output = film(name, arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+#[test]
+fn a_ring_that_nothing_feeds_runs_dry() {
+    let dry = film_of("dry", &format!("{} --ecc 0.5", journal(0.1)));
+    assert_eq!(dry.lines().count(), 1);
+    assert!(dry.starts_with("nothing feeds this film, so it runs dry"), "{dry}");
+    let fed = film_of("dry", &format!("{} --ecc 0.5 --ambient 1e5 --nx 60 --ny 10", journal(0.1)));
+    assert!(fed.lines().count() > 8 && fed.lines().count() < 25, "{fed}");
+}
+
+#[test]
+fn wrong_films_are_refused_in_one_line() {
+    let here = folder("refused");
+    let write = |name: &str, bytes: &[u8]| fs::write(here.join(name), bytes).unwrap();
+    write("gap.csv", b"2e-5,2e-5,2e-5\n2e-5,3e-5,2e-5\n");
+    write("negative.csv", b"# gap\n2e-5,2e-5\n2e-5,-3e-5\n");
+    write("word.csv", b"2e-5,wide\n");
+    write("ragged.csv", b"1,2\n3\n");
+    write("small.csv", b"1\n");
+    write("times.csv", b"0,0\n1,1e-6\n1,2e-6\n");
+    write("meets.csv", b"0,0\n1,-1\n");
+    let npy = |shape: &str| {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.extend([0; 48]);
+        bytes
+    };
+    write("lie.npy", &npy("(3, 3)"));
+    write("huge.npy", &npy("(4611686018427387904, 2)"));
+    write("zero.npy", &npy("(2, 3)"));
+    write("cut.npy", b"\x93NUMPY\x01");
+    let size = "--lx 0.01 --ly 0.01 --speed 2 --viscosity 0.03 --out new/film";
+    let cases = [
+        ("--map negative.csv", "negative.csv: row 2, column 2: the gap is -3e-5 m"),
+        ("--map zero.npy", "zero.npy: row 1, column 1: the gap is 0e0 m"),
+        ("--map word.csv", "word.csv, line 1: column 2: 'wide' is not a finite number"),
+        ("--map ragged.csv", "ragged.csv, line 2: 1 columns where 2 are wanted"),
+        ("--map lie.npy", "the shape is (3, 3) of 8 bytes each, but the data have 48 bytes"),
+        ("--map huge.npy", "but the data have 48 bytes"),
+        ("--map cut.npy", "cut.npy: the NPY header is cut short"),
+        ("--map none.csv", "none.csv"),
+        (
+            "--map gap.csv --roughness small.csv",
+            "small.csv has 1 rows and 1 columns, but the film has 2 and 3",
+        ),
+        ("--map gap.csv --side west=0 --side west=1", "--side west is given twice"),
+        ("--map gap.csv --side west=periodic", "must both be periodic, or neither"),
+        ("--map gap.csv --side up=0", "a side is west, east, south or north"),
+        ("--map gap.csv --side west=starved,2", "the film content '2' is not between 0 and 1"),
+        ("--map gap.csv --side west=-1", "a pressure is -1"),
+        (
+            "--map gap.csv --pocket 0.009,0,0.002,0.001,1e-6",
+            "--pocket from x = 0.009 to 0.011 is outside",
+        ),
+        (
+            "--map gap.csv --pocket 0,-1,0.002,0.001,1e-6",
+            "--pocket from y = -1 to -0.999 is outside",
+        ),
+        ("--map gap.csv --pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
+        ("--map gap.csv --dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
+        (
+            "--map gap.csv --supply 0.009,0,0.002,0.001,1e5",
+            "--supply from x = 0.009 to 0.011 is outside",
+        ),
+        ("--map gap.csv --supply 0,0,0.001,0.001,1e5", "the number of cells of a supply is 0"),
+        (
+            "--map gap.csv --load 1e9",
+            "no position that carries 1000000000 N was found; the largest load found is ",
+        ),
+        ("--map gap.csv --load -1", "--load must be positive"),
+        (
+            "--map gap.csv --motion times.csv",
+            "times.csv: row 3: the time 1 does not exceed the one before",
+        ),
+        ("--map gap.csv --motion meets.csv", "meets.csv: row 2: the walls meet"),
+        ("--map gap.csv --motion gap.csv --load 1", "cannot be used with"),
+        ("--map gap.csv --motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
+        (
+            "--map gap.csv --motion gap.csv --mass 1",
+            "but a motion has two rows or more, each with the time and the load",
+        ),
+        ("--map gap.csv --ambient -1", "--ambient is below --cavitation"),
+        ("--map gap.csv --method FOO", "there is no method 'FOO'"),
+        ("--map gap.csv --nx 4", "cannot be used with"),
+        ("--map gap.csv --tilt 1", "--tilt has 1 numbers, but it takes A,B"),
+        ("--pad cone,1", "a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X]"),
+        ("--journal", "required"),
+        ("--map gap.csv --bogus", "unexpected argument '--bogus'"),
+    ];
+    for (arguments, what) in cases {
+        let output = film("refused", &format!("{arguments} {size}"));
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
+        assert_eq!((err.lines().count(), output.stdout.len()), (1, 0), "{arguments}: {err}");
+        assert!(err.contains(what), "{arguments}: {err}");
+        let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
+        assert_eq!(left, 0, "{arguments}: something was written");
+    }
+    let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";
+    let err = text(&film("refused", still).stderr);
+    assert!(
+        err.contains("nothing drives the film") && err.contains("all pressures are 200000"),
+        "{err}"
+    );
+    let over = film("refused", &format!("--map gap.csv {} --out gap", &size[..size.len() - 15]));
+    assert!(over.status.success(), "gap-pressure.csv is another file");
+}

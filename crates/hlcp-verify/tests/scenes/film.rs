@@ -1,0 +1,368 @@
+//! Films over a rectangle, against closed forms, balances and differences.
+
+use std::f64::consts::TAU;
+
+use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows};
+use hlcp_methods::{AmgNewton, Limits, Mms, Options, Solver};
+use hlcp_verify::{Film, FilmFigures, Side, Supply, TimeStep};
+
+/// `z` and `r`, to what rounding allows.
+fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
+    let (a, b, q) = film.pose().expect("a sound film");
+    let omega = Omega::diagonal_ratio(1.0, &a, &b).expect("positive diagonals");
+    let base = Mms::new(Hlcp::new(&a, &b, omega).expect("a pair"), Aor::gauss_seidel());
+    let method = AmgNewton::new(base.expect("a splitting")).expect("positive diagonals");
+    let mut solver = Solver::new(method);
+    let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-13) };
+    let options = start.map_or(Options::default(), |[z, r]| Options::from_solution(z, r));
+    let outcome = solver.solve(&q, options.limits(limits)).expect("a sound film");
+    assert!(outcome.converged(), "{outcome}");
+    [solver.z().to_vec(), solver.r().to_vec()]
+}
+
+fn figures(film: &Film, ambient: f64) -> FilmFigures {
+    let [z, r] = solved(film, None);
+    film.figures(&z, &r, ambient)
+}
+
+/// Numbers between 0 and 1 that have no pattern.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Fowell's pocket slider on `nx × ny` cells, a strip of 3 mm along y.
+fn pocket([nx, ny]: [usize; 2]) -> Film {
+    let (end, side, length) = (Side::Pressure(1e5), Side::Closed, 0.01);
+    let gap = |k: usize| {
+        let x = ((k % nx) as f64 + 0.5) * length / nx as f64;
+        1.05e-6 - 5e-6 * x + if (2e-3..5e-3).contains(&x) { 1e-6 } else { 0.0 }
+    };
+    Film {
+        gap: (0..nx * ny).map(gap).collect(),
+        sides: [end, end, side, side],
+        ..Film::new([nx, ny], [length, 3e-3], 1.0, 0.01)
+    }
+}
+
+#[test]
+fn the_pocket_slider_approaches_its_closed_form() {
+    let (flow, peak, forms) = (5.229635023923445e-7 * 3e-3, 9_808_818.754, 3.61126265581e-3);
+    let mut before: Option<[f64; 2]> = None;
+    for nx in [100, 200, 400, 800, 1600] {
+        let (film, cell) = (pocket([nx, 1]), 0.01 / nx as f64);
+        let [z, r] = solved(&film, None);
+        let found = film.figures(&z, &r, 0.0);
+        let broken = |k: &usize| r[*k] > 0.0;
+        let (first, last) = ((0..nx).find(broken).unwrap(), (0..nx).rfind(broken).unwrap());
+        // It breaks on the last face before the pocket or half a cell earlier, and re-forms within
+        // the cell after the last broken one.
+        assert!(nx / 5 - first <= 1, "{nx}: {first}");
+        let edge = (last as f64 + 1.0) * cell;
+        assert!((edge - forms).abs() <= 1.2 * cell, "{nx}: {edge}");
+        let errors = [found.sides[1] / flow - 1.0, found.peak / peak - 1.0];
+        // The front within a cell, and the rupture on a face that is seen from half cells: first
+        // order, each error half of the one on cells of twice the size.
+        if let Some(before) = before {
+            for (error, before) in errors.iter().zip(before) {
+                assert!((1.9..2.1).contains(&(before / error)), "{nx}: {errors:?} {before}");
+            }
+        }
+        before = Some(errors);
+        assert!((found.sides[0] + found.sides[1]).abs() <= 1e-10 * found.sides[1]);
+    }
+    // 1.4e-4 and 4.4e-3 at 100 cells
+    let [flow, peak] = before.unwrap();
+    assert!(flow < 1e-5 && peak < 3e-4, "{flow} {peak}");
+}
+
+#[test]
+fn a_strip_has_the_film_of_a_line() {
+    let [line, strip] = [[200, 1], [200, 4]].map(|grid| {
+        let film = pocket(grid);
+        let [z, r] = solved(&film, None);
+        let found = film.figures(&z, &r, 1e5);
+        (film.pressures(&z), r, found)
+    });
+    for k in 0..800 {
+        // Both are solved to 1e-13 of q, which conduction along 200 cells multiplies by 200².
+        assert!((strip.0[k] / line.0[k % 200] - 1.0).abs() <= 1e-8 || line.0[k % 200] == 0.0);
+        assert!((strip.1[k] - line.1[k % 200]).abs() <= 1e-8);
+    }
+    assert!((strip.2.load / line.2.load - 1.0).abs() <= 1e-8);
+    assert!((strip.2.power / line.2.power - 1.0).abs() <= 1e-8);
+}
+
+#[test]
+fn a_full_wedge_is_of_second_order() {
+    // Cameron's plane wedge, h = h₀(1 + K(1 − s)), along a narrow strip.
+    let (length, width, thin, k, speed, viscosity) = (0.05, 0.01, 2e-5, 1.3, 3.7, 0.041);
+    let unit = 6.0 * viscosity * speed * length / (thin * thin);
+    let load = unit * length * width * (f64::ln_1p(k) - 2.0 * k / (2.0 + k)) / (k * k);
+    let drag =
+        viscosity * speed * length * width / thin * (4.0 * f64::ln_1p(k) / k - 6.0 / (2.0 + k));
+    let mut before: Option<[f64; 2]> = None;
+    for nx in [20, 40, 80, 160] {
+        let end = Side::Pressure(0.0);
+        let film = Film {
+            gap: (0..nx).map(|i| thin * (1.0 + k * (1.0 - (i as f64 + 0.5) / nx as f64))).collect(),
+            sides: [end, end, Side::Closed, Side::Closed],
+            ..Film::new([nx, 1], [length, width], speed, viscosity)
+        };
+        let found = figures(&film, 0.0);
+        let errors = [found.load / load - 1.0, found.friction[0] / drag - 1.0];
+        if let Some(before) = before {
+            for (error, before) in errors.iter().zip(before) {
+                assert!((3.8..4.2).contains(&(before / error)), "{nx}: {errors:?} {before}");
+            }
+        }
+        before = Some(errors);
+    }
+}
+
+#[test]
+fn a_squeezed_film_breaks_turns_and_closes_when_it_should() {
+    // Optasanu and Bonneau: ∂x(h³ ∂x p) = 2 ∂t(θh), which is a viscosity of 1/6.
+    let (cells, duration, ambient) = (450, 6.6e-4, 0.025);
+    let gap = |time: f64| 0.125 * (2.0 * TAU * time).cos() + 0.375;
+    let ends = Side::Pressure(ambient);
+    let mut film = Film {
+        sides: [ends, ends, Side::Closed, Side::Closed],
+        ..Film::new([cells, 1], [1.0, 1.0], 0.0, 1.0 / 6.0)
+    };
+    let mut oil = vec![gap(0.0); cells];
+    let (mut state, mut entered) = (None::<[Vec<f64>; 2]>, 0.0);
+    let (mut broke, mut closed, mut turned, mut least) = (0.0, 0.0, 0.0, cells);
+    for step in 1..=1130 {
+        let time = f64::from(step) * duration;
+        let unit = film.pressure_unit();
+        film.gap = vec![gap(time); cells];
+        film.step = Some(TimeStep { duration, oil: oil.clone() });
+        assert_eq!(unit, film.pressure_unit());
+        let [z, r] = solved(&film, state.as_ref());
+        let out = film.outflow(&z, &r);
+        // A cell is 1/450 of the area.
+        oil.iter_mut().zip(&out).for_each(|(oil, out)| *oil -= duration * out * cells as f64);
+        entered -= duration * film.figures(&z, &r, ambient).sides.iter().sum::<f64>();
+        let full = (0..cells).filter(|&k| r[k] <= 0.0).count();
+        if full < cells && broke == 0.0 {
+            broke = time;
+        }
+        if full < least {
+            (least, turned) = (full, time);
+        }
+        if broke > 0.0 && closed == 0.0 && full == cells {
+            closed = time;
+        }
+        state = Some([z, r]);
+    }
+    // An implicit step sees what happens by its end, and a front that creeps as it turns is on a
+    // cell for s″Δt²/2 ~ Δx, that is some tens of steps.
+    assert!((0.0..=2.0 * duration).contains(&(broke - 0.2500791572)), "{broke}");
+    assert!((closed - 0.732386).abs() <= 2.0 * duration, "{closed}");
+    assert!((turned - 0.3148258613).abs() <= 40.0 * duration, "{turned}");
+    let front = least as f64 / (2 * cells) as f64;
+    assert!((front - 0.0230077051).abs() <= 1.0 / cells as f64, "{front}");
+    let held = oil.iter().sum::<f64>() / cells as f64;
+    assert!((held - gap(0.0) - entered).abs() <= 1e-13, "{held} {entered}");
+}
+
+/// A film with everything: rough, uneven in viscosity, tilted, a pocket and a groove.
+fn generic(periodic: bool, seed: u64) -> Film {
+    let mut next = noise(seed);
+    let [nx, ny] = [23, 11];
+    let mut film = Film {
+        gap: (0..nx * ny).map(|k| 2e-5 + 4e-7 * (k % nx) as f64 + 1e-5 * next()).collect(),
+        viscosity: (0..nx * ny).map(|_| 0.02 + 0.02 * next()).collect(),
+        speeds: [3.0, -0.5],
+        sides: [Side::Pressure(2e5), Side::Starved(0.6), Side::Closed, Side::Pressure(1e5)],
+        supplies: vec![
+            Supply { corner: [0.011, 0.004], size: [0.004, 0.003], pressure: 4e5 },
+            Supply { corner: [0.03, 0.0], size: [0.0, 0.01], pressure: 1.5e5 },
+        ],
+        cavitation: 2e4,
+        ..Film::new([nx, ny], [0.05, 0.02], 0.0, 1.0)
+    };
+    if periodic {
+        film.sides[..2].fill(Side::Periodic);
+    }
+    film
+}
+
+#[test]
+fn what_is_fed_leaves() {
+    for (seed, periodic) in [(1, false), (2, true), (3, false), (4, true)] {
+        let film = generic(periodic, seed);
+        let [z, r] = solved(&film, None);
+        let found = film.figures(&z, &r, 0.0);
+        let through = found.supplies.iter().map(|flow| flow.abs()).sum::<f64>();
+        assert!(found.imbalance.abs() <= 1e-10 * through, "{found:?}");
+        assert!((0.01..0.9).contains(&found.broken_share), "{found:?}");
+        // Free cells balance one by one.
+        let out = film.outflow(&z, &r);
+        assert!(film.free_cells().iter().all(|&k| out[k].abs() <= 1e-10 * through));
+        assert!(film.is_fed());
+    }
+}
+
+#[test]
+fn turned_round_the_film_is_the_same() {
+    let film = generic(false, 5);
+    let (nx, n) = (film.nx, film.gap.len());
+    let turn =
+        |v: &[f64]| -> Vec<f64> { (0..n).map(|k| v[k / nx * nx + nx - 1 - k % nx]).collect() };
+    let back = Film {
+        gap: turn(&film.gap),
+        viscosity: turn(&film.viscosity),
+        speeds: film.speeds.map(|speed| -speed),
+        sides: [film.sides[1], film.sides[0], film.sides[2], film.sides[3]],
+        supplies: film
+            .supplies
+            .iter()
+            .map(|s| Supply { corner: [0.05 - s.corner[0] - s.size[0], s.corner[1]], ..*s })
+            .collect(),
+        ..film.clone()
+    };
+    let ([z, r], [back_z, back_r]) = (solved(&film, None), solved(&back, None));
+    let (one, other) = (film.figures(&z, &r, 1e5), back.figures(&back_z, &back_r, 1e5));
+    let (p, back_p) = (film.pressures(&z), turn(&back.pressures(&back_z)));
+    for (p, back) in p.iter().zip(back_p) {
+        assert!((p - back).abs() <= 1e-8 * one.peak, "{p} {back}");
+    }
+    assert!((one.load / other.load - 1.0).abs() <= 1e-8);
+    assert!((one.power / other.power - 1.0).abs() <= 1e-8);
+    assert!((one.moments[0] + other.moments[0]).abs() <= 1e-8 * one.moments[0].abs());
+    assert!((one.sides[0] - other.sides[1]).abs() <= 1e-8 * one.sides[0].abs());
+}
+
+#[test]
+fn derivatives_are_those_of_the_balances() {
+    let film =
+        Film { step: Some(TimeStep { duration: 1e-3, oil: vec![1e-5; 253] }), ..generic(true, 6) };
+    let mut next = noise(7);
+    let z: Vec<f64> = (0..253).map(|_| (next() - 0.4).max(0.0)).collect();
+    let r: Vec<f64> = z.iter().map(|&z| if z > 0.0 { 0.0 } else { next() }).collect();
+    let mode: Vec<f64> = (0..253).map(|_| next() - 0.5).collect();
+    // What leaves and what is stored, in SI units, at fixed pressures.
+    let balance = |by: f64| -> Vec<f64> {
+        let gap = film.gap.iter().zip(&mode).map(|(h, mode)| h + by * mode).collect();
+        let moved = Film { gap, ..film.clone() };
+        let unit = film.pressure_unit() / moved.pressure_unit();
+        let z: Vec<f64> = z.iter().map(|z| z * unit).collect();
+        let mut out = moved.outflow(&z, &r);
+        for k in moved.free_cells() {
+            out[k] += moved.cell() / 1e-3 * (1.0 - r[k]) * moved.gap[k];
+        }
+        out
+    };
+    let thin = film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let unit = film.pressure_unit() * thin.powi(3) / (12.0 * film.viscosity[0]);
+    let exact = film.widening(&z, &r, &mode);
+    // Third derivatives are some 10 of the first over h²: 10 (1e-10/1e-5)²; rounding is 1e-16/1e-5.
+    let by = 1e-10;
+    let (less, more) = (balance(-by), balance(by));
+    let size = exact.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
+    for k in 0..253 {
+        let difference = (more[k] - less[k]) / (2.0 * by * unit);
+        assert!((exact[k] - difference).abs() <= 1e-8 * size, "{k}: {} {difference}", exact[k]);
+    }
+    // A speed of the gap pushes what a step stores by its duration.
+    let squeeze = film.squeeze(&r, &mode);
+    let still = Film { step: None, ..film.clone() }.widening(&z, &r, &mode);
+    for k in 0..253 {
+        assert!((exact[k] - still[k] - squeeze[k] / 1e-3).abs() <= 1e-12 * size);
+    }
+}
+
+#[test]
+fn operators_of_any_size_know_their_rows() {
+    for (nx, ny) in [(1, 1), (1, 4), (2, 1), (2, 2), (3, 2), (2, 5)] {
+        for periodic in [[false, false], [true, false], [false, true], [true, true]] {
+            let mut film = Film {
+                gap: (0..nx * ny).map(|k| 1e-5 + 1e-6 * k as f64).collect(),
+                ..Film::new([nx, ny], [0.02, 0.01], 2.0, 0.03)
+            };
+            for (sides, _) in film.sides.chunks_mut(2).zip(periodic).filter(|(_, is)| *is) {
+                sides.fill(Side::Periodic);
+            }
+            let (a, b, q) = film.pose().unwrap();
+            let n = nx * ny;
+            let x: Vec<f64> = (0..n).map(|k| 1.0 + 0.37 * k as f64).collect();
+            let (mut sums, mut product) = (vec![0.0; n], vec![0.0; n]);
+            for operator in [&a, &b] {
+                operator.apply(&x, &mut product);
+                for (k, product) in product.iter().enumerate() {
+                    let (mut sum, mut last) = (0.0, None);
+                    operator.visit_row(k, &mut |j, entry| {
+                        assert!(j < n && last.is_none_or(|last| last < j), "{nx} {ny} {k}: {j}");
+                        last = Some(j);
+                        sum += entry * x[j];
+                    });
+                    assert!((sum - product).abs() <= 1e-12 * product.abs().max(1.0));
+                }
+            }
+            // Nothing is lost between cells: columns sum to what leaves through sides.
+            for j in 0..n {
+                let mut unit = vec![0.0; n];
+                unit[j] = 1.0;
+                b.apply(&unit, &mut product);
+                sums[j] = product.iter().sum::<f64>();
+            }
+            let carried: f64 = if periodic[0] { 0.0 } else { q.iter().sum::<f64>() };
+            let leaves: f64 = sums.iter().sum();
+            // A ring of one cell carries nothing, and its entry is one.
+            let rings = if periodic[0] && nx == 1 { ny as f64 } else { 0.0 };
+            assert!(leaves >= carried - 1e-12 && leaves >= rings - 1e-12, "{nx} {ny}: {leaves}");
+        }
+    }
+}
+
+#[test]
+fn unsound_films_are_refused_with_their_numbers() {
+    let film = || Film::new([4, 3], [0.02, 0.01], 2.0, 0.03);
+    let supply = |x: f64, lx: f64| Supply { corner: [x, 0.0], size: [lx, 0.01], pressure: 0.0 };
+    let cases = [
+        (
+            Film { gap: vec![1e-5; 11], ..film() },
+            "the gap has order 11, but the problem has order 12",
+        ),
+        (Film { viscosity: vec![0.03; 3], ..film() }, "the viscosity has order 3"),
+        (Film { viscosity: vec![-0.03], ..film() }, "viscosity[0] is -0.03"),
+        (Film { lengths: [0.0, 1.0], ..film() }, "an extent of the film is 0"),
+        (Film { speeds: [f64::NAN, 1.0], ..film() }, "a speed is NaN"),
+        (Film { cavitation: 1.0, ..film() }, "a pressure is 0"),
+        (Film { sides: [Side::Starved(1.5); 4], ..film() }, "the film content of a side is 1.5"),
+        (
+            Film { sides: [Side::Periodic, Side::Closed, Side::Closed, Side::Closed], ..film() },
+            "the number of periodic sides of a direction is 1",
+        ),
+        (
+            Film { supplies: vec![supply(0.019, 0.01)], ..film() },
+            "the place of a supply, in m, is 0.019",
+        ),
+        (
+            Film { supplies: vec![supply(0.0, 0.0)], ..film() },
+            "the number of cells of a supply is 0",
+        ),
+        (
+            Film { supplies: vec![supply(0.0, 0.002)], ..film() },
+            "the number of cells of a supply is 0",
+        ),
+        (
+            Film { step: Some(TimeStep { duration: 0.0, oil: vec![] }), ..film() },
+            "the duration of a time step is 0",
+        ),
+        (Film::new([0, 3], [1.0, 1.0], 1.0, 1.0), "the grid has 0 x 3 points"),
+    ];
+    for (film, what) in cases {
+        let error = film.pose().unwrap_err().to_string();
+        assert!(error.starts_with(what), "{error}; expected {what}");
+    }
+    let mut bad = film();
+    bad.gap[5] = -1e-6;
+    assert!(bad.pose().unwrap_err().to_string().starts_with("gap[5] is -0.000001"));
+}

@@ -1,0 +1,235 @@
+//! The claims of the certificate near an answer, against exact rational arithmetic.
+
+use hlcp_verify::{Bound, Branch, Certificate, Refusal, certify};
+use nalgebra::DMatrix;
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
+
+use crate::{cases_asked, certificate::solutions_on, common::Matrix, exact};
+
+#[derive(Debug, Clone)]
+struct Case {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    q: Vec<f64>,
+    z: Vec<f64>,
+    r: Vec<f64>,
+    /// The coefficients of a functional.
+    c: [Vec<f64>; 2],
+}
+
+const FAMILIES: [&str; 6] =
+    ["generic", "integers", "nearly settled", "singular", "hostile scales", "order 6 to 9"];
+
+/// Pairs of one family with a guess near a planted solution, or anywhere.
+fn cases(family: usize) -> impl Strategy<Value = Case> {
+    let order = if family == 5 { 6..10_usize } else { 1..5 };
+    (order, 0.1..1.6_f64, -15.0..1.0_f64).prop_flat_map(move |(n, weight, distance)| {
+        let matrices = (vec(-1.0..1.0_f64, 2 * n * n), vec(0.1..4.0_f64, 2 * n));
+        let point = (vec(0.1..9.0_f64, n), vec(any::<bool>(), n), vec(-1.0..1.0_f64, 2 * n));
+        let more = (vec(-1.0..1.0_f64, 2 * n), vec(-1.0..1.0_f64, 3 * n));
+        (matrices, point, more).prop_map(move |((off, diagonal), (y, in_z, noise), (c, free))| {
+            let mut pair = [0, 1].map(|s| {
+                DMatrix::from_fn(n, n, |i, j| {
+                    let (d, off) = (diagonal[s * n + i], off[s * n * n + i * n + j]);
+                    match family {
+                        1 if i == j => (4.0 * d / 4.0).ceil(),
+                        1 => (5.0 * off).round() / if weight < 0.8 { 2.0 } else { 1.0 },
+                        3 if i == j => 0.0,
+                        3 => -(3.0 * off).abs().round(),
+                        _ if i == j => d,
+                        _ => weight * d * off / (n - 1) as f64,
+                    }
+                })
+            });
+            if family == 3 {
+                // Row sums of 0, but for a few: singular or nearly so, and M-matrices.
+                for (s, matrix) in pair.iter_mut().enumerate() {
+                    for i in 0..n {
+                        let sum: f64 = matrix.row(i).sum();
+                        let push =
+                            if free[s * n + i] > 0.6 { 2_f64.powf(-40.0 * weight) } else { 0.0 };
+                        matrix[(i, i)] = -sum + if n == 1 || sum == 0.0 { 1.0 } else { push };
+                    }
+                }
+            }
+            let mut y = y;
+            if family == 2 {
+                // From far above what the guess is off to far below, and 0.
+                for (y, free) in y.iter_mut().zip(&free) {
+                    *y *= if *free > 0.5 { 0.0 } else { 10_f64.powf(9.0 * (free - 0.5)) };
+                }
+            }
+            if family == 4 {
+                // Rows and columns of A and B by powers of 2, and the unknowns with the columns.
+                let scale = |k: usize| (250.0 * weight * free[k]).round().exp2();
+                for i in 0..n {
+                    for j in 0..n {
+                        pair[0][(i, j)] *= scale(i) * scale(n + j);
+                        pair[1][(i, j)] *= scale(i) * scale(2 * n + j);
+                    }
+                }
+                for j in 0..n {
+                    y[j] /= scale(if in_z[j] { n + j } else { 2 * n + j });
+                }
+            }
+            let [a, b] = pair;
+            let term = |i, j| if in_z[j] { -a[(i, j)] * y[j] } else { b[(i, j)] * y[j] };
+            let mut q: Vec<f64> = (0..n).map(|i| (0..n).map(|j| term(i, j)).sum()).collect();
+            if matches!(family, 1 | 3) && distance > -4.0 {
+                // Any q: perhaps without a solution.
+                q.iter_mut().zip(&noise).for_each(|(q, noise)| *q = (4.0 * noise).round());
+            }
+            let size = 10_f64.powf(distance);
+            let moved = |j: usize, s: usize, on: bool| {
+                let unit = if family == 4 { y[j] } else { 1.0 };
+                if on { (y[j] + size * unit * noise[s * n + j]).max(0.0) } else { 0.0 }
+            };
+            let z = (0..n).map(|j| moved(j, 0, in_z[j])).collect();
+            let r = (0..n).map(|j| moved(j, 1, !in_z[j])).collect();
+            Case { a, b, q, z, r, c: [c[..n].to_vec(), c[n..].to_vec()] }
+        })
+    })
+}
+
+/// What became of a case.
+#[derive(Default)]
+struct Tally {
+    asked: usize,
+    local: usize,
+    global: usize,
+    open: usize,
+    several: usize,
+    refused: [usize; 3],
+    ratios: Vec<f64>,
+}
+
+/// Whether an exact solution is within the bounds and on the sides of a certificate, with the
+/// value of the functional within its bounds.
+fn holds(case: &Case, certificate: &Certificate, in_z: &[bool], y: &[BigRational]) -> bool {
+    let zero = BigRational::zero();
+    let mut sum = BigRational::zero();
+    for (j, y) in y.iter().enumerate() {
+        let star = if in_z[j] { [y, &zero] } else { [&zero, y] };
+        let sides = [Branch::Z, Branch::R].map(|side| certificate.sides[j] == side);
+        for (k, (given, bound)) in
+            [(case.z[j], certificate.z[j]), (case.r[j], certificate.r[j])].into_iter().enumerate()
+        {
+            let near = bound == f64::INFINITY || (exact(given) - star[k]).abs() <= exact(bound);
+            if !near || sides[k] && !star[k].is_positive() || sides[1 - k] && !star[k].is_zero() {
+                return false;
+            }
+            sum += exact(case.c[k][j]) * star[k];
+        }
+    }
+    let [lower, upper] = certificate.functional([&case.c[0], &case.c[1]]);
+    (lower == f64::NEG_INFINITY || exact(lower) <= sum)
+        && (upper == f64::INFINITY || sum <= exact(upper))
+}
+
+fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
+    let Case { a, b, q, z, r, .. } = case;
+    let pair = [a, b].map(|m| Matrix(m.clone()));
+    tally.asked += 1;
+    let certificate = match certify(&pair[0], &pair[1], q, z, r).map_err(|e| e.to_string())? {
+        Ok(certificate) => certificate,
+        Err(refusal) => {
+            tally.refused[match refusal {
+                Refusal::NoWitness => 0,
+                Refusal::OpenSigns { .. } => 1,
+                _ => 2,
+            }] += 1;
+            return Ok(());
+        }
+    };
+    let near = solutions_on(a, b, q, &certificate.sides);
+    let within = |(in_z, y): &&(Vec<bool>, Vec<BigRational>)| holds(case, &certificate, in_z, y);
+    let Some((in_z, y)) = near.iter().find(within) else {
+        return Err(format!("no solution within {certificate:?}"));
+    };
+    if q.len() <= 3 {
+        // An unknown that is 0 stands on both sides, and its solution comes twice.
+        let mut all: Vec<Vec<BigRational>> = solutions_on(a, b, q, &vec![Branch::Open; q.len()])
+            .into_iter()
+            .filter(|(in_z, y)| {
+                certificate.witness.is_some() || {
+                    let zero = BigRational::zero();
+                    // The one within what the centre and the radius enclose; the bounds are around
+                    // the pair that was given, and may reach further.
+                    y.iter().enumerate().all(|(j, y)| {
+                        let star = if in_z[j] { [y, &zero] } else { [&zero, y] };
+                        let inside = |[lower, upper]: [f64; 2], star: &BigRational| {
+                            &exact(lower) <= star
+                                && (upper == f64::INFINITY || star <= &exact(upper))
+                        };
+                        let [of_z, of_r] = certificate.interval(j);
+                        inside(of_z, star[0]) && inside(of_r, star[1])
+                    })
+                }
+            })
+            .map(|(in_z, y)| {
+                let sign = |in_z: bool, y: BigRational| if in_z { y } else { -y };
+                in_z.into_iter().zip(y).map(|(in_z, y)| sign(in_z, y)).collect()
+            })
+            .collect();
+        all.dedup();
+        all.sort();
+        all.dedup();
+        if all.len() > 1 {
+            return Err(format!("{} solutions within {certificate:?}", all.len()));
+        }
+        if certificate.witness.is_none() {
+            let everywhere = solutions_on(a, b, q, &vec![Branch::Open; q.len()]);
+            let differ = |(in_z, y): &(Vec<bool>, Vec<BigRational>)| {
+                (0..q.len()).any(|j| !y[j].is_zero() && in_z[j] != (all[0][j].is_positive()))
+            };
+            tally.several += usize::from(everywhere.iter().any(differ));
+        }
+    }
+    tally.open += usize::from(certificate.count(Branch::Open) > 0);
+    if certificate.bound == Bound::Local {
+        tally.local += 1;
+    } else {
+        tally.global += 1;
+    }
+    let mut ratio: Option<f64> = None;
+    let (mut stated, mut largest) = (0.0_f64, 0.0_f64);
+    for j in 0..q.len() {
+        let (given, bound, unit) = if in_z[j] {
+            (z[j], certificate.z[j], a[(j, j)])
+        } else {
+            (r[j], certificate.r[j], b[(j, j)])
+        };
+        stated = stated.max(unit * bound);
+        let error = (exact(given) - &y[j]).abs();
+        largest = largest.max(unit * num_traits::ToPrimitive::to_f64(&error).unwrap_or(0.0));
+        ratio = Some(stated / largest);
+    }
+    tally.ratios.extend(ratio.filter(|ratio| ratio.is_finite()));
+    Ok(())
+}
+
+/// Every claim is exactly true, in `HLCP_CASES` random cases (3,000 if it is not set).
+#[test]
+fn no_claim_near_an_answer_is_false() {
+    let asked = cases_asked(3_000) / FAMILIES.len();
+    let mut runner = TestRunner::default();
+    for (family, name) in FAMILIES.into_iter().enumerate() {
+        let (strategy, mut tally) = (cases(family), Tally::default());
+        for _ in 0..asked {
+            let case = strategy.new_tree(&mut runner).unwrap().current();
+            check(&case, &mut tally).unwrap_or_else(|e| panic!("{name}: {e}: {case:?}"));
+        }
+        let Tally { asked, local, global, open, several, refused, ratios } = &mut tally;
+        ratios.sort_by(f64::total_cmp);
+        let at = |share: usize| ratios.get(share * ratios.len() / 100).copied().unwrap_or(f64::NAN);
+        println!(
+            "| {name} | {asked} | {local} | {global} | {open} | {several} | {refused:?} | {:.2} | {:.2} | {:.1e} |",
+            at(50),
+            at(95),
+            ratios.last().copied().unwrap_or(f64::NAN)
+        );
+        assert!(10 * *local > *asked, "{name}: only {local} of {asked}");
+    }
+}

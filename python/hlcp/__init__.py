@@ -1,0 +1,48 @@
+"""Horizontal linear complementarity problems on NumPy arrays.
+
+Given square A and B and a vector q, find z and r with ::
+
+    A z - B r + q = 0,    z >= 0,    r >= 0,    z'r = 0.
+
+With B the identity this is the linear complementarity problem.
+
+=================  ==================================================================
+`solve`            solves it, on sparse matrices, stencils or products alone
+`Solver`           solves for one q after the other, from the last answer
+`FivePoint`        a five-point operator on a grid, its arrays borrowed
+`certify`          proves how far an answer is from the solution
+`film`             pressure and cavitation in a lubricating film
+`scenes`           problems with known answers
+`plot`             draws z and r (needs matplotlib)
+`methods`          the names of all methods
+=================  ==================================================================
+
+>>> import numpy as np, hlcp
+>>> A = hlcp.FivePoint((60, 60), south=-1, west=-1, centre=4, east=-1, north=-1)
+>>> q = np.where(np.arange(60) < 20, -0.1, 0.2) * np.ones((60, 1))
+>>> result = hlcp.solve(A, None, q)
+>>> result.success, result.z.shape
+(True, (60, 60))
+"""
+
+from hlcp import scenes
+from hlcp._film import FilmResult, film
+from hlcp._operators import FivePoint
+from hlcp._plot import plot
+from hlcp._solve import Certificate, Progress, Result, Solver, Status, certify, methods, solve
+
+__all__ = [
+    "Certificate",
+    "FilmResult",
+    "FivePoint",
+    "Progress",
+    "Result",
+    "Solver",
+    "Status",
+    "certify",
+    "film",
+    "methods",
+    "plot",
+    "scenes",
+    "solve",
+]

@@ -1,0 +1,219 @@
+"""Operators, and what is passed of them to the compiled half."""
+
+import operator
+import sys
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator
+
+Vector = NDArray[np.floating[Any]]
+
+
+def real(name: str, value: Any) -> NDArray[Any]:
+    """Return `value` as an array, unless its entries are not real numbers."""
+    if np.ma.is_masked(value):
+        masked = np.count_nonzero(np.ma.getmaskarray(value))
+        raise ValueError(f"{name} is a masked array with {masked} entries masked, but it must have"
+                         " them all; fill them first")
+    array = np.asarray(value)
+    if array.dtype.kind not in "biuf":
+        raise ValueError(f"{name} has the type {array.dtype}, but it must hold real numbers")
+    return array
+
+
+def vector(name: str, value: Any, dtype: Any) -> Vector:
+    """Return the entries of `value` in one row, of type `dtype`; a view where they are that."""
+    array = real(name, value)
+    if array.ndim == 0:
+        raise ValueError(f"{name} is a single number, but it must be a vector")
+    return np.require(array, dtype, ["C", "ALIGNED", "ENSUREARRAY"]).reshape(-1)
+
+
+def count(name: str, value: Any, least: int) -> int:
+    """Return a whole number of at least `least`; the machine's largest for a larger one."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ValueError(f"{name} is {value!r}, but it must be a whole number") from None
+    if number < least:
+        raise ValueError(f"{name} is {number}, but it must be at least {least}")
+    return min(number, sys.maxsize)
+
+
+def number(name: str, value: Any) -> float | None:
+    """Return a real number; None for None."""
+    if value is None:
+        return None
+    try:
+        if isinstance(value, str):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"{name} is {value!r}, but it must be a real number") from None
+
+
+class FivePoint(LinearOperator):  # type: ignore[misc]
+    """A five-point operator on a grid, zero outside it.
+
+    At column i and row j of the grid ::
+
+        (A x)[j, i] = south x[j-1, i] + west x[j, i-1] + centre x[j, i]
+                      + east x[j, i+1] + north x[j+1, i]
+
+    with coefficients that are one number, or one for each point. No matrix is formed. It is a
+    `scipy.sparse.linalg.LinearOperator`: ``A @ x`` is the product.
+
+    Parameters
+    ----------
+    grid : (int, int)
+        The shape (ny, nx) of the grid; the operator has shape (ny nx, ny nx).
+    south, west, centre, east, north : float or array_like
+        The coefficients of the neighbours in the row j - 1, the column i - 1, and so on. An array
+        of shape (ny, nx) in C order and of type float64 (or float32, for q of that type) is
+        borrowed and never copied: what is changed in it later is seen. Other arrays are broadcast
+        and copied. Those that lead outside the grid have no meaning, but must be finite.
+
+    Attributes
+    ----------
+    grid : (int, int)
+    south, west, centre, east, north : float or ndarray of shape (ny, nx)
+
+    Raises
+    ------
+    ValueError
+        For a grid without points, an array that does not fit the grid, or one that does not hold
+        real numbers.
+
+    Examples
+    --------
+    >>> import numpy as np, hlcp
+    >>> A = hlcp.FivePoint((2, 3), south=-1, west=-1, centre=4, east=-1, north=-1)
+    >>> A @ np.arange(1.0, 7.0)
+    array([-2., -1.,  4., 10.,  8., 16.])
+    """
+
+    grid: tuple[int, int]
+
+    def __init__(
+        self,
+        grid: tuple[int, int],
+        *,
+        south: ArrayLike = 0.0,
+        west: ArrayLike = 0.0,
+        centre: ArrayLike,
+        east: ArrayLike = 0.0,
+        north: ArrayLike = 0.0,
+    ) -> None:
+        ny, nx = (count("grid", points, -sys.maxsize) for points in grid)
+        if min(ny, nx) < 1 or ny * nx > sys.maxsize // 8:
+            raise ValueError(f"the grid has {nx} x {ny} points, but it needs at least one, and at"
+                             " most as many as an array can hold")
+        self.grid = ny, nx
+        self.south = self._coefficient("south", south)
+        self.west = self._coefficient("west", west)
+        self.centre = self._coefficient("centre", centre)
+        self.east = self._coefficient("east", east)
+        self.north = self._coefficient("north", north)
+        arrays = [c.dtype for c in self._coefficients() if not isinstance(c, float)]
+        super().__init__(np.result_type(*arrays) if arrays else np.float64, (ny * nx, ny * nx))
+
+    def _coefficient(self, name: str, value: ArrayLike) -> float | Vector:
+        array = real(name, value)
+        if array.ndim == 0:
+            return float(array)
+        try:
+            array = np.broadcast_to(array, self.grid)
+        except ValueError:
+            raise ValueError(f"{name} has the shape {array.shape}, but the grid has"
+                             f" {self.grid}") from None
+        dtype = np.float32 if array.dtype == np.float32 else np.float64
+        return np.require(array, dtype, ["C", "ALIGNED", "ENSUREARRAY"])
+
+    def _coefficients(self) -> list[float | Vector]:
+        return [self.south, self.west, self.centre, self.east, self.north]
+
+    def _matvec(self, x: NDArray[Any]) -> NDArray[Any]:
+        x = x.reshape(self.grid)
+        south, west, centre, east, north = (np.broadcast_to(c, self.grid)
+                                            for c in self._coefficients())
+        y = centre * x
+        y[1:] += south[1:] * x[:-1]
+        y[:, 1:] += west[:, 1:] * x[:, :-1]
+        y[:, :-1] += east[:, :-1] * x[:, 1:]
+        y[:-1] += north[:-1] * x[1:]
+        flat: NDArray[Any] = y.reshape(-1)
+        return flat
+
+    def tocsr(self) -> Any:
+        """Return the same matrix as a `scipy.sparse.csr_array`."""
+        points = np.arange(self.shape[0]).reshape(self.grid)
+        neighbours = [(-1, 0), (0, -1), (0, 0), (0, 1), (1, 0)]
+        rows, columns, entries = [], [], []
+        for coefficient, (dj, di) in zip(self._coefficients(), neighbours):
+            here = _inside(-dj), _inside(-di)
+            rows.append(points[here].ravel())
+            columns.append(points[_inside(dj), _inside(di)].ravel())
+            entries.append(np.broadcast_to(coefficient, self.grid)[here].ravel())
+        triplets = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
+        matrix = sparse.coo_array(triplets, shape=self.shape).tocsr()
+        matrix.eliminate_zeros()
+        return matrix
+
+
+def _inside(step: int) -> slice:
+    """Return the points of a line that one goes to by a step of -1, 0 or 1 on it."""
+    return slice(max(step, 0), min(step, 0) or None)
+
+
+def described(name: str, given: Any, dtype: Any, order: int) -> Any:
+    """Return what the compiled half takes for an operator; None is the identity."""
+    if given is None:
+        return order
+    if isinstance(given, FivePoint):
+        return given.grid, [c if isinstance(c, float) else vector(name, c, dtype)
+                            for c in given._coefficients()]
+    if isinstance(given, LinearOperator):
+        rows, columns = given.shape
+        return rows, columns, function(f"{name} @ x", given.matvec, dtype, rows)
+    if not sparse.issparse(given):
+        array = real(name, given)
+        if array.ndim != 2:
+            raise ValueError(f"{name} has {array.ndim} dimensions, but it must be a matrix")
+        given = sparse.csr_array(array.astype(dtype, copy=False))
+    if given.ndim != 2:
+        raise ValueError(f"{name} has {given.ndim} dimensions, but it must be a matrix")
+    matrix = given.tocsr()
+    real(name, matrix.data)
+    pointers, indices = matrix.indptr, matrix.indices
+    # SciPy reads wherever indptr leads, so that one that leads astray is not shown to it; the
+    # compiled half refuses it.
+    leads = (len(pointers) > 0 and pointers[0] == 0 and np.all(pointers[:-1] <= pointers[1:])
+             and pointers[-1] <= min(len(indices), len(matrix.data)))
+    entries = matrix.data
+    if leads:
+        if not matrix.has_canonical_format:
+            matrix = matrix.copy()
+            matrix.sum_duplicates()
+        pointers = matrix.indptr
+        # Arrays may be longer than the matrix.
+        indices, entries = matrix.indices[:pointers[-1]], matrix.data[:pointers[-1]]
+    narrow = pointers.dtype == indices.dtype == np.int32
+    pointers, indices = (np.require(array, np.int32 if narrow else np.int64,
+                                    ["C", "ALIGNED", "ENSUREARRAY"])
+                         for array in (pointers, indices))
+    return matrix.shape[1], pointers, indices, vector(name, entries, dtype)
+
+
+def function(name: str, call: Any, dtype: Any, order: int) -> Any:
+    """Return `call` as a map from vectors of `order` entries to such vectors."""
+
+    def checked(x: Vector) -> Vector:
+        y = vector(name, call(x), dtype)
+        if len(y) != order:
+            raise ValueError(f"{name} has {len(y)} entries, but it must have {order}")
+        return y
+
+    return checked

@@ -1,0 +1,814 @@
+//! The compiled half of the Python package `hlcp`: operators on NumPy's arrays, one solve, one
+//! certificate, the scenes. What a user calls, and how it is documented, is in `hlcp/`.
+
+use std::{
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
+    time::{Duration, Instant},
+};
+
+use hlcp_methods::{
+    Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator,
+    Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar,
+    Solver, Splitting, SplittingStep, Tmms, Tolerance, VaryingFivePoint,
+};
+use hlcp_verify::{
+    Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
+    Slider, Supply, TimeStep,
+};
+use numpy::{Element, PyArray1, PyReadonlyArray1};
+use pyo3::{
+    conversion::FromPyObjectOwned,
+    exceptions::{PyMemoryError, PyRuntimeError, PyValueError},
+    prelude::*,
+    types::PyDict,
+};
+use rayon::ThreadPoolBuilder;
+
+/// How often a solve looks for signals, as that of Ctrl-C.
+const BEAT: Duration = Duration::from_millis(20);
+
+/// A precision that both sides have.
+trait Real: Scalar + Element + for<'py> FromPyObjectOwned<'py> {}
+
+impl Real for f32 {}
+impl Real for f64 {}
+
+/// The first exception that Python code has raised in the course of a solve, which ends it; and
+/// whether it is to end.
+#[derive(Default)]
+struct Failure {
+    first: Mutex<Option<PyErr>>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Failure {
+    fn note(&self, error: PyErr) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+    }
+
+    fn ends(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn raised(self) -> PyResult<()> {
+        self.first.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+    }
+}
+
+/// Wrong input is `ValueError`, with the crate's sentence.
+fn wrong(error: impl ToString) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
+/// Refuses to begin what needs `numbers` numbers, where Rust's own answer would be to abort.
+fn room(numbers: Option<usize>) -> PyResult<()> {
+    let fits = |n: usize| n.checked_mul(8).is_some_and(|n| Vec::<u8>::new().try_reserve(n).is_ok());
+    if numbers.is_some_and(fits) {
+        Ok(())
+    } else {
+        Err(PyMemoryError::new_err("there is no memory for so many unknowns"))
+    }
+}
+
+// Operators.
+
+/// An operator as `hlcp/_problem.py` describes it.
+#[derive(FromPyObject)]
+enum Given<'py, T: Element> {
+    /// The order of an identity.
+    #[pyo3(transparent)]
+    Identity(usize),
+    /// Columns, index pointers, indices and entries of a canonical CSR matrix.
+    Csr(usize, Indices<'py>, Indices<'py>, PyReadonlyArray1<'py, T>),
+    /// `(ny, nx)`, and south, west, centre, east, north.
+    FivePoint([usize; 2], [Numbers<'py, T>; 5]),
+    /// Rows, columns and a function that multiplies.
+    Products(usize, usize, Py<PyAny>),
+}
+
+/// One number, or one for each point.
+#[derive(FromPyObject)]
+enum Numbers<'py, T: Element> {
+    #[pyo3(transparent)]
+    Each(PyReadonlyArray1<'py, T>),
+    #[pyo3(transparent)]
+    Constant(f64),
+}
+
+#[derive(FromPyObject)]
+enum Indices<'py> {
+    #[pyo3(transparent)]
+    Short(PyReadonlyArray1<'py, i32>),
+    #[pyo3(transparent)]
+    Long(PyReadonlyArray1<'py, i64>),
+}
+
+impl Indices<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Short(indices) => indices.as_array().len(),
+            Self::Long(indices) => indices.as_array().len(),
+        }
+    }
+}
+
+/// An operator on borrowed arrays, with rows or with products alone.
+enum Operator<'a, T> {
+    Rows(Box<dyn Rows<T> + 'a>),
+    Products(Products<'a>),
+}
+
+impl<T: Real> Given<'_, T> {
+    fn operator<'a>(
+        &'a self,
+        what: &'static str,
+        failure: &'a Failure,
+    ) -> PyResult<Operator<'a, T>> {
+        Ok(Operator::Rows(match self {
+            Self::Identity(order) => Box::new(Identity { order: *order }),
+            Self::Csr(columns, pointers, indices, entries) => {
+                let (rows, columns) = (pointers.count().saturating_sub(1), *columns);
+                if rows != columns {
+                    return Err(wrong(Error::NotSquare { what, rows, columns }));
+                }
+                let entries = entries.as_slice()?;
+                let matrix = match (pointers, indices) {
+                    (Indices::Short(pointers), Indices::Short(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    (Indices::Long(pointers), Indices::Long(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    _ => return Err(wrong(format!("the index arrays of {what} differ in type"))),
+                };
+                Box::new(matrix.map_err(|error| wrong(format!("{what}: {error}")))?)
+            }
+            Self::FivePoint([ny, nx], [south, west, centre, east, north]) => {
+                let coefficients = [south, west, centre, east, north];
+                let mut views = [Coefficients::Constant(T::zero()); 5];
+                for (view, coefficient) in views.iter_mut().zip(coefficients) {
+                    *view = match coefficient {
+                        Numbers::Each(each) => Coefficients::Each(each.as_slice()?),
+                        Numbers::Constant(value) => Coefficients::Constant(T::of(*value)),
+                    };
+                }
+                Box::new(VaryingFivePoint::new(*nx, *ny, views).map_err(wrong)?)
+            }
+            Self::Products(rows, columns, call) => {
+                let shape = [*rows, *columns];
+                return Ok(Operator::Products(Products { shape, call, failure }));
+            }
+        }))
+    }
+}
+
+impl<T: Real> Operator<'_, T> {
+    fn rows(&self, what: &str) -> PyResult<&dyn Rows<T>> {
+        match self {
+            Self::Rows(rows) => Ok(&**rows),
+            Self::Products(_) => Err(wrong(format!(
+                "{what} is known by its products alone, but this needs its rows; give a sparse \
+                 matrix or a FivePoint, or to solve a splitting and omega"
+            ))),
+        }
+    }
+
+    fn products(&self) -> &dyn LinearOperator<T> {
+        match self {
+            Self::Rows(rows) => &**rows,
+            Self::Products(products) => products,
+        }
+    }
+}
+
+/// A function of Python's that maps a vector to a vector: a product, or the solve of a splitting.
+struct Products<'a> {
+    shape: [usize; 2],
+    call: &'a Py<PyAny>,
+    failure: &'a Failure,
+}
+
+impl Products<'_> {
+    /// Overwrites `y` with what Python makes of `x`, and with NaN if that raises, or something has
+    /// before: NaN ends the iteration.
+    fn call<T: Real>(&self, x: &[T], y: &mut [T]) {
+        let called = !self.failure.ends()
+            && Python::attach(|py| {
+                let answer = self.call.bind(py).call1((PyArray1::from_slice(py, x),))?;
+                let answer: PyReadonlyArray1<'_, T> = answer.extract()?;
+                y.copy_from_slice(answer.as_slice()?);
+                Ok(())
+            })
+            .map_err(|error| self.failure.note(error))
+            .is_ok();
+        if !called {
+            y.fill(T::nan());
+        }
+    }
+}
+
+impl<T: Real> LinearOperator<T> for Products<'_> {
+    fn order(&self) -> usize {
+        self.shape[0]
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.call(x, y);
+    }
+
+    fn check(&self, what: &'static str) -> Result<(), Error> {
+        let [rows, columns] = self.shape;
+        if rows == columns { Ok(()) } else { Err(Error::NotSquare { what, rows, columns }) }
+    }
+}
+
+impl<T: Real> Splitting<T> for Products<'_> {
+    fn solve(&self, rhs: &[T], y: &mut [T]) {
+        self.call(rhs, y);
+    }
+}
+
+// Solving.
+
+/// What `hlcp.solve` was told, apart from the problem.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Settings {
+    method: String,
+    alpha: Option<f64>,
+    beta: Option<f64>,
+    alpha2: Option<f64>,
+    beta2: Option<f64>,
+    base: Option<String>,
+    window: Option<usize>,
+    /// One for MMS, two for TMMS.
+    splittings: Vec<Py<PyAny>>,
+    tau: f64,
+    rtol: Option<f64>,
+    atol: Option<f64>,
+    linf: bool,
+    maxiter: usize,
+    maxtime: Option<f64>,
+    rounding: Option<f64>,
+    threads: usize,
+    callback: Option<Py<PyAny>>,
+}
+
+impl Settings {
+    fn limits(&self) -> PyResult<Limits> {
+        let tolerance = match (self.rtol, self.atol) {
+            (Some(rtol), None) => Tolerance::Relative(rtol),
+            (None, Some(atol)) => Tolerance::Absolute(atol),
+            (None, None) => Limits::default().tolerance,
+            _ => return Err(wrong("give rtol or atol, not both")),
+        };
+        let seconds = |value| {
+            Duration::try_from_secs_f64(value).map_err(|_| {
+                wrong(format!("maxtime is {value}, but it must be seconds, not negative"))
+            })
+        };
+        Ok(Limits {
+            tolerance,
+            norm: if self.linf { Norm::LInf } else { Norm::L2 },
+            iterations: self.maxiter,
+            rounding: self.rounding,
+            time: self.maxtime.map(seconds).transpose()?,
+            ..Limits::default()
+        })
+    }
+
+    fn named(&self) -> PyResult<Named> {
+        let Self { alpha, beta, alpha2, beta2, window, .. } = *self;
+        let base = self.base.as_deref();
+        Named::parse(&self.method, Parameters { alpha, beta, alpha2, beta2, base, window })
+            .map_err(wrong)
+    }
+}
+
+/// One solve, on borrowed arrays.
+struct Job<'j, T> {
+    a: Operator<'j, T>,
+    b: Operator<'j, T>,
+    q: &'j [T],
+    /// x, z and r, as far as they are given.
+    start: [Option<&'j [T]>; 3],
+    omega: Option<Omega<T>>,
+    settings: &'j Settings,
+    limits: Limits,
+    failure: &'j Failure,
+}
+
+/// What a solve hands back.
+struct Answer<T> {
+    z: Vec<T>,
+    r: Vec<T>,
+    x: Vec<T>,
+    outcome: Outcome,
+}
+
+impl<T: Real> Job<'_, T> {
+    /// Solves, on as many threads as are asked for.
+    fn run(&self) -> PyResult<Answer<T>> {
+        if self.settings.threads == 1 {
+            return self.choose();
+        }
+        let pool = ThreadPoolBuilder::new().num_threads(self.settings.threads).build();
+        let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+        pool.install(|| self.choose())
+    }
+
+    /// Makes the method, and iterates it.
+    fn choose(&self) -> PyResult<Answer<T>> {
+        let Settings { splittings, window, tau, .. } = self.settings;
+        if splittings.is_empty() {
+            let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
+            let omega = match &self.omega {
+                Some(omega) => omega.clone(),
+                None => Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?,
+            };
+            let problem = self.pose(a, b, omega)?;
+            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?);
+        }
+        let (a, b) = (self.a.products(), self.b.products());
+        let omega = match &self.omega {
+            Some(omega) => omega.clone(),
+            None => {
+                let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
+                Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?
+            }
+        };
+        let problem = self.pose(a, b, omega)?;
+        let shape = [a.order(); 2];
+        let step = |call| SplittingStep(Products { shape, call, failure: self.failure });
+        let plain: BoxedMethod<'_, T, _, _> = match &splittings[..] {
+            [first, second] => {
+                Box::new(Tmms::new(problem, step(first), step(second)).map_err(wrong)?)
+            }
+            [first, ..] => Box::new(Mms::new(problem, step(first)).map_err(wrong)?),
+            [] => return Err(wrong("a splitting is one function or two")),
+        };
+        match self.settings.method.to_ascii_uppercase().as_str() {
+            "AUTO" | "ANDERSON" => {
+                self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?)
+            }
+            "MMS" if splittings.len() == 1 => self.iterate(plain),
+            "TMMS" if splittings.len() == 2 => self.iterate(plain),
+            name => Err(wrong(format!(
+                "method is '{name}', but with a splitting of your own it must be ANDERSON, or MMS \
+                 for one splitting and TMMS for two"
+            ))),
+        }
+    }
+
+    fn pose<A, B>(&self, a: A, b: B, omega: Omega<T>) -> PyResult<Hlcp<T, A, B>>
+    where
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
+        let problem = Hlcp::new(a, b, omega).map_err(wrong)?;
+        let (expected, found) = (problem.order(), self.q.len());
+        if found != expected {
+            return Err(wrong(Error::Order { what: "q", found, expected }));
+        }
+        // The solver's vectors, scratch and the answer.
+        room(expected.checked_mul(9))?;
+        Ok(if self.settings.threads == 1 { problem } else { problem.in_parallel() })
+    }
+
+    fn iterate<M: Method<T>>(&self, method: M) -> PyResult<Answer<T>> {
+        let mut solver = Solver::new(method);
+        let nothing = vec![T::zero(); if self.start[0].is_some() { 0 } else { self.q.len() }];
+        let options = match self.start {
+            [Some(x), _, _] => Options::from_x(x),
+            [None, None, None] => Options::default(),
+            [None, z, r] => Options::from_solution(z.unwrap_or(&nothing), r.unwrap_or(&nothing)),
+        };
+        let mut looked = Instant::now();
+        let mut observer = |progress: &Progress<'_, T>| {
+            if let Some(callback) = &self.settings.callback {
+                match tell(callback, progress) {
+                    Ok(true) => return ControlFlow::Break(()),
+                    Ok(false) => {}
+                    Err(error) => self.failure.note(error),
+                }
+            }
+            // Only the interpreter's main thread hears of them; elsewhere this does nothing.
+            if looked.elapsed() >= BEAT {
+                looked = Instant::now();
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    self.failure.note(error);
+                }
+            }
+            if self.failure.ends() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let options = options.limits(self.limits).observer(&mut observer);
+        let outcome = solver.solve(self.q, options).map_err(wrong)?;
+        let [z, r, x] = [solver.z(), solver.r(), solver.x()].map(<[T]>::to_vec);
+        Ok(Answer { z, r, x, outcome })
+    }
+}
+
+/// Shows an iterate to the user's function; returns whether it says stop.
+fn tell<T: Real>(callback: &Py<PyAny>, progress: &Progress<'_, T>) -> PyResult<bool> {
+    Python::attach(|py| {
+        let Progress { iteration, residual: Norms { l2, linf }, elapsed, x } = *progress;
+        let x = PyArray1::from_slice(py, x);
+        callback.bind(py).call1((iteration, x, l2, linf, elapsed.as_secs_f64()))?.extract()
+    })
+}
+
+/// Runs without the interpreter; a panic becomes an exception.
+fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) -> PyResult<R> {
+    py.detach(|| {
+        catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+            let said = panic.downcast_ref::<String>().map(String::as_str);
+            let said = said.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("?");
+            Err(PyRuntimeError::new_err(format!(
+                "{said} (an array was changed during the call, or this is a fault of hlcp's)"
+            )))
+        })
+    })
+}
+
+/// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at once
+/// and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the arrays
+/// that it reads until then.
+fn apart<R: Send + 'static>(
+    py: Python<'_>,
+    stop: &AtomicBool,
+    work: impl FnOnce(Python<'_>) -> PyResult<R> + Send + 'static,
+) -> PyResult<R> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().spawn(move || {
+        // No interpreter: it is about to exit. No receiver: the call was interrupted.
+        let _ = Python::try_attach(work).map(|answer| sender.send(answer));
+    })?;
+    py.detach(move || {
+        loop {
+            match receiver.recv_timeout(BEAT) {
+                Ok(answer) => return answer,
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())
+                    .inspect_err(|_| stop.store(true, Ordering::Relaxed))?,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("the thread of the call has ended"));
+                }
+            }
+        }
+    })
+}
+
+fn solve_in<'py, T: Real>(
+    py: Python<'py>,
+    stop: Arc<AtomicBool>,
+    [a, b, q]: [&Bound<'py, PyAny>; 3],
+    start: [Option<PyReadonlyArray1<'py, T>>; 3],
+    omega: Option<Numbers<'py, T>>,
+    settings: &Settings,
+) -> PyResult<Bound<'py, PyAny>> {
+    let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
+    let q: PyReadonlyArray1<'_, T> = q.extract()?;
+    let mut starts = [None; 3];
+    for (slice, array) in starts.iter_mut().zip(&start) {
+        *slice = array.as_ref().map(|array| array.as_slice()).transpose()?;
+    }
+    let failure = Failure { stop, ..Failure::default() };
+    let job = Job {
+        a: a.operator("A", &failure)?,
+        b: b.operator("B", &failure)?,
+        q: q.as_slice()?,
+        start: starts,
+        omega: match &omega {
+            Some(Numbers::Each(each)) => Some(Omega::Each(each.as_slice()?.to_vec())),
+            Some(Numbers::Constant(value)) => Some(Omega::Uniform(T::of(*value))),
+            None => None,
+        },
+        settings,
+        limits: settings.limits()?,
+        failure: &failure,
+    };
+    let answer = released(py, || job.run());
+    drop(job);
+    failure.raised()?;
+    let Answer { z, r, x, outcome } = answer?;
+    let [z, r, x] = [z, r, x].map(|v| PyArray1::from_vec(py, v));
+    let norms = |norms: Norms| (norms.l2, norms.linf);
+    let ended = (outcome.status.to_string(), outcome.to_string());
+    let counts = (outcome.iterations, outcome.sweeps, outcome.elapsed.as_secs_f64());
+    let residuals = (norms(outcome.residual), norms(outcome.relative));
+    Ok((z, r, x, ended, counts, residuals).into_pyobject(py)?.into_any())
+}
+
+/// Bounds on the errors of z and r, the side of each unknown, the kind of the bound, whether the
+/// solution is proved to be the only one, and a sentence; or the sentence that says why there is
+/// none.
+#[derive(IntoPyObject)]
+enum Proof<'py> {
+    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, String, bool, String),
+    #[pyo3(transparent)]
+    Refused(String),
+}
+
+fn certify_in<'py, T: Real>(
+    py: Python<'py>,
+    [a, b]: [&Bound<'py, PyAny>; 2],
+    vectors: [&Bound<'py, PyAny>; 3],
+) -> PyResult<Proof<'py>> {
+    let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
+    let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, T>>());
+    let (q, z, r) = (q?, z?, r?);
+    let (q, z, r) = (q.as_slice()?, z.as_slice()?, r.as_slice()?);
+    let failure = Failure::default();
+    let (a, b) = (a.operator("A", &failure)?, b.operator("B", &failure)?);
+    let (a, b) = (a.rows("A")?, b.rows("B")?);
+    room(q.len().checked_mul(20))?;
+    let certificate = released(py, || hlcp_verify::certify(&a, &b, q, z, r).map_err(wrong))?;
+    let certificate = match certificate {
+        Ok(certificate) => certificate,
+        Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
+    };
+    let (said, kind) = (certificate.to_string(), certificate.bound.to_string());
+    let sides = certificate.sides.iter().map(|side| match side {
+        Branch::Z => 1,
+        Branch::R => -1,
+        Branch::Open => 0,
+    });
+    let sides = PyArray1::from_iter(py, sides);
+    let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
+    Ok(Proof::Given(bounds, sides, kind, certificate.witness.is_some(), said))
+}
+
+// Scenes.
+
+/// An operator as `hlcp/scenes.py` takes it: `(ny, nx)` and five numbers or arrays.
+type Shown<'py> = ([usize; 2], Vec<Bound<'py, PyAny>>);
+
+/// Shows a five-point operator, or a tridiagonal one as one on a line.
+fn shown<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Shown<'py>> {
+    let n = operator.order();
+    if let Some(view) = operator.as_five_point() {
+        let [nx, ny] = view.grid().unwrap_or([n, 1]);
+        let coefficient = |coefficient: Coefficients<'_, f64>| match coefficient {
+            Coefficients::Constant(value) => value.into_pyobject(py).map(Bound::into_any),
+            Coefficients::Each(values) => Ok(PyArray1::from_slice(py, values).into_any()),
+        };
+        let all = view.coefficients().into_iter().map(coefficient).collect::<Result<_, _>>()?;
+        return Ok(([ny, nx], all));
+    }
+    let mut bands = [(); 3].map(|()| vec![0.0; n]);
+    for i in 0..n {
+        operator.visit_row(i, &mut |j, entry| bands[j + 1 - i][i] = entry);
+    }
+    let [west, centre, east] = bands.map(|band| PyArray1::from_vec(py, band).into_any());
+    let zero = || 0.0.into_pyobject(py).map(Bound::into_any);
+    Ok(([1, n], vec![zero()?, west, centre, east, zero()?]))
+}
+
+/// A, B unless it is the identity, q, and z and r where they are known.
+type Scene<'py> =
+    (Shown<'py>, Option<Shown<'py>>, Bound<'py, PyAny>, Option<[Bound<'py, PyAny>; 2]>);
+
+fn posed<'py>(
+    py: Python<'py>,
+    a: &dyn Rows<f64>,
+    b: Option<&dyn Rows<f64>>,
+    q: Vec<f64>,
+    solution: Option<[Vec<f64>; 2]>,
+) -> PyResult<Scene<'py>> {
+    let vector = |v| PyArray1::from_vec(py, v).into_any();
+    let b = b.map(|b| shown(py, b)).transpose()?;
+    Ok((shown(py, a)?, b, vector(q), solution.map(|both| both.map(vector))))
+}
+
+// Films.
+
+/// A film as `hlcp/_film.py` describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Described<'py> {
+    /// `(ny, nx)`.
+    grid: [usize; 2],
+    size: [f64; 2],
+    gap: PyReadonlyArray1<'py, f64>,
+    viscosity: PyReadonlyArray1<'py, f64>,
+    speeds: [f64; 2],
+    /// West, east, south and north: what is there, and its number.
+    sides: [(String, f64); 4],
+    /// Corner, size and pressure.
+    supplies: Vec<([f64; 2], [f64; 2], f64)>,
+    cavitation: f64,
+    /// Duration and oil of a time step.
+    step: Option<(f64, PyReadonlyArray1<'py, f64>)>,
+}
+
+impl Described<'_> {
+    fn film(&self) -> PyResult<Film> {
+        let [ny, nx] = self.grid;
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let side = |(what, number): &(String, f64)| match what.as_str() {
+            "pressure" => Side::Pressure(*number),
+            "starved" => Side::Starved(*number),
+            "periodic" => Side::Periodic,
+            _ => Side::Closed,
+        };
+        let supply = |&(corner, size, pressure): &_| Supply { corner, size, pressure };
+        let step = |(duration, oil): &(f64, PyReadonlyArray1<'_, f64>)| {
+            Ok::<_, PyErr>(TimeStep { duration: *duration, oil: oil.as_slice()?.to_vec() })
+        };
+        Ok(Film {
+            nx,
+            ny,
+            lengths: self.size,
+            gap: self.gap.as_slice()?.to_vec(),
+            viscosity: self.viscosity.as_slice()?.to_vec(),
+            speeds: self.speeds,
+            sides: self.sides.each_ref().map(side),
+            supplies: self.supplies.iter().map(supply).collect(),
+            cavitation: self.cavitation,
+            step: self.step.as_ref().map(step).transpose()?,
+        })
+    }
+}
+
+/// The arrays of a matrix in compressed rows.
+fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
+    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |j, entry| {
+            indices.push(j as i64);
+            entries.push(entry);
+        });
+        pointers.push(indices.len() as i64);
+    }
+    let index = |list| PyArray1::<i64>::from_vec(py, list);
+    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
+    Ok(arrays.into_pyobject(py)?.into_any())
+}
+
+#[pymodule(gil_used = false)]
+mod _hlcp {
+    use super::*;
+
+    /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.
+    #[pyfunction]
+    fn solve(
+        py: Python<'_>,
+        double: bool,
+        is_apart: bool,
+        problem: [Py<PyAny>; 3],
+        start: Py<PyAny>,
+        omega: Py<PyAny>,
+        settings: Settings,
+    ) -> PyResult<Py<PyAny>> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let told = stop.clone();
+        let work = move |py: Python<'_>| {
+            let problem = problem.each_ref().map(|part| part.bind(py));
+            let (start, omega) = (start.bind(py), omega.bind(py));
+            let answer = if double {
+                solve_in::<f64>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            } else {
+                solve_in::<f32>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            };
+            answer.map(Bound::unbind)
+        };
+        if is_apart { apart(py, &stop, work) } else { work(py) }
+    }
+
+    /// Bounds the error of z and r, on a thread of its own.
+    #[pyfunction]
+    fn certify(
+        py: Python<'_>,
+        double: bool,
+        operators: [Py<PyAny>; 2],
+        vectors: [Py<PyAny>; 3],
+    ) -> PyResult<Py<PyAny>> {
+        apart(py, &AtomicBool::new(false), move |py| {
+            let operators = operators.each_ref().map(|operator| operator.bind(py));
+            let vectors = vectors.each_ref().map(|vector| vector.bind(py));
+            let proof = if double {
+                certify_in::<f64>(py, operators, vectors)
+            } else {
+                certify_in::<f32>(py, operators, vectors)
+            };
+            Ok(proof?.into_pyobject(py)?.into_any().unbind())
+        })
+    }
+
+    /// Returns the names of all methods.
+    #[pyfunction]
+    fn names() -> Vec<String> {
+        Named::names()
+    }
+
+    /// Poses Example 1 or 2 of the paper.
+    #[pyfunction]
+    fn example(py: Python<'_>, symmetric: bool, m: usize, mu: f64, nu: f64) -> PyResult<Scene<'_>> {
+        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
+        let Posed { a, b, q, z, r, .. } = Example { symmetric, m, mu, nu }.pose().map_err(wrong)?;
+        posed(py, &a, Some(&b), q, Some([z, r]))
+    }
+
+    /// Poses the contact in a disc.
+    #[pyfunction]
+    fn disc(py: Python<'_>, lcp: bool, m: usize) -> PyResult<Scene<'_>> {
+        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
+        let Posed { a, b, q, z, r, .. } = Disc { lcp, m }.pose().map_err(wrong)?;
+        posed(py, &a, if lcp { None } else { Some(&b) }, q, Some([z, r]))
+    }
+
+    /// Poses the parabolic slider.
+    #[pyfunction]
+    fn slider(py: Python<'_>, cells: usize) -> PyResult<Scene<'_>> {
+        room(cells.checked_mul(8))?;
+        let (a, b, q) = Slider { cells }.pose().map_err(wrong)?;
+        posed(py, &a, Some(&b), q, None)
+    }
+
+    /// Poses PETSc's journal bearing.
+    #[pyfunction]
+    fn journal_bearing(
+        py: Python<'_>,
+        nx: usize,
+        ny: usize,
+        ecc: f64,
+        b: f64,
+    ) -> PyResult<Scene<'_>> {
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let (a, _, q) = JournalBearing { nx, ny, ecc, b }.pose().map_err(wrong)?;
+        posed(py, &a, None, q, None)
+    }
+
+    /// Poses PETSc's obstacle.
+    #[pyfunction]
+    fn obstacle(py: Python<'_>, m: usize) -> PyResult<Scene<'_>> {
+        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
+        let (a, _, q) = Obstacle { m }.pose().map_err(wrong)?;
+        posed(py, &a, None, q, None)
+    }
+
+    /// Poses the journal bearing with mass-conserving cavitation.
+    #[pyfunction]
+    fn bearing2d(
+        py: Python<'_>,
+        nx: usize,
+        ny: usize,
+        ecc: f64,
+        aspect: f64,
+        groove: f64,
+    ) -> PyResult<Scene<'_>> {
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let scene = Bearing2d { nx, ny, ecc, aspect, groove };
+        let (a, b, q) = scene.pose().map_err(wrong)?;
+        posed(py, &a, Some(&b), q, None)
+    }
+
+    /// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
+    /// z = 1 stands for, in Pa; and whether anything feeds the film.
+    #[pyfunction]
+    fn film<'py>(py: Python<'py>, film: Described<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let film = film.film()?;
+        let (a, b, q) = film.pose().map_err(wrong)?;
+        let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
+            Some(_) => Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any()),
+            None => assembled(py, operator),
+        };
+        let (a, b) = (operator(&a)?, operator(&b)?);
+        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), film.is_fed());
+        Ok(posed.into_pyobject(py)?.into_any())
+    }
+
+    /// Returns what a film does, in SI units.
+    #[pyfunction]
+    fn film_figures<'py>(
+        py: Python<'py>,
+        film: Described<'py>,
+        z: PyReadonlyArray1<'py, f64>,
+        r: PyReadonlyArray1<'py, f64>,
+        ambient: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let figures = film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient);
+        let FilmFigures { load, moments, friction, power, sides, supplies, .. } = figures;
+        let FilmFigures { stored, imbalance, peak, least_gap, broken_share, .. } = figures;
+        let named = PyDict::new(py);
+        named.set_item("load", load)?;
+        named.set_item("moments", moments)?;
+        named.set_item("friction", friction)?;
+        named.set_item("power", power)?;
+        named.set_item("sides", sides)?;
+        named.set_item("supplies", supplies)?;
+        named.set_item("stored", stored)?;
+        named.set_item("imbalance", imbalance)?;
+        named.set_item("peak", peak)?;
+        named.set_item("least_gap", least_gap)?;
+        named.set_item("broken_share", broken_share)?;
+        Ok(named)
+    }
+}

@@ -1,0 +1,101 @@
+//! The counts of an attack, and their table.
+
+use std::{collections::BTreeMap, fmt};
+
+use crate::{
+    oracle::solutions,
+    problems::{Case, grown},
+    runs::{Fault, Precision, methods, runs},
+};
+
+/// The counts of one method in one precision.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Counts {
+    pub(crate) runs: usize,
+    pub(crate) converged: usize,
+    faults: BTreeMap<Fault, usize>,
+    worst: f64,
+}
+
+/// What an attack has seen.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tally {
+    pub(crate) problems: usize,
+    pub(crate) unsolvable: usize,
+    pub(crate) several: usize,
+    pub(crate) by_method: BTreeMap<(String, Precision), Counts>,
+    /// The first of each kind, for each method and precision.
+    pub(crate) examples: Vec<String>,
+}
+
+impl Tally {
+    pub(crate) fn runs(&self) -> usize {
+        self.by_method.values().map(|counts| counts.runs).sum()
+    }
+
+    pub(crate) fn attack(&mut self, seed: u64) {
+        let case = grown(seed);
+        let found = solutions(&case.a, &case.b, &case.q).len();
+        self.problems += 1;
+        self.unsolvable += usize::from(found == 0);
+        self.several += usize::from(found > 1);
+        for name in methods() {
+            for precision in [Precision::Single, Precision::Double] {
+                let runs = match precision {
+                    Precision::Single => runs::<f32>(&case, precision, &name, found > 0),
+                    Precision::Double => runs::<f64>(&case, precision, &name, found > 0),
+                };
+                let counts = self.by_method.entry((name.clone(), precision)).or_default();
+                for (run, start) in runs.into_iter().zip(&case.starts) {
+                    counts.runs += 1;
+                    counts.converged += usize::from(run.converged);
+                    counts.worst = counts.worst.max(run.over_asked);
+                    for (fault, detail) in run.faults {
+                        let count = counts.faults.entry(fault).or_default();
+                        *count += 1;
+                        if *count == 1 {
+                            let case = Case { starts: vec![start.clone()], ..case.clone() };
+                            self.examples.push(format!(
+                                "{fault:?}, {name:?}, {precision:?}, seed {seed}: {detail}\n    {case}"
+                            ));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Tally {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { problems, unsolvable, several, by_method, .. } = self;
+        let solvable = problems - unsolvable;
+        writeln!(
+            f,
+            "{problems} problems: {unsolvable} unsolvable, {solvable} solvable ({several} with several basic solutions)"
+        )?;
+        let header = ["runs", "converged", "false", "inexact", "lost best", "unsound", "panics"];
+        write!(f, "{:24}", "method")?;
+        header.iter().try_for_each(|name| write!(f, "{name:>11}"))?;
+        writeln!(f, "  worst/asked")?;
+        let mut line = |name: &str, counts: &Counts| {
+            write!(f, "{name:24}{:11}{:11}", counts.runs, counts.converged)?;
+            use Fault::{FalseConverged, Inexact, LostBest, Panicked, Unsound};
+            for fault in [FalseConverged, Inexact, LostBest, Unsound, Panicked] {
+                write!(f, "{:11}", counts.faults.get(&fault).unwrap_or(&0))?;
+            }
+            writeln!(f, "  {:11.2e}", counts.worst)
+        };
+        let mut all = Counts::default();
+        for ((name, precision), counts) in by_method {
+            line(&format!("{name}, {precision:?}"), counts)?;
+            all.runs += counts.runs;
+            all.converged += counts.converged;
+            all.worst = all.worst.max(counts.worst);
+            for (&fault, count) in &counts.faults {
+                *all.faults.entry(fault).or_default() += count;
+            }
+        }
+        line("all", &all)
+    }
+}

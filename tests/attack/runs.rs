@@ -1,0 +1,240 @@
+//! The runs of a method on a problem, and what is wrong with them.
+
+use std::{
+    ops::ControlFlow,
+    panic::{AssertUnwindSafe, catch_unwind},
+};
+
+use hlcp_core::{Hlcp, Omega, Rows, Scalar, VaryingFivePoint};
+use hlcp_methods::{BoxedMethod, Limits, Named, Options, Parameters, Progress, Solver};
+use num_traits::ToPrimitive;
+
+use crate::{
+    common::Lists,
+    oracle::{exact, residual_squared},
+    problems::{Case, Matrix, entries},
+};
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Precision {
+    Single,
+    Double,
+}
+
+/// The largest exact residual of an answer that is said to have converged.
+///
+/// In double precision the default tolerance. In single precision, whose tolerance depends on
+/// rounding, a thousandth of ‖q‖.
+fn asked(precision: Precision, q_norm: f64) -> f64 {
+    match precision {
+        Precision::Double => 1e-10 * q_norm,
+        Precision::Single => 1e-3 * q_norm,
+    }
+}
+
+/// The methods under attack: every name of the library but those of Table 1, which are others with
+/// parameters of their own.
+pub(crate) fn methods() -> Vec<String> {
+    let names = Named::names().into_iter();
+    names.filter(|name| !name.ends_with(|last: char| last.is_ascii_digit())).collect()
+}
+
+/// The method of this name, with α = 1.2 and β = 0.9 where it leaves them open.
+fn named(name: &str) -> Named {
+    let alpha = (name.ends_with("SOR") || name.ends_with("AOR")).then_some(1.2);
+    let beta = name.ends_with("AOR").then_some(0.9);
+    Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).expect("a name")
+}
+
+pub(crate) fn to<T: Scalar>(value: f64) -> T {
+    T::from(value).expect("a float")
+}
+
+pub(crate) fn lists<T: Scalar>(matrix: &Matrix) -> Lists<T> {
+    let mut rows = vec![vec![]; matrix.len()];
+    entries(matrix)
+        .filter(|(.., entry)| *entry != 0)
+        .for_each(|(i, j, entry)| rows[i].push((j, to(entry as f64))));
+    Lists(rows)
+}
+
+fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> VaryingFivePoint<'static, T> {
+    let n = matrix.len();
+    let row = |i: usize, j: usize| {
+        let k = nx * j + i;
+        let entry = |inside: bool, at: usize| to(if inside { matrix[k][at] as f64 } else { 0.0 });
+        [
+            entry(j > 0, k.wrapping_sub(nx)),
+            entry(i > 0, k.wrapping_sub(1)),
+            entry(true, k),
+            entry(i + 1 < nx, k + 1),
+            entry(k + nx < n, k + nx),
+        ]
+    };
+    VaryingFivePoint::from_fn(nx, n / nx, row).expect("a finite matrix on its grid")
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Fault {
+    /// Converged, where no solution is.
+    FalseConverged,
+    /// Converged, with an exact residual above what was asked.
+    Inexact,
+    /// Not converged, and an iterate before the answer had a smaller residual.
+    LostBest,
+    /// An entry of z or r that is not finite or negative, or two that are both positive.
+    Unsound,
+    Panicked,
+}
+
+/// One run in numbers.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Run {
+    pub(crate) converged: bool,
+    /// The exact residual over what was asked, of a run that converged.
+    pub(crate) over_asked: f64,
+    pub(crate) faults: Vec<(Fault, String)>,
+}
+
+/// The runs of a method on a case, from all its starts; none where the method refuses the problem.
+pub(crate) fn runs<T: Scalar>(
+    case: &Case,
+    precision: Precision,
+    name: &str,
+    solvable: bool,
+) -> Vec<Run> {
+    match case.grid {
+        Some(nx) => {
+            let [a, b] = [&case.a, &case.b].map(|matrix| five_point::<T>(matrix, nx));
+            runs_with(case, [a, b], precision, name, solvable)
+        }
+        None => {
+            let [a, b] = [&case.a, &case.b].map(lists::<T>);
+            runs_with(case, [a, b], precision, name, solvable)
+        }
+    }
+}
+
+fn runs_with<T, O>(
+    case: &Case,
+    [a, b]: [O; 2],
+    precision: Precision,
+    name: &str,
+    solvable: bool,
+) -> Vec<Run>
+where
+    T: Scalar,
+    O: Rows<T> + Clone + 'static,
+{
+    let vector = |v: &[i64]| v.iter().map(|&v| to(v as f64)).collect::<Vec<T>>();
+    let omega = match &case.omega {
+        None => Omega::diagonal_ratio(T::one(), &a, &b).expect("positive diagonals"),
+        Some(omega) => Omega::Each(vector(omega)),
+    };
+    let problem = Hlcp::new(a, b, omega)
+        .and_then(|problem| problem.with_gamma(to(case.gamma as f64)))
+        .and_then(|problem| if case.exchanged { problem.exchanged() } else { Ok(problem) })
+        .expect("a sound pair");
+    let Ok(method) = named(name).on(problem.clone()) else { return vec![] };
+    let mut solver = Solver::new(method);
+    let mut runs = vec![];
+    for start in &case.starts {
+        let attempt = || run(case, &problem, &mut solver, &vector(start), precision, solvable);
+        match catch_unwind(AssertUnwindSafe(attempt)) {
+            Ok(run) => runs.push(run),
+            Err(_) => {
+                let faults = vec![(Fault::Panicked, "as it says on stderr".to_owned())];
+                runs.push(Run { faults, ..Run::default() });
+                break; // A solver that panicked is not used again.
+            }
+        }
+    }
+    runs
+}
+
+/// One run, with its faults.
+fn run<T, O>(
+    case: &Case,
+    problem: &Hlcp<T, O, O>,
+    solver: &mut Solver<T, BoxedMethod<'static, T, O, O>>,
+    start: &[T],
+    precision: Precision,
+    solvable: bool,
+) -> Run
+where
+    T: Scalar,
+    O: Rows<T> + Clone + 'static,
+{
+    let q: Vec<T> = case.q().into_iter().map(to).collect();
+    let limits = Limits { iterations: case.iterations, ..Limits::default() };
+    let (mut smallest, mut best) = (f64::INFINITY, vec![]);
+    let mut note = |progress: &Progress<'_, T>| {
+        if progress.residual.l2 < smallest {
+            smallest = progress.residual.l2;
+            best.clear();
+            best.extend_from_slice(progress.x);
+        }
+        ControlFlow::Continue(())
+    };
+    let outcome = solver
+        .solve(&q, Options::from_x(start).limits(limits).observer(&mut note))
+        .expect("finite input");
+    let mut run = Run { converged: outcome.converged(), ..Run::default() };
+    let mut fault =
+        |fault, detail: String| run.faults.push((fault, format!("{outcome}: {detail}")));
+
+    let doubles = |v: &[T]| v.iter().map(|v| v.to_f64().expect("a float")).collect::<Vec<_>>();
+    let [z, r] = [solver.z(), solver.r()].map(doubles);
+    for i in 0..q.len() {
+        let sound = |v: f64| v.is_finite() && v >= 0.0;
+        if !sound(z[i]) || !sound(r[i]) || z[i] > 0.0 && r[i] > 0.0 {
+            fault(Fault::Unsound, format!("z[{i}] = {:e}, r[{i}] = {:e}", z[i], r[i]));
+        }
+    }
+    if outcome.converged() {
+        if !solvable {
+            fault(Fault::FalseConverged, format!("z = {z:?}, r = {r:?} solve nothing"));
+        }
+        if z.iter().chain(&r).all(|v| v.is_finite()) {
+            let q = case.q();
+            let bound = asked(precision, q.iter().map(|q| q * q).sum::<f64>().sqrt());
+            let squares = residual_squared(case, &q, &z, &r);
+            let residual = squares.to_f64().expect("a number").sqrt();
+            if squares > exact(bound) * exact(bound) {
+                let detail = format!("exact residual {residual:.2e}, asked {bound:.2e}");
+                fault(Fault::Inexact, detail);
+            }
+            run.over_asked = if residual == 0.0 { 0.0 } else { residual / bound };
+        }
+    } else {
+        let bound = smallest + rounding(case, problem, &best);
+        if outcome.residual.l2.is_nan() || outcome.residual.l2 > bound {
+            let detail = format!("residual {:e}, and {smallest:e} was seen", outcome.residual.l2);
+            fault(Fault::LostBest, detail);
+        }
+    }
+    run
+}
+
+/// How much two computed norms of the residual at `x` may differ.
+///
+/// A row sums at most 2n + 1 terms, of A, of BΩ and q, be it from z and r or from x and |x|. Each
+/// is rounded three times at most before it is summed, and the sum is divided by γ: 2n + 5
+/// roundings of ε/2, of terms that add up to Sᵢ = Σⱼ 2(|aᵢⱼ| + |bᵢⱼ|ωⱼ)|xⱼ|/γ + |qᵢ| at most. Both
+/// norms are that near the exact one, so they differ by (2n + 5)ε‖S‖ and, where numbers underflow,
+/// as many of the smallest. One rounding is to spare for what is of second order in ε.
+fn rounding<T: Scalar, O: Rows<T>>(case: &Case, problem: &Hlcp<T, O, O>, x: &[T]) -> f64 {
+    let to_f64 = |v: T| v.to_f64().expect("a float");
+    let gamma = to_f64(problem.gamma());
+    let mut squares = 0.0;
+    for (i, q) in case.q().into_iter().enumerate() {
+        let mut size = q.abs();
+        let size_of = |entry: T, j: usize| 2.0 * to_f64(entry.abs()) * to_f64(x[j].abs()) / gamma;
+        problem.a().visit_row(i, &mut |j, a| size += size_of(a, j));
+        let omega = |j| to_f64(problem.omega().entry(j));
+        problem.b().visit_row(i, &mut |j, b| size += omega(j) * size_of(b, j));
+        squares += size * size;
+    }
+    let count = (2 * x.len() + 6) as f64;
+    count * (to_f64(T::epsilon()) * squares.sqrt() + to_f64(T::min_positive_value()))
+}
