@@ -255,12 +255,14 @@ pub(crate) fn visit_neighbours<T: Scalar>(
             visit(place, a);
         }
     };
-    if round == [false, false] {
-        (0..5).for_each(entry);
-    } else {
+    let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
+    let across = round[0] && (i == 0 || i + 1 == nx) || round[1] && (j == 0 || j + 1 == ny);
+    if across {
         let mut order = [0, 1, 2, 3, 4];
         order.sort_unstable_by_key(|&direction| places[direction]);
         order.into_iter().for_each(&mut entry);
+    } else {
+        (0..5).for_each(entry);
     }
 }
 
