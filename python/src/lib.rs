@@ -281,7 +281,6 @@ impl Settings {
             iterations: self.maxiter,
             rounding: self.rounding,
             time: self.maxtime.map(seconds).transpose()?,
-            ..Limits::default()
         })
     }
 
