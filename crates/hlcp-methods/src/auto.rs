@@ -311,6 +311,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
     }
 }
 
+type Mixed<T, A, B> = Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>;
+
 type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
 
 #[derive(Debug, Clone)]
@@ -319,7 +321,7 @@ enum Worker<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
     AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
     Newton(Box<PlainNewton<T, A, B>>),
-    Anderson(Box<Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>>),
+    Anderson(Box<Mixed<T, A, B>>),
     Pivoting(Box<Pivoting<T, A, B>>),
 }
 
@@ -433,7 +435,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Overwrites `y` with a sweep forward and one backward from `x`, if one more pair is worth it:
     /// the first is, and those after one that left a hundredth of the residual.
-    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>) -> Option<Norms> {
+    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
         let last = self.opening.take()?;
         self.problem.defect(q.entries(), x, y, &mut self.scratch);
         let norms = Norms::of(y).divided_by(self.problem.gamma());

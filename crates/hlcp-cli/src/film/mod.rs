@@ -159,7 +159,8 @@ pub(crate) struct Arguments {
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay
-    #[arg(long, help_heading = ASKED, requires = "motion", value_parser = mass)]
+    #[arg(long, help_heading = ASKED, requires = "motion", allow_hyphen_values = true)]
+    #[arg(value_parser = mass)]
     mass: Option<f64>,
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
     /// of the film]
