@@ -21,9 +21,9 @@ impl LinearOperator<f64> for SevenPoint {
         self.m.pow(3)
     }
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        for k in 0..y.len() {
-            y[k] = 0.0;
-            self.visit_row(k, &mut |j, a| y[k] += a * x[j]);
+        for (k, y) in y.iter_mut().enumerate() {
+            *y = 0.0;
+            self.visit_row(k, &mut |j, a| *y += a * x[j]);
         }
     }
     // Says that the rows are known, so that a solver can bound the rounding in a residual.
@@ -42,11 +42,12 @@ impl Diagonal<f64> for SevenPoint {
 impl Rows<f64> for SevenPoint {
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, f64)) {
         let steps = [1, self.m, self.m * self.m];
-        for step in steps.into_iter().rev().filter(|step| k / step % self.m > 0) {
+        let place = |step: usize| k / step % self.m;
+        for step in steps.into_iter().rev().filter(|&step| place(step) > 0) {
             visit(k - step, -1.0);
         }
         visit(k, 6.0);
-        for step in steps.into_iter().filter(|step| k / step % self.m < self.m - 1) {
+        for step in steps.into_iter().filter(|&step| place(step) < self.m - 1) {
             visit(k + step, -1.0);
         }
     }
