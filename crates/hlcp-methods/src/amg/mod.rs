@@ -237,11 +237,11 @@ impl<T: Scalar> Amg<T> {
         let void: Vec<bool> =
             (0..n).map(|at| jacobian.is_active(self.at(at)) != a_conducts).collect();
         let (scale, dry) = void_scale(&matrix, &void);
-        for at in 0..n {
+        for (at, scale) in scale.into_iter().enumerate() {
             let i = self.at(at);
             if jacobian.is_active(i) != self.active[i] {
                 self.active[i] = !self.active[i];
-                self.scale[at] = scale[at];
+                self.scale[at] = scale;
             }
         }
         matrix.scale_columns(&self.scale);
