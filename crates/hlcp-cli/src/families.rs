@@ -134,15 +134,24 @@ impl Row {
         self.drawn.name.rsplit_once('-').map_or("", |(family, _)| family)
     }
 
-    /// What AUTO took over what the best of the others did, 1 where it is the best itself: seconds,
-    /// or sweeps where these are few; nothing where it fails.
+    /// What AUTO took over what the best of the others did, 1 where it is the best itself: in seconds,
+    /// or in sweeps where these are few; nothing where it fails.
     fn ratio(&self) -> Option<f64> {
-        let cost = |run: &Run| {
-            if self.auto.seconds < SHORT { run.outcome.sweeps as f64 } else { run.seconds }
-        };
-        let others = self.others.iter().map(|(_, run)| cost(run));
+        if self.auto.seconds < SHORT {
+            self.ratio_of_sweeps()
+        } else {
+            self.over(|run| run.seconds)
+        }
+    }
+
+    fn ratio_of_sweeps(&self) -> Option<f64> {
+        self.over(|run| run.outcome.sweeps.max(1) as f64)
+    }
+
+    fn over(&self, cost: impl Fn(&Run) -> f64) -> Option<f64> {
         let own = cost(&self.auto);
-        self.auto.outcome.converged().then(|| own / others.fold(own, f64::min))
+        let best = self.others.iter().fold(own, |best, (_, run)| best.min(cost(run)));
+        self.auto.outcome.converged().then(|| own / best)
     }
 
     fn line(&self) -> String {
@@ -213,22 +222,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 fn report(rows: &[Row], provenance: &str) -> Result<String, std::fmt::Error> {
     let mut text = format!(
         "# AUTO on random families\n\n{provenance}\n\n\
-         | family | problems | solved | others solve | nobody solves | median | 90 % | worst |\n\
-         |---|---|---|---|---|---|---|---|\n"
+         | family | problems | solved | others solve | nobody solves | median, 90 %, worst | of sweeps |\n\
+         |---|---|---|---|---|---|---|\n"
     );
     let mut table = |name: &str, of: &[&Row]| {
-        let mut ratios: Vec<f64> = of.iter().filter_map(|row| row.ratio()).collect();
-        ratios.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (share * ratios.len() as f64).ceil() as usize;
-            ratios.get(place.saturating_sub(1)).map_or("–".to_owned(), |r| format!("{r:.2}"))
+        let places = |ratio: fn(&Row) -> Option<f64>| {
+            let mut ratios: Vec<f64> = of.iter().filter_map(|row| ratio(row)).collect();
+            ratios.sort_by(f64::total_cmp);
+            let at = |share: f64| {
+                let place = (share * ratios.len() as f64).ceil() as usize;
+                ratios.get(place.saturating_sub(1)).map_or("–".to_owned(), |r| format!("{r:.2}"))
+            };
+            [0.5, 0.9, 1.0].map(at).join(", ")
         };
         let lost = of.iter().filter(|row| row.ratio().is_none());
         let (others, nobody): (Vec<&&Row>, Vec<&&Row>) =
             lost.partition(|row| !row.others.is_empty());
-        let counts = [of.len(), ratios.len(), others.len(), nobody.len()].map(|n| n.to_string());
-        let places = [at(0.5), at(0.9), at(1.0)];
-        writeln!(text, "| {name} | {} | {} |", counts.join(" | "), places.join(" | "))
+        let solved = of.len() - others.len() - nobody.len();
+        let counts = [of.len(), solved, others.len(), nobody.len()].map(|n| n.to_string());
+        let [all, of_sweeps] = [places(Row::ratio), places(Row::ratio_of_sweeps)];
+        writeln!(text, "| {name} | {} | {all} | {of_sweeps} |", counts.join(" | "))
     };
     for family in families::NAMES {
         let of: Vec<_> = rows.iter().filter(|row| row.family() == family).collect();

@@ -100,9 +100,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.lu.factorise(|i, each| jacobian.visit_row(i, each));
         let jacobian = Jacobian::new(&self.problem, &all_z);
         let mut tableau = vec![T::zero(); n * width];
-        for i in 0..n {
-            jacobian.visit_row(i, |j, a| tableau[i * width + j] = a);
-            tableau[i * width + n + 1] = self.problem.q_factor() * q[i];
+        for (i, (line, &q)) in tableau.chunks_exact_mut(width).zip(q).enumerate() {
+            jacobian.visit_row(i, |j, a| line[j] = a);
+            line[n + 1] = self.problem.q_factor() * q;
         }
         let (mut rhs, mut solution) = (column(T::zero()), column(T::zero()));
         for j in (0..n).chain([n + 1]) {
@@ -136,10 +136,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let enters = if left < n { left + n + 1 } else { left - n - 1 };
             at = others.iter().position(|&other| other == enters).unwrap_or(at);
             let mut bound = T::infinity();
-            for i in 0..n {
+            for (i, &own) in basic.iter().enumerate() {
                 let slope = -tableau[i * width + at];
                 let ratio = constant(&tableau, i) / slope;
-                if slope > T::zero() && (ratio < bound || ratio == bound && basic[i] == n) {
+                if slope > T::zero() && (ratio < bound || ratio == bound && own == n) {
                     (row, bound) = (i, ratio);
                 }
             }

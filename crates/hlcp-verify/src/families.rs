@@ -161,7 +161,7 @@ impl Random {
 /// A number between −1 and 1 for a point of a lattice.
 fn noise(seed: u64, i: i64, j: i64) -> f64 {
     let mut random =
-        Random(seed ^ (i as u64).wrapping_mul(0x517c_c1b7_2722_0a95) ^ (j as u64) << 40);
+        Random(seed ^ (i as u64).wrapping_mul(0x517c_c1b7_2722_0a95) ^ ((j as u64) << 40));
     random.next();
     random.real(-1.0, 1.0)
 }

@@ -312,9 +312,11 @@ impl<T: Scalar> Lu<T> {
         let Self { n, factors, rows } = self;
         let n = *n;
         factors.fill(T::zero());
-        for i in 0..n {
-            rows[i] = i;
-            row(i, &mut |j, a| factors[i * n + j] = a);
+        // Of order 0 where all unknowns are apart.
+        let lines = factors.chunks_exact_mut(n.max(1));
+        for (i, (own, line)) in rows.iter_mut().zip(lines).enumerate() {
+            *own = i;
+            row(i, &mut |j, a| line[j] = a);
         }
         // A pivot that is lost in the rounding of the matrix is none.
         let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));
