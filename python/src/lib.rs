@@ -281,7 +281,6 @@ impl Settings {
             iterations: self.maxiter,
             rounding: self.rounding,
             time: self.maxtime.map(seconds).transpose()?,
-            ..Limits::default()
         })
     }
 
@@ -438,9 +437,9 @@ fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) 
     })
 }
 
-/// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at once
-/// and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the arrays
-/// that it reads until then.
+/// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at
+/// once and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the
+/// arrays that it reads until then.
 fn apart<R: Send + 'static>(
     py: Python<'_>,
     stop: &AtomicBool,

@@ -22,10 +22,10 @@ const PORTION: usize = 512;
 ///
 /// # Cost
 ///
-/// The colours take a walk over the rows and, at set-up alone, 16 bytes an entry; they keep 12 to 16
-/// bytes a row. A step is one walk over the rows of `A` and of `B`, `n` numbers of scratch, and a
-/// copy of the new values, which is not shared; rows that lie far apart are read in turn, which on
-/// one thread costs more than the order of the rows.
+/// The colours take a walk over the rows and, at set-up alone, 16 bytes an entry; they keep 12 to
+/// 16 bytes a row. A step is one walk over the rows of `A` and of `B`, `n` numbers of scratch, and
+/// a copy of the new values, which is not shared; rows that lie far apart are read in turn, which
+/// on one thread costs more than the order of the rows.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, Step};

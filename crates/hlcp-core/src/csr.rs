@@ -48,7 +48,9 @@ pub enum Pattern<'a> {
 ///
 /// ```
 /// use hlcp_core::Csr;
-/// assert_eq!(Csr::new(&[0_u32, 1], &[0], &[4.0])?.nnz(), Csr::new(&[0_i64, 1], &[0], &[4.0])?.nnz());
+/// let short = Csr::new(&[0_u32, 1], &[0], &[4.0])?;
+/// let long = Csr::new(&[0_i64, 1], &[0], &[4.0])?;
+/// assert_eq!(short.nnz(), long.nnz());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub trait Index: sealed::Index {}
@@ -100,10 +102,10 @@ impl<'a, T: Scalar> Csr<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for fewer than two offsets; [`Error::Index`] for the first place where offsets
-    /// do not begin with 0, decrease or do not end with the number of columns and of values, and
-    /// for the first column that is not below the order, or not above the one before it in its row;
-    /// [`Error::NotFinite`] for the first value that is NaN or infinite.
+    /// [`Error::Empty`] for fewer than two offsets; [`Error::Index`] for the first place where
+    /// offsets do not begin with 0, decrease or do not end with the number of columns and of
+    /// values, and for the first column that is not below the order, or not above the one before it
+    /// in its row; [`Error::NotFinite`] for the first value that is NaN or infinite.
     ///
     /// ```
     /// use hlcp_core::Csr;

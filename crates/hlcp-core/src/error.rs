@@ -17,7 +17,7 @@ pub enum Error {
     /// The problem has no unknowns.
     #[error("{what} has order 0, but a problem needs at least one unknown")]
     Empty {
-        /// What is empty.
+        /// The name of the empty thing.
         what: &'static str,
     },
     /// A grid has no points, or more than an array can hold.
@@ -82,7 +82,7 @@ pub enum Error {
     /// Two things that must share an order do not.
     #[error("{what} has order {found}, but the problem has order {expected}")]
     Order {
-        /// What has the wrong order.
+        /// The name of the thing with the wrong order.
         what: &'static str,
         /// Its order.
         found: usize,
@@ -141,7 +141,7 @@ pub enum Error {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The condition that it must meet.
         range: &'static str,
     },
 }

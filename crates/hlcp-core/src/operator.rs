@@ -62,10 +62,9 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// The five-point operator that this one is, if it is one.
     ///
-    /// A door, not a rung of the ladder. It opens the fused sweeps and residuals, their threads, and
-    /// multigrid, which knows no other operators; an operator that answers `None`, as the default
-    /// does, has its rows walked. What a view promises is said at [`FivePointView`], and
-    /// [`check_operator`](crate::check_operator) sees whether it is kept.
+    /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
+    /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
+    /// [`check_operator`](crate::check_operator) checks it.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }

@@ -87,7 +87,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when
+    /// Those of [`LinearOperator::check`]; [`Error::Empty`] for order 0; [`Error::Order`] when
     /// `b` or `omega` does not fit `a`, or an operator shows a grid of another order than its own;
     /// [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
@@ -280,7 +280,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.gamma
     }
 
-    /// What multiplies `q` in F: γ, and −γ after an exchange.
+    /// Returns the factor of `q` in F: γ, and −γ after an exchange.
     pub fn q_factor(&self) -> T {
         if self.exchanged { -self.gamma } else { self.gamma }
     }

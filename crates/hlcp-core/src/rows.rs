@@ -190,7 +190,8 @@ impl<T: Scalar> Relaxed<'_, T> {
         meter.norms()
     }
 
-    /// The entry of F(x) and the new value of row `i`, where `passed(j)` says whether `y[j]` is new.
+    /// The entry of F(x) and the new value of row `i`, where `passed(j)` says whether `y[j]` is
+    /// new.
     #[inline(always)]
     pub(crate) fn row<const ACCELERATED: bool>(
         &self,

@@ -75,7 +75,8 @@ fn is_square(what: &'static str, rows: usize, columns: usize) -> Result<(), Erro
 /// use hlcp_core::{Csr, Diagonal, Rows};
 /// use nalgebra_sparse::{CooMatrix, CscMatrix};
 ///
-/// let coo = CooMatrix::try_from_triplets(2, 2, vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0])?;
+/// let (rows, columns, values) = (vec![0, 1, 1], vec![0, 0, 1], vec![4.0, -1.0, 3.0]);
+/// let coo = CooMatrix::try_from_triplets(2, 2, rows, columns, values)?;
 /// let by_columns = CscMatrix::from(&coo);
 /// let by_rows = Csr::from(&by_columns);
 /// let mut row = vec![];

@@ -52,9 +52,9 @@ impl<T: Scalar> FivePoint<T> {
         Ok(Self { nx, ny, coefficients, round: [false; 2] })
     }
 
-    /// The same stencil on a grid that closes round in the directions `[x, y]` that say so: there the
-    /// western neighbour of a row's first point is its last, the southern one of the first row's
-    /// points that of the last row, and the other way round.
+    /// The same stencil on a grid that closes round in the directions `[x, y]` that say so: there
+    /// the western neighbour of a row's first point is its last, the southern one of the first
+    /// row's points that of the last row, and the other way round.
     ///
     /// A cylinder, a full journal bearing, a torus. Such an operator shows no five-point view: its
     /// sweeps walk its rows, which takes some twenty times as long as the fused kernel and three times

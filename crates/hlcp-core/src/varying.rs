@@ -30,8 +30,8 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct VaryingFivePoint<'a, T: Scalar> {
-    // Invariant: nx, ny ≥ 1, at least 3 where a direction closes, arrays have nx·ny entries, and all
-    // coefficients are finite.
+    // Invariant: nx, ny ≥ 1, at least 3 where a direction closes, arrays have nx·ny entries, and
+    // all coefficients are finite.
     nx: usize,
     ny: usize,
     coefficients: [Direction<'a, T>; 5],
@@ -154,7 +154,8 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
         Ok(Self { round, ..self })
     }
 
-    /// The operator with the rows of another one, such as an assembled matrix, on an `nx × ny` grid.
+    /// The operator with the rows of another one, such as an assembled matrix, on an `nx × ny`
+    /// grid.
     ///
     /// # Errors
     ///
@@ -252,8 +253,8 @@ impl<T: Scalar> Rows<T> for VaryingFivePoint<'_, T> {
     }
 }
 
-/// Row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no coefficient where
-/// a direction leads outside.
+/// Row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no coefficient
+/// where a direction leads outside.
 fn row_on_grid<T: Scalar>(
     nx: usize,
     ny: usize,
@@ -279,8 +280,8 @@ fn row_on_grid<T: Scalar>(
 /// Recognises a pair of operators as five-point ones on one grid of two dimensions, by their rows.
 ///
 /// Posed with them in the place of, say, assembled matrices, a problem gets the fused sweeps and
-/// multigrid. None if an entry leads to no neighbour, none to another row of the grid, or the orders
-/// differ.
+/// multigrid. None if an entry leads to no neighbour, none to another row of the grid, or the
+/// orders differ.
 ///
 /// # Cost
 ///

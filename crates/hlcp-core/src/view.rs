@@ -51,7 +51,7 @@ impl<T: Scalar> Coefficients<'_, T> {
     }
 }
 
-/// What an operator shows of itself when it is a five-point one: the grid and its five directions.
+/// The grid and the five coefficients of a five-point operator.
 ///
 /// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one
 /// promises that its rows are those of a five-point operator on this grid, with finite

@@ -1,4 +1,5 @@
-//! Assembled rows are walked in place; it must lead where the walk over an operator's own rows does.
+//! Assembled rows are walked in place; it must lead where the walk over an operator's own rows
+//! does.
 
 use std::borrow::Cow;
 
