@@ -152,13 +152,13 @@ fn every_family_is_solved_at_a_fair_price() {
     for (family, seed) in families::NAMES.into_iter().flat_map(|name| [(name, 1), (name, 2)]) {
         let drawn = families::draw(family, seed).unwrap();
         if drawn.single {
-            let (a, b, q) = drawn.pose::<f32>();
+            let ([a, b], q) = drawn.pose::<f32>();
             let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
             let outcome =
                 Solver::new(Auto::new(problem).unwrap()).solve(&q, Limits::default()).unwrap();
             assert!(outcome.converged(), "{}: {outcome}", drawn.name);
         } else {
-            let (a, b, q) = drawn.pose::<f64>();
+            let ([a, b], q) = drawn.pose::<f64>();
             competes(&drawn.name, &a, &b, &q);
         }
     }

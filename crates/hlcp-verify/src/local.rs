@@ -9,8 +9,6 @@
 //! number beside the first, make `F(v)` so small that the bound on the error is hardly more than
 //! the length of those steps.
 
-use std::marker::PhantomData;
-
 use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows, Scalar};
 
 use crate::{
@@ -50,9 +48,11 @@ pub(crate) struct Centre {
 
 /// Finds a centre near the complementary pair `[z, r]`, and proves a solution near it.
 ///
-/// The diagonals of `A` and `B` are positive.
+/// The diagonals of `A` and `B` are positive. Operators come as trait objects, so that this is
+/// compiled once.
 pub(crate) fn enclose<T: Scalar>(
-    (a, b): (&impl Rows<T>, &impl Rows<T>),
+    a: &dyn Rows<T>,
+    b: &dyn Rows<T>,
     q: &[T],
     [z, r]: &[Vec<f64>; 2],
     omega: &[f64],
@@ -60,7 +60,7 @@ pub(crate) fn enclose<T: Scalar>(
     let n = q.len();
     let on_r: Vec<bool> = r.iter().map(|r| *r > 0.0).collect();
     let near: Vec<f64> = z.iter().zip(r).map(|(z, r)| z - r).collect();
-    let wide = Hlcp::new(Wide::of(a), Wide::of(b), Omega::Each(omega.to_vec()));
+    let wide = Hlcp::new(Wide(a), Wide(b), Omega::Each(omega.to_vec()));
     let wide = wide.map_err(|_| Refusal::Overflow)?;
     let mut inverse = Inverse::new(&wide);
     let mut matrix = jacobian(a, b, &on_r)?;
@@ -148,11 +148,7 @@ impl Centre {
 }
 
 /// Columns of `A`, and of `B` where `on_r`, exactly.
-fn jacobian<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    on_r: &[bool],
-) -> Result<Sparse, Refusal> {
+fn jacobian<T: Scalar>(a: &dyn Rows<T>, b: &dyn Rows<T>, on_r: &[bool]) -> Result<Sparse, Refusal> {
     let (mut row, mut finite) = (vec![], true);
     let mut matrix = Sparse::with_capacity(on_r.len(), 5 * on_r.len());
     for i in 0..on_r.len() {
@@ -163,8 +159,8 @@ fn jacobian<T: Scalar>(
                 row.push((j, value));
             }
         };
-        visit(a, i, |j, value| part(false, j, value));
-        visit(b, i, |j, value| part(true, j, value));
+        visit(&a, i, |j, value| part(false, j, value));
+        visit(&b, i, |j, value| part(true, j, value));
         matrix.push(row.iter().copied());
     }
     // An entry that is no number makes F none, whatever it is multiplied by.
@@ -174,8 +170,8 @@ fn jacobian<T: Scalar>(
 /// The matrix M: the comparison matrix of every mixture of `A` and `B` in open columns, in the unit
 /// of the unknown on its side.
 fn hull<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
+    a: &dyn Rows<T>,
+    b: &dyn Rows<T>,
     on_r: &[bool],
     open: &[bool],
     omega: &[f64],
@@ -183,7 +179,7 @@ fn hull<T: Scalar>(
     let mut row = vec![];
     let mut matrix = Sparse::with_capacity(on_r.len(), 5 * on_r.len());
     for i in 0..on_r.len() {
-        merge((a, b), i, &mut row);
+        merge((&a, &b), i, &mut row);
         let entry = |&(j, [a, b]): &(usize, [f64; 2])| {
             let (on_r, omega) = (on_r[j], omega[j]);
             let value = match (open[j], i == j) {
@@ -263,8 +259,8 @@ fn radii(matrix: &Sparse, d: &[f64], bound: &[f64]) -> Result<Vec<f64>, Refusal>
 
 /// A radius with some columns open, and all that are then.
 fn weakened<T: Scalar, A: Rows<f64>, B: Rows<f64>>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
+    a: &dyn Rows<T>,
+    b: &dyn Rows<T>,
     (centre, mut open): (&Centre, Vec<bool>),
     (omega, bound): (&[f64], &[f64]),
     inverse: &mut Inverse<'_, A, B>,
@@ -284,15 +280,9 @@ fn weakened<T: Scalar, A: Rows<f64>, B: Rows<f64>>(
 }
 
 /// An operator in double precision.
-struct Wide<'a, T, A>(&'a A, PhantomData<T>);
+struct Wide<'a, T>(&'a dyn Rows<T>);
 
-impl<'a, T, A> Wide<'a, T, A> {
-    fn of(operator: &'a A) -> Self {
-        Self(operator, PhantomData)
-    }
-}
-
-impl<T: Scalar, A: Rows<T>> LinearOperator<f64> for Wide<'_, T, A> {
+impl<T: Scalar> LinearOperator<f64> for Wide<'_, T> {
     fn order(&self) -> usize {
         self.0.order()
     }
@@ -305,13 +295,13 @@ impl<T: Scalar, A: Rows<T>> LinearOperator<f64> for Wide<'_, T, A> {
     }
 }
 
-impl<T: Scalar, A: Rows<T>> Diagonal<f64> for Wide<'_, T, A> {
+impl<T: Scalar> Diagonal<f64> for Wide<'_, T> {
     fn diagonal_entry(&self, i: usize) -> f64 {
         self.0.diagonal_entry(i).wide()
     }
 }
 
-impl<T: Scalar, A: Rows<T>> Rows<f64> for Wide<'_, T, A> {
+impl<T: Scalar> Rows<f64> for Wide<'_, T> {
     fn visit_row(&self, i: usize, each: &mut dyn FnMut(usize, f64)) {
         self.0.visit_row(i, &mut |j, a| each(j, a.wide()));
     }

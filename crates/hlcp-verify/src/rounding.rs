@@ -242,4 +242,35 @@ mod tests {
         let Interval { lower, upper } = sum.interval();
         assert!(lower <= 1.0 && 1.0 <= upper && upper - lower < 100.0);
     }
+
+    /// Sums that cancel down to the last place of a double and below, exactly and by `Doubled`.
+    #[test]
+    fn twice_the_precision_keeps_its_error() {
+        use num_rational::BigRational;
+        let exact = |x: f64| BigRational::from_float(x).unwrap();
+        let mut bits = 1_u64;
+        let mut next = || {
+            bits = bits
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (bits >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        };
+        for scale in [1.0, 1e150, 1e-150, 1e-161] {
+            for terms in 1..60 {
+                let (mut sum, mut truth, mut size) = (Doubled::default(), exact(0.0), 0.0);
+                for _ in 0..terms {
+                    let (a, x) = (next() * scale, next() * scale);
+                    // Nearly the negative of what there is so far, every third time.
+                    let (a, x) = if next() > 0.3 { (-sum.value() / scale, scale) } else { (a, x) };
+                    sum.add(a, x);
+                    truth += exact(a) * exact(x);
+                    size += (a * x).abs();
+                }
+                let Interval { lower, upper } = sum.interval();
+                assert!(exact(lower) <= truth && truth <= exact(upper), "{scale:e} {terms}");
+                let narrow = 1e-27 * size + 1e-15 * sum.value().abs() + 1e-300;
+                assert!(upper - lower <= narrow, "{scale:e} {terms}: {}", upper - lower);
+            }
+        }
+    }
 }

@@ -67,7 +67,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --h-unit", ""))]
     clearance: Option<f64>,
-    /// The eccentricity over the clearance, with --load where the search begins [default there: 0.5]
+    /// The eccentricity over the clearance, with --load where the search begins [default there:
+    /// 0.5]
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     ecc: Option<f64>,
     /// The angle from the load's direction to the journal's eccentricity, in degrees in the
@@ -156,8 +157,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "plane")]
     #[arg(conflicts_with_all = ["load", "coefficients"])]
     motion: Option<PathBuf>,
-    /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the load
-    /// in N, of a journal in its direction and across it; slopes stay
+    /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
+    /// load in N, of a journal in its direction and across it; slopes stay
     #[arg(long, help_heading = ASKED, requires = "motion", allow_hyphen_values = true)]
     #[arg(value_parser = mass)]
     mass: Option<f64>,

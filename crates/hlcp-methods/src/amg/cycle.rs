@@ -151,7 +151,7 @@ impl<T: Scalar> Hierarchy<T> {
         self.matrix().entries()
     }
 
-    /// What set-up and cycles were worth, in walks over the first level.
+    /// Returns the work of set-up and cycles, in walks over the first level.
     pub(super) fn walks(&self) -> f64 {
         self.walked as f64 / self.entries() as f64
     }

@@ -83,10 +83,10 @@ const ROUGH: usize = 8;
 ///
 /// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
 /// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
-/// that is 80 bytes a row; all levels together have [`complexity`](Self::complexity) times as many,
-/// some 1.3 to 1.5 on grids. Beside it `4n` numbers, `2n` on coarser levels, and for [`AmgNewton`]
-/// `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up
-/// allocates, and a linear solve does; a cycle does not.
+/// that is 80 bytes per row; all levels together have [`complexity`](Self::complexity) times as
+/// many, about 1.3 to 1.5 on grids. Next to it `4n` numbers, `2n` on coarser levels, and for
+/// [`AmgNewton`] `2n` and two vectors for each iteration of its longest linear solve, at most 20
+/// pairs. A set-up allocates, and a linear solve does; a cycle does not.
 ///
 /// # Convergence
 ///
@@ -130,8 +130,8 @@ pub struct Amg<T> {
     place: Vec<u32>,
     /// Whether the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
-    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels were
-    /// built, or the reverse.
+    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
+    /// were built, or the reverse.
     active: Vec<bool>,
     stale: usize,
     /// The factors of the columns of J, by place.
@@ -151,8 +151,8 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Cost
     ///
-    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both for
-    /// a while, to find the order along the flow.
+    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both
+    /// for a while, to find the order along the flow.
     ///
     /// # Errors
     ///
@@ -237,11 +237,11 @@ impl<T: Scalar> Amg<T> {
         let void: Vec<bool> =
             (0..n).map(|at| jacobian.is_active(self.at(at)) != a_conducts).collect();
         let (scale, dry) = void_scale(&matrix, &void);
-        for at in 0..n {
+        for (at, scale) in scale.into_iter().enumerate() {
             let i = self.at(at);
             if jacobian.is_active(i) != self.active[i] {
                 self.active[i] = !self.active[i];
-                self.scale[at] = scale[at];
+                self.scale[at] = scale;
             }
         }
         matrix.scale_columns(&self.scale);
@@ -249,8 +249,8 @@ impl<T: Scalar> Amg<T> {
         self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
     }
 
-    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when the
-    /// clock is up.
+    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
+    /// the clock is up.
     fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,

@@ -101,8 +101,8 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     }
 }
 
-/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two, four,
-/// …; and in set-up before each level, and before each pass over one that is long.
+/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two,
+/// four, …; and in set-up before each level, and before each pass over one that is long.
 #[test]
 fn a_cycle_asks_before_each_long_sweep() {
     let [a, _] = film::<f64>(140, 1.0);

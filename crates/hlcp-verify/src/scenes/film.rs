@@ -48,15 +48,16 @@ use super::check;
 /// The complementarity form of the Jakobsson–Floberg–Olsson conditions is that of M. Giacopini, M.
 /// Fowell, D. Dini and A. Strozzi, *A mass-conserving complementarity formulation to study
 /// lubricant films in the presence of cavitation*, J. Tribology 132 (2010) 041702. The time step is
-/// that of R. Ausas, M. Jai and G. Buscaglia, *A mass-conserving algorithm for dynamical lubrication
-/// problems with cavitation*, J. Tribology 131 (2009) 031702.
+/// that of R. Ausas, M. Jai and G. Buscaglia, *A mass-conserving algorithm for dynamical
+/// lubrication problems with cavitation*, J. Tribology 131 (2009) 031702.
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Omega};
 /// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 /// use hlcp_verify::{Film, Side};
 ///
-/// // Rayleigh's step, 40 µm to 20 µm, under a wall that slides with 2 m/s; nothing leaves sideways.
+/// // Rayleigh's step, 40 µm to 20 µm, under a wall that slides with 2 m/s; nothing leaves
+/// // sideways.
 /// let (nx, length) = (100, 0.02);
 /// let ends = Side::Pressure(1e5);
 /// let film = Film {
@@ -266,8 +267,8 @@ impl Film {
     /// [`Error::Grid`] for a grid without cells; [`Error::Order`] for a list that has not one entry
     /// for each cell; [`Error::NotPositive`] for a gap or a viscosity that is not positive and
     /// finite; [`Error::Parameter`] for an extent or a duration that is not, a speed that is not
-    /// finite, a pressure below that of cavitation, a film content outside 0 to 1, one periodic side
-    /// without the opposite one, and a supply that is not in the film, or holds no cell.
+    /// finite, a pressure below that of cavitation, a film content outside 0 to 1, one periodic
+    /// side without the opposite one, and a supply that is not in the film, or holds no cell.
     pub fn pose(&self) -> Result<(FilmOperator, FilmOperator, Vec<f64>), Error> {
         self.check()?;
         let (n, frame) = (self.gap.len(), self.frame());

@@ -155,13 +155,16 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
             .filter(|(in_z, y)| {
                 certificate.witness.is_some() || {
                     let zero = BigRational::zero();
+                    // The one within what the centre and the radius enclose; the bounds are around
+                    // the pair that was given, and may reach further.
                     y.iter().enumerate().all(|(j, y)| {
                         let star = if in_z[j] { [y, &zero] } else { [&zero, y] };
-                        let near = |given, star: &BigRational, bound: f64| {
-                            bound == f64::INFINITY || (exact(given) - star).abs() <= exact(bound)
+                        let inside = |[lower, upper]: [f64; 2], star: &BigRational| {
+                            &exact(lower) <= star
+                                && (upper == f64::INFINITY || star <= &exact(upper))
                         };
-                        near(z[j], star[0], certificate.z[j])
-                            && near(r[j], star[1], certificate.r[j])
+                        let [of_z, of_r] = certificate.interval(j);
+                        inside(of_z, star[0]) && inside(of_r, star[1])
                     })
                 }
             })
