@@ -57,8 +57,9 @@ impl<T: Scalar> FivePoint<T> {
     /// row's points that of the last row, and the other way round.
     ///
     /// A cylinder, a full journal bearing, a torus. Such an operator shows no five-point view: its
-    /// sweeps walk its rows, which takes some twenty times as long as the fused kernel and three times
-    /// as long as those of [`Csr::from_rows`](crate::Csr::from_rows), and multigrid refuses it.
+    /// sweeps walk its rows, which takes some twenty times as long as the fused kernel and three
+    /// times as long as those of [`Csr::from_rows`](crate::Csr::from_rows), and multigrid refuses
+    /// it.
     ///
     /// # Errors
     ///

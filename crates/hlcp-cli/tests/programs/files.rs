@@ -84,8 +84,8 @@ fn a_scene_through_files() {
     assert_eq!(warm["outcome"], "converged");
 }
 
-/// The pattern of a grid opens what needs a grid, with the counts of the stencil; a grid that is said
-/// must fit.
+/// The pattern of a grid opens what needs a grid, with the counts of the stencil; a grid that is
+/// said must fit.
 #[test]
 fn a_grid_in_files_is_recognised_or_said() {
     let folder = Folder::new("grid");
