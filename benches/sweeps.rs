@@ -1,4 +1,4 @@
-//! The sweeps against the machine's limit: prints the tables of `docs/performance.md`.
+//! The sweeps against the machine's limit: prints the tables of `docs/results/sweeps.md`.
 //!
 //! ```text
 //! cargo bench --bench sweeps

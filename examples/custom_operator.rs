@@ -13,6 +13,7 @@ use std::error::Error;
 
 use hlcp_core::{
     Aor, Diagonal, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows, SplittingFn, SplittingStep,
+    check_operator,
 };
 use hlcp_methods::{Limits, Method, Mms, Options, Solver, Tmms};
 
@@ -90,6 +91,8 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let string = SecondDifference { points: 63 };
+    // Once, while one writes an operator: do its product, its diagonal and its rows agree?
+    check_operator(&string)?;
     // B = I makes it an LCP; Ω is one number, of the size of A's diagonal over B's.
     let omega = Omega::Uniform(string.diagonal_entry(0));
     let problem = Hlcp::new(string, Identity { order: string.points }, omega)?;

@@ -11,8 +11,9 @@ use std::{fmt, sync::Arc};
 use common::{Lists, from};
 
 use hlcp_core::{
-    Aor, Coefficients, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi, LinearOperator,
-    Omega, Rhs, Rows, Scalar, Scaled, SplittingFn, SplittingStep, VaryingFivePoint,
+    Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
+    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, SplittingFn, SplittingStep,
+    VaryingFivePoint,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
@@ -340,6 +341,16 @@ fn one_answer<T: Scalar>(row: &str, answers: &[Vec<T>]) {
 fn table<T: Scalar + nalgebra::Scalar>() {
     let (a, b) = (stencil::<T>(A), stencil::<T>(B));
     let shared = |operator: FivePoint<T>| -> Arc<dyn Rows<T>> { Arc::new(operator) };
+    let arrays =
+        |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> { Arc::new(Csr::from_rows(operator)) };
+    let dense = |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> {
+        let mut entries = vec![T::zero(); N * N];
+        (0..N).for_each(|i| operator.visit_row(i, &mut |j, entry| entries[i * N + j] = entry));
+        Arc::new(RowMajor::new(N, entries).unwrap())
+    };
+    // The same solution is planted; the rows reach across the grid's edge.
+    let [cylinder, torus] = [a.periodic([true, false]), b.periodic([true, true])];
+    let (cylinder, torus) = (cylinder.unwrap(), torus.unwrap());
     for row in &rows().collect::<Vec<_>>() {
         if is_on_grids(row) {
             let answers = [
@@ -358,6 +369,9 @@ fn table<T: Scalar + nalgebra::Scalar>() {
             Case::new(row, "assembled matrices", assembled(&a), assembled(&b)).keeps_all(),
             Case::new(row, "a user's operators", Lists::of(&a), Lists::of(&b)).keeps_all(),
             Case::new(row, "shared operators", lists, shared(b)).keeps_all(),
+            Case::new(row, "rows in arrays", arrays(&a), arrays(&b)).keeps_all(),
+            Case::new(row, "rows in arrays and dense ones", arrays(&a), dense(&b)).keeps_all(),
+            Case::new(row, "periodic grids", shared(cylinder), shared(torus)).keeps_all(),
         ];
         one_answer(row, &answers);
     }

@@ -11,6 +11,7 @@ With B the identity this is the linear complementarity problem.
 `Solver`           solves for one q after the other, from the last answer
 `FivePoint`        a five-point operator on a grid, its arrays borrowed
 `certify`          proves how far an answer is from the solution
+`film`             pressure and cavitation in a lubricating film
 `scenes`           problems with known answers
 `plot`             draws z and r (needs matplotlib)
 `methods`          the names of all methods
@@ -25,18 +26,21 @@ With B the identity this is the linear complementarity problem.
 """
 
 from hlcp import scenes
+from hlcp._film import FilmResult, film
 from hlcp._operators import FivePoint
 from hlcp._plot import plot
 from hlcp._solve import Certificate, Progress, Result, Solver, Status, certify, methods, solve
 
 __all__ = [
     "Certificate",
+    "FilmResult",
     "FivePoint",
     "Progress",
     "Result",
     "Solver",
     "Status",
     "certify",
+    "film",
     "methods",
     "plot",
     "scenes",

@@ -192,15 +192,19 @@ def described(name: str, given: Any, dtype: Any, order: int) -> Any:
     # compiled half refuses it.
     leads = (len(pointers) > 0 and pointers[0] == 0 and np.all(pointers[:-1] <= pointers[1:])
              and pointers[-1] <= min(len(indices), len(matrix.data)))
-    if leads and not matrix.has_canonical_format:
-        matrix = matrix.copy()
-        matrix.sum_duplicates()
-        pointers, indices = matrix.indptr, matrix.indices
+    entries = matrix.data
+    if leads:
+        if not matrix.has_canonical_format:
+            matrix = matrix.copy()
+            matrix.sum_duplicates()
+        pointers = matrix.indptr
+        # Arrays may be longer than the matrix.
+        indices, entries = matrix.indices[:pointers[-1]], matrix.data[:pointers[-1]]
     narrow = pointers.dtype == indices.dtype == np.int32
     pointers, indices = (np.require(array, np.int32 if narrow else np.int64,
                                     ["C", "ALIGNED", "ENSUREARRAY"])
                          for array in (pointers, indices))
-    return matrix.shape[1], pointers, indices, vector(name, matrix.data, dtype)
+    return matrix.shape[1], pointers, indices, vector(name, entries, dtype)
 
 
 def function(name: str, call: Any, dtype: Any, order: int) -> Any:

@@ -142,6 +142,7 @@ def solve(
     r0: ArrayLike | None = None,
     rtol: float | None = None,
     atol: float | None = None,
+    rounding: float | None = None,
     norm: float = 2,
     maxiter: int = 30_000,
     maxtime: float | None = None,
@@ -181,8 +182,10 @@ def solve(
         The start: a modulus variable, or a z and an r (0 where one is missing).
     rtol, atol : float
         The norm of the residual, over that of q or in the units of q, that is good enough; give
-        one. Without either, rtol is 1e-10. In single precision a residual of the size of its
-        rounding is good enough too.
+        one. Without either, rtol is 1e-10.
+    rounding : float
+        The residual that is good enough too, in units of the rounding in it; 4 in single
+        precision and 0 in double, if not given.
     norm : 2 or inf
         The norm of both.
     maxiter : int
@@ -207,12 +210,14 @@ def solve(
     ValueError
         For input that cannot be solved as it stands, with what is wrong and where.
     KeyboardInterrupt
-        On Ctrl-C, about once the sweep is done; no argument is changed.
+        On Ctrl-C, at once; with a function of yours, or below 10,000 unknowns, once the sweep is
+        done. No argument is ever changed.
 
     Notes
     -----
     Whatever `splitting`, `callback` or a LinearOperator raises comes out as it is. Other threads
-    of Python run during the solve. They must not write to the arrays that it works on.
+    of Python run during the solve. They must not write to the arrays that it works on. With
+    threads > 1 the functions are called on a thread that is not the caller's.
 
     Examples
     --------
@@ -224,8 +229,8 @@ def solve(
     """
     return _solve(_Pair(A, B), q, method=method, alpha=alpha, beta=beta, alpha2=alpha2,
                   beta2=beta2, base=base, window=window, splitting=splitting, tau=tau, omega=omega,
-                  x0=x0, z0=z0, r0=r0, rtol=rtol, atol=atol, norm=norm, maxiter=maxiter,
-                  maxtime=maxtime, threads=threads, callback=callback)
+                  x0=x0, z0=z0, r0=r0, rtol=rtol, atol=atol, rounding=rounding,
+                  norm=norm, maxiter=maxiter, maxtime=maxtime, threads=threads, callback=callback)
 
 
 def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any, omega: Any,
@@ -281,8 +286,12 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
     }
     if settings["threads"] > 1024:
         raise ValueError(f"threads is {threads}, but it must be at most 1024")
+    # Python's own functions run where the caller is, as far as they can.
+    runs_python = callback is not None or maps or any(
+        isinstance(given, tuple) and callable(given[-1]) for given in (A, B))
+    is_apart = settings["threads"] > 1 or not runs_python and len(entries) >= 10_000
     z, r, x, (status, message), (nit, sweeps, elapsed), (residual, relative) = _hlcp.solve(
-        dtype is np.float64, A, B, entries, starts, omega, settings)
+        dtype is np.float64, is_apart, [A, B, entries], starts, omega, settings)
     status = Status[status.upper().replace(" ", "_")]
     return Result(
         z=z.reshape(shape), r=r.reshape(shape), x=x.reshape(shape),
@@ -374,34 +383,45 @@ class Solver:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Certificate:
-    """A proof that the solution (z*, r*) exists and is the only one, and how far z and r are from it.
+    """What is proved of the distance of (z, r) from a solution (z*, r*).
 
-    All of it is a statement about real numbers; rounding is accounted for.
+    All of it is a statement about real numbers; rounding is accounted for. It is true (as a bool)
+    if a solution is proved to exist within the bounds; else these are infinite.
 
     Attributes
     ----------
     z, r : ndarray of float64
-        Not less than abs(z - z*) and abs(r - r*), entry by entry; infinite if something overflows.
+        Not less than abs(z - z*) and abs(r - r*), entry by entry.
     error : float
         The largest of these.
+    sides : ndarray of int8
+        1 where z* > 0 = r* is proved, -1 where r* > 0 = z* is, and 0 where neither is.
+    unique : bool
+        Whether (z*, r*) is proved to be the only solution; else it is the only one within the
+        bounds.
     kind : str
-        "componentwise" or "sum", the kind of the bound.
+        "componentwise", "sum" or "local", the kind of the bound; "" without one.
     message : str
-        The same in a sentence.
+        The same in a sentence, or the reason why nothing is proved.
     """
 
     z: NDArray[np.float64]
     r: NDArray[np.float64]
     error: float
+    sides: NDArray[np.int8]
+    unique: bool
     kind: str
     message: str
+
+    def __bool__(self) -> bool:
+        return bool(self.kind)
 
     def __str__(self) -> str:
         return self.message
 
 
-def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate | None:
-    """Prove that the problem has one solution and no other, and bound its distance from z and r.
+def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate:
+    """Prove that the problem has a solution, and bound its distance from z and r.
 
     Parameters
     ----------
@@ -412,8 +432,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
 
     Returns
     -------
-    Certificate or None
-        None where no proof was found: nothing is claimed then.
+    Certificate
+        With infinite bounds where no proof was found: nothing is claimed then.
 
     Raises
     ------
@@ -423,26 +443,29 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
 
     Notes
     -----
-    Other threads of Python run meanwhile; Ctrl-C acts at the end.
+    Other threads of Python run meanwhile. Ctrl-C ends the call; what was begun ends by itself.
 
     Examples
     --------
     >>> import hlcp
     >>> A = hlcp.FivePoint((1, 2), west=-1, centre=4, east=-1)
     >>> bound = hlcp.certify(A, None, [-4.0, 3.0], [1.001, 0.0], [0.0, 2.0])
-    >>> bool(0.001 <= bound.z[0] < 0.0014)
-    True
+    >>> bool(0.001 <= bound.z[0] < 0.0014), bound.unique, bound.sides.tolist()
+    (True, True, [1, -1])
     """
     array = real("q", q)
     shape, dtype = array.shape, _precision(array)
     of_a, of_b = _Pair(A, B).described(dtype)
     entries = [vector(name, given, dtype) for name, given in (("q", array), ("z", z), ("r", r))]
-    proof = _hlcp.certify(dtype is np.float64, of_a, of_b, *entries)
-    if proof is None:
-        return None
-    of_z, of_r, kind, message = proof
+    proof = _hlcp.certify(dtype is np.float64, [of_a, of_b], entries)
+    if isinstance(proof, str):
+        nothing = np.full(shape, np.inf)
+        open_sides = np.zeros(shape, np.int8)
+        return Certificate(nothing, nothing, np.inf, open_sides, False, "", f"not proved: {proof}")
+    (of_z, of_r), sides, kind, unique, message = proof
     error = float(max(np.max(of_z), np.max(of_r)))
-    return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, kind, message)
+    return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, sides.reshape(shape),
+                       unique, kind, message)
 
 
 def methods() -> list[str]:

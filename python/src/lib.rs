@@ -4,21 +4,30 @@
 use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
-    sync::{Mutex, PoisonError, mpsc},
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering},
+        mpsc::{self, RecvTimeoutError},
+    },
+    thread,
     time::{Duration, Instant},
 };
 
 use hlcp_methods::{
-    Anderson, BoxedMethod, Coefficients, Diagonal, Error, Hlcp, Identity, Limits, LinearOperator,
+    Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator,
     Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar,
     Solver, Splitting, SplittingStep, Tmms, Tolerance, VaryingFivePoint,
 };
-use hlcp_verify::{Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider, Witness};
+use hlcp_verify::{
+    Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
+    Slider, Supply, TimeStep,
+};
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
     conversion::FromPyObjectOwned,
     exceptions::{PyMemoryError, PyRuntimeError, PyValueError},
     prelude::*,
+    types::PyDict,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -31,21 +40,26 @@ trait Real: Scalar + Element + for<'py> FromPyObjectOwned<'py> {}
 impl Real for f32 {}
 impl Real for f64 {}
 
-/// The first exception that Python code has raised in the course of a solve, which ends it.
+/// The first exception that Python code has raised in the course of a solve, which ends it; and
+/// whether it is to end.
 #[derive(Default)]
-struct Failure(Mutex<Option<PyErr>>);
+struct Failure {
+    first: Mutex<Option<PyErr>>,
+    stop: Arc<AtomicBool>,
+}
 
 impl Failure {
     fn note(&self, error: PyErr) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.stop.store(true, Ordering::Relaxed);
+        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     }
 
-    fn is_noted(&self) -> bool {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).is_some()
+    fn ends(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
     }
 
     fn raised(self) -> PyResult<()> {
-        self.0.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+        self.first.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
     }
 }
 
@@ -97,6 +111,15 @@ enum Indices<'py> {
     Long(PyReadonlyArray1<'py, i64>),
 }
 
+impl Indices<'_> {
+    fn count(&self) -> usize {
+        match self {
+            Self::Short(indices) => indices.as_array().len(),
+            Self::Long(indices) => indices.as_array().len(),
+        }
+    }
+}
+
 /// An operator on borrowed arrays, with rows or with products alone.
 enum Operator<'a, T> {
     Rows(Box<dyn Rows<T> + 'a>),
@@ -111,23 +134,23 @@ impl<T: Real> Given<'_, T> {
     ) -> PyResult<Operator<'a, T>> {
         Ok(Operator::Rows(match self {
             Self::Identity(order) => Box::new(Identity { order: *order }),
-            Self::Csr(columns, pointers, indices, entries) => match (pointers, indices) {
-                (Indices::Short(pointers), Indices::Short(indices)) => Box::new(Csr::new(
-                    what,
-                    *columns,
-                    pointers.as_slice()?,
-                    indices.as_slice()?,
-                    entries.as_slice()?,
-                )?),
-                (Indices::Long(pointers), Indices::Long(indices)) => Box::new(Csr::new(
-                    what,
-                    *columns,
-                    pointers.as_slice()?,
-                    indices.as_slice()?,
-                    entries.as_slice()?,
-                )?),
-                _ => return Err(wrong(format!("the two index arrays of {what} differ in type"))),
-            },
+            Self::Csr(columns, pointers, indices, entries) => {
+                let (rows, columns) = (pointers.count().saturating_sub(1), *columns);
+                if rows != columns {
+                    return Err(wrong(Error::NotSquare { what, rows, columns }));
+                }
+                let entries = entries.as_slice()?;
+                let matrix = match (pointers, indices) {
+                    (Indices::Short(pointers), Indices::Short(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    (Indices::Long(pointers), Indices::Long(indices)) => {
+                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
+                    }
+                    _ => return Err(wrong(format!("the index arrays of {what} differ in type"))),
+                };
+                Box::new(matrix.map_err(|error| wrong(format!("{what}: {error}")))?)
+            }
             Self::FivePoint([ny, nx], [south, west, centre, east, north]) => {
                 let coefficients = [south, west, centre, east, north];
                 let mut views = [Coefficients::Constant(T::zero()); 5];
@@ -166,109 +189,6 @@ impl<T: Real> Operator<'_, T> {
     }
 }
 
-/// A whole number of SciPy's index arrays.
-trait Index: Copy + Send + Sync {
-    /// The number; the largest one for a negative.
-    fn at(self) -> usize;
-}
-
-impl Index for i32 {
-    fn at(self) -> usize {
-        usize::try_from(self).unwrap_or(usize::MAX)
-    }
-}
-
-impl Index for i64 {
-    fn at(self) -> usize {
-        usize::try_from(self).unwrap_or(usize::MAX)
-    }
-}
-
-/// A matrix in SciPy's compressed rows, borrowed.
-struct Csr<'a, T, I> {
-    // Invariant: pointers rise from 0 to at most the number of indices and entries, and the
-    // indices of a row rise strictly, below `columns`.
-    columns: usize,
-    pointers: &'a [I],
-    indices: &'a [I],
-    entries: &'a [T],
-}
-
-impl<'a, T: Scalar, I: Index> Csr<'a, T, I> {
-    fn new(
-        what: &str,
-        columns: usize,
-        pointers: &'a [I],
-        indices: &'a [I],
-        entries: &'a [T],
-    ) -> PyResult<Self> {
-        let least = indices.len().min(entries.len());
-        let sound = pointers.first().is_some_and(|first| first.at() == 0)
-            && pointers.windows(2).all(|two| two[0].at() <= two[1].at())
-            && pointers.last().is_some_and(|last| last.at() <= least);
-        if !sound {
-            return Err(wrong(format!("indptr of {what} does not rise from 0 to its entries")));
-        }
-        let matrix = Self { columns, pointers, indices, entries };
-        for i in 0..pointers.len() - 1 {
-            let row = matrix.row(i).0;
-            let rises = row.windows(2).all(|two| two[0].at() < two[1].at());
-            if !rises || row.last().is_some_and(|last| last.at() >= columns) {
-                return Err(wrong(format!(
-                    "the column indices of row {i} of {what} do not rise strictly from 0 on to \
-                     below {columns}, though the matrix says that it has canonical format"
-                )));
-            }
-        }
-        Ok(matrix)
-    }
-
-    fn row(&self, i: usize) -> (&'a [I], &'a [T]) {
-        let row = self.pointers[i].at()..self.pointers[i + 1].at();
-        (&self.indices[row.clone()], &self.entries[row])
-    }
-}
-
-impl<T: Scalar, I: Index> LinearOperator<T> for Csr<'_, T, I> {
-    fn order(&self) -> usize {
-        self.pointers.len() - 1
-    }
-
-    fn apply(&self, x: &[T], y: &mut [T]) {
-        for (i, y) in y.iter_mut().enumerate() {
-            let (indices, entries) = self.row(i);
-            let products = indices.iter().zip(entries);
-            *y = products.fold(T::zero(), |sum, (j, &a)| sum + a * x[j.at()]);
-        }
-    }
-
-    fn check(&self, what: &'static str) -> Result<(), Error> {
-        let (rows, columns) = (self.pointers.len() - 1, self.columns);
-        if rows == columns { Ok(()) } else { Err(Error::NotSquare { what, rows, columns }) }
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
-    }
-}
-
-impl<T: Scalar, I: Index> Diagonal<T> for Csr<'_, T, I> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        let (indices, entries) = self.row(i);
-        indices.binary_search_by_key(&i, |j| j.at()).map_or(T::zero(), |at| entries[at])
-    }
-}
-
-impl<T: Scalar, I: Index> Rows<T> for Csr<'_, T, I> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let (indices, entries) = self.row(i);
-        for (j, &a) in indices.iter().zip(entries) {
-            visit(j.at(), a);
-        }
-    }
-}
-
 /// A function of Python's that maps a vector to a vector: a product, or the solve of a splitting.
 struct Products<'a> {
     shape: [usize; 2],
@@ -280,7 +200,7 @@ impl Products<'_> {
     /// Overwrites `y` with what Python makes of `x`, and with NaN if that raises, or something has
     /// before: NaN ends the iteration.
     fn call<T: Real>(&self, x: &[T], y: &mut [T]) {
-        let called = !self.failure.is_noted()
+        let called = !self.failure.ends()
             && Python::attach(|py| {
                 let answer = self.call.bind(py).call1((PyArray1::from_slice(py, x),))?;
                 let answer: PyReadonlyArray1<'_, T> = answer.extract()?;
@@ -337,6 +257,7 @@ struct Settings {
     linf: bool,
     maxiter: usize,
     maxtime: Option<f64>,
+    rounding: Option<f64>,
     threads: usize,
     callback: Option<Py<PyAny>>,
 }
@@ -358,8 +279,8 @@ impl Settings {
             tolerance,
             norm: if self.linf { Norm::LInf } else { Norm::L2 },
             iterations: self.maxiter,
+            rounding: self.rounding,
             time: self.maxtime.map(seconds).transpose()?,
-            ..Limits::default()
         })
     }
 
@@ -393,40 +314,18 @@ struct Answer<T> {
 }
 
 impl<T: Real> Job<'_, T> {
-    /// Solves, on as many threads as are asked for; the caller's looks for signals.
+    /// Solves, on as many threads as are asked for.
     fn run(&self) -> PyResult<Answer<T>> {
         if self.settings.threads == 1 {
-            return self.choose(true);
+            return self.choose();
         }
         let pool = ThreadPoolBuilder::new().num_threads(self.settings.threads).build();
         let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        let (sender, receiver) = mpsc::channel();
-        pool.in_place_scope(|scope| {
-            scope.spawn(|_| {
-                // Nobody listens any more only if this thread's caller has panicked.
-                let _ = sender.send(self.choose(false));
-                drop(sender);
-            });
-            loop {
-                match receiver.recv_timeout(BEAT) {
-                    Ok(answer) => return answer,
-                    Err(mpsc::RecvTimeoutError::Timeout) => self.look_for_signals(),
-                    Err(mpsc::RecvTimeoutError::Disconnected) => {
-                        return Err(PyRuntimeError::new_err("the solve has panicked"));
-                    }
-                }
-            }
-        })
-    }
-
-    fn look_for_signals(&self) {
-        if let Err(error) = Python::attach(|py| py.check_signals()) {
-            self.failure.note(error);
-        }
+        pool.install(|| self.choose())
     }
 
     /// Makes the method, and iterates it.
-    fn choose(&self, looks: bool) -> PyResult<Answer<T>> {
+    fn choose(&self) -> PyResult<Answer<T>> {
         let Settings { splittings, window, tau, .. } = self.settings;
         if splittings.is_empty() {
             let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
@@ -435,7 +334,7 @@ impl<T: Real> Job<'_, T> {
                 None => Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?,
             };
             let problem = self.pose(a, b, omega)?;
-            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?, looks);
+            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?);
         }
         let (a, b) = (self.a.products(), self.b.products());
         let omega = match &self.omega {
@@ -457,10 +356,10 @@ impl<T: Real> Job<'_, T> {
         };
         match self.settings.method.to_ascii_uppercase().as_str() {
             "AUTO" | "ANDERSON" => {
-                self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?, looks)
+                self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?)
             }
-            "MMS" if splittings.len() == 1 => self.iterate(plain, looks),
-            "TMMS" if splittings.len() == 2 => self.iterate(plain, looks),
+            "MMS" if splittings.len() == 1 => self.iterate(plain),
+            "TMMS" if splittings.len() == 2 => self.iterate(plain),
             name => Err(wrong(format!(
                 "method is '{name}', but with a splitting of your own it must be ANDERSON, or MMS \
                  for one splitting and TMMS for two"
@@ -483,7 +382,7 @@ impl<T: Real> Job<'_, T> {
         Ok(if self.settings.threads == 1 { problem } else { problem.in_parallel() })
     }
 
-    fn iterate<M: Method<T>>(&self, method: M, looks: bool) -> PyResult<Answer<T>> {
+    fn iterate<M: Method<T>>(&self, method: M) -> PyResult<Answer<T>> {
         let mut solver = Solver::new(method);
         let nothing = vec![T::zero(); if self.start[0].is_some() { 0 } else { self.q.len() }];
         let options = match self.start {
@@ -500,11 +399,14 @@ impl<T: Real> Job<'_, T> {
                     Err(error) => self.failure.note(error),
                 }
             }
-            if looks && looked.elapsed() >= BEAT {
+            // Only the interpreter's main thread hears of them; elsewhere this does nothing.
+            if looked.elapsed() >= BEAT {
                 looked = Instant::now();
-                self.look_for_signals();
+                if let Err(error) = Python::attach(|py| py.check_signals()) {
+                    self.failure.note(error);
+                }
             }
-            if self.failure.is_noted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            if self.failure.ends() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
         let options = options.limits(self.limits).observer(&mut observer);
         let outcome = solver.solve(self.q, options).map_err(wrong)?;
@@ -535,8 +437,36 @@ fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) 
     })
 }
 
+/// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at
+/// once and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the
+/// arrays that it reads until then.
+fn apart<R: Send + 'static>(
+    py: Python<'_>,
+    stop: &AtomicBool,
+    work: impl FnOnce(Python<'_>) -> PyResult<R> + Send + 'static,
+) -> PyResult<R> {
+    let (sender, receiver) = mpsc::channel();
+    thread::Builder::new().spawn(move || {
+        // No interpreter: it is about to exit. No receiver: the call was interrupted.
+        let _ = Python::try_attach(work).map(|answer| sender.send(answer));
+    })?;
+    py.detach(move || {
+        loop {
+            match receiver.recv_timeout(BEAT) {
+                Ok(answer) => return answer,
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())
+                    .inspect_err(|_| stop.store(true, Ordering::Relaxed))?,
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err("the thread of the call has ended"));
+                }
+            }
+        }
+    })
+}
+
 fn solve_in<'py, T: Real>(
     py: Python<'py>,
+    stop: Arc<AtomicBool>,
     [a, b, q]: [&Bound<'py, PyAny>; 3],
     start: [Option<PyReadonlyArray1<'py, T>>; 3],
     omega: Option<Numbers<'py, T>>,
@@ -548,7 +478,7 @@ fn solve_in<'py, T: Real>(
     for (slice, array) in starts.iter_mut().zip(&start) {
         *slice = array.as_ref().map(|array| array.as_slice()).transpose()?;
     }
-    let failure = Failure::default();
+    let failure = Failure { stop, ..Failure::default() };
     let job = Job {
         a: a.operator("A", &failure)?,
         b: b.operator("B", &failure)?,
@@ -575,14 +505,21 @@ fn solve_in<'py, T: Real>(
     Ok((z, r, x, ended, counts, residuals).into_pyobject(py)?.into_any())
 }
 
-/// A bound on the error of z and r, its kind, its sentence.
-type Bounds<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, &'static str, String);
+/// Bounds on the errors of z and r, the side of each unknown, the kind of the bound, whether the
+/// solution is proved to be the only one, and a sentence; or the sentence that says why there is
+/// none.
+#[derive(IntoPyObject)]
+enum Proof<'py> {
+    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, String, bool, String),
+    #[pyo3(transparent)]
+    Refused(String),
+}
 
 fn certify_in<'py, T: Real>(
     py: Python<'py>,
     [a, b]: [&Bound<'py, PyAny>; 2],
     vectors: [&Bound<'py, PyAny>; 3],
-) -> PyResult<Option<Bounds<'py>>> {
+) -> PyResult<Proof<'py>> {
     let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
     let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, T>>());
     let (q, z, r) = (q?, z?, r?);
@@ -592,15 +529,19 @@ fn certify_in<'py, T: Real>(
     let (a, b) = (a.rows("A")?, b.rows("B")?);
     room(q.len().checked_mul(20))?;
     let certificate = released(py, || hlcp_verify::certify(&a, &b, q, z, r).map_err(wrong))?;
-    Ok(certificate.map(|certificate| {
-        let kind = match certificate.witness {
-            Witness::Right { .. } => "componentwise",
-            Witness::Left { .. } => "sum",
-        };
-        let said = certificate.to_string();
-        let [z, r] = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
-        (z, r, kind, said)
-    }))
+    let certificate = match certificate {
+        Ok(certificate) => certificate,
+        Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
+    };
+    let (said, kind) = (certificate.to_string(), certificate.bound.to_string());
+    let sides = certificate.sides.iter().map(|side| match side {
+        Branch::Z => 1,
+        Branch::R => -1,
+        Branch::Open => 0,
+    });
+    let sides = PyArray1::from_iter(py, sides);
+    let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
+    Ok(Proof::Given(bounds, sides, kind, certificate.witness.is_some(), said))
 }
 
 // Scenes.
@@ -645,47 +586,119 @@ fn posed<'py>(
     Ok((shown(py, a)?, b, vector(q), solution.map(|both| both.map(vector))))
 }
 
+// Films.
+
+/// A film as `hlcp/_film.py` describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Described<'py> {
+    /// `(ny, nx)`.
+    grid: [usize; 2],
+    size: [f64; 2],
+    gap: PyReadonlyArray1<'py, f64>,
+    viscosity: PyReadonlyArray1<'py, f64>,
+    speeds: [f64; 2],
+    /// West, east, south and north: what is there, and its number.
+    sides: [(String, f64); 4],
+    /// Corner, size and pressure.
+    supplies: Vec<([f64; 2], [f64; 2], f64)>,
+    cavitation: f64,
+    /// Duration and oil of a time step.
+    step: Option<(f64, PyReadonlyArray1<'py, f64>)>,
+}
+
+impl Described<'_> {
+    fn film(&self) -> PyResult<Film> {
+        let [ny, nx] = self.grid;
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let side = |(what, number): &(String, f64)| match what.as_str() {
+            "pressure" => Side::Pressure(*number),
+            "starved" => Side::Starved(*number),
+            "periodic" => Side::Periodic,
+            _ => Side::Closed,
+        };
+        let supply = |&(corner, size, pressure): &_| Supply { corner, size, pressure };
+        let step = |(duration, oil): &(f64, PyReadonlyArray1<'_, f64>)| {
+            Ok::<_, PyErr>(TimeStep { duration: *duration, oil: oil.as_slice()?.to_vec() })
+        };
+        Ok(Film {
+            nx,
+            ny,
+            lengths: self.size,
+            gap: self.gap.as_slice()?.to_vec(),
+            viscosity: self.viscosity.as_slice()?.to_vec(),
+            speeds: self.speeds,
+            sides: self.sides.each_ref().map(side),
+            supplies: self.supplies.iter().map(supply).collect(),
+            cavitation: self.cavitation,
+            step: self.step.as_ref().map(step).transpose()?,
+        })
+    }
+}
+
+/// The arrays of a matrix in compressed rows.
+fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
+    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |j, entry| {
+            indices.push(j as i64);
+            entries.push(entry);
+        });
+        pointers.push(indices.len() as i64);
+    }
+    let index = |list| PyArray1::<i64>::from_vec(py, list);
+    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
+    Ok(arrays.into_pyobject(py)?.into_any())
+}
+
 #[pymodule(gil_used = false)]
 mod _hlcp {
     use super::*;
 
-    /// Solves HLCP(A, B, q) in double precision or in single.
+    /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.
     #[pyfunction]
-    #[expect(clippy::too_many_arguments, reason = "what Python passes, one by one")]
-    fn solve<'py>(
-        py: Python<'py>,
+    fn solve(
+        py: Python<'_>,
         double: bool,
-        a: &Bound<'py, PyAny>,
-        b: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        start: &Bound<'py, PyAny>,
-        omega: &Bound<'py, PyAny>,
+        is_apart: bool,
+        problem: [Py<PyAny>; 3],
+        start: Py<PyAny>,
+        omega: Py<PyAny>,
         settings: Settings,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        let problem = [a, b, q];
-        if double {
-            solve_in::<f64>(py, problem, start.extract()?, omega.extract()?, &settings)
-        } else {
-            solve_in::<f32>(py, problem, start.extract()?, omega.extract()?, &settings)
-        }
+    ) -> PyResult<Py<PyAny>> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let told = stop.clone();
+        let work = move |py: Python<'_>| {
+            let problem = problem.each_ref().map(|part| part.bind(py));
+            let (start, omega) = (start.bind(py), omega.bind(py));
+            let answer = if double {
+                solve_in::<f64>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            } else {
+                solve_in::<f32>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+            };
+            answer.map(Bound::unbind)
+        };
+        if is_apart { apart(py, &stop, work) } else { work(py) }
     }
 
-    /// Bounds the error of z and r.
+    /// Bounds the error of z and r, on a thread of its own.
     #[pyfunction]
-    fn certify<'py>(
-        py: Python<'py>,
+    fn certify(
+        py: Python<'_>,
         double: bool,
-        a: &Bound<'py, PyAny>,
-        b: &Bound<'py, PyAny>,
-        q: &Bound<'py, PyAny>,
-        z: &Bound<'py, PyAny>,
-        r: &Bound<'py, PyAny>,
-    ) -> PyResult<Option<Bounds<'py>>> {
-        if double {
-            certify_in::<f64>(py, [a, b], [q, z, r])
-        } else {
-            certify_in::<f32>(py, [a, b], [q, z, r])
-        }
+        operators: [Py<PyAny>; 2],
+        vectors: [Py<PyAny>; 3],
+    ) -> PyResult<Py<PyAny>> {
+        apart(py, &AtomicBool::new(false), move |py| {
+            let operators = operators.each_ref().map(|operator| operator.bind(py));
+            let vectors = vectors.each_ref().map(|vector| vector.bind(py));
+            let proof = if double {
+                certify_in::<f64>(py, operators, vectors)
+            } else {
+                certify_in::<f32>(py, operators, vectors)
+            };
+            Ok(proof?.into_pyobject(py)?.into_any().unbind())
+        })
     }
 
     /// Returns the names of all methods.
@@ -754,5 +767,47 @@ mod _hlcp {
         let scene = Bearing2d { nx, ny, ecc, aspect, groove };
         let (a, b, q) = scene.pose().map_err(wrong)?;
         posed(py, &a, Some(&b), q, None)
+    }
+
+    /// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
+    /// z = 1 stands for, in Pa; and whether anything feeds the film.
+    #[pyfunction]
+    fn film<'py>(py: Python<'py>, film: Described<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let film = film.film()?;
+        let (a, b, q) = film.pose().map_err(wrong)?;
+        let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
+            Some(_) => Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any()),
+            None => assembled(py, operator),
+        };
+        let (a, b) = (operator(&a)?, operator(&b)?);
+        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), film.is_fed());
+        Ok(posed.into_pyobject(py)?.into_any())
+    }
+
+    /// Returns what a film does, in SI units.
+    #[pyfunction]
+    fn film_figures<'py>(
+        py: Python<'py>,
+        film: Described<'py>,
+        z: PyReadonlyArray1<'py, f64>,
+        r: PyReadonlyArray1<'py, f64>,
+        ambient: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let figures = film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient);
+        let FilmFigures { load, moments, friction, power, sides, supplies, .. } = figures;
+        let FilmFigures { stored, imbalance, peak, least_gap, broken_share, .. } = figures;
+        let named = PyDict::new(py);
+        named.set_item("load", load)?;
+        named.set_item("moments", moments)?;
+        named.set_item("friction", friction)?;
+        named.set_item("power", power)?;
+        named.set_item("sides", sides)?;
+        named.set_item("supplies", supplies)?;
+        named.set_item("stored", stored)?;
+        named.set_item("imbalance", imbalance)?;
+        named.set_item("peak", peak)?;
+        named.set_item("least_gap", least_gap)?;
+        named.set_item("broken_share", broken_share)?;
+        Ok(named)
     }
 }

@@ -160,22 +160,30 @@ def broken(**parts):
     ("A has 0 dimensions", (3.0, None, np.ones(3))),
     ("A has the type object", (object(), None, np.ones(3))),
     ("A has the type complex128", (1j * np.eye(3), None, np.ones(3))),
-    ("A has order 0", (np.empty((0, 0)), None, [])),
-    ("A has order 0", (sp.csr_array((0, 0)), None, [])),
+    ("A: the matrix has order 0", (np.empty((0, 0)), None, [])),
+    ("A: the matrix has order 0", (sp.csr_array((0, 0)), None, [])),
     (r"diagonal of A\[1\] is 0", (np.diag([1.0, 0.0, 1.0]), None, np.ones(3))),
-    (r"diagonal of A\[0\] is NaN", (np.diag([np.nan, 1.0, 1.0]), None, np.ones(3))),
-    ("column indices of row 1 of A", (broken(indices=[0, 7, 2]), None, np.ones(3))),
-    ("column indices of row 1 of A", (broken(indices=[0, -1, 2]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(indptr=[0, 2, 1, 3]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(indptr=[0, 1, 2, 9]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(indptr=[1, 1, 2, 3]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(indptr=[-1, 1, 2, 3]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(data=[1.0]), None, np.ones(3))),
-    ("indptr of A does not rise", (broken(indptr=[]), None, np.ones(3))),
+    (r"B: values\[0\] is NaN", (EYE, np.diag([np.nan, 1.0, 1.0]), np.ones(3))),
+    (r"A: columns\[1\] is 7", (broken(indices=[0, 7, 2]), None, np.ones(3))),
+    (r"A: columns\[1\] is -1", (broken(indices=[0, -1, 2]), None, np.ones(3))),
+    (r"A: offsets\[2\] is 1", (broken(indptr=[0, 2, 1, 3]), None, np.ones(3))),
+    (r"A: offsets\[3\] is 9", (broken(indptr=[0, 1, 2, 9]), None, np.ones(3))),
+    (r"A: offsets\[0\] is 1", (broken(indptr=[1, 1, 2, 3]), None, np.ones(3))),
+    (r"A: offsets\[0\] is -1", (broken(indptr=[-1, 1, 2, 3]), None, np.ones(3))),
+    (r"A: values\[1\] is 1", (broken(data=[1.0]), None, np.ones(3))),
+    ("A has 0 rows and 3 columns", (broken(indptr=[]), None, np.ones(3))),
 ])
 def test_wrong_input_is_a_value_error_that_says_where(sentence, arguments):
     with pytest.raises(ValueError, match=sentence):
         hlcp.solve(*arguments)
+
+
+@pytest.mark.parametrize("indptr", [[-(2**31), 1, 2, 3], [0, 2**31 - 1, 2, 3], [0, 1, 2, 2**31 - 1]])
+def test_an_index_that_leads_astray_is_not_followed(indptr):
+    matrix = broken(indptr=indptr)
+    del matrix._has_canonical_format, matrix._has_sorted_indices
+    with pytest.raises(ValueError, match="offsets"):
+        hlcp.solve(matrix, None, np.ones(3))
 
 
 @pytest.mark.parametrize("sentence, options", [

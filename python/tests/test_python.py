@@ -6,6 +6,7 @@ import pickle
 import signal
 import subprocess
 import sys
+import textwrap
 import threading
 import time
 from pathlib import Path
@@ -20,16 +21,18 @@ from hlcp import FivePoint, scenes
 HERE = Path(__file__).parent
 
 
-def endless(**options):
-    """Solve what takes hours: a big contact by Gauss-Seidel."""
-    A, B, q, *_ = scenes.disc_lcp(300)
-    return hlcp.solve(A, B, q, "MGS", rtol=0.0, maxiter=10**12, **options)
+@pytest.fixture
+def interrupts():
+    """Python's own answer to Ctrl-C, which a process in the background lacks."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
-def test_ctrl_c_ends_a_solve_and_leaves_arrays_alone(threads):
-    A, B, q, *_ = scenes.disc_lcp(300)
-    before, solver = q.copy(), hlcp.Solver(A, B, "MGS", threads=threads)
+@pytest.mark.parametrize("m, threads", [(50, 1), (300, 1), (300, 2)])
+def test_ctrl_c_ends_a_solve_and_leaves_arrays_alone(m, threads, interrupts):
+    A, B, q, *_ = scenes.disc_lcp(m)
+    before, solver = q.copy(), hlcp.Solver(A, B, "MSOR", threads=threads, alpha=1e-6)
     last = solver.solve(q, maxiter=5)
     timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
     timer.start()
@@ -38,6 +41,25 @@ def test_ctrl_c_ends_a_solve_and_leaves_arrays_alone(threads):
     timer.join()
     assert np.array_equal(q, before) and solver.last is last
     assert solver.resume(q, maxiter=5).nit == 5
+
+
+def test_a_process_may_end_with_an_interrupted_solve_under_way():
+    program = """
+        import os, signal, threading, hlcp
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        A, B, q, z, r = hlcp.scenes.disc_lcp(700)
+        for call in (lambda: hlcp.solve(A.tocsr(), B, q, "AMG", rtol=0.0, maxiter=10**9),
+                     lambda: hlcp.certify(A.tocsr(), B, q, z, r)):
+            threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
+            try:
+                call()
+                threading.Event().wait(1.0)
+            except KeyboardInterrupt:
+                print("interrupted", flush=True)
+    """
+    run = subprocess.run([sys.executable, "-c", textwrap.dedent(program)],
+                         capture_output=True, text=True)
+    assert run.returncode == 0 and run.stderr == "" and run.stdout.startswith("interrupted")
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -51,7 +73,8 @@ def test_other_threads_run_during_a_solve(threads):
     thread = threading.Thread(target=tick)
     thread.start()
     begun = time.monotonic()
-    endless(maxtime=0.3, threads=threads)
+    A, B, q, *_ = scenes.disc_lcp(50 if threads == 1 else 300)
+    hlcp.solve(A, B, q, "MSOR", alpha=1e-6, maxiter=10**9, maxtime=0.3, threads=threads)
     ended = time.monotonic()
     over.set()
     thread.join()
@@ -168,20 +191,20 @@ def test_a_plot_is_drawn():
 
 
 def test_the_examples_of_the_docstrings_are_true():
-    for name in ("hlcp", "hlcp._operators", "hlcp._solve", "hlcp.scenes", "hlcp._plot"):
-        module = sys.modules[name]
+    for name in ("", "._film", "._operators", "._plot", "._solve", ".scenes"):
+        module = sys.modules["hlcp" + name]
         results = doctest.testmod(module)
         assert results.attempted > 0 and results.failed == 0
     results = doctest.testfile(str(HERE.parent / "README.md"), module_relative=False)
     assert results.attempted > 5 and results.failed == 0
 
 
-@pytest.mark.parametrize("script", ["analyst.py --m 15", "measure.py --quick"])
+@pytest.mark.parametrize("script", ["analyst.py --m 15", "engineer.py --nx 30", "measure.py --quick"])
 def test_the_example_scripts_run(script):
     name, *options = script.split()
     run = subprocess.run([sys.executable, HERE.parent / "examples" / name, *options],
                          capture_output=True, text=True)
-    assert run.returncode == 0 and "AUTO" in run.stdout, run.stderr
+    assert run.returncode == 0 and len(run.stdout.splitlines()) >= 5, run.stderr
 
 
 @pytest.mark.parametrize("checker", [["mypy.stubtest", "hlcp", "--mypy-config-file"],

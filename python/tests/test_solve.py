@@ -220,8 +220,11 @@ def test_a_certificate_bounds_the_error():
     bound = hlcp.certify(A, B, q, result.z, result.r)
     assert np.all(np.abs(result.z - z) <= bound.z) and np.all(np.abs(result.r - r) <= bound.r)
     assert 0 < bound.error < 1e-3 and "proved" in str(bound) and bound.z.shape == q.shape
+    assert bound and bound.unique and np.all(z[bound.sides > 0] > 0) and np.any(bound.sides < 0)
+    assert np.all(r[bound.sides < 0] > 0)
     assert hlcp.certify(A.tocsr(), B.tocsr(), q, result.z, result.r).error < 1e-3
-    assert hlcp.certify(-np.eye(2), None, np.ones(2), np.ones(2), np.zeros(2)) is None
+    nothing = hlcp.certify(-np.eye(2), None, np.ones(2), np.ones(2), np.zeros(2))
+    assert not nothing and nothing.error == np.inf and "diagonal" in str(nothing)
 
 
 SCENES = {

@@ -94,7 +94,7 @@ struct Row {
 
 impl Row {
     fn new<T: Scalar>(drawn: Drawn) -> Result<Self, Box<dyn Error>> {
-        let (a, b, q) = drawn.pose::<T>();
+        let ([a, b], q) = drawn.pose::<T>();
         let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(T::one(), &a, &b)?)?;
         let limits = |seconds| {
             let time = Some(Duration::from_secs_f64(seconds));

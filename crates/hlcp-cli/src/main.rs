@@ -1,9 +1,19 @@
-//! The command `hlcp`: solves scenes and problems from files, computes lubricating films, and
-//! draws the charts and tables of the repository.
+//! The program `hlcp`: solves scenes and problems from files, computes lubricating films, and draws
+//! the charts and tables of the repository.
 //!
-//! The exit status is 0 for success, 2 for a solve that did not converge, and 1 for bad input and
-//! for a reproduction that finds its own result wrong; a command line of another command than
-//! `solve`, or `film` in two dimensions, that cannot be read is 2 as well.
+//! # Exit status
+//!
+//! * 0 for success;
+//! * 1 for bad input, and for a reproduction that finds its own result wrong;
+//! * 2 for a solve that did not converge, and for a command line that cannot be read (of `solve`,
+//!   and of `film` in two dimensions, that is 1).
+//!
+//! # Not supported
+//!
+//! * Operators and splittings of your own: write a program with `hlcp-methods`.
+//! * Matrix Market matrices that are not `coordinate`, `real` or `integer`, and `general` or
+//!   `symmetric`; other formats of matrices.
+//! * Films on other domains than a rectangle or a ring, with heat or with elastic walls.
 
 mod chart;
 mod comparison;

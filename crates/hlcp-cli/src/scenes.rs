@@ -36,7 +36,7 @@ pub(crate) struct Scene {
 /// Poses a scene in one precision.
 type Pose<T> = fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>;
 
-/// A scene for every number m of points a side.
+/// A scene for every number m of points per side.
 pub(crate) struct Ladder {
     pub(crate) title: &'static str,
     /// The numbers that differ from the scene's defaults.

@@ -4,7 +4,7 @@ use crate::{
     Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step,
     error::positive,
     kernel::{Relaxation, Sweep},
-    rows::{Source, Visited},
+    rows::{Relaxed, Source, Visited},
     splitting::positive_pivot,
 };
 
@@ -255,118 +255,68 @@ impl<T: Scalar> Aor<T> {
             let fused = fused.directed(self.backward, self.red_black.is_some());
             return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
         }
+        let relaxed = self.relaxed(problem, q, x);
         match problem.known() {
-            Some([a, b]) => {
-                self.walk::<_, _, _, _, ACCELERATED>(problem, a.rows(), b.rows(), q, x, y)
-            }
+            Some([a, b]) => self.walk::<ACCELERATED>(&relaxed, a.rows(), b.rows(), q, y),
             None => {
                 let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
-                self.walk::<_, _, _, _, ACCELERATED>(problem, a, b, q, x, y)
+                self.walk::<ACCELERATED>(&relaxed, a, b, q, y)
             }
         }
+        .divided_by(problem.gamma())
     }
 
-    /// The sweep over rows, in the splitting's order.
-    fn walk<
-        A: LinearOperator<T>,
-        B: LinearOperator<T>,
-        RA: Source<T>,
-        RB: Source<T>,
-        const ACCELERATED: bool,
-    >(
+    /// The sweep over rows, in the splitting's order, and the norms of F(x).
+    fn walk<const ACCELERATED: bool>(
         &self,
-        problem: &Hlcp<T, A, B>,
-        a: RA,
-        b: RB,
+        relaxed: &Relaxed<'_, T>,
+        a: impl Source<T>,
+        b: impl Source<T>,
         q: &Rhs<'_, T>,
-        x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let n = x.len();
-        let relaxed = Relaxed { aor: self, problem, a, b, q, x };
+        let n = y.len();
+        let meter = q.meter(relaxed.gamma);
         match (self.red_black, self.backward) {
-            (None, false) => relaxed.walk::<ACCELERATED>(y, 0..n, |j, i| j < i),
-            (None, true) => relaxed.walk::<ACCELERATED>(y, (0..n).rev(), |j, i| j > i),
+            (None, false) => relaxed.walk::<ACCELERATED>(meter, a, b, y, 0..n, |j, i| j < i),
+            (None, true) => relaxed.walk::<ACCELERATED>(meter, a, b, y, (0..n).rev(), |j, i| j > i),
             (Some(nx), backward) => {
                 let black = |&i: &usize| is_black(i, nx.get());
                 let rows = (0..n).filter(|i| !black(i)).chain((0..n).filter(black));
                 let passed = |j, i| self.precedes(j, i);
                 if backward {
-                    relaxed.walk::<ACCELERATED>(y, rows.rev(), passed)
+                    relaxed.walk::<ACCELERATED>(meter, a, b, y, rows.rev(), passed)
                 } else {
-                    relaxed.walk::<ACCELERATED>(y, rows, passed)
+                    relaxed.walk::<ACCELERATED>(meter, a, b, y, rows, passed)
                 }
             }
         }
     }
 
+    /// What a sweep over rows reads.
+    pub(crate) fn relaxed<'w, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &self,
+        problem: &'w Hlcp<T, A, B>,
+        q: &Rhs<'w, T>,
+        x: &'w [T],
+    ) -> Relaxed<'w, T> {
+        Relaxed {
+            q: q.entries(),
+            x,
+            omega: problem.omega().view(),
+            gamma: problem.gamma(),
+            q_factor: problem.q_factor(),
+            relaxations: self.relaxations(),
+        }
+    }
+
+    /// Whether the direction is backward.
+    pub(crate) fn is_backward(&self) -> bool {
+        self.backward
+    }
+
     fn relaxations(&self) -> [Relaxation<T>; 2] {
         self.pairs.map(Relaxation::new)
-    }
-}
-
-/// What a sweep over rows reads.
-struct Relaxed<'w, T, A, B, RA, RB> {
-    aor: &'w Aor<T>,
-    problem: &'w Hlcp<T, A, B>,
-    a: RA,
-    b: RB,
-    q: &'w Rhs<'w, T>,
-    x: &'w [T],
-}
-
-impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>, RA: Source<T>, RB: Source<T>>
-    Relaxed<'_, T, A, B, RA, RB>
-{
-    /// The sweep over `rows` in their order, where `passed(j, i)` says whether row `j` comes before
-    /// row `i`.
-    #[inline(always)]
-    fn walk<const ACCELERATED: bool>(
-        self,
-        y: &mut [T],
-        rows: impl Iterator<Item = usize>,
-        passed: impl Fn(usize, usize) -> bool,
-    ) -> Norms {
-        let Self { mut a, mut b, q, x, .. } = self;
-        let (gamma, factor) = (self.problem.gamma(), self.problem.q_factor());
-        let omega = self.problem.omega().view();
-        let [of_a, of_b] = self.aor.relaxations();
-        // Of one length, so that an index is compared with it once.
-        let n = x.len();
-        let (entries, y) = (&q.entries()[..n], &mut y[..n]);
-        let mut meter = q.meter(gamma);
-        for i in rows {
-            // F, what the passed rows have moved, and an entry of the diagonal.
-            let sums = (factor * entries[i], T::zero(), T::zero());
-            let (f, moved, a_centre) = a.fold(i, sums, |(f, mut moved, centre), j, a| {
-                let x = x[j];
-                let f = f + a * (x.abs() + x);
-                if passed(j, i) {
-                    moved += of_a.triangle * a * (y[j] - x);
-                    if ACCELERATED {
-                        moved += a * (y[j].abs() - x.abs());
-                    }
-                }
-                (f, moved, if j == i { a } else { centre })
-            });
-            let sums = (f, moved, T::zero());
-            let (f, moved, b_centre) = b.fold(i, sums, |(f, mut moved, centre), j, b| {
-                let (x, b_omega) = (x[j], b * omega.at(j));
-                let f = f - b_omega * (x.abs() - x);
-                if passed(j, i) {
-                    moved += of_b.triangle * b_omega * (y[j] - x);
-                    if ACCELERATED {
-                        moved -= b_omega * (y[j].abs() - x.abs());
-                    }
-                }
-                (f, moved, if j == i { b_omega } else { centre })
-            });
-            meter.add(f);
-            // The reciprocal depends on no other row, so it stays off the chain from row to row.
-            let pivot = a_centre * of_a.diagonal + b_centre * of_b.diagonal;
-            y[i] = x[i] - (f + moved) * pivot.recip();
-        }
-        meter.norms().divided_by(gamma)
     }
 }
 

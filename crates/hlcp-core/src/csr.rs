@@ -48,7 +48,9 @@ pub enum Pattern<'a> {
 ///
 /// ```
 /// use hlcp_core::Csr;
-/// assert_eq!(Csr::new(&[0_u32, 1], &[0], &[4.0])?.nnz(), Csr::new(&[0_i64, 1], &[0], &[4.0])?.nnz());
+/// let short = Csr::new(&[0_u32, 1], &[0], &[4.0])?;
+/// let long = Csr::new(&[0_i64, 1], &[0], &[4.0])?;
+/// assert_eq!(short.nnz(), long.nnz());
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub trait Index: sealed::Index {}
@@ -100,10 +102,10 @@ impl<'a, T: Scalar> Csr<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Empty`] for fewer than two offsets; [`Error::Csr`] for the first place where offsets
-    /// do not begin with 0, decrease or do not end with the number of columns and of values, and
-    /// for the first column that is not below the order, or not above the one before it in its row;
-    /// [`Error::NotFinite`] for the first value that is NaN or infinite.
+    /// [`Error::Empty`] for fewer than two offsets; [`Error::Index`] for the first place where
+    /// offsets do not begin with 0, decrease or do not end with the number of columns and of
+    /// values, and for the first column that is not below the order, or not above the one before it
+    /// in its row; [`Error::NotFinite`] for the first value that is NaN or infinite.
     ///
     /// ```
     /// use hlcp_core::Csr;
@@ -196,7 +198,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
 /// Refuses arrays that are not those of a square matrix with sorted rows.
 fn check<I: Index>(offsets: &[I], columns: &[I], values: usize) -> Result<(), Error> {
     let refused = |what, index: usize, value: I, must| {
-        Err(Error::Csr { what, index, value: value.to_i64().unwrap_or(i64::MAX), must })
+        Err(Error::Index { what, index, value: value.to_i64().unwrap_or(i64::MAX), must })
     };
     let [first, .., last] = offsets else { return Err(Error::Empty { what: "the matrix" }) };
     let order = offsets.len() - 1;
@@ -208,7 +210,7 @@ fn check<I: Index>(offsets: &[I], columns: &[I], values: usize) -> Result<(), Er
     }
     if values != columns.len() {
         let must = "the number of columns, where the last row ends";
-        return Err(Error::Csr { what: "values", index: values, value: values as i64, must });
+        return Err(Error::Index { what: "values", index: values, value: values as i64, must });
     }
     for (i, row) in offsets.windows(2).enumerate() {
         if row[1] < row[0] || row[1] > *last {

@@ -17,7 +17,7 @@ pub enum Error {
     /// The problem has no unknowns.
     #[error("{what} has order 0, but a problem needs at least one unknown")]
     Empty {
-        /// What is empty.
+        /// The name of the empty thing.
         what: &'static str,
     },
     /// A grid has no points, or more than an array can hold.
@@ -67,9 +67,9 @@ pub enum Error {
         /// The rows of the grid.
         ny: usize,
     },
-    /// The arrays of a [`Csr`](crate::Csr) are not those of a square matrix with sorted rows.
+    /// An offset or a column is not that of a square matrix with sorted rows.
     #[error("{what}[{index}] is {value}, but it must be {must}")]
-    Csr {
+    Index {
         /// The array.
         what: &'static str,
         /// The place in it.
@@ -82,7 +82,7 @@ pub enum Error {
     /// Two things that must share an order do not.
     #[error("{what} has order {found}, but the problem has order {expected}")]
     Order {
-        /// What has the wrong order.
+        /// The name of the thing with the wrong order.
         what: &'static str,
         /// Its order.
         found: usize,
@@ -120,6 +120,20 @@ pub enum Error {
         /// The operator.
         what: &'static str,
     },
+    /// An operator contradicts itself, as [`check_operator`](crate::check_operator) finds out.
+    #[error(
+        "{what} is {found} in row {row}, but the row that visit_row visits makes it {expected}"
+    )]
+    Contradiction {
+        /// What contradicts the operator's rows.
+        what: &'static str,
+        /// The row.
+        row: usize,
+        /// What was found.
+        found: f64,
+        /// What the row makes it.
+        expected: f64,
+    },
     /// A parameter is outside its range.
     #[error("{name} is {value}, but it must be {range}")]
     Parameter {
@@ -127,7 +141,7 @@ pub enum Error {
         name: &'static str,
         /// Its value.
         value: f64,
-        /// What it must be.
+        /// The condition that it must meet.
         range: &'static str,
     },
 }

@@ -285,7 +285,7 @@ impl Drop for Temporary {
 /// removes is never the file of another.
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
-/// What `make` makes under a name that is not in use, in the folder of `target`.
+/// Calls `make` with a name that is not in use, in the folder of `target`.
 fn beside<F>(target: &Path, make: impl Fn(&Path) -> io::Result<F>) -> io::Result<(Temporary, F)> {
     loop {
         let (process, number) = (std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));

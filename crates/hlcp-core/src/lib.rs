@@ -1,17 +1,19 @@
-//! Operators, splittings and the problem: the vocabulary of matrix-free horizontal linear
-//! complementarity.
+//! Operators, splittings and the problem for matrix-free horizontal linear complementarity.
 //!
 //! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing
-//! here forms a matrix: an operator is known by what it does. The methods themselves are in
-//! `hlcp-methods`.
+//! here forms a matrix: an operator is known by its product with a vector. The methods that solve
+//! the problem are in `hlcp-methods`.
 //!
-//! # The easy way: operators that are there
+//! # Ready-made operators
 //!
-//! [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`],
-//! [`DiagonalMatrix`], [`Csr`] for assembled rows, and [`Scaled`], [`Shifted`] and [`Sum`] of any;
-//! [`market`] reads and writes Matrix Market files; with the feature `nalgebra-sparse`, on by
-//! default, a `nalgebra_sparse::CsrMatrix` is an operator as it is. Two of them and an [`Omega`] make an [`Hlcp`], the problem in
-//! modulus form.
+//! * [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`] and
+//!   [`DiagonalMatrix`];
+//! * [`Csr`] and [`RowMajor`] for rows in arrays; [`market`] reads and writes Matrix Market files;
+//!   with the feature `nalgebra-sparse`, on by default, also `CsrMatrix`, `CscMatrix` and
+//!   `nalgebra::DMatrix`;
+//! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
+//!
+//! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Shifted};
@@ -25,19 +27,21 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! # An operator of your own, rung by rung
+//! # An operator of your own
 //!
-//! | trait | to tell | opens |
+//! Each trait builds on the one before and opens more methods:
+//!
+//! | trait | you write | it opens |
 //! |---|---|---|
-//! | [`LinearOperator`] | order and product | a [`SplittingStep`] with a [`Splitting`] of your own |
-//! | [`Diagonal`] | an entry of the diagonal | [`Jacobi`], [`Omega::diagonal_ratio`] |
-//! | [`Rows`] | a row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
+//! | [`LinearOperator`] | the order and the product | a [`SplittingStep`] with a [`Splitting`] of your own |
+//! | [`Diagonal`] | one diagonal entry | [`Jacobi`], [`Omega::diagonal_ratio`] |
+//! | [`Rows`] | one row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
 //!
-//! # The fast way: say that it is five-point
+//! # Five-point operators
 //!
 //! An operator that answers [`as_five_point`](LinearOperator::as_five_point) is swept in one
-//! vectorised pass over memory, which yields the norm for the stopping test as well; the iterates
-//! are those of the walk over its rows, to rounding.
+//! vectorised pass over memory, which also yields the norm for the stopping test. The iterates are
+//! those of the walk over its rows, up to rounding.
 //!
 //! ```
 //! use hlcp_core::{
@@ -100,17 +104,29 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! # What else is here
+//! # Steps, threads and errors
 //!
-//! * One thread works on a problem unless it is asked to be worked on `in_parallel`, with the
-//!   feature `rayon`, on by default.
-//! * [`Step`] is what a method repeats, [`Rhs`] a checked right-hand side, [`Norms`] what a step
-//!   measures.
-//! * What is wrong with the input is an [`Error`] with its numbers.
+//! * A [`Step`] is one iteration's update, [`Rhs`] a checked right-hand side, and [`Norms`] the
+//!   residual that a step measures.
+//! * One thread works unless the problem asks for more by `in_parallel` (feature `rayon`, on by
+//!   default).
+//! * Wrong input is an [`Error`] with its numbers.
+//!
+//! # Not supported
+//!
+//! * Scalars other than `f32` and `f64`.
+//! * Fused sweeps for operators that are not five-point: their rows are walked. They share threads
+//!   only in a [`Multicolour`] order.
+//! * Five-point operators with periodic boundaries, and stencils in three dimensions. Write a
+//!   [`Rows`] operator for these.
+//! * Targets without `std`.
 
 mod aor;
+mod check;
+mod colour;
 mod combine;
 mod csr;
+mod dense;
 mod error;
 pub mod files;
 mod forward;
@@ -133,8 +149,11 @@ mod varying;
 mod view;
 
 pub use aor::Aor;
+pub use check::check_operator;
+pub use colour::Multicolour;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
+pub use dense::RowMajor;
 pub use error::Error;
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;

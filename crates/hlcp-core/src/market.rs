@@ -28,7 +28,7 @@ use crate::{
 ///
 /// # Cost
 ///
-/// Time linear in the file but for sorting within rows; the file and some 50 bytes an entry.
+/// Time linear in the file but for sorting within rows; the file and about 50 bytes per entry.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, market};

@@ -62,8 +62,9 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// The five-point operator that this one is, if it is one.
     ///
-    /// A door to fast sweeps, not a rung of the ladder: answering `None`, as the default does,
-    /// costs speed alone. What a view promises is said at [`FivePointView`].
+    /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
+    /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
+    /// [`check_operator`](crate::check_operator) checks it.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }

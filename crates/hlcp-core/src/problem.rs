@@ -87,7 +87,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What [`LinearOperator::check`] refuses; [`Error::Empty`] for order 0; [`Error::Order`] when
+    /// Those of [`LinearOperator::check`]; [`Error::Empty`] for order 0; [`Error::Order`] when
     /// `b` or `omega` does not fit `a`, or an operator shows a grid of another order than its own;
     /// [`Error::Parameter`] or [`Error::NotPositive`] for an ω that is not positive and finite.
     pub fn new(a: A, b: B, omega: Omega<T>) -> Result<Self, Error> {
@@ -179,7 +179,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),
     /// [`solution_from_x`](Self::solution_from_x) and [`residual`](Self::residual) then share their
     /// work when both operators are five-point ones on one grid, of 16384 points or more; a
-    /// lexicographic sweep as a pipeline over bands of rows. All results are the same for any
+    /// lexicographic sweep as a pipeline over bands of rows. On assembled rows
+    /// ([`as_csr`](LinearOperator::as_csr)) the residual is shared, but no sweep: see
+    /// [`has_shared_sweeps`](Self::has_shared_sweeps). All results are the same for any
     /// number of threads, to the bit. A sweep allocates one row of the grid and what rayon
     /// allocates to wake its threads.
     ///
@@ -197,6 +199,25 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     #[cfg(feature = "rayon")]
     pub fn in_parallel(self) -> Self {
         Self { parallel: true, ..self }
+    }
+
+    /// Returns whether the sweeps of an [`Aor`](crate::Aor) share their work when threads are asked
+    /// for: whether both operators are five-point ones on one grid, of 16384 points or more.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let a = FivePoint::new(200, 200, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// assert!(Hlcp::lcp(a)?.has_shared_sweeps());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn has_shared_sweeps(&self) -> bool {
+        self.order() >= team::WORTH && self.grid().is_ok()
+    }
+
+    /// Whether threads are to share the work.
+    pub(crate) fn is_parallel(&self) -> bool {
+        self.parallel
     }
 
     /// The order `n`.
@@ -259,7 +280,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.gamma
     }
 
-    /// What multiplies `q` in F: γ, and −γ after an exchange.
+    /// Returns the factor of `q` in F: γ, and −γ after an exchange.
     pub fn q_factor(&self) -> T {
         if self.exchanged { -self.gamma } else { self.gamma }
     }

@@ -1,11 +1,14 @@
 //! Rows that are known at set-up, walked without a call for each entry.
 
-use crate::{Coefficients, Csr, LinearOperator, Rows, Scalar, csr::Index};
+use crate::{
+    Coefficients, Csr, LinearOperator, Norms, Rows, Scalar, check::outside, csr::Index,
+    kernel::Relaxation, norms::Meter,
+};
 
 /// Where a sweep has the rows of an operator from.
 ///
 /// Sums are handed from entry to entry by value, which keeps them in registers.
-pub(crate) trait Source<T> {
+pub(crate) trait Source<T>: Clone {
     /// Returns `add(… add(sums, j, aᵢⱼ) …)` for the entries of row `i`, by increasing `j`.
     fn fold<S: Copy>(&mut self, i: usize, sums: S, add: impl FnMut(S, usize, T) -> S) -> S;
 }
@@ -23,6 +26,12 @@ pub(crate) struct Visited<'o, T, O> {
 impl<'o, T: Scalar, O: Rows<T>> Visited<'o, T, O> {
     pub(crate) fn new(operator: &'o O) -> Self {
         Self { operator, row: [(0, T::zero()); COPIED] }
+    }
+}
+
+impl<T: Copy, O> Clone for Visited<'_, T, O> {
+    fn clone(&self) -> Self {
+        Self { operator: self.operator, row: self.row }
     }
 }
 
@@ -144,5 +153,84 @@ impl<'a, T: Scalar> Known<'a, T> {
             Self::Csr(matrix) => matrix.rows(),
             Self::Diagonal(entries) => RowsOf::Diagonal(*entries),
         }
+    }
+}
+
+/// What a relaxation of rows reads.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Relaxed<'w, T> {
+    pub(crate) q: &'w [T],
+    pub(crate) x: &'w [T],
+    pub(crate) omega: Coefficients<'w, T>,
+    pub(crate) gamma: T,
+    pub(crate) q_factor: T,
+    pub(crate) relaxations: [Relaxation<T>; 2],
+}
+
+impl<T: Scalar> Relaxed<'_, T> {
+    /// The sweep over `rows` in their order, where `passed(j, i)` says whether row `j` comes before
+    /// row `i`, and the norms of F(x).
+    #[inline(always)]
+    pub(crate) fn walk<const ACCELERATED: bool>(
+        &self,
+        mut meter: Meter,
+        mut a: impl Source<T>,
+        mut b: impl Source<T>,
+        y: &mut [T],
+        rows: impl Iterator<Item = usize>,
+        passed: impl Fn(usize, usize) -> bool,
+    ) -> Norms {
+        // Of one length, so that an index is compared with it once.
+        let y = &mut y[..self.x.len()];
+        for i in rows {
+            let (f, value) = self.row::<ACCELERATED>(i, &mut a, &mut b, y, |j| passed(j, i));
+            meter.add(f);
+            y[i] = value;
+        }
+        meter.norms()
+    }
+
+    /// The entry of F(x) and the new value of row `i`, where `passed(j)` says whether `y[j]` is
+    /// new.
+    #[inline(always)]
+    pub(crate) fn row<const ACCELERATED: bool>(
+        &self,
+        i: usize,
+        a: &mut impl Source<T>,
+        b: &mut impl Source<T>,
+        y: &[T],
+        passed: impl Fn(usize) -> bool,
+    ) -> (T, T) {
+        let (x, omega, [of_a, of_b]) = (self.x, self.omega, self.relaxations);
+        let n = x.len();
+        // F, what the passed rows have moved, and an entry of the diagonal.
+        let sums = (self.q_factor * self.q[i], T::zero(), T::zero());
+        let (f, moved, a_centre) = a.fold(i, sums, |(f, mut moved, centre), j, a| {
+            let &x = x.get(j).unwrap_or_else(|| outside(i, j, n));
+            let f = f + a * (x.abs() + x);
+            if passed(j) {
+                moved += of_a.triangle * a * (y[j] - x);
+                if ACCELERATED {
+                    moved += a * (y[j].abs() - x.abs());
+                }
+            }
+            (f, moved, if j == i { a } else { centre })
+        });
+        let sums = (f, moved, T::zero());
+        let (f, moved, b_centre) = b.fold(i, sums, |(f, mut moved, centre), j, b| {
+            let &x = x.get(j).unwrap_or_else(|| outside(i, j, n));
+            let b_omega = b * omega.at(j);
+            let f = f - b_omega * (x.abs() - x);
+            if passed(j) {
+                moved += of_b.triangle * b_omega * (y[j] - x);
+                if ACCELERATED {
+                    moved -= b_omega * (y[j].abs() - x.abs());
+                }
+            }
+            (f, moved, if j == i { b_omega } else { centre })
+        });
+        // The reciprocal depends on no other row, so it stays off the chain from row to row.
+        let pivot = a_centre * of_a.diagonal + b_centre * of_b.diagonal;
+        (f, x[i] - (f + moved) * pivot.recip())
     }
 }

@@ -19,8 +19,7 @@ use crate::{Scalar, norms::Tally};
 
 /// The fewest unknowns that are worth waking a second thread for; tests of this crate share any
 /// number.
-#[cfg(feature = "rayon")]
-const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
+pub(crate) const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
 
 /// How often a thread looks for its turn before it lets others run.
 const LOOKS: usize = 200;

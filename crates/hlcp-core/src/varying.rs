@@ -2,7 +2,8 @@ use std::borrow::Cow;
 
 use crate::{
     Coefficients, Diagonal, Error, FivePointView, LinearOperator, Rows, Scalar, all_finite,
-    stencil::points, view::visit_neighbours,
+    stencil::points,
+    view::{can_close, places, visit_neighbours},
 };
 
 /// A five-point operator on an `nx × ny` grid whose coefficients vary from point to point.
@@ -29,10 +30,12 @@ use crate::{
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct VaryingFivePoint<'a, T: Scalar> {
-    // Invariant: nx, ny ≥ 1, arrays have nx·ny entries, and all coefficients are finite.
+    // Invariant: nx, ny ≥ 1, at least 3 where a direction closes, arrays have nx·ny entries, and
+    // all coefficients are finite.
     nx: usize,
     ny: usize,
     coefficients: [Direction<'a, T>; 5],
+    round: [bool; 2],
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -94,7 +97,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
             Coefficients::Constant(value) => Direction::Constant(value),
             Coefficients::Each(values) => Direction::Each(Cow::Borrowed(values)),
         });
-        Ok(Self { nx, ny, coefficients })
+        Ok(Self { nx, ny, coefficients, round: [false; 2] })
     }
 
     /// The operator whose row at point `(i, j)`, column `i` and row `j`, is
@@ -126,10 +129,33 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
                 Direction::Each(Cow::Owned(list))
             }
         });
-        Ok(Self { nx, ny, coefficients })
+        Ok(Self { nx, ny, coefficients, round: [false; 2] })
     }
 
-    /// The operator with the rows of another one, such as an assembled matrix, on an `nx × ny` grid.
+    /// The same operator on a grid that closes round in the directions `[x, y]` that say so, as
+    /// [`FivePoint::periodic`](crate::FivePoint::periodic) does; the coefficients that led outside
+    /// then lead across.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for fewer than three points in a direction that closes.
+    ///
+    /// ```
+    /// use hlcp_core::{LinearOperator, VaryingFivePoint};
+    ///
+    /// let ring = VaryingFivePoint::from_fn(4, 1, |i, _| [0.0, -1.0, 2.0 + i as f64, -1.0, 0.0])?;
+    /// let mut y = [0.0; 4];
+    /// ring.periodic([true, false])?.apply(&[1.0, 0.0, 0.0, 0.0], &mut y);
+    /// assert_eq!(y, [2.0, -1.0, 0.0, -1.0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn periodic(self, round: [bool; 2]) -> Result<Self, Error> {
+        can_close([self.nx, self.ny], round)?;
+        Ok(Self { round, ..self })
+    }
+
+    /// The operator with the rows of another one, such as an assembled matrix, on an `nx × ny`
+    /// grid.
     ///
     /// # Errors
     ///
@@ -184,7 +210,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
                 }
             }
         }
-        Ok(Self { nx, ny, coefficients })
+        Ok(Self { nx, ny, coefficients, round: [false; 2] })
     }
 
     fn view(&self) -> FivePointView<'_, T> {
@@ -198,11 +224,13 @@ impl<T: Scalar> LinearOperator<T> for VaryingFivePoint<'_, T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        self.view().apply([self.nx, self.ny], x, y);
+        let grid = [self.nx, self.ny];
+        self.view().apply(grid, x, y);
+        self.view().add_round(grid, self.round, x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
-        Some(self.view())
+        (self.round == [false; 2]).then(|| self.view())
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
@@ -221,26 +249,19 @@ impl<T: Scalar> Rows<T> for VaryingFivePoint<'_, T> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
         let coefficient = |direction: usize| self.coefficients[direction].view().at(k);
-        visit_neighbours(self.nx, self.order(), k, coefficient, visit);
+        visit_neighbours([self.nx, self.ny], self.round, k, coefficient, visit);
     }
 }
 
-/// Row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no coefficient where
-/// a direction leads outside.
+/// Row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no coefficient
+/// where a direction leads outside.
 fn row_on_grid<T: Scalar>(
     nx: usize,
     ny: usize,
     k: usize,
     operator: &(impl Rows<T> + ?Sized),
 ) -> Result<[Option<T>; 5], Error> {
-    let (i, j) = (k % nx, k / nx);
-    let places = [
-        (j > 0).then(|| k - nx),
-        (i > 0).then(|| k - 1),
-        Some(k),
-        (i + 1 < nx).then_some(k + 1),
-        (j + 1 < ny).then_some(k + nx),
-    ];
+    let places = places([nx, ny], [false; 2], k);
     let mut row = places.map(|place| place.map(|_| T::zero()));
     let mut wrong = Ok(());
     operator.visit_row(k, &mut |column, value| {
@@ -259,8 +280,8 @@ fn row_on_grid<T: Scalar>(
 /// Recognises a pair of operators as five-point ones on one grid of two dimensions, by their rows.
 ///
 /// Posed with them in the place of, say, assembled matrices, a problem gets the fused sweeps and
-/// multigrid. None if an entry leads to no neighbour, none to another row of the grid, or the orders
-/// differ.
+/// multigrid. None if an entry leads to no neighbour, none to another row of the grid, or the
+/// orders differ.
 ///
 /// # Cost
 ///

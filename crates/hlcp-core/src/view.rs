@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use crate::Scalar;
+use crate::{Error, Scalar};
 
 /// The coefficients of one direction of a five-point operator.
 ///
@@ -51,7 +51,7 @@ impl<T: Scalar> Coefficients<'_, T> {
     }
 }
 
-/// What an operator shows of itself when it is a five-point one: the grid and its five directions.
+/// The grid and the five coefficients of a five-point operator.
 ///
 /// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one
 /// promises that its rows are those of a five-point operator on this grid, with finite
@@ -130,6 +130,29 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         }
     }
 
+    /// Adds to `y` what a grid that closes round adds to the product with `x`.
+    pub(crate) fn add_round(
+        &self,
+        [nx, ny]: [usize; 2],
+        [round_x, round_y]: [bool; 2],
+        x: &[T],
+        y: &mut [T],
+    ) {
+        let [south, west, _, east, north] = self.coefficients;
+        if round_x {
+            for (first, last) in (0..nx * ny).step_by(nx).map(|k| (k, k + nx - 1)) {
+                y[first] += west.at(first) * x[last];
+                y[last] += east.at(last) * x[first];
+            }
+        }
+        if round_y {
+            for (first, last) in (0..nx).map(|k| (k, k + nx * (ny - 1))) {
+                y[first] += south.at(first) * x[last];
+                y[last] += north.at(last) * x[first];
+            }
+        }
+    }
+
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
     /// `start`, on a grid of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
@@ -192,26 +215,65 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     }
 }
 
-/// Visits row `k` of a five-point operator of order `n` on a grid of `nx` columns, given the row's
-/// coefficient in each direction: what leads outside the grid and what is zero is passed over.
+/// Returns the neighbours of point `k` in the order of the directions, on an `nx × ny` grid that
+/// closes round in the directions `[x, y]` that say so.
+#[inline]
+pub(crate) fn places(
+    [nx, ny]: [usize; 2],
+    [round_x, round_y]: [bool; 2],
+    k: usize,
+) -> [Option<usize>; 5] {
+    let (i, j) = (k % nx, k / nx);
+    let place = |inside: bool, at: usize, round: bool, opposite: usize| {
+        if inside { Some(at) } else { round.then_some(opposite) }
+    };
+    [
+        place(j > 0, k.wrapping_sub(nx), round_y, k + nx * (ny - 1)),
+        place(i > 0, k.wrapping_sub(1), round_x, k + nx - 1),
+        Some(k),
+        place(i + 1 < nx, k + 1, round_x, (k + 1).wrapping_sub(nx)),
+        place(j + 1 < ny, k + nx, round_y, k.wrapping_sub(nx * (ny - 1))),
+    ]
+}
+
+/// Visits row `k` of a five-point operator, given the row's coefficient in each direction: what
+/// leads outside the grid and what is zero is passed over.
 #[inline]
 pub(crate) fn visit_neighbours<T: Scalar>(
-    nx: usize,
-    n: usize,
+    grid: [usize; 2],
+    round: [bool; 2],
     k: usize,
     coefficient: impl Fn(usize) -> T,
     visit: &mut dyn FnMut(usize, T),
 ) {
-    let i = k % nx;
-    let mut entry = |inside: bool, at: usize, direction: usize| {
+    let places = places(grid, round, k);
+    let mut entry = |direction: usize| {
         let a = coefficient(direction);
-        if inside && a != T::zero() {
-            visit(at, a);
+        if let Some(place) = places[direction]
+            && a != T::zero()
+        {
+            visit(place, a);
         }
     };
-    entry(k >= nx, k.wrapping_sub(nx), 0);
-    entry(i > 0, k.wrapping_sub(1), 1);
-    entry(true, k, 2);
-    entry(i + 1 < nx, k + 1, 3);
-    entry(k + nx < n, k + nx, 4);
+    let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
+    let across = round[0] && (i == 0 || i + 1 == nx) || round[1] && (j == 0 || j + 1 == ny);
+    if across {
+        let mut order = [0, 1, 2, 3, 4];
+        order.sort_unstable_by_key(|&direction| places[direction]);
+        order.into_iter().for_each(&mut entry);
+    } else {
+        (0..5).for_each(entry);
+    }
+}
+
+/// Refuses to close a direction with fewer than three points, where a point would be a neighbour
+/// twice.
+pub(crate) fn can_close(grid: [usize; 2], round: [bool; 2]) -> Result<(), Error> {
+    let names = ["the number of points in a row that closes", "the number of rows that close"];
+    for ((points, round), name) in grid.into_iter().zip(round).zip(names) {
+        if round && points < 3 {
+            return Err(Error::Parameter { name, value: points as f64, range: "3 or more" });
+        }
+    }
+    Ok(())
 }

@@ -53,7 +53,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> AdaptiveSor<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](Step::check) refuses.
+    /// Those of the [`check`](Step::check) of [`Aor`].
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         Aor::gauss_seidel().check(&problem)?;
         Ok(Self { problem, search: Search::default() })
@@ -95,7 +95,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for AdaptiveSor<T, A, B> {
     }
 }
 
-/// What is in use: AMMS or MMS, and `2 − α`, to which the best rate of SOR is proportional.
+/// The choice in use: AMMS or MMS, and `2 − α`, to which the best rate of SOR is proportional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Choice {
     accelerated: bool,
@@ -134,7 +134,7 @@ struct Search {
 
 /// A sweep that takes off two fifths of the residual needs no improvement: log(1/0.6).
 const FAST: f64 = 0.51;
-/// What the gap is multiplied by for half a trial.
+/// The factor on the gap for half a trial.
 const RATIO: f64 = 0.84;
 /// Growth of the residual within a window at which a choice is given up.
 const GIVE_UP: f64 = 3.0;

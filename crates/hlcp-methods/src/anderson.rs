@@ -88,7 +88,7 @@ pub struct Anderson<T, M> {
     history: History,
 }
 
-/// What an iteration remembers beside vectors.
+/// The numbers that an iteration remembers, apart from vectors.
 #[derive(Debug, Clone, Copy, Default)]
 struct History {
     /// Iterations since the restart.

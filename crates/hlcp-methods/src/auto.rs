@@ -16,8 +16,8 @@ use crate::{
 ///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
 ///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
-///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth no
-///   more than 20 sweeps, as of small full matrices.
+///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth
+///   no more than 20 sweeps, as of small full matrices.
 /// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
 ///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
@@ -47,8 +47,8 @@ use crate::{
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
 /// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
-/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver does.
-/// One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
+/// one ends the window; entries of 10⁸ times the usual size make `Auto` look before the solver
+/// does. One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
 /// error is not, and from there Newton's method may take many times as long.
 ///
@@ -212,6 +212,10 @@ impl fmt::Display for AutoTurn {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
+/// A pair of sweeps of the opening is followed by another one if it leaves this part of the
+/// residual: where sweeps alone do, fused ones cost less.
+const OPENING: f64 = 0.01;
+
 /// A residual of this many times the larger of ‖q‖ and the first residual has grown.
 /// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
@@ -307,6 +311,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
     }
 }
 
+type Mixed<T, A, B> = Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>;
+
 type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
 
 #[derive(Debug, Clone)]
@@ -315,7 +321,7 @@ enum Worker<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
     AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
     Newton(Box<PlainNewton<T, A, B>>),
-    Anderson(Box<Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>>),
+    Anderson(Box<Mixed<T, A, B>>),
     Pivoting(Box<Pivoting<T, A, B>>),
 }
 
@@ -428,14 +434,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     }
 
     /// Overwrites `y` with a sweep forward and one backward from `x`, if one more pair is worth it:
-    /// the first is, and those after one that left a tenth of the residual.
-    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>) -> Option<Norms> {
+    /// the first is, and those after one that left a hundredth of the residual.
+    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
         let last = self.opening.take()?;
         self.problem.defect(q.entries(), x, y, &mut self.scratch);
         let norms = Norms::of(y).divided_by(self.problem.gamma());
         self.opened += 1;
         y.copy_from_slice(x);
-        if norms.l2 <= GAIN * last {
+        if norms.l2 <= OPENING * last {
             for backward in [false, true] {
                 amg::sweep(&self.problem, q.entries(), y, backward);
             }

@@ -1,7 +1,7 @@
-//! Modulus-based matrix splitting methods for horizontal linear complementarity problems: find
-//! `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. No matrix is formed anywhere.
+//! Methods for horizontal linear complementarity problems: find `z, r ≥ 0` with `zᵀ r = 0` and
+//! `A z − B r + q = 0`. They work on operators; only [`Amg`] assembles rows.
 //!
-//! # The easy way
+//! # One call
 //!
 //! ```
 //! use hlcp_methods::{FivePoint, solve};
@@ -15,7 +15,7 @@
 //! ```
 //!
 //! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose
-//! the method; step by step that is:
+//! the method. The same, step by step:
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -35,29 +35,28 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! What is wrong with the input is an `Err` with its numbers; how an iteration ended is an
-//! [`Outcome`], and whatever its [`Status`], its residual was measured on the `z` and `r` that the
-//! [`Solver`] holds.
+//! Wrong input is an `Err` with its numbers. An iteration that ends is an [`Outcome`]. Whatever its
+//! [`Status`], its residual was measured on the `z` and `r` that the [`Solver`] holds.
 //!
-//! # Choosing
+//! # The methods
 //!
-//! | method | take it | asks for |
+//! | method | when | it needs |
 //! |---|---|---|
-//! | [`Mms`] (AMMS too), [`Tmms`] | to have the paper's methods, with its convergence theorems; by name: [`Named`] | products with a splitting of your own, rows otherwise |
-//! | [`AdaptiveSor`] | when no α is known: it finds one as it goes | rows |
-//! | [`Multigrid`], [`FullMultigrid`] | on grids where `z` and `r` are positive on regions: the work per unknown does not grow | five-point operators |
-//! | [`Newton`] | with [`TridiagonalPart`] where `A` and `B` are tridiagonal, with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own elsewhere | rows, or the preconditioner's needs |
-//! | [`AmgNewton`] | where coefficients jump, oil is carried along, or rows have no grid: films with textures, rings, boxes | rows with positive diagonals |
-//! | [`Anderson`] | around any other, when sweeps are slow and nothing else applies | what the other asks for, and vectors |
-//! | [`Auto`] | to have one of these chosen | rows |
+//! | [`Mms`] (AMMS too), [`Tmms`] | `z` and `r` alternate from point to point, or a theorem is wanted; by name: [`Named`] | products with a splitting of your own, rows otherwise |
+//! | [`AdaptiveSor`] | no α is known: it finds one during the solve | rows |
+//! | [`Multigrid`], [`FullMultigrid`] | `z` and `r` are positive on regions of a grid: the work per unknown does not grow | five-point operators |
+//! | [`Newton`] | `A` and `B` are tridiagonal, with [`TridiagonalPart`]; elsewhere with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own | rows, or the preconditioner's needs |
+//! | [`AmgNewton`] | coefficients jump, oil is transported, or rows have no grid: textured films, rings, boxes | rows with positive diagonals |
+//! | [`Anderson`] | around any other, if its iterations are slow and nothing else applies | what the other needs, and vectors |
+//! | [`Auto`] | you do not want to choose | rows |
 //!
-//! # The fast way
+//! # Speed
 //!
 //! * Operators that answer `as_five_point` are swept in one vectorised pass over memory.
-//! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. Start it from an
-//!   `x` that is nearly right: the last one, in a loop over time.
-//! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, to the same bits.
-//! * [`solve_mixed`] takes the first digits in single precision; `f32` throughout is the same code.
+//! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. In a loop over
+//!   time start it from the last answer.
+//! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, with the same bits.
+//! * `f32` is the same code; [`solve_mixed`] takes the first digits in single precision.
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
@@ -78,12 +77,23 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! # What else is here
+//! # Options and extensions
 //!
-//! [`Limits`] says when to stop, in which [`Norm`]; an [`Options::observer`] sees every iterate as
-//! [`Progress`], and [`Solver::with_history`] keeps residuals. A [`Method`] of your own is two
-//! functions, and gets all of this; a [`Coarsen`] of your own, given [`Grids`], is multigrid's
-//! other operators. [`Jacobian`] is what preconditioners see.
+//! * [`Limits`] says when to stop and in which [`Norm`].
+//! * An [`Options::observer`] sees every iterate as [`Progress`] and may stop the solve.
+//!   [`Solver::with_history`] keeps the residuals.
+//! * A [`Method`] of your own is two functions and gets all of this.
+//! * Implement [`Coarsen`] to supply multigrid's coarse operators from [`Grids`], and
+//!   [`Preconditioner`] to solve with a [`Jacobian`].
+//!
+//! # Not supported
+//!
+//! * Nonlinear problems, and bounds on both sides of an unknown.
+//! * Finding all solutions, or proving that there is none: such a solve ends without convergence.
+//! * Multigrid on three-dimensional or periodic grids. Take [`AmgNewton`] there.
+//! * Diagonals that are not positive. Relaxations need positive pivots, diagonal entries of
+//!   `A + BΩ`; multigrid and [`solve`] need positive diagonals of `A` and of `B`.
+//! * Several machines and graphics processors.
 
 mod adaptive;
 mod amg;

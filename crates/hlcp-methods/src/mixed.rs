@@ -20,7 +20,7 @@ use crate::{Limits, Method, Options, Outcome, Solver, Status};
 ///
 /// # Errors
 ///
-/// What [`Solver::solve`] refuses.
+/// Those of [`Solver::solve`].
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};

@@ -16,9 +16,9 @@ use crate::{Clock, Method, Work};
 ///
 /// # Cost
 ///
-/// One step an iteration: with an [`Aor`](hlcp_core::Aor) one walk over the rows of `A` and `B` and
-/// no storage; with a [`SplittingStep`](hlcp_core::SplittingStep) one product with each, one solve
-/// with `M` and `2n` numbers.
+/// One step per iteration. With an [`Aor`](hlcp_core::Aor) it is one walk over the rows of `A` and
+/// `B` and takes no storage. With a [`SplittingStep`](hlcp_core::SplittingStep) it is one product
+/// with each and one solve with `M`, and takes `2n` numbers.
 ///
 /// # Convergence
 ///
@@ -71,7 +71,7 @@ impl<T: Scalar, A, B, S: Step<T, A, B>> Mms<T, A, B, S> {
     ///
     /// # Errors
     ///
-    /// What [`Step::check`] refuses.
+    /// Those of [`Step::check`].
     pub fn new(problem: Hlcp<T, A, B>, step: S) -> Result<Self, Error> {
         step.check(&problem)?;
         Ok(Self { problem, step, sweeps: 0, scratch: Vec::new() })

@@ -206,7 +206,7 @@ const BEYOND: [(&str, Kind); 9] = [
     ("FMG", Kind::FullMultigrid),
 ];
 
-/// What a splitting's name leaves open.
+/// The parameters that a splitting's name leaves open.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Open {
     /// Both parameters are fixed.
@@ -217,7 +217,7 @@ enum Open {
     Both,
 }
 
-/// What a method's name stands for; a second step that is `None` takes after the first.
+/// The meaning of a method's name; a second step that is `None` is like the first.
 type Entry = (String, Family, Open, Option<[f64; 2]>);
 
 /// Every name of the paper, with the parameters of Table 1.

@@ -34,8 +34,8 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// repeated active set cannot, or when an inner solve fails; then the base takes over at the best
 /// iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step
 /// under which the active set only shrinks or only grows, as it did in the step before, is not one
-/// of the six: a contact whose edge moves by a point a step makes its way, and no more than n steps
-/// in a row can be of that kind.
+/// of the six. So a contact whose edge moves by one point per step is followed to the end, and at
+/// most n steps in a row can be of that kind.
 ///
 /// # Cost
 ///
@@ -50,7 +50,7 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// [`Tmms`](crate::Tmms) provide, from any start: in a phase that does not end ‖F‖ falls by tenths
 /// for ever; one that ends multiplies the error by no more than a constant, and the base's
 /// iterations between phases, of which there are ever more, by a number that tends to zero
-/// (`docs/acceleration.md` has the proof). From an `x` on the solution's piece one step with an
+/// (`docs/theory.md` has the proof). From an `x` on the solution's piece one step with an
 /// exact inner solve ends at the solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it
 /// (Fischer and Kanzow), and in any case convergence is superlinear (Qi and Sun).
 ///

@@ -26,7 +26,7 @@ pub enum Status {
     /// The residual of the answer, recomputed from the problem and with a bound on its rounding, is
     /// within the tolerance.
     Converged,
-    /// The iterates ran away; [`Outcome::iterations`] says when it was seen.
+    /// The iteration diverged. [`Outcome::iterations`] is the iteration at which it was detected.
     ///
     /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces
     /// NaN. Remedy: a smaller α, another τ, or a method with a theorem for the pair.
@@ -63,7 +63,7 @@ pub enum Status {
     Stopped,
 }
 
-/// How the iterates of a diverging iteration ran away.
+/// The way in which an iteration diverged.
 ///
 /// ```
 /// use hlcp_core::{SplittingStep, SplittingFn, Hlcp, Identity, Omega};

@@ -17,8 +17,9 @@ const EXCHANGES: usize = 20;
 
 /// Solves `J x = −γq` for the columns that some signs select, by elimination, and changes signs
 /// that come out wrong: all of them, as Newton's method does, while every ten such steps leave
-/// fewer of them. Where they do not, Lemke's method finds the signs, by the tableau; and if rounding
-/// has spoilt those, the last wrong sign alone is changed from then on, until there are fewer.
+/// fewer of them. Where they do not, Lemke's method finds the signs, by the tableau; and if
+/// rounding has spoilt those, the last wrong sign alone is changed from then on, until there are
+/// fewer.
 ///
 /// It ends after finitely many steps where `(A, B)` has the column W-property, which is that
 /// solutions are unique for every `q`: `B⁻¹A` is a P-matrix then, and its LCP has the same bases.
@@ -274,8 +275,8 @@ mod tests {
         assert!(solver.z().iter().all(|z| (z - 0.4).abs() < 1e-15), "{:?}", solver.z());
     }
 
-    /// Skew parts that outweigh the rest send Newton's method round, of an order that Lemke's method
-    /// settles.
+    /// Skew parts that outweigh the rest send Newton's method round, of an order that Lemke's
+    /// method settles.
     #[test]
     fn a_matrix_that_is_almost_skew_is_solved() {
         let n = 40;

@@ -376,7 +376,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     }
 }
 
-/// What a look at an iterate has shown.
+/// The result of examining an iterate.
 struct Look {
     /// The norms of its residual: upper bounds on the exact ones if it was refused.
     norms: Norms,

@@ -16,7 +16,7 @@ use crate::{Clock, Method, Work};
 ///
 /// # Cost
 ///
-/// Two steps an iteration: with [`Aor`]s two walks over the rows of `A` and `B` and no storage.
+/// Two steps per iteration: with [`Aor`]s two walks over the rows of `A` and `B` and no storage.
 ///
 /// # Convergence
 ///
@@ -60,7 +60,7 @@ impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2
     ///
     /// # Errors
     ///
-    /// What [`Step::check`] of either refuses.
+    /// Those of [`Step::check`] of either step.
     pub fn new(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
         first.check(&problem)?;
         second.check(&problem)?;
@@ -74,7 +74,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
     ///
     /// # Errors
     ///
-    /// What [`Step::check`] refuses.
+    /// Those of [`Step::check`].
     pub fn mirrored(problem: Hlcp<T, A, B>, aor: Aor<T>) -> Result<Self, Error> {
         Self::new(problem, aor.forward(), aor.backward())
     }

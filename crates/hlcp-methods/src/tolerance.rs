@@ -8,7 +8,7 @@ use crate::{Limits, Norm, limits::FRACTION};
 /// ends as stagnated.
 const HIDDEN: usize = 24;
 
-/// What a residual is held against.
+/// The test that a residual must pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Test {
     norm: Norm,

@@ -55,7 +55,8 @@ pub enum Witness {
 ///
 /// // −u″ with u = 0 at both ends: no row is dominant enough for the global bound to be good.
 /// let (a, b) = (FivePoint::new(99, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?, Identity { order: 99 });
-/// let (z, r): (Vec<f64>, _) = ((1..100).map(|i| (i * (100 - i)) as f64 + 1e-6).collect(), [0.0; 99]);
+/// let z: Vec<f64> = (1..100).map(|i| (i * (100 - i)) as f64 + 1e-6).collect();
+/// let r = [0.0; 99];
 /// let certificate = certify(&a, &b, &[-2.0; 99], &z, &r)?.expect("an M-matrix");
 /// assert_eq!(certificate.bound, Bound::Local);
 /// assert!((1e-6..1.1e-6).contains(&certificate.error()));
@@ -107,8 +108,8 @@ pub enum Branch {
 /// A proof that a solution `(z*, r*)` exists, and a bound on every component of the error.
 ///
 /// With a [`witness`](Self::witness) it is the only solution; without, the only one within its
-/// [`interval`](Self::interval)s. All of it is a statement about real numbers; rounding is accounted for. Global bounds
-/// may be infinite, if something overflows.
+/// [`interval`](Self::interval)s. All of it is a statement about real numbers; rounding is
+/// accounted for. Global bounds may be infinite, if something overflows.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -162,7 +163,8 @@ impl Certificate {
     /// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
     /// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 2.0])?;
     /// let certificate = certificate.expect("a witness");
-    /// assert_eq!([Branch::Z, Branch::R, Branch::Open].map(|side| certificate.count(side)), [1, 1, 0]);
+    /// let sides = [Branch::Z, Branch::R, Branch::Open];
+    /// assert_eq!(sides.map(|side| certificate.count(side)), [1, 1, 0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn count(&self, side: Branch) -> usize {

@@ -57,7 +57,7 @@ impl<T: Scalar, A: Rows<T>> Comparison for Modulus<'_, A, T> {
     }
 }
 
-/// What `D = D_A + D_BΩ` is compared with.
+/// The matrix that `D = D_A + D_BΩ` is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Against {
     /// `G = D_BΩ + |C_A|`, as in (16).

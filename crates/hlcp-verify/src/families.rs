@@ -32,7 +32,7 @@ pub const NAMES: [&str; 15] = [
 ///
 /// let drawn = families::draw("rings", 7).expect("there is such a family");
 /// assert_eq!(drawn.name, "rings-7");
-/// let (a, b, q) = drawn.pose::<f64>();
+/// let ([a, b], q) = drawn.pose::<f64>();
 /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
 /// assert!(problem.order() == q.len() && problem.grid().is_err()); // it closes: not five-point
 /// # Ok::<(), hlcp_core::Error>(())
@@ -82,9 +82,9 @@ impl Operator {
 
 impl Drawn {
     /// `A`, `B` and `q` in precision `T`.
-    pub fn pose<T: Scalar>(&self) -> (Box<dyn Rows<T>>, Box<dyn Rows<T>>, Vec<T>) {
+    pub fn pose<T: Scalar>(&self) -> ([Box<dyn Rows<T>>; 2], Vec<T>) {
         let [a, b, q] = self.units;
-        (self.a.times(a), self.b.times(b), self.q.iter().map(|&v| T::of(q * v)).collect())
+        ([self.a.times(a), self.b.times(b)], self.q.iter().map(|&v| T::of(q * v)).collect())
     }
 }
 

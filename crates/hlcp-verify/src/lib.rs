@@ -1,10 +1,10 @@
-//! What theory says about a horizontal linear complementarity problem, `z, r ≥ 0` with `zᵀ r = 0`
-//! and `A z − B r + q = 0`, checked by machine; and problems with known answers.
+//! Proofs about horizontal linear complementarity problems, `z, r ≥ 0` with `zᵀ r = 0` and
+//! `A z − B r + q = 0`, by machine; and problems with known answers.
 //!
-//! # The easy way: certify an answer
+//! # Certify an answer
 //!
-//! Whatever computed it, [`certify`] bounds its distance from the solution, and proves that there
-//! is one and only one:
+//! [`certify`] proves that a solution exists near an answer and bounds the distance from it,
+//! whatever computed the answer. [`witness`] proves that the solution is the only one.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Identity};
@@ -18,15 +18,15 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! [`certify_with`] takes a [`Witness`] that is known already, from an earlier [`Certificate`] or
-//! in closed form.
+//! [`certify_with`] takes a known [`Witness`], from an earlier [`Certificate`] or in closed form.
 //!
-//! # Before a solve: will it converge?
+//! # Prove convergence before a solve
 //!
-//! [`convergence`] tries every theorem on the steps of a method and says which one proves it, with
-//! the factor per iteration. [`theorem_1`], [`theorem_2`] and [`relaxed_theorem`] answer hypothesis
-//! by hypothesis, [`alpha_bound`] and [`relaxed_alpha_bound`] say how large α may be, and
-//! [`classes`] whether a matrix is Z, M, H or H₊.
+//! * [`convergence`] tries every theorem on the steps of a method and returns the one that proves
+//!   convergence, with the factor per iteration.
+//! * [`theorem_1`], [`theorem_2`] and [`relaxed_theorem`] answer hypothesis by hypothesis.
+//! * [`alpha_bound`] and [`relaxed_alpha_bound`] say how large α may be.
+//! * [`classes`] says whether a matrix is Z, M, H or H₊.
 //!
 //! ```
 //! use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
@@ -38,23 +38,29 @@
 //! let problem = Hlcp::new(a, b, omega)?;
 //! let tmsor = [Aor::sor(1.2)?, Aor::sor(1.2)?.backward()];
 //! let Convergence::Proved(theorem, contraction) = convergence(&problem, &tmsor) else { panic!() };
-//! println!("{theorem:?}: the error falls by {} an iteration or faster", contraction.factor);
+//! println!("{theorem:?}: the error falls by {} per iteration or faster", contraction.factor);
 //! assert!(alpha_bound(&problem).reciprocal()[0] > 1.33);
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! # For tests
+//! # Test problems
 //!
-//! * [`Planted`] builds a problem around a solution; [`oracle`] has the paper's methods, dense and
-//!   from its formulas, and all solutions of a small problem.
+//! * [`Planted`] builds a problem around a solution. [`oracle`] has the paper's methods, dense and
+//!   from its formulas, and finds all solutions of a small problem.
 //! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2;
 //!   [`Slider`], its Example 3 in kind; [`Disc`], a contact on which splitting methods crawl; and,
 //!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
 //! Candidates for witnesses and for corrections come from the multigrid of `hlcp-methods`. No proof
-//! rests on it: what is claimed is checked by products that are rounded outward, so what judges is
-//! independent of what is judged.
+//! rests on it: every claim is checked by products that are rounded outward.
+//!
+//! # Not supported
+//!
+//! * Operators without rows: every proof reads the entries.
+//! * Pairs outside the classes of the theorems. Without a witness nothing is claimed, which does
+//!   not mean that the problem has no solution or several.
+//! * Proofs of convergence for methods beyond the paper. Their answers can be certified.
 
 mod certificate;
 pub mod classes;

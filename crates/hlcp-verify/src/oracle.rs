@@ -74,14 +74,14 @@ pub struct Dense {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Iteration {
-    /// What multiplies `x⁺`.
+    /// The factor of `x⁺`.
     pub linear: DMatrix<f64>,
-    /// What multiplies `|x⁺|`: zero, or strictly triangular on the side where `linear` is
+    /// The factor of `|x⁺|`: zero, or strictly triangular on the side where `linear` is
     /// triangular.
     pub modulus: DMatrix<f64>,
-    /// What multiplies `x`.
+    /// The factor of `x`.
     pub from_x: DMatrix<f64>,
-    /// What multiplies `|x|`.
+    /// The factor of `|x|`.
     pub from_modulus: DMatrix<f64>,
     /// The vector `γ q`.
     pub constant: DVector<f64>,

@@ -71,8 +71,8 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Pair<'a, T, A, B> {
 /// Two five-point operators with constant coefficients on one grid.
 struct Stencil {
     nx: usize,
-    /// What multiplies `z` and `r` in the positive terms of `A z − B r`: the positive part of A,
-    /// the negative one of B.
+    /// The factors of `z` and `r` in the positive terms of `A z − B r`: the positive part of A, the
+    /// negative one of B.
     plus: [FivePointView<'static, f64>; 2],
     /// The same in the negative terms.
     minus: [FivePointView<'static, f64>; 2],

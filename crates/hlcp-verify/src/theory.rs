@@ -285,7 +285,7 @@ pub enum Proof {
     Witness,
 }
 
-/// What is proved of a method on a problem, for every `q` and every start.
+/// The statement proved of a method on a problem, for every `q` and every start.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};

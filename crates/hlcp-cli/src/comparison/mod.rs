@@ -2,7 +2,7 @@
 //! seconds, true error and certified bound.
 //!
 //! Draws cost against n on logarithmic axes and writes everything as CSV to `docs/charts`, and as
-//! tables with fitted slopes to `docs/results/comparison.md`; `docs/comparison.md` reads them.
+//! tables with fitted slopes to `docs/results/comparison.md`; `docs/results.md` reads them.
 //! Takes some minutes. Ends with an error if a method that reports convergence is further from the
 //! solution than is certified, or if a method has no point on a scene that it applies to.
 

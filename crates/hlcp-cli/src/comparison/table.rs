@@ -90,7 +90,7 @@ pub(crate) fn write_tables(
     command: &str,
 ) -> Result<(), Box<dyn Error>> {
     let mut text = format!(
-        "# Every method on every scene\n\nWritten by `{command}` ({}); [../comparison.md](../comparison.md) reads it.\n{rules}\n",
+        "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules}\n",
         provenance("").trim_start_matches([' ', '·'])
     );
     for (_, &Ladder { title, size, .. }) in all() {

@@ -26,6 +26,9 @@ pub(super) struct Solved {
 /// Newton's method takes some six steps, whatever the texture.
 pub(super) const METHOD: &str = "AMG";
 
+/// It is slow, but runs away least.
+const FALLBACK: &str = "MGS";
+
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits() -> Limits {
     Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
@@ -55,7 +58,11 @@ impl Solved {
 
     /// The derivatives of the forces for slow changes of the position and for its speed, each a
     /// matrix with a column for each coordinate that moves; in the second the film content stays.
-    fn derivatives(&self, posed: &Posed, is_clamped: bool) -> Fallible<[Vec<Vec<f64>>; 2]> {
+    pub(super) fn derivatives(
+        &self,
+        posed: &Posed,
+        is_clamped: bool,
+    ) -> Fallible<[Vec<Vec<f64>>; 2]> {
         let film = &self.film;
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
@@ -95,25 +102,29 @@ fn solve(
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let name = arguments.method.as_deref().unwrap_or(METHOD);
-    let method = Named::parse(name, Parameters::default())?.on(problem)?;
-    let mut solver = Solver::new(method);
-    let limits = limits();
-    let mut way = Way::new(name, goal(&limits, q), &limits);
-    let mut show = |progress: &Progress<'_, f64>| {
-        way.show(progress);
-        ControlFlow::Continue(())
-    };
     let scaled = start.map(|start| {
         let by = start.film.pressure_unit() / film.pressure_unit();
         (start.z.iter().map(|z| z * by).collect::<Vec<_>>(), &start.r)
     });
-    let options = match &scaled {
-        Some((z, r)) => Options::from_solution(z, r),
-        None => Options::default(),
+    let given = arguments.method.as_deref();
+    let limits = limits();
+    let attempt = |name: &str| -> Fallible<Answer> {
+        let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
+        let mut solver = Solver::new(method);
+        let mut way = Way::new(name, goal(&limits, q), &limits);
+        let mut show = |progress: &Progress<'_, f64>| {
+            way.show(progress);
+            ControlFlow::Continue(())
+        };
+        let options = match &scaled {
+            Some((z, r)) => Options::from_solution(z, r),
+            None => Options::default(),
+        };
+        let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
+        Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
     };
-    let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
-    Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
+    let found = attempt(given.unwrap_or(METHOD))?;
+    if found.3.converged() || given.is_some() { Ok(found) } else { attempt(FALLBACK) }
 }
 
 /// The changes of `z` that changes of `A z − B r + q` bring about, full and broken cells staying
@@ -367,7 +378,7 @@ impl Posed {
 }
 
 /// Solves a few equations; `None` if they have not one solution.
-fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+pub(super) fn eliminate(mut rows: Vec<Vec<f64>>, mut rhs: Vec<f64>) -> Option<Vec<f64>> {
     let n = rhs.len();
     for k in 0..n {
         let pivot = (k..n).max_by(|&i, &j| rows[i][k].abs().total_cmp(&rows[j][k].abs()))?;

@@ -67,7 +67,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --h-unit", ""))]
     clearance: Option<f64>,
-    /// The eccentricity over the clearance, with --load where the search begins [default there: 0.5]
+    /// The eccentricity over the clearance, with --load where the search begins [default there:
+    /// 0.5]
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     ecc: Option<f64>,
     /// The angle from the load's direction to the journal's eccentricity, in degrees in the
@@ -156,6 +157,11 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "plane")]
     #[arg(conflicts_with_all = ["load", "coefficients"])]
     motion: Option<PathBuf>,
+    /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
+    /// load in N, of a journal in its direction and across it; slopes stay
+    #[arg(long, help_heading = ASKED, requires = "motion", allow_hyphen_values = true)]
+    #[arg(value_parser = mass)]
+    mass: Option<f64>,
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
     /// of the film]
     #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
@@ -237,6 +243,13 @@ fn speeds(text: &str) -> Result<Numbers, String> {
 enum Viscosity {
     Uniform(f64),
     Map(PathBuf),
+}
+
+fn mass(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(mass) if mass >= 0.0 && f64::is_finite(mass) => Ok(mass),
+        _ => Err("not a number of kilogrammes, 0 or more".into()),
+    }
 }
 
 fn viscosity(text: &str) -> Result<Viscosity, String> {

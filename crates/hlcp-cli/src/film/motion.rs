@@ -5,7 +5,11 @@ use std::{error::Error, path::Path};
 use hlcp_core::files::printable;
 use hlcp_verify::{Film, FilmFigures, TimeStep};
 
-use super::{Arguments, array, balance::Solved, gap::Posed};
+use super::{
+    Arguments, array,
+    balance::{Solved, eliminate},
+    gap::Posed,
+};
 use crate::{chart, progress};
 
 /// What a run comes to.
@@ -19,7 +23,7 @@ pub(super) struct Run {
     pub(super) all_converged: bool,
 }
 
-/// A time and the position of the wall then, in SI units.
+/// A time and the position of the wall then, or the forces on it, in SI units.
 type Instant = (f64, Vec<f64>);
 
 /// Reads times and positions.
@@ -32,26 +36,29 @@ fn schedule(
     let table = array::read(path)?;
     let is_journal = posed.journal.is_some();
     let wanted = if is_journal { 3..=3 } else { 2..=4 };
+    let wanted = if arguments.mass.is_some() && !is_journal { 2..=2 } else { wanted };
     if !wanted.contains(&table.columns) || table.rows < 2 {
-        let what = if is_journal {
-            "the time and the displacement along the load and across it"
-        } else {
-            "the time, the rise and, if they change, the slopes along x and y"
+        let what = match (is_journal, arguments.mass) {
+            (true, None) => "the time and the displacement along the load and across it",
+            (true, Some(_)) => "the time and the load in its direction and across it",
+            (false, None) => "the time, the rise and, if they change, the slopes along x and y",
+            (false, Some(_)) => "the time and the load",
         };
         let (rows, columns) = (table.rows, table.columns);
         return Err(format!("{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}").into());
     }
-    let direction = posed.load_direction(arguments);
-    let (sin, cos) = direction.sin_cos();
-    let across = posed.direction();
     let position = |row: &[f64]| -> Vec<f64> {
+        let by = if arguments.mass.is_some() { 1.0 } else { arguments.h_unit };
         if is_journal {
-            let [x, y] = [row[1], row[2]].map(|v| v * arguments.h_unit);
+            let turned = posed.turned(arguments, [row[1] * by, row[2] * by]);
             // The gap widens on the other side.
-            return vec![-(x * cos - y * across * sin), -(x * sin + y * across * cos)];
+            return turned.map(|v| if arguments.mass.is_some() { v } else { -v }).to_vec();
+        }
+        if arguments.mass.is_some() {
+            return vec![row[1], 0.0, 0.0];
         }
         let mut position = posed.position.clone();
-        position[0] += row[1] * arguments.h_unit;
+        position[0] += row[1] * by;
         position.iter_mut().skip(1).zip(&row[2..]).for_each(|(slope, by)| *slope += by);
         position
     };
@@ -65,6 +72,9 @@ fn schedule(
         )
         .into());
     }
+    if arguments.mass.is_some() {
+        return Ok(rows);
+    }
     let meets = rows.iter().position(|(_, position)| posed.at(position).is_none());
     match meets {
         Some(at) => Err(format!("{name}: row {}: the walls meet", at + 1).into()),
@@ -76,6 +86,91 @@ const HEAD: &str = "time (s),load (N),load x (m),load y (m),friction moving (N),
                     out west (m³/s),out east (m³/s),out south (m³/s),out north (m³/s),supplied (m³/s),\
                     oil (m³),peak pressure (Pa),least gap (m),broken share";
 
+/// The force on the wall over the force of the film on it, and the way there, at which a step of
+/// free motion ends.
+const BALANCED: f64 = 1e-8;
+
+impl Posed {
+    /// What points along the load and across it, as a vector along x = 0 and a quarter further.
+    fn turned(&self, arguments: &Arguments, [along, across]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = self.load_direction(arguments).sin_cos();
+        let across = self.direction() * across;
+        [along * cos - across * sin, along * sin + across * cos]
+    }
+
+    /// The position as it is given on the command line and in files.
+    fn told(&self, arguments: &Arguments) -> Vec<f64> {
+        if self.journal.is_none() {
+            return self.position.clone();
+        }
+        let [a, b] = [-self.position[0], -self.position[1]];
+        let (sin, cos) = self.load_direction(arguments).sin_cos();
+        vec![a * cos + b * sin, self.direction() * (b * cos - a * sin)]
+    }
+
+    /// Moves the wall, which has a mass and a velocity, to where film and load leave it after a
+    /// step: `m (v − v₀) = Δt (G(e) − load)`, `e = e₀ + Δt v`, by Newton's method.
+    fn fall(
+        &mut self,
+        step: &TimeStep,
+        (mass, velocity): (f64, &mut [f64]),
+        load: &[f64],
+        before: Option<&Solved>,
+        arguments: &Arguments,
+    ) -> Result<Solved, Box<dyn Error>> {
+        let duration = step.duration;
+        let from = self.position.clone();
+        // A pad keeps its slopes.
+        let moving = if self.journal.is_some() { 2 } else { 1 };
+        let at = |posed: &Self, position: &[f64]| -> Option<Film> {
+            posed.at(position).map(|film| Film { step: Some(step.clone()), ..film })
+        };
+        let film = at(self, &self.position).ok_or("the walls meet")?;
+        let mut solved = Solved::new(film, before, arguments)?;
+        for _ in 0..30 {
+            let forces = self.forces(&solved.film, &solved.z);
+            let [slopes, _] = solved.derivatives(self, false)?;
+            let inertia = mass / (duration * duration);
+            let miss = |k: usize| {
+                let way = self.position[k] - from[k] - duration * velocity[k];
+                inertia * way - forces[k] + load[k]
+            };
+            let misses: Vec<f64> = (0..moving).map(miss).collect();
+            let size = |v: &[f64]| v.iter().take(moving).fold(0.0_f64, |size, v| size.max(v.abs()));
+            if size(&misses) <= BALANCED * size(&forces).max(size(load))
+                || !solved.outcome.converged()
+            {
+                for (k, velocity) in velocity.iter_mut().enumerate().take(moving) {
+                    *velocity = (self.position[k] - from[k]) / duration;
+                }
+                return Ok(solved);
+            }
+            let row = |k: usize| {
+                let entry = |l: usize| if k == l { inertia - slopes[k][l] } else { -slopes[k][l] };
+                (0..moving).map(entry).collect()
+            };
+            let found = eliminate((0..moving).map(row).collect(), misses);
+            let mut way = found.ok_or("the wall's motion has no derivative")?;
+            // No step halves a gap.
+            let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+            let next = loop {
+                let mut next = self.position.clone();
+                next.iter_mut().zip(&way).for_each(|(at, by)| *at -= by);
+                let film = at(self, &next);
+                if let Some(film) =
+                    film.filter(|film| film.gap.iter().all(|&gap| gap >= 0.5 * thin))
+                {
+                    self.position = next;
+                    break film;
+                }
+                way.iter_mut().for_each(|by| *by /= 2.0);
+            };
+            solved = Solved::new(next, Some(&solved), arguments)?;
+        }
+        Err("a step of the free motion did not settle; take shorter steps".into())
+    }
+}
+
 /// Takes the steps of the file; `figures` has load and friction as they are reported.
 pub(super) fn run(
     path: &Path,
@@ -84,8 +179,12 @@ pub(super) fn run(
     figures: impl Fn(&Posed, &Film, &FilmFigures, &[f64]) -> [f64; 6],
 ) -> Result<Run, Box<dyn Error>> {
     let rows = schedule(path, posed, arguments)?;
-    let film = |position: &[f64]| posed.at(position).ok_or("the walls meet");
-    let first = film(&rows[0].1)?;
+    let mass = arguments.mass;
+    let mut velocity = vec![0.0; posed.position.len()];
+    if mass.is_none() {
+        posed.position = rows[0].1.clone();
+    }
+    let first = posed.at(&posed.position).ok_or("the walls meet")?;
     // What a wall carries has settled before; a film that is squeezed alone begins full.
     let settled = first.is_fed() && first.speeds.iter().sum::<f64>() != 0.0;
     let (area, free) = (first.cell(), first.free_cells());
@@ -104,9 +203,15 @@ pub(super) fn run(
     let bar = progress::counting(rows.len() - 1);
     for pair in rows.windows(2) {
         let duration = pair[1].0 - pair[0].0;
-        let moved =
-            Film { step: Some(TimeStep { duration, oil: oil.clone() }), ..film(&pair[1].1)? };
-        let next = Solved::new(moved, solved.as_ref(), arguments)?;
+        let step = TimeStep { duration, oil: oil.clone() };
+        let next = if let Some(mass) = mass {
+            let body = (mass, velocity.as_mut_slice());
+            posed.fall(&step, body, &pair[1].1, solved.as_ref(), arguments)?
+        } else {
+            posed.position = pair[1].1.clone();
+            let moved = posed.at(&posed.position).ok_or("the walls meet")?;
+            Solved::new(Film { step: Some(step), ..moved }, solved.as_ref(), arguments)?
+        };
         all_converged &= next.outcome.converged();
         // What the solve leaves of a balance goes into the next step, so that nothing adds up.
         let out = next.film.outflow(&next.z, &next.r);
@@ -118,14 +223,18 @@ pub(super) fn run(
         line.extend(figures(posed, &next.film, &found, &next.z));
         line.extend(found.sides);
         line.extend([supplied, total(&oil), found.peak, found.least_gap, found.broken_share]);
+        line.extend(posed.told(arguments));
         lines.push(line.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
         solved = Some(next);
         bar.inc(1);
     }
     bar.finish_and_clear();
     let imbalance = (total(&oil) - begun - entered) / (rows[rows.len() - 1].0 - rows[0].0);
-    posed.position = rows[rows.len() - 1].1.clone();
     let solved = solved.ok_or("there are no steps")?;
-    let (csv, steps) = (chart::csv(HEAD, &lines), lines.len());
+    let place = match posed.journal {
+        Some(_) => "displacement along the load (m),displacement across it (m)",
+        None => "rise (m),slope along x,slope along y",
+    };
+    let (csv, steps) = (chart::csv(&format!("{HEAD},{place}"), &lines), lines.len());
     Ok(Run { solved, csv, imbalance, steps, all_converged })
 }

@@ -43,10 +43,9 @@ pub(super) fn drawn(solved: &Solved, arguments: &Arguments, caption: &str) -> St
     let sizes = [pick[0].len(), pick[1].len()];
     let place =
         |[i, j]: [usize; 2]| (lx * i as f64 / sizes[0] as f64, ly * j as f64 / sizes[1] as f64);
-    for (count, line) in edges(sizes, broken).into_iter().enumerate() {
+    for line in edges(sizes, broken) {
         let through: Vec<(f64, f64)> = line.into_iter().map(place).collect();
-        let name = if count == 0 { "edge of the broken film" } else { "" };
-        panels = panels.map(|panel| panel.outline(name, "#D55E00", "", &through));
+        panels = panels.map(|panel| panel.outline("", "#D55E00", "", &through));
     }
     chart::svg(2, panels.into(), caption)
 }

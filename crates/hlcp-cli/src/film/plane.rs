@@ -329,7 +329,7 @@ impl Report<'_> {
         let film = &self.solved.film;
         let [load, ..] = self.load();
         format!(
-            "{} × {} cells; load {load:.4e} N, peak {:.4e} Pa, least gap {:.4e} m; {:.1} % of the film is broken",
+            "{} × {} cells; load {load:.4e} N, peak {:.4e} Pa, least gap {:.4e} m; {:.1} % of the film is broken, within the line",
             film.nx,
             film.ny,
             self.figures.peak,

@@ -4,7 +4,7 @@
 //! Prints every table with iterations (IT), sweeps and seconds: the median of repeated solves, and
 //! half the distance of their quartiles. A cell that hits 30,000 iterations is "–". With `--out`
 //! the tables are also written as text, Markdown and CSV. Nothing printed here is quoted from the
-//! paper; `docs/paper.md` compares.
+//! paper; `docs/results/paper.md` compares.
 
 mod bounds;
 mod claims;

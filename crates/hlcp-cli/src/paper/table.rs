@@ -74,7 +74,7 @@ pub(crate) fn write(folder: &Path, tables: &[Table]) -> io::Result<()> {
         |format: fn(&Table) -> String| tables.iter().map(format).collect::<Vec<_>>().join("\n");
     fs::write(folder.join("tables.txt"), all(Table::text))?;
     let introduction = "# Tables\n\nWritten by `cargo run --release -- paper --out docs/results`; \
-                        [../paper.md](../paper.md) reads them.\n\n";
+                        [../results.md](../results.md#the-papers-tables) reads them.\n\n";
     fs::write(folder.join("tables.md"), introduction.to_owned() + &all(Table::markdown))?;
     tables.iter().try_for_each(|t| fs::write(folder.join(format!("{}.csv", t.name)), t.csv()))
 }

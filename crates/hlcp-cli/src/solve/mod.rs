@@ -3,7 +3,13 @@
 mod arguments;
 mod report;
 
-use std::{error::Error, ops::ControlFlow, path::Path, time::Duration};
+use std::{
+    error::Error,
+    io::{self, Write},
+    ops::ControlFlow,
+    path::Path,
+    time::Duration,
+};
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
@@ -142,6 +148,13 @@ impl Run<'_> {
         let limits = Limits { tolerance, rounding, norm, iterations, time };
         let mut problem = given.hlcp(to(arguments.tau)?)?.with_gamma(to(arguments.gamma)?)?;
         if arguments.threads > 1 {
+            if !problem.has_shared_sweeps() {
+                let _ = writeln!(
+                    io::stderr(),
+                    "note: --threads does not speed up the sweeps of this problem, which are \
+                     shared on grids of 16384 points or more"
+                );
+            }
             problem = problem.in_parallel();
         }
         for method in &self.methods {

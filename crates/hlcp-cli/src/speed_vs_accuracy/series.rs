@@ -105,7 +105,7 @@ pub(crate) const PRECISIONS: &[Series] = &[
 const GAUSS_SEIDEL: [f64; 3] = [1.0, 1.0, 1.0];
 
 /// The best known `(α, β, τ)` of MMS, AMMS and TMMS, each with SOR and with AOR: those of
-/// docs/stability.md.
+/// docs/results.md.
 fn best(problem: &Problem) -> [[[f64; 3]; 2]; 3] {
     // The best α of AMSOR on the discs grows with the grid as that of SOR does on a linear system.
     let sor = 2.0 - 6.4 / problem.m();

@@ -84,6 +84,36 @@ fn a_scene_through_files() {
     assert_eq!(warm["outcome"], "converged");
 }
 
+/// The pattern of a grid opens what needs a grid, with the counts of the stencil; a grid that is said
+/// must fit.
+#[test]
+fn a_grid_in_files_is_recognised_or_said() {
+    let folder = Folder::new("grid");
+    let scene = Example { symmetric: true, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
+    let a = folder.write("A.mtx", market_text(&scene.a));
+    let b = folder.write("B.mtx", market_text(&scene.b));
+    let q = folder.write("q.txt", numbers(&scene.q));
+    let files = format!("--a {} --b {} --q {} --json", a.display(), b.display(), q.display());
+    for method in ["FMG", "TMRBGS"] {
+        let (stencil, _) =
+            json(&format!("--scene example1 --m 11 --mu 3 --nu 2 --json --method {method}"));
+        for grid in ["", "--grid 11x11"] {
+            let (found, status) = json(&format!("{files} --tol 1e-10 --method {method} {grid}"));
+            assert_eq!((&found["iterations"], status), (&stencil["iterations"], 0));
+        }
+    }
+    refused(&format!("{files} --method MGS --grid 121x1"), "row 0 has an entry in column 11");
+    refused(&format!("{files} --method MGS --grid 11x12"), "A.mtx: the grid has order 132");
+    refused(&format!("{files} --method MGS --grid 11"), "such as 512x256");
+    // One entry that leads round the edge of the grid.
+    let text = market_text(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
+    let other = folder.write("other.mtx", text);
+    let files = format!("--a {} --q {}", other.display(), q.display());
+    refused(&format!("{files} --method FMG"), "five-point");
+    let said = format!("{files} --method MGS --grid 11x11");
+    refused(&said, "row 10 has an entry in column 11");
+}
+
 #[test]
 fn what_a_matrix_may_look_like() {
     let folder = Folder::new("forms");

@@ -184,6 +184,28 @@ fn a_squeezed_film_keeps_its_oil() {
 }
 
 #[test]
+fn a_free_journal_stays_where_its_load_is_carried() {
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0", journal(0.1));
+    let loaded = json("free", &format!("{bearing} --load 12000"));
+    let [ecc, attitude] = [number(&loaded, "ecc"), number(&loaded, "attitude_deg")];
+    let free = |name: &str, load: f64| {
+        let rows: Vec<String> =
+            (0..6).map(|k| format!("{},{load},0", 1e-3 * f64::from(k))).collect();
+        fs::write(folder("free").join(name), rows.join("\n")).unwrap();
+        let place = format!("--ecc {ecc} --attitude {attitude} --mass 5 --motion {name}");
+        json("free", &format!("{bearing} {place}"))
+    };
+    let film = free("same.csv", 12000.0);
+    // The position carries 12 kN to 1e-9, and a step ends at 1e-8.
+    assert!((number(&film, "ecc") - ecc).abs() <= 1e-6, "{film}");
+    assert!((number(&film, "attitude_deg") - attitude).abs() <= 1e-4, "{film}");
+    // Under less it rises, and the film carries what is left within the inertia of 5 kg.
+    let film = free("less.csv", 8000.0);
+    assert!(number(&film, "ecc") < ecc - 1e-3, "{film}");
+    assert!((number(&film, "load_n") - 8000.0).abs() <= 50.0, "{film}");
+}
+
+#[test]
 fn what_is_written_is_what_is_printed() {
     let gap: Vec<Vec<f64>> =
         (0..7).map(|j| (0..9).map(|i| 20.0 + f64::from((3 * i + 5 * j) % 7)).collect()).collect();
@@ -313,6 +335,11 @@ fn wrong_films_are_refused_in_one_line() {
         ),
         ("--map gap.csv --motion meets.csv", "meets.csv: row 2: the walls meet"),
         ("--map gap.csv --motion gap.csv --load 1", "cannot be used with"),
+        ("--map gap.csv --motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
+        (
+            "--map gap.csv --motion gap.csv --mass 1",
+            "but a motion has two rows or more, each with the time and the load",
+        ),
         ("--map gap.csv --ambient -1", "--ambient is below --cavitation"),
         ("--map gap.csv --method FOO", "there is no method 'FOO'"),
         ("--map gap.csv --nx 4", "cannot be used with"),

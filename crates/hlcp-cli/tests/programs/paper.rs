@@ -1,5 +1,5 @@
-//! The iteration counts behind the tables of `docs/paper.md`: recorded at m = 128, and confirmed on
-//! small grids by the dense textbook methods.
+//! The iteration counts behind the tables of `docs/results/paper.md`: recorded at m = 128, and
+//! confirmed on small grids by the dense textbook methods.
 
 use hlcp_core::{Hlcp, Omega, Rows};
 use hlcp_methods::{Limits, Method, Named, Options, Parameters, Solver};

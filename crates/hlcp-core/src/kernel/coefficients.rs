@@ -21,7 +21,7 @@ impl<T: Scalar> Relaxation<T> {
 /// The factors of `v` and of `|v|`.
 pub(super) type Pair<T> = [T; 2];
 
-/// What a passed neighbour's value `v` takes from `t`.
+/// Returns the share of `t` that a passed neighbour of value `v` takes.
 #[inline(always)]
 pub(super) fn part<T: Scalar, const ACCELERATED: bool>(factor: Pair<T>, v: T) -> T {
     if ACCELERATED { factor[0] * v + factor[1] * v.abs() } else { factor[0] * v }
@@ -35,8 +35,8 @@ pub(super) struct Row<T> {
     defect: [[T; 2]; 5],
     /// 1/mᵢᵢ.
     over_pivot: T,
-    /// What the value of the southern, western, eastern and northern neighbour takes from `t` once
-    /// it has been passed.
+    /// The factors with which the southern, western, eastern and northern neighbour enter `t` once
+    /// they have been passed.
     passed: [Pair<T>; 4],
 }
 
@@ -101,7 +101,7 @@ impl<T: Scalar> Row<T> {
         (f, x[2] - f * self.over_pivot, beside)
     }
 
-    /// What all four neighbours take from `t`.
+    /// Returns the share of `t` that all four neighbours take.
     #[inline(always)]
     pub(super) fn beside<const ACCELERATED: bool>(&self, [south, west, east, north]: [T; 4]) -> T {
         let [s, w, e, n] = self.passed;
@@ -117,9 +117,9 @@ pub(super) trait Source<T>: Copy + Sync {
     const CHUNK: usize;
     /// How many columns the first phase is ahead of the recurrence.
     const WIDTH: usize;
-    /// What is loaded of a stretch of a row.
+    /// The coefficients of a stretch of a row.
     type Loaded;
-    /// What is kept of the passed neighbours in one row of a tile.
+    /// The factors of the passed neighbours in one row of a tile.
     type Kept;
 
     fn loaded(&self) -> Self::Loaded;
@@ -134,7 +134,7 @@ pub(super) trait Source<T>: Copy + Sync {
     /// Keeps what the recurrence needs at point `i`.
     fn keep<const ACCELERATED: bool>(&self, kept: &mut Self::Kept, i: usize, passed: [Pair<T>; 2]);
 
-    /// What was kept.
+    /// Returns the factors that were kept.
     fn passed<const BACKWARD: bool>(&self, kept: &Self::Kept, i: usize) -> [Pair<T>; 2];
 }
 

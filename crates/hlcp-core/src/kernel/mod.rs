@@ -169,7 +169,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     }
 }
 
-/// What a sweep reads of the old iterate.
+/// The part of the old iterate that a sweep reads.
 #[derive(Debug, Clone, Copy)]
 struct Old<'a, T> {
     grid: Grid,

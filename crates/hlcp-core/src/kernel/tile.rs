@@ -16,7 +16,7 @@ pub(super) enum Edge<'a, T> {
     Passed { edges: &'a [Turns<[T; COLUMNS]>], number: usize },
 }
 
-/// What one worker needs of the grid while it relaxes a band of rows.
+/// The state of one worker while it relaxes a band of rows.
 pub(super) struct Worker<'a, T, S: Source<T>> {
     old: &'a Old<'a, T>,
     source: &'a S,

@@ -5,6 +5,7 @@ mod bad_input;
 mod common;
 mod exchange;
 mod kernels;
+mod lies;
 mod products;
 mod rounding;
 mod rows;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use crate::common::{Matrix, assembled};
 use hlcp_core::{
-    Csr, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rows, Scaled,
-    Shifted, Sum, Tridiagonal, VaryingFivePoint,
+    Csr, Diagonal, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega,
+    RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, VaryingFivePoint,
 };
 use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
-use nalgebra_sparse::{CooMatrix, CsrMatrix};
+use nalgebra_sparse::{CooMatrix, CscMatrix, CsrMatrix};
 use proptest::{collection::vec, prelude::*};
 
 /// Checks product, diagonal, rows and view of an operator against a dense matrix: the product to
@@ -133,6 +133,17 @@ proptest! {
         is_matrix(&varying, &dense, &wide);
         is_matrix(&Shifted { by, of: varying }, &(by * DMatrix::identity(3 * n, 3 * n) + &dense), &wide);
 
+        is_matrix(&matrix, &matrix, &x);
+        let by_rows: Vec<f64> = matrix.transpose().iter().copied().collect();
+        is_matrix(&RowMajor::new(n, by_rows).unwrap(), &matrix, &x);
+        let by_columns = CscMatrix::from(&a);
+        is_matrix(&Csr::from(&by_columns), &matrix, &x);
+        let mut products = [vec![f64::NAN; n], vec![f64::NAN; n]];
+        by_columns.apply(x.as_slice(), &mut products[0]);
+        matrix.apply(x.as_slice(), &mut products[1]);
+        assert_eq!(products[0], products[1]); // in the same order, but for zeros
+        (0..n).for_each(|i| assert_eq!(by_columns.diagonal_entry(i), matrix[(i, i)]));
+
         let boxed: Box<dyn Rows<f64>> = Box::new(a.clone());
         is_matrix(&boxed, &matrix, &x);
         let shared: Arc<dyn Rows<f64> + '_> = Arc::new(Sum(&a, &b));
@@ -150,6 +161,42 @@ proptest! {
         let stencil = FivePoint::new(nx, ny, coefficients).unwrap();
         let x = DVector::from_column_slice(&x[..nx * ny]);
         is_matrix(&stencil, &kronecker(nx, ny, coefficients), &x);
+    }
+
+    /// Closed round, the shifts of a line become cyclic.
+    #[test]
+    fn a_periodic_stencil_is_its_cyclic_kronecker_form(
+        nx in 3_usize..7,
+        ny in 3_usize..7,
+        entries in vec(-4.0..4.0, 5 * 36),
+        round: [bool; 2],
+        x in vec(-4.0..4.0, 64),
+    ) {
+        // What takes from each point of a line the next one, and backward the one before.
+        let next = |n: usize, round: bool| {
+            DMatrix::from_fn(n, n, |i, j| f64::from(j == i + 1 || round && (i, j) == (n - 1, 0)))
+        };
+        let (east, north) = (next(nx, round[0]), next(ny, round[1]));
+        let identity = DMatrix::identity;
+        let shifts = [
+            north.transpose().kronecker(&identity(nx, nx)),
+            identity(ny, ny).kronecker(&east.transpose()),
+            identity(nx * ny, nx * ny),
+            identity(ny, ny).kronecker(&east),
+            north.kronecker(&identity(nx, nx)),
+        ];
+        let x = DVector::from_column_slice(&x[..nx * ny]);
+        let row: [f64; 5] = std::array::from_fn(|direction| entries[direction]);
+        let constant = shifts.iter().zip(row).map(|(shift, c)| shift * c).sum::<DMatrix<f64>>();
+        let stencil = FivePoint::new(nx, ny, row).unwrap().periodic(round).unwrap();
+        is_matrix(&stencil, &constant, &x);
+
+        let each = |direction: usize| DVector::from_fn(nx * ny, |k, _| entries[5 * k + direction]);
+        let dense = (0..5).map(|d| DMatrix::from_diagonal(&each(d)) * &shifts[d]).sum::<DMatrix<f64>>();
+        let varying = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+            std::array::from_fn(|direction| entries[5 * (j * nx + i) + direction])
+        });
+        is_matrix(&varying.unwrap().periodic(round).unwrap(), &dense, &x);
     }
 
     #[test]
@@ -222,4 +269,26 @@ fn what_is_not_square_is_refused_however_it_is_wrapped() {
     let ratio = Omega::diagonal_ratio(1.0, &square, &wide);
     assert_eq!(ratio.err(), not_square("B"));
     assert!(DiagonalMatrix::new(vec![2.0, f64::NAN]).is_err());
+}
+
+#[test]
+fn a_grid_too_narrow_to_close_is_refused() {
+    let grid = FivePoint::new(2, 5, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    assert!(grid.periodic([false, true]).is_ok());
+    let error = grid.periodic([true, false]).unwrap_err().to_string();
+    assert_eq!(error, "the number of points in a row that closes is 2, but it must be 3 or more");
+    let varying = VaryingFivePoint::from_fn(5, 2, |_, _| [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    assert!(varying.clone().periodic([true, false]).is_ok());
+    let error = varying.periodic([true, true]).unwrap_err().to_string();
+    assert_eq!(error, "the number of rows that close is 2, but it must be 3 or more");
+}
+
+#[test]
+fn entries_that_are_no_square_matrix_are_refused() {
+    let error = RowMajor::new(2, &[1.0, 2.0, 3.0]).unwrap_err();
+    assert!(matches!(error, Error::Order { expected: 2, .. }), "{error}");
+    let error = RowMajor::new(1, &[f64::NAN]).unwrap_err();
+    assert!(matches!(error, Error::NotFinite { index: 0, .. }));
+    assert!(Hlcp::lcp(DMatrix::<f64>::zeros(2, 3)).is_err());
+    assert!(CscMatrix::<f64>::zeros(2, 3).check("A").is_err());
 }

@@ -1,10 +1,11 @@
-//! Assembled rows are walked in place; it must lead where the walk over an operator's own rows does.
+//! Assembled rows are walked in place; it must lead where the walk over an operator's own rows
+//! does.
 
 use std::borrow::Cow;
 
 use hlcp_core::{
     Aor, Csr, Diagonal, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, Index, LinearOperator,
-    Norms, Omega, Rhs, Rows, Step, VaryingFivePoint, recognise_grid,
+    Multicolour, Norms, Omega, Rhs, Rows, Step, VaryingFivePoint, recognise_grid,
 };
 use nalgebra::DMatrix;
 use proptest::{collection::vec, prelude::*};
@@ -166,6 +167,77 @@ proptest! {
         prop_assert!((found[0].l2 - found[1].l2).abs() <= n as f64 * f64::EPSILON * found[1].l2);
     }
 
+    /// A multicolour sweep is the formula of the splitting in the order of the colours, with the
+    /// same operations, and rows of one colour are not coupled.
+    #[test]
+    fn a_multicolour_sweep_is_the_formula_in_the_order_of_the_colours(
+        case in cases(),
+        silent: bool,
+    ) {
+        let n = case.x.len();
+        let (aor, backward) = (case.aor, case.aor.backward() == case.aor);
+        let (a, b) = (csr::<u32>(&case.a), csr::<u32>(&case.b));
+        let problem = Hlcp::new(&a, &b, case.omega.clone()).unwrap().with_gamma(1.25).unwrap();
+        let coloured = Multicolour::new(aor, &problem);
+        let (q, mut y) = (Rhs::new(&case.q).unwrap(), vec![f64::NAN; n]);
+        let norms = if silent {
+            let silent = Hlcp::new(Silent(&a), Silent(&b), case.omega.clone()).unwrap();
+            let silent = silent.with_gamma(1.25).unwrap();
+            coloured.step(&silent, &q, &case.x, &mut y, &mut vec![])
+        } else {
+            coloured.step(&problem, &q, &case.x, &mut y, &mut vec![])
+        };
+
+        // Colours by the definition: the least that no earlier neighbour has.
+        let coupled = |i: usize, j: usize| {
+            [&case.a, &case.b].iter().any(|m| m[(i, j)] != 0.0 || m[(j, i)] != 0.0)
+        };
+        let mut colours: Vec<usize> = vec![];
+        for i in 0..n {
+            let free = |&c: &usize| !(0..i).any(|j| coupled(i, j) && colours[j] == c);
+            let least = (0..).find(free).unwrap();
+            colours.push(least);
+        }
+        prop_assert_eq!(coloured.colours(), colours.iter().max().unwrap() + 1);
+        let mut order: Vec<usize> = (0..n).collect();
+        order.sort_by_key(|&i| (colours[i], i));
+        if backward {
+            order.reverse();
+        }
+        let [of_a, of_b] = aor.pairs();
+        let (mut expected, mut largest) = (vec![f64::NAN; n], 0.0_f64);
+        for (at, &i) in order.iter().enumerate() {
+            let (mut f, mut moved) = (1.25 * case.q[i], 0.0);
+            let entries = |m: &DMatrix<f64>| (0..n).map(|j| (j, m[(i, j)])).collect::<Vec<_>>();
+            let stored = |&(_, entry): &(usize, f64)| entry != 0.0;
+            for (j, a) in entries(&case.a).into_iter().filter(stored) {
+                f += a * (case.x[j].abs() + case.x[j]);
+                if order[..at].contains(&j) {
+                    moved += of_a[1] / of_a[0] * a * (expected[j] - case.x[j]);
+                    if aor.is_accelerated() {
+                        moved += a * (expected[j].abs() - case.x[j].abs());
+                    }
+                }
+            }
+            for (j, b) in entries(&case.b).into_iter().filter(stored) {
+                let b = b * case.omega.entry(j);
+                f -= b * (case.x[j].abs() - case.x[j]);
+                if order[..at].contains(&j) {
+                    moved += of_b[1] / of_b[0] * b * (expected[j] - case.x[j]);
+                    if aor.is_accelerated() {
+                        moved -= b * (expected[j].abs() - case.x[j].abs());
+                    }
+                }
+            }
+            let pivot = case.a[(i, i)] * of_a[0].recip()
+                + case.b[(i, i)] * case.omega.entry(i) * of_b[0].recip();
+            expected[i] = case.x[i] - (f + moved) * pivot.recip();
+            largest = largest.max(f.abs());
+        }
+        prop_assert_eq!(y, expected);
+        prop_assert_eq!(norms.linf, largest / 1.25);
+    }
+
     /// Assembled, a five-point pair is found again, coefficient by coefficient.
     #[test]
     fn a_five_point_pair_is_recognised(
@@ -188,6 +260,53 @@ proptest! {
             prop_assert_eq!(view.grid(), Some([nx, ny]));
             prop_assert_eq!(view.constants().is_some(), constant);
             prop_assert_eq!(&Csr::from_rows(found), sought);
+        }
+    }
+}
+
+/// A pair of order 20000 that is no grid, with rows of up to twelve entries.
+fn large() -> [Csr<'static, f64>; 2] {
+    [7_u64, 11].map(|seed| {
+        let (mut offsets, mut columns, mut values) = (vec![0_u32], vec![], vec![]);
+        for i in 0..20_000_u64 {
+            let places = (0..6).map(|k| (i * seed + k * k * 3571 + k * i % 97) % 20_000);
+            let mut row: Vec<u64> = places.chain([i]).collect();
+            row.sort_unstable();
+            row.dedup();
+            for j in row {
+                columns.push(j as u32);
+                values.push(if j == i {
+                    9.0
+                } else {
+                    ((i * 31 + j * 17) % 13) as f64 / 13.0 - 0.5
+                });
+            }
+            offsets.push(columns.len() as u32);
+        }
+        Csr::new(offsets, columns, values).unwrap()
+    })
+}
+
+#[test]
+fn multicolour_sweeps_and_residuals_have_the_same_bits_on_any_number_of_threads() {
+    let [a, b] = large();
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(1.1)).unwrap();
+    let together = problem.clone().in_parallel();
+    let numbers = |rate: f64| (0..20_000).map(|i| f64::sin(rate * i as f64)).collect::<Vec<_>>();
+    let (q, x) = (numbers(1.3), numbers(0.7));
+    let q = Rhs::new(&q).unwrap();
+    for aor in [Aor::sor(1.1).unwrap(), Aor::gauss_seidel().backward().accelerated()] {
+        let coloured = Multicolour::new(aor, &problem);
+        let mut alone = vec![0.0; 20_000];
+        let norms = coloured.step(&problem, &q, &x, &mut alone, &mut vec![]);
+        let residual = problem.residual(&q, &x, &alone, &mut vec![]);
+        for threads in [1, 2, 3, 7] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            let mut y = vec![f64::NAN; 20_000];
+            let found = pool.install(|| coloured.step(&together, &q, &x, &mut y, &mut vec![]));
+            assert_eq!((found, &y), (norms, &alone), "{threads} threads");
+            let found = pool.install(|| together.residual(&q, &x, &alone, &mut vec![]));
+            assert_eq!(found, residual, "{threads} threads");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Aggregates: pairs by the largest coupling, twice a level.
+//! Aggregates: pairs by the largest coupling, twice per level.
 
 use hlcp_core::Scalar;
 

@@ -117,6 +117,19 @@ impl<T: Scalar> Hierarchy<T> {
         Some(Self { levels, bottom, walked })
     }
 
+    /// Replaces the matrix, unless it is the only level; unknowns of which `apart` is true stay on
+    /// the first.
+    pub(super) fn renew(&mut self, matrix: Matrix<T>, apart: &[bool]) -> bool {
+        let Some((first, [_, ..])) = self.levels.split_first_mut() else { return false };
+        let walks = self.walked as f64 / first.matrix.entries() as f64;
+        self.walked = (walks * matrix.entries() as f64) as usize;
+        first.matrix = matrix;
+        for (to, _) in first.aggregate.iter_mut().zip(apart).filter(|pair| *pair.1) {
+            *to = NONE;
+        }
+        true
+    }
+
     fn matrix(&self) -> &Matrix<T> {
         &self.levels[0].matrix
     }
@@ -138,7 +151,7 @@ impl<T: Scalar> Hierarchy<T> {
         self.matrix().entries()
     }
 
-    /// What set-up and cycles were worth, in walks over the first level.
+    /// Returns the work of set-up and cycles, in walks over the first level.
     pub(super) fn walks(&self) -> f64 {
         self.walked as f64 / self.entries() as f64
     }

@@ -264,7 +264,7 @@ impl<T: Scalar> Rows<T> for Matrix<T> {
     }
 }
 
-/// What a diagonal entry is divided by: its reciprocal, or 0 where there is none.
+/// Returns the reciprocal of a diagonal entry, or 0 where there is none.
 fn pivot<T: Scalar>(diagonal: T) -> T {
     let inverse = diagonal.recip();
     if inverse.is_finite() && diagonal.is_finite() { inverse } else { T::zero() }

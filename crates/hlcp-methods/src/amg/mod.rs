@@ -29,6 +29,11 @@ const VOID: usize = 3;
 /// entries, is below this.
 const DRY: f64 = 1e-6;
 
+/// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
+/// since they were built, and until a linear solve takes so many iterations.
+const FEW: f64 = 0.01;
+const STALE: usize = 10;
+
 /// The directions that the outer iteration keeps.
 const KEPT: usize = 20;
 
@@ -69,17 +74,19 @@ const ROUGH: usize = 8;
 /// # Cost
 ///
 /// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
-/// `x` have changed: some 25 to 30 walks over the rows of J. A cycle takes about five, however
+/// `x` have changed: some 25 to 30 walks over the rows of J. [`AmgNewton`] keeps the coarser levels
+/// while a hundredth of the signs have changed at most, and linear solves take ten iterations at
+/// most: that takes five walks. A cycle takes about five, however
 /// large the problem.
 ///
 /// # Storage
 ///
 /// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
 /// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
-/// that is 80 bytes a row; all levels together have [`complexity`](Self::complexity) times as many,
-/// some 1.3 to 1.5 on grids. Beside it `4n` numbers, `2n` on coarser levels, and for [`AmgNewton`]
-/// `2n` and two vectors for each iteration of its longest linear solve, 20 pairs at most. A set-up
-/// allocates, and a linear solve does; a cycle does not.
+/// that is 80 bytes per row; all levels together have [`complexity`](Self::complexity) times as
+/// many, about 1.3 to 1.5 on grids. Next to it `4n` numbers, `2n` on coarser levels, and for
+/// [`AmgNewton`] `2n` and two vectors for each iteration of its longest linear solve, at most 20
+/// pairs. A set-up allocates, and a linear solve does; a cycle does not.
 ///
 /// # Convergence
 ///
@@ -123,8 +130,10 @@ pub struct Amg<T> {
     place: Vec<u32>,
     /// Whether the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
-    /// The columns that are A's in the hierarchy.
+    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
+    /// were built, or the reverse.
     active: Vec<bool>,
+    stale: usize,
     /// The factors of the columns of J, by place.
     scale: Vec<T>,
     hierarchy: Option<Hierarchy<T>>,
@@ -142,8 +151,8 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Cost
     ///
-    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both for
-    /// a while, to find the order along the flow.
+    /// One walk over `A` and one over `B`. The first set-up takes three more, and assembles both
+    /// for a while, to find the order along the flow.
     ///
     /// # Errors
     ///
@@ -164,6 +173,7 @@ impl<T: Scalar> Amg<T> {
             place: vec![],
             a_conducts: None,
             active: vec![],
+            stale: 0,
             scale: vec![],
             hierarchy: None,
             rhs: zeros(),
@@ -181,21 +191,30 @@ impl<T: Scalar> Amg<T> {
     ///
     /// Unless the problem is of the order of that given to [`new`](Self::new).
     pub fn set_up<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) {
-        self.set_up_within(jacobian, &mut Clock::endless());
+        self.set_up_within(jacobian, 0, &mut Clock::endless());
     }
 
-    /// As [`set_up`](Self::set_up), but leaves no hierarchy when the clock is up.
+    /// As [`set_up`](Self::set_up), but keeps the coarser levels where no more than a `few` columns
+    /// have changed since they were built, and leaves no hierarchy when the clock is up.
     fn set_up_within<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
+        few: usize,
         clock: &mut Clock<'_>,
     ) {
         let n = jacobian.problem().order();
         assert_eq!(n, self.rhs.len(), "a problem of the same order");
         let active = (0..n).map(|i| jacobian.is_active(i));
-        if self.hierarchy.is_some() && active.clone().eq(self.active.iter().copied()) {
-            return;
+        if self.hierarchy.is_some() {
+            let pairs = active.clone().zip(&self.active);
+            let changed = pairs.filter(|(active, before)| active != *before).count();
+            let stale = self.stale + changed;
+            if stale <= few && (changed == 0 || self.renew(jacobian)) {
+                self.stale = stale;
+                return;
+            }
         }
+        self.stale = 0;
         self.active.clear();
         self.active.extend(active);
         let Some(a_conducts) = self.orient(jacobian.problem(), clock) else {
@@ -210,8 +229,28 @@ impl<T: Scalar> Amg<T> {
         self.build(matrix, scale, |at| dry[at], clock);
     }
 
-    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when the
-    /// clock is up.
+    /// Puts J on the finest level and leaves the others as they are; whether there are any.
+    fn renew<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) -> bool {
+        let Some(a_conducts) = self.a_conducts else { return false };
+        let n = self.active.len();
+        let mut matrix = self.assemble(jacobian);
+        let void: Vec<bool> =
+            (0..n).map(|at| jacobian.is_active(self.at(at)) != a_conducts).collect();
+        let (scale, dry) = void_scale(&matrix, &void);
+        for (at, scale) in scale.into_iter().enumerate() {
+            let i = self.at(at);
+            if jacobian.is_active(i) != self.active[i] {
+                self.active[i] = !self.active[i];
+                self.scale[at] = scale;
+            }
+        }
+        matrix.scale_columns(&self.scale);
+        self.walks += (VOID + 2) as f64;
+        self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
+    }
+
+    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
+    /// the clock is up.
     fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
@@ -311,8 +350,12 @@ impl<T: Scalar> Amg<T> {
         (tolerance, limit): (f64, usize),
         clock: &mut Clock<'_>,
     ) -> Inner {
-        self.set_up_within(jacobian, clock);
+        let few = (FEW * rhs.len() as f64) as usize;
+        self.set_up_within(jacobian, few, clock);
         y.fill(T::zero());
+        if self.hierarchy.is_none() {
+            return Inner { iterations: 0, residual: 1.0 };
+        }
         // In units of the right-hand side, whose squares might overflow or vanish.
         let unit = T::of(Norms::of(rhs).l2);
         if unit == T::zero() {
@@ -323,7 +366,11 @@ impl<T: Scalar> Amg<T> {
         let mut inner = Inner { iterations: 0, residual: 1.0 };
         for bootstraps in 0..=BOOTSTRAPS {
             let left = limit.saturating_sub(inner.iterations);
-            let steps = if bootstraps < BOOTSTRAPS { left.min(BOOTSTRAP) } else { left };
+            let steps = match bootstraps {
+                BOOTSTRAPS => left,
+                _ if self.stale > 0 => left.min(STALE),
+                _ => left.min(BOOTSTRAP),
+            };
             inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
             inner.residual = dot(&residual, &residual).sqrt();
             for (at, x) in x.iter_mut().enumerate() {
@@ -334,8 +381,12 @@ impl<T: Scalar> Amg<T> {
             if !wanting || bootstraps == BOOTSTRAPS || clock.is_up() {
                 break;
             }
-            self.bootstrap(jacobian, clock);
-            inner.iterations += ROUGH;
+            if self.stale > 0 {
+                self.set_up_within(jacobian, 0, clock);
+            } else {
+                self.bootstrap(jacobian, clock);
+                inner.iterations += ROUGH;
+            }
         }
         inner
     }

@@ -196,12 +196,12 @@ fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
 /// # Safeguard
 ///
 /// That of [`Newton`](crate::Newton), but where the first phase set out from an `x` as it was, the
-/// first that ends gives way to a start on coarser problems, once. A phase ends after 6, 12, 24, … steps in a row, in the first,
-/// second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value in the
-/// phase nor changed fewer signs than any before them in the phase; or when a step leads nowhere,
-/// or a linear solve fails. Then the base method takes over at the best iterate of the phase, for
-/// 2, 4, 8, … iterations. Every second phase takes Newton's own steps: without sweeps, and across
-/// zero.
+/// first that ends gives way to a start on coarser problems, once. A phase ends after 6, 12, 24, …
+/// steps in a row, in the first, second, third phase, that have neither brought ‖F‖ to nine tenths
+/// of its smallest value in the phase nor changed fewer signs than any before them in the phase; or
+/// when a step leads nowhere, or a linear solve fails. Then the base method takes over at the best
+/// iterate of the phase, for 2, 4, 8, … iterations. Every second phase takes Newton's own steps:
+/// without sweeps, and across zero.
 ///
 /// # Cost
 ///

@@ -6,7 +6,7 @@ use hlcp_core::Scalar;
 
 use super::matrix::Matrix;
 
-/// What of a matrix is transport.
+/// The transport in a matrix.
 #[derive(Debug)]
 pub(super) struct Flow {
     /// `[j, i]` where row `i` hears more of `j` than row `j` of `i`, by `j`.

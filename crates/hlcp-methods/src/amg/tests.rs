@@ -101,8 +101,8 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     }
 }
 
-/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two, four,
-/// …; and in set-up before each level, and before each pass over one that is long.
+/// Before both sweeps of each visit to a level that is long, of which a W-cycle takes one, two,
+/// four, …; and in set-up before each level, and before each pass over one that is long.
 #[test]
 fn a_cycle_asks_before_each_long_sweep() {
     let [a, _] = film::<f64>(140, 1.0);
@@ -567,6 +567,15 @@ fn a_step_ends_with_the_time() {
     let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
     let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
     // The first set-up finds the order along the flow, and asks on its way.
+    for late in 0..60 {
+        let mut asked = 0;
+        let mut ask = || {
+            asked += 1;
+            asked > late
+        };
+        let _ = amg.clone().step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        assert_eq!(asked, late + 1);
+    }
     let _ = amg.step(&q, &x, &mut y, &mut Clock::endless());
     amg.restart();
     let mut whole = 0;

@@ -20,7 +20,7 @@ const LONG: usize = 4096;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Cycle {
     /// Each grid once: the cheapest, but its count grows with the grid (table in
-    /// `docs/multigrid.md`).
+    /// `docs/results/beyond.md`).
     V,
     /// From each grid the next coarser one by an F-cycle, then by a V-cycle; W-cycles once
     /// these stall and sweeps are slow.
@@ -75,7 +75,7 @@ impl<T: Scalar> Level<T> {
     }
 }
 
-/// What all grids share.
+/// The vectors that all grids share.
 #[derive(Debug, Clone)]
 pub(super) struct Work<T> {
     /// A defect.

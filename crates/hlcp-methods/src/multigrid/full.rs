@@ -14,8 +14,8 @@ use crate::{Clock, Method, Work};
 /// # Convergence
 ///
 /// As [`Multigrid`]'s. On a problem that comes from a differential equation the first iteration's
-/// answer is as near to the discrete solution as that is to the continuous one (`docs/multigrid.md`
-/// has figures).
+/// answer is as near to the discrete solution as that is to the continuous one
+/// (`docs/results/beyond.md` has figures).
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};

@@ -9,7 +9,7 @@ use super::transfer::Axis;
 /// A grid and the next coarser one over the same domain.
 ///
 /// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
-/// points a side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
+/// points per side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
 /// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
 /// stays.
 ///
@@ -65,7 +65,7 @@ impl<T: Scalar> Grids<'_, T> {
     }
 }
 
-/// What makes coarser grids' operators for [`Multigrid`](crate::Multigrid).
+/// Supplies the coarse grids' operators for [`Multigrid`](crate::Multigrid).
 ///
 /// # Scaling
 ///

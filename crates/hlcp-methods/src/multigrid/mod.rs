@@ -1,4 +1,4 @@
-//! Multigrid for the modulus equation: derivation and measurements are in `docs/multigrid.md`.
+//! Multigrid for the modulus equation: `docs/methods.md` has the derivation.
 
 mod cycle;
 mod full;
@@ -27,7 +27,7 @@ use crate::{Clock, Method, Work as Count};
 ///
 /// An iteration is a cycle on `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq = 0`. It smooths by Gauss–Seidel
 /// sweeps that solve each scalar equation exactly, one forward and one backward; solves the same
-/// kind of equation on a grid of half as many points a side, `K_H(x_H) = K_H(I x) − R F(x)` with
+/// kind of equation on a grid of half as many points per side, `K_H(x_H) = K_H(I x) − R F(x)` with
 /// `K(x) = F(x) − γq`; adds the interpolated `P(x_H − I x)`; and smooths again. `I` takes the
 /// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. Ω keeps its numbers.
 /// The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
@@ -57,7 +57,8 @@ use crate::{Clock, Method, Work as Count};
 ///
 /// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
 /// pair of matrices with the `C` of `docs/theory.md` an M-matrix, and for the LCP with a symmetric
-/// positive definite `A`, where they are projected Gauss–Seidel. Measured: `docs/multigrid.md`.
+/// positive definite `A`, where they are projected Gauss–Seidel. Measured:
+/// `docs/results/beyond.md`.
 ///
 /// # Source
 ///

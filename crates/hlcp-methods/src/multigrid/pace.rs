@@ -8,7 +8,7 @@ const STALLED: f64 = 0.9;
 /// after many sweeps may raise the defect while the error falls.
 const TRIAL: usize = 2;
 
-/// What to do with an iterate.
+/// The next action on an iterate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turn {
     /// Measure a cycle against sweeps.

@@ -8,7 +8,7 @@ use hlcp_core::{Coefficients, Error, Hlcp, LinearOperator, Omega, Scalar};
 /// Rows that are relaxed side by side.
 pub(super) const ROWS: usize = 4;
 
-/// What multiplies `xⱼ` in K: `2aᵢⱼ` where it is positive and `2bᵢⱼωⱼ` where it is not.
+/// The factors of `xⱼ` in K: `2aᵢⱼ` where it is positive and `2bᵢⱼωⱼ` where it is not.
 type Factor<T> = [T; 2];
 
 #[inline(always)]

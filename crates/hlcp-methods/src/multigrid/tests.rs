@@ -53,7 +53,7 @@ fn close(u: &[f64], v: &[f64], tolerance: f64) {
     }
 }
 
-/// How many points a side the next coarser grid has.
+/// How many points per side the next coarser grid has.
 fn half(m: usize) -> usize {
     match m {
         1 | 2 => m,

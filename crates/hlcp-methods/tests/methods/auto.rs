@@ -44,14 +44,14 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
 }
 
 /// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the
-/// table, and the three of the opening.
+/// table, and the four of the opening.
 #[test]
 fn nearly_as_good_as_the_best_of_the_table() {
     for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 4.0), (0.0, 0.0)] {
         for symmetric in [true, false] {
             let p = Example { symmetric, m: 32, mu, nu }.pose().unwrap();
             let [auto, fewest] = compare(&p.a, &p.b, &p.q);
-            assert!(2 * auto <= 3 * fewest + 6, "{symmetric} {mu} {nu}: {auto} against {fewest}");
+            assert!(2 * auto <= 3 * fewest + 8, "{symmetric} {mu} {nu}: {auto} against {fewest}");
         }
     }
     for cells in [24, 32, 64] {
@@ -102,11 +102,11 @@ fn the_discs_get_multigrid() {
     for (lcp, m) in [(true, 40), (true, 96), (false, 40), (false, 96)] {
         let p = Disc { lcp, m }.pose::<f64>().unwrap();
         let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
-        // The opening is three walks over the rows and one iteration.
-        assert!(outcome.iterations <= 23 + 18, "{outcome}");
+        // The opening is four walks over the rows and one iteration.
+        assert!(outcome.iterations <= 22 + 18, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Multigrid);
         // A W-cycle is 11 or 12 walks.
-        let [walks, cycles] = [outcome.sweeps - 25, outcome.iterations - 23];
+        let [walks, cycles] = [outcome.sweeps - 25, outcome.iterations - 22];
         assert!(walks == 11 * cycles || walks == 12 * cycles, "{outcome}");
     }
 }

@@ -399,7 +399,7 @@ fn an_operator_of_products_and_one_that_turns_nan() {
     }
 }
 
-/// A diagonal pair, where SSOR is exact: one inner iteration a step; a solved start needs none.
+/// A diagonal pair, where SSOR is exact: one inner iteration per step; a solved start needs none.
 #[test]
 fn an_exact_inner_solve_ends_in_two_steps() {
     let a = DiagonalMatrix::new(vec![2.0, 3.0, 0.7]).unwrap();

@@ -127,13 +127,13 @@ impl Bearing2d {
         self.gap(i as f64 - 0.5)
     }
 
-    /// What a pressure difference drives between the points `i − 1` and `i` of a row.
+    /// Returns the conductance between the points `i − 1` and `i` of a row.
     fn around(&self, i: usize) -> f64 {
         let [hx, hy] = self.spacing();
         hy / hx * self.face(i).powi(3)
     }
 
-    /// What a pressure difference drives between neighbours in column `i`.
+    /// Returns the conductance between neighbours in column `i`.
     fn along(&self, i: usize) -> f64 {
         let [hx, hy] = self.spacing();
         hx / hy * self.gap(i as f64).powi(3) / (self.aspect * self.aspect)
@@ -216,8 +216,8 @@ impl Bearing2d {
         across.atan2(along).to_degrees()
     }
 
-    /// What flows out of the groove, back into it after a turn, and out at the two ends; the first
-    /// is the sum of the others.
+    /// Returns the flows out of the groove, back into it after a turn, and out at the two ends. The
+    /// first is the sum of the others.
     ///
     /// Of the cells, which leave out a strip of width `hy/2` at each end: at the widest gap the
     /// groove feeds another `hy(1 + ε)` into those.

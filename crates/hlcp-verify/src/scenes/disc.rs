@@ -28,7 +28,7 @@ use super::Posed;
 pub struct Disc {
     /// Whether `B` is the identity.
     pub lcp: bool,
-    /// Inner nodes a side; the order is `m²`.
+    /// Inner nodes per side; the order is `m²`.
     pub m: usize,
 }
 

@@ -31,7 +31,7 @@ use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 pub struct Example {
     /// Example 1 if true, Example 2 if not.
     pub symmetric: bool,
-    /// Grid points a side; the order is `m²`.
+    /// Grid points per side; the order is `m²`.
     pub m: usize,
     /// The multiple of the identity in `A`.
     pub mu: f64,

@@ -97,7 +97,7 @@ impl JournalBearing {
         hx / hy * (self.w(i) + 4.0 * self.w(i + 1) + self.w(i + 2)) / 6.0
     }
 
-    /// What drives the pressure in column `i`: ε hx hy sin ξ.
+    /// Returns the source in column `i`: ε hx hy sin ξ.
     fn push(&self, i: usize) -> f64 {
         let [hx, hy] = self.spacing();
         self.ecc * hx * hy * ((i + 1) as f64 * hx).sin()

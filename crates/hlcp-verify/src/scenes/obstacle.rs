@@ -66,7 +66,7 @@ impl Obstacle {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for fewer than three nodes a side, which leave no inner one.
+    /// [`Error::Parameter`] for fewer than three nodes per side, which leave no inner one.
     pub fn pose<T: Scalar>(&self) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
         check("m", self.m as f64, self.m >= 3, "at least 3 nodes a side")?;
         let inner = self.m - 2;

@@ -60,7 +60,7 @@ impl Slider {
     pub const SPEED: f64 = 4.57;
     /// The viscosity μ, in Pa·s.
     pub const VISCOSITY: f64 = 0.039;
-    /// What `z = 1` stands for: 6μUL/h_min², in Pa.
+    /// The pressure of `z = 1`: 6μUL/h_min², in Pa.
     pub const PRESSURE_UNIT: f64 =
         6.0 * Self::VISCOSITY * Self::SPEED * Self::LENGTH / (Self::H_MIN * Self::H_MIN);
     /// The peak pressure of the continuous problem, in Pa.

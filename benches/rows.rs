@@ -1,0 +1,224 @@
+//! Sweeps over rows against loops by hand over the same arrays: prints a table of
+//! `docs/performance.md`.
+//!
+//! ```text
+//! cargo bench --bench rows
+//! ```
+//!
+//! Rivals run in turns, and each figure is the ratio of the least times. One thread unless said.
+
+use std::{error::Error, hint::black_box, time::Instant};
+
+use hlcp_core::{
+    Aor, Csr, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, RowMajor, Rows, Step,
+};
+
+const TURNS: usize = 7;
+/// Runs that are measured together, since the system counts processor time in steps.
+const BATCH: u32 = 30;
+
+/// Example 1 with μ = ν = 4 on an m × m grid, and vectors to sweep over.
+const M: usize = 512;
+const A: [f64; 5] = [-1.0, -1.0, 8.0, -1.0, -1.0];
+const B: [f64; 5] = [0.0, -1.0, 8.0, -1.0, 0.0];
+
+/// The arrays of a matrix in compressed sparse rows, with indices of one type.
+struct Arrays<I> {
+    offsets: Vec<I>,
+    columns: Vec<I>,
+    values: Vec<f64>,
+}
+
+impl<I: TryFrom<usize>> Arrays<I> {
+    fn of(operator: &impl Rows<f64>) -> Self {
+        let index = |k: usize| I::try_from(k).ok().expect("indices fit");
+        let mut all = Self { offsets: vec![index(0)], columns: vec![], values: vec![] };
+        for i in 0..operator.order() {
+            operator.visit_row(i, &mut |j, a| {
+                all.columns.push(index(j));
+                all.values.push(a);
+            });
+            all.offsets.push(index(all.columns.len()));
+        }
+        all
+    }
+}
+
+/// The half-step of Gauss–Seidel for Ω = I as one would write it for two matrices in compressed
+/// sparse rows, with ‖F(x)‖².
+fn by_hand<const BACKWARD: bool, const ACCELERATED: bool>(
+    [a, b]: [&Arrays<u32>; 2],
+    q: &[f64],
+    x: &[f64],
+    y: &mut [f64],
+) -> f64 {
+    let n = x.len();
+    let mut squares = 0.0;
+    for step in 0..n {
+        let i = if BACKWARD { n - 1 - step } else { step };
+        let (mut f, mut moved, mut pivot) = (q[i], 0.0, 0.0);
+        for (of, sign) in [(a, 1.0), (b, -1.0)] {
+            for k in of.offsets[i] as usize..of.offsets[i + 1] as usize {
+                let (j, entry) = (of.columns[k] as usize, of.values[k]);
+                let x = x[j];
+                f += entry * (x + sign * x.abs());
+                if if BACKWARD { j > i } else { j < i } {
+                    moved += entry * (y[j] - x);
+                    if ACCELERATED {
+                        moved += sign * entry * (y[j].abs() - x.abs());
+                    }
+                } else if j == i {
+                    pivot += entry;
+                }
+            }
+        }
+        y[i] = x[i] - (f + moved) / pivot;
+        squares += f * f;
+    }
+    squares
+}
+
+/// Seconds of processor time that this thread has had, where the system tells, and else the time.
+fn clock(begun: Instant) -> f64 {
+    let schedule = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    let nanoseconds = schedule.split_whitespace().next().and_then(|word| word.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |ns| ns * 1e-9)
+}
+
+/// Prints the ratio of the least times of two rivals, and that of the first for each unknown; by
+/// processor time unless the second runs on threads.
+fn row(
+    [what, against, target]: [&str; 3],
+    n: usize,
+    ours: &mut dyn FnMut(),
+    theirs: &mut dyn FnMut(),
+) {
+    let (begun, threads) = (Instant::now(), against == "2 threads");
+    let now = || if threads { begun.elapsed().as_secs_f64() } else { clock(begun) };
+    let seconds = |run: &mut dyn FnMut()| {
+        let start = now();
+        (0..BATCH).for_each(|_| run());
+        (now() - start) / f64::from(BATCH)
+    };
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..TURNS {
+        least = [least[0].min(seconds(ours)), least[1].min(seconds(theirs))];
+    }
+    let [ours, theirs] = least;
+    let each = ours / n as f64 * 1e9;
+    println!("| {what} | {against} | {:.2} | {target} | {each:.2} |", ours / theirs);
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let n = M * M;
+    let (a, b) = (FivePoint::new(M, M, A)?, FivePoint::new(M, M, B)?);
+    let wave = |rate: f64, n: usize| (0..n).map(|i| (i as f64 * rate).sin()).collect::<Vec<_>>();
+    let (q, x) = (wave(1.0, n), wave(1.7, n));
+    let (mut y, mut other) = (vec![0.0; n], vec![0.0; n]);
+    let (rhs, omega) = (Rhs::new(&q)?, Omega::Uniform(1.0));
+    let (of_a, of_b) = (Arrays::<u32>::of(&a), Arrays::<u32>::of(&b));
+    let csr =
+        |of: &Arrays<u32>| Csr::new(of.offsets.clone(), of.columns.clone(), of.values.clone());
+    let rows = Hlcp::new(csr(&of_a)?, csr(&of_b)?, omega.clone())?;
+    let wide = [&a, &b].map(Arrays::<usize>::of);
+    let [wide_a, wide_b] = wide.each_ref().map(|of| Csr::new(&of.offsets, &of.columns, &of.values));
+    let wide = Hlcp::new(wide_a?, wide_b?, omega.clone())?;
+    let round = |of: FivePoint<f64>| of.periodic([true, true]);
+    let periodic = Hlcp::new(round(a)?, round(b)?, omega.clone())?;
+    let grid = Hlcp::new(a, b, omega.clone())?;
+    let aor = Aor::gauss_seidel();
+
+    println!("| what | against | ratio | target | ns per unknown |\n|---|---|---|---|---|");
+    let hand = "the loop by hand";
+    let pair = [&of_a, &of_b];
+    let done = |norm: f64| _ = black_box(norm);
+    row(
+        ["assembled rows, MMS", hand, "≤ 1.2"],
+        n,
+        &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || _ = black_box(by_hand::<false, false>(pair, &q, &x, &mut other)),
+    );
+    row(
+        ["the same backward", hand, "≤ 1.2"],
+        n,
+        &mut || done(aor.backward().step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || _ = black_box(by_hand::<true, false>(pair, &q, &x, &mut other)),
+    );
+    row(
+        ["the same, AMMS", hand, "≤ 1.2"],
+        n,
+        &mut || done(aor.accelerated().step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || _ = black_box(by_hand::<false, true>(pair, &q, &x, &mut other)),
+    );
+    row(
+        ["64-bit indices, MMS", "32-bit indices", ""],
+        n,
+        &mut || done(aor.step(&wide, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
+    );
+    row(
+        ["assembled rows, MMS", "the same grid known as one", ""],
+        n,
+        &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || done(aor.step(&grid, &rhs, &x, &mut other, &mut vec![]).l2),
+    );
+    row(
+        ["grid closed round, MMS", "assembled rows", ""],
+        n,
+        &mut || done(aor.step(&periodic, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
+    );
+    let coloured = Multicolour::new(aor, &rows);
+    let (mut scratch, mut more) = (vec![], vec![]);
+    row(
+        ["multicolour order, MMS", "the order of the rows", ""],
+        n,
+        &mut || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch).l2),
+        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
+    );
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
+    let together = rows.clone().in_parallel();
+    row(
+        ["one thread, multicolour", "2 threads", "≥ 1.6"],
+        n,
+        &mut || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch).l2),
+        &mut || {
+            let step = || coloured.step(&together, &rhs, &x, &mut other, &mut more).l2;
+            _ = black_box(pool.install(step));
+        },
+    );
+    row(
+        ["one thread, residual over rows", "2 threads", "≥ 1.6"],
+        n,
+        &mut || _ = black_box(rows.residual(&rhs, &x, &q, &mut vec![])),
+        &mut || _ = black_box(pool.install(|| together.residual(&rhs, &x, &q, &mut vec![]))),
+    );
+
+    let order = 1000;
+    let entries: Vec<f64> = (0..order * order)
+        .map(|k| if k % (order + 1) == 0 { order as f64 } else { (k as f64).sin() })
+        .collect();
+    let dense = Hlcp::new(RowMajor::new(order, &entries)?, Identity { order }, omega)?;
+    let (q, x) = (wave(1.0, order), wave(1.7, order));
+    let (rhs, mut y, mut other) = (Rhs::new(&q)?, vec![0.0; order], vec![0.0; order]);
+    row(
+        ["dense rows and I, n = 1000, MMS", "the loop by hand", ""],
+        order,
+        &mut || done(aor.step(&dense, &rhs, &x, &mut y, &mut vec![]).l2),
+        &mut || {
+            for i in 0..order {
+                let entries = &entries[i * order..(i + 1) * order];
+                let (mut f, mut moved) = (q[i] - (x[i].abs() - x[i]), 0.0);
+                for (j, &a) in entries.iter().enumerate() {
+                    f += a * (x[j] + x[j].abs());
+                    if j < i {
+                        moved += a * (other[j] - x[j]);
+                    }
+                }
+                other[i] = x[i] - (f + moved) / (entries[i] + 1.0);
+            }
+            black_box(&other);
+        },
+    );
+    Ok(())
+}

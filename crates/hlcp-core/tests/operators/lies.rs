@@ -1,0 +1,179 @@
+//! An operator that contradicts itself is found out, and named where it makes a sweep end.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use hlcp_core::{
+    Aor, Coefficients, Csr, Diagonal, DiagonalMatrix, Error, FivePoint, FivePointView, Hlcp,
+    Identity, LinearOperator, Omega, Rhs, Rows, Scaled, Shifted, Step, Sum, VaryingFivePoint,
+    check_operator,
+};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Lie {
+    None,
+    Product,
+    Unwritten,
+    Diagonal,
+    Outside,
+    Unsorted,
+    Twice,
+    NotFinite,
+    Tried,
+    Copied,
+    View,
+    ViewOrder,
+    Arrays,
+}
+
+/// A 4 × 3 grid's operator, but for one lie in row 5.
+struct Liar(FivePoint<f64>, Csr<'static, f64>, Lie);
+
+fn liar(lie: Lie) -> Liar {
+    let grid = FivePoint::new(4, 3, [-1.0, -0.5, 4.0, -0.25, -2.0]).unwrap();
+    let other = FivePoint::new(4, 3, [-1.0, -0.5, 4.0, -0.25, -1.0]).unwrap();
+    let matrix = if lie == Lie::Arrays { Csr::from_rows(&other) } else { Csr::from_rows(&grid) };
+    Liar(grid, matrix, lie)
+}
+
+impl LinearOperator<f64> for Liar {
+    fn order(&self) -> usize {
+        12
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let before = y[5];
+        self.0.apply(x, y);
+        match self.2 {
+            Lie::Product => y[5] += 1e-3 * x[5],
+            Lie::Unwritten => y[5] = before,
+            _ => {}
+        }
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+        let constant = |row: [f64; 5]| row.map(Coefficients::Constant);
+        match self.2 {
+            Lie::View => Some(FivePointView::new(4, 3, constant([-1.0, -0.5, 4.0, -0.25, -1.0]))),
+            Lie::ViewOrder => Some(FivePointView::new(4, 4, constant([0.0; 5]))),
+            _ => None,
+        }
+    }
+
+    fn as_csr(&self) -> Option<Csr<'_, f64>> {
+        self.1.as_csr()
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
+        self.0.visit_row(i, &mut |j, a| visit(j, if self.2 == Lie::Tried { 1.5 * a } else { a }));
+        true
+    }
+}
+
+impl Diagonal<f64> for Liar {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        if (self.2, i) == (Lie::Diagonal, 5) { 3.0 } else { 4.0 }
+    }
+}
+
+impl Rows<f64> for Liar {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        self.0.visit_row(i, visit);
+        match self.2 {
+            Lie::Outside if i == 5 => visit(12, 1.0),
+            Lie::Unsorted if i == 5 => visit(0, 1.0),
+            Lie::Twice if i == 5 => visit(9, 1.0),
+            Lie::NotFinite if i == 5 => visit(11, f64::NAN),
+            _ => {}
+        }
+    }
+
+    fn copy_row(&self, i: usize, row: &mut [(usize, f64)]) -> usize {
+        let count = self.0.copy_row(i, row);
+        if self.2 == Lie::Copied { count - 1 } else { count }
+    }
+}
+
+#[test]
+fn every_lie_is_found_out() {
+    for (lie, named) in [
+        (Lie::Product, "the product is"),
+        (Lie::Unwritten, "the product is NaN"),
+        (Lie::Diagonal, "the diagonal is 3 in row 5"),
+        (Lie::Outside, "the column in row[5] is 12"),
+        (Lie::Unsorted, "the column in row[5] is 0"),
+        (Lie::Twice, "the column in row[5] is 9"),
+        (Lie::NotFinite, "row[5] is NaN"),
+        (Lie::Tried, "try_visit_row"),
+        (Lie::Copied, "the copied row"),
+        (Lie::View, "as_five_point"),
+        (Lie::ViewOrder, "as_five_point has order 16"),
+        (Lie::Arrays, "as_csr"),
+    ] {
+        let error = check_operator(&liar(lie)).unwrap_err().to_string();
+        assert!(error.contains(named), "{lie:?}: {error}");
+    }
+    assert_eq!(check_operator(&liar(Lie::None)), Ok(()));
+}
+
+#[test]
+fn our_own_operators_do_not_contradict_themselves() {
+    let grid = FivePoint::new(4, 3, [-1.0, -0.5, 4.0, -0.25, -2.0]).unwrap();
+    let varying =
+        VaryingFivePoint::from_fn(4, 3, |i, j| [0.1 * i as f64, 0.3, 2.0 + j as f64, 0.7, -0.4]);
+    let varying = varying.unwrap();
+    let diagonal = DiagonalMatrix::new((1..13).map(f64::from).collect()).unwrap();
+    let operators: [&dyn Rows<f64>; 7] = [
+        &Identity { order: 12 },
+        &grid,
+        &varying,
+        &diagonal,
+        &Scaled { factor: -2.5, of: Sum(grid, &diagonal) },
+        &Shifted { by: 0.5, of: Csr::from_rows(&grid) },
+        &Box::new(&varying),
+    ];
+    for operator in operators {
+        assert_eq!(check_operator(operator), Ok(()));
+    }
+    let narrow = FivePoint::new(4, 3, [-1.0_f32, -0.5, 4.0, -0.25, -2.0]).unwrap();
+    assert_eq!(check_operator(&narrow), Ok(()));
+    let sum = Sum(grid, Identity { order: 3 });
+    assert!(matches!(check_operator(&sum), Err(Error::Summands { .. })));
+}
+
+#[test]
+fn a_sweep_that_is_led_outside_names_the_check() {
+    struct Silent(Liar);
+    impl LinearOperator<f64> for Silent {
+        fn order(&self) -> usize {
+            12
+        }
+        fn apply(&self, x: &[f64], y: &mut [f64]) {
+            self.0.apply(x, y);
+        }
+    }
+    impl Diagonal<f64> for Silent {
+        fn diagonal_entry(&self, i: usize) -> f64 {
+            self.0.diagonal_entry(i)
+        }
+    }
+    impl Rows<f64> for Silent {
+        fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+            self.0.visit_row(i, visit);
+        }
+    }
+    let problem =
+        Hlcp::new(Silent(liar(Lie::Outside)), Identity { order: 12 }, Omega::Uniform(4.0)).unwrap();
+    let step = || {
+        let q = [1.0; 12];
+        Aor::gauss_seidel().step(
+            &problem,
+            &Rhs::new(&q).unwrap(),
+            &[1.0; 12],
+            &mut [0.0; 12],
+            &mut vec![],
+        )
+    };
+    let panic = catch_unwind(AssertUnwindSafe(step)).unwrap_err();
+    let message = panic.downcast_ref::<String>().unwrap();
+    assert!(message.contains("row 5") && message.contains("check_operator"), "{message}");
+}

@@ -1,0 +1,217 @@
+"""Lubricating films."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
+
+from hlcp import _hlcp
+from hlcp._operators import FivePoint, number, real, vector
+from hlcp._solve import Result, Solver
+
+Side = float | str | tuple[str, float]
+Supply = tuple[tuple[float, float], tuple[float, float], float]
+
+
+class FilmResult(Result):
+    """The answer of `film`: a `Result`, and in SI units
+
+    Attributes
+    ----------
+    pressure : ndarray of shape (ny, nx)
+        The pressure in each cell, in Pa.
+    content : ndarray of shape (ny, nx)
+        The part of the gap that oil fills, 1 - r.
+    load : float
+        The integral of the pressure above the ambient one, in N.
+    moments : list of float
+        Its moments about the middle, of p (x - Lx/2) and of p (y - Ly/2), in N m.
+    friction : list of float
+        The drag on the lower wall against x, and on the upper wall along x, if the lower one is
+        the faster, in N.
+    power : float
+        The power that moves the walls, in W.
+    sides : list of float
+        What flows out in the west, east, south and north, in m^3/s.
+    supplies : list of float
+        What each supply delivers, in m^3/s.
+    stored : float
+        What a time step adds to the oil in the film, in m^3/s.
+    imbalance : float
+        What flows out and is stored less what is supplied, in m^3/s.
+    peak : float
+        The largest pressure, in Pa.
+    least_gap : float
+        In m.
+    broken_share : float
+        The part of the area in which the film is broken.
+    """
+
+    pressure: NDArray[np.float64]
+    content: NDArray[np.float64]
+    load: float
+    moments: list[float]
+    friction: list[float]
+    power: float
+    sides: list[float]
+    supplies: list[float]
+    stored: float
+    imbalance: float
+    peak: float
+    least_gap: float
+    broken_share: float
+
+
+def film(
+    gap: ArrayLike,
+    *,
+    size: tuple[float, float],
+    speed: float | tuple[float, float],
+    viscosity: ArrayLike,
+    ambient: float = 0.0,
+    cavitation: float = 0.0,
+    west: Side | None = None,
+    east: Side | None = None,
+    south: Side | None = None,
+    north: Side | None = None,
+    supplies: Sequence[Supply] = (),
+    duration: float | None = None,
+    oil: ArrayLike | None = None,
+    start: FilmResult | None = None,
+    **options: Any,
+) -> FilmResult:
+    """Compute pressure and cavitation in a lubricating film from its gap, conserving mass.
+
+    Parameters
+    ----------
+    gap : array_like of shape (ny, nx)
+        The gap in each cell, in m: x to the right along a row, y from row to row.
+    size : (float, float)
+        The extents along x and y, in m.
+    speed : float or (float, float)
+        The speed of the lower wall, or of the lower and the upper one, along x, in m/s.
+    viscosity : float or array_like of shape (ny, nx)
+        In Pa s.
+    ambient : float
+        The pressure around the film, from which the load is counted, in Pa.
+    cavitation : float
+        The pressure in a broken film, in Pa.
+    west, east, south, north : float, "closed", "periodic" or ("starved", float)
+        What is at each side: a reservoir at a pressure in Pa (without any, the ambient one), a
+        wall, the opposite side, or oil that enters with this film content at the cavitation
+        pressure.
+    supplies : sequence of ((x, y), (lx, ly), pressure)
+        Rectangles that are kept full at a pressure, by their smallest x and y and their size, in m
+        and Pa. One with lx = 0 is a groove between two columns of cells.
+    duration, oil : float, array_like of shape (ny, nx)
+        A time step that ends in this position, in s, and the height of the oil in each cell before
+        it, in m: the content times the gap.
+    start : FilmResult
+        The answer of a similar film on the same grid.
+    **options
+        Those of `solve`: method, threads, callback, maxiter and so on. The tolerance is
+        rtol = 1e-12 unless one is given, or four units of the rounding in the residual.
+
+    Returns
+    -------
+    FilmResult
+
+    Raises
+    ------
+    ValueError
+        For a gap, a viscosity or an extent that is not positive, a pressure below that of
+        cavitation, one periodic side without the opposite one, and so on.
+
+    Notes
+    -----
+    Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0.
+
+    Examples
+    --------
+    A wedge from 40 to 20 micrometres, 50 mm by 30 mm:
+
+    >>> import numpy as np, hlcp
+    >>> gap = np.linspace(40e-6, 20e-6, 90) * np.ones((54, 1))
+    >>> pad = hlcp.film(gap, size=(0.05, 0.03), speed=3.0, viscosity=0.04)
+    >>> pad.success, round(pad.load)
+    (True, 865)
+    """
+    cells = real("gap", gap)
+    if cells.ndim != 2:
+        raise ValueError(f"gap has {cells.ndim} dimensions, but it must be a map of shape (ny, nx)")
+    heights, thickness = vector("gap", cells, np.float64), real("viscosity", viscosity)
+    if not isinstance(supplies, Sequence):
+        raise ValueError(f"supplies is {supplies!r}, but it must be a list")
+    ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
+    if (duration is None) != (oil is None):
+        raise ValueError("a time step needs both its duration and the oil before it")
+    given = {"west": west, "east": east, "south": south, "north": north}
+    described = {
+        "grid": cells.shape,
+        "size": _numbers("size", size, 2),
+        "gap": heights,
+        "viscosity": vector("viscosity", np.atleast_1d(thickness), np.float64),
+        "speeds": [_number("speed", speed), 0.0] if np.ndim(speed) == 0
+                  else _numbers("speed", speed, 2),
+        "sides": [_side(name, side, ambient) for name, side in given.items()],
+        "supplies": [_supply(supply) for supply in supplies],
+        "cavitation": cavitation,
+        "step": None if oil is None else (_number("duration", duration),
+                                           vector("oil", oil, np.float64)),
+    }
+    of_a, of_b, q, unit, is_fed = _hlcp.film(described)
+    if not {"rtol", "atol", "rounding"} & set(options):
+        options |= {"rtol": 1e-12, "rounding": 4.0}
+    if start is not None:
+        options |= {"z0": (start.pressure - cavitation) / unit, "r0": start.r}
+    elif not is_fed:
+        options |= {"r0": np.ones_like(q)}
+    solver = Solver(_operator(cells.shape, of_a), _operator(cells.shape, of_b))
+    result = solver.solve(q.reshape(cells.shape), **options)
+    figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
+    return FilmResult(result, pressure=cavitation + unit * result.z, content=1.0 - result.r,
+                      **figures)
+
+
+def _number(name: str, value: Any) -> float:
+    given = number(name, value)
+    if given is None:
+        raise ValueError(f"{name} is None, but it must be a real number")
+    return given
+
+
+def _numbers(name: str, values: Any, count: int) -> list[float]:
+    if np.ndim(values) != 1 or len(values) != count:
+        raise ValueError(f"{name} is {values!r}, but it must be {count} numbers")
+    return [_number(name, value) for value in values]
+
+
+def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float]:
+    if side is None or isinstance(side, (int, float)):
+        return "pressure", _number(name, ambient if side is None else side)
+    if side in ("closed", "periodic"):
+        return str(side), 0.0
+    if isinstance(side, tuple) and len(side) == 2 and side[0] == "starved":
+        return "starved", _number(name, side[1])
+    raise ValueError(f"{name} is {side!r}, but it must be a pressure, 'closed', 'periodic' or"
+                     " ('starved', content)")
+
+
+def _supply(supply: Any) -> tuple[Any, Any, Any]:
+    try:
+        corner, size, pressure = supply
+    except (TypeError, ValueError):
+        raise ValueError(f"a supply is {supply!r}, but it must be ((x, y), (lx, ly), pressure)"
+                         ) from None
+    return (_numbers("a supply's corner", corner, 2), _numbers("a supply's size", size, 2),
+            _number("a supply's pressure", pressure))
+
+
+def _operator(grid: Any, arrays: Any) -> Any:
+    """Return A or B of a film: five arrays on the grid, or a matrix where a side is periodic."""
+    if len(arrays) == 3:
+        return sparse.csr_array(tuple(arrays), shape=(grid[0] * grid[1],) * 2)
+    south, west, centre, east, north = (np.reshape(c, grid) for c in arrays)
+    return FivePoint(grid, south=south, west=west, centre=centre, east=east, north=north)
