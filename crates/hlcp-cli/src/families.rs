@@ -134,8 +134,8 @@ impl Row {
         self.drawn.name.rsplit_once('-').map_or("", |(family, _)| family)
     }
 
-    /// The ratio of AUTO to the best of the others, 1 where it is the best itself: of seconds, or of
-    /// sweeps where these are few; nothing where it fails.
+    /// The ratio of AUTO to the best of the others, 1 where it is the best itself: of seconds, or
+    /// of sweeps where these are few; nothing where it fails.
     fn ratio(&self) -> Option<f64> {
         if self.auto.seconds < SHORT {
             self.ratio_of_sweeps()
