@@ -43,8 +43,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM)]
     #[arg(requires_all = ["diameter", "length", "clearance", "viscosity"])]
     journal: bool,
-    /// A pad: plane,WEST,EAST with the gaps at both sides, or parabola,LEAST,RADIUS[,X] with the
-    /// least gap, the radius of curvature along x and the place of the least gap
+    /// A pad: plane,WEST,EAST with the gaps at both sides, or parabola,LEAST,RADIUS with the least
+    /// gap and the radius of curvature along x; with ,X the place of the least gap
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
     pad: Option<gap::Pad>,
     /// The extent along x
@@ -93,7 +93,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = SHAPE, value_name = "POCKET", requires = "plane")]
     #[arg(allow_hyphen_values = true)]
     pocket: Vec<gap::Pocket>,
-    /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth[,ellipse]
+    /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth; with ,ellipse ellipses
     #[arg(long, help_heading = SHAPE, value_name = "ARRAY", requires = "plane")]
     #[arg(allow_hyphen_values = true)]
     dimples: Vec<gap::Dimples>,
