@@ -14,7 +14,7 @@ use std::{
 };
 
 use clap::Args;
-use hlcp_core::{Hlcp, Omega, Scalar};
+use hlcp_core::Scalar;
 use hlcp_methods::{Auto, AutoTurn, Limits, Named, Outcome, Parameters, Solver};
 use hlcp_verify::families::{self, Drawn};
 
@@ -22,6 +22,7 @@ use crate::{
     chart::{provenance, write_csv},
     print,
     progress::counting,
+    scenes::Problem,
 };
 
 const EXAMPLES: &str = "\
@@ -95,7 +96,8 @@ struct Row {
 impl Row {
     fn new<T: Scalar>(drawn: Drawn) -> Result<Self, Box<dyn Error>> {
         let ([a, b], q) = drawn.pose::<T>();
-        let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(T::one(), &a, &b)?)?;
+        let given = Problem::new(a, b, q);
+        let (problem, q) = (given.hlcp(T::one())?, &given.q);
         let limits = |seconds| {
             let time = Some(Duration::from_secs_f64(seconds));
             // What no precision can reach is not asked for.
@@ -103,7 +105,7 @@ impl Row {
         };
         let by_auto = || {
             let mut solver = Solver::new(Auto::new(problem.clone()).ok()?);
-            let outcome = solver.solve(&q, limits(PATIENCE[0])).ok()?;
+            let outcome = solver.solve(q, limits(PATIENCE[0])).ok()?;
             Some((outcome, solver.method().history().to_vec()))
         };
         let solved = timed(by_auto).ok_or_else(|| format!("AUTO refuses {}", drawn.name))?;
@@ -114,7 +116,7 @@ impl Row {
             let (outcome, seconds) = timed(|| {
                 let method = Named::parse(name, Parameters::default()).ok()?;
                 let mut solver = Solver::new(method.on(problem.clone()).ok()?);
-                solver.solve(&q, limits(time)).ok().filter(Outcome::converged)
+                solver.solve(q, limits(time)).ok().filter(Outcome::converged)
             })?;
             Some(Run { outcome, seconds })
         };

@@ -2,14 +2,17 @@
 
 use std::{error::Error, ops::ControlFlow};
 
-use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Omega, Rows};
+use hlcp_core::{Hlcp, Identity, LinearOperator, Norms, Rows};
 use hlcp_methods::{
     Amg, Jacobian, Limits, Named, Options, Outcome, Parameters, Preconditioner, Progress, Solver,
 };
 use hlcp_verify::{Certificate, Film, Refusal, certify};
 
 use super::{Arguments, gap::Posed};
-use crate::{progress::Way, scenes::goal};
+use crate::{
+    progress::Way,
+    scenes::{Problem, goal},
+};
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
 
@@ -38,15 +41,15 @@ impl Solved {
     /// Solves for the film, from a solution of a similar one if there is one.
     pub(super) fn new(film: Film, start: Option<&Self>, arguments: &Arguments) -> Fallible<Self> {
         let (a, b, q) = film.pose()?;
-        let (z, r, x, outcome) = solve(&film, (&a, &b, &q), start, arguments)?;
+        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, arguments)?;
         Ok(Self { film, z, r, x, outcome })
     }
 
     /// The same gap by the clamp of the tables, `z ≥ 0` without a balance of mass.
     fn clamped(&self, arguments: &Arguments) -> Fallible<Self> {
         let (a, _, q) = self.film.pose()?;
-        let b = Identity { order: q.len() };
-        let (z, r, x, outcome) = solve(&self.film, (&a, &b, &q), Some(self), arguments)?;
+        let problem = Problem::new(a, Identity { order: q.len() }, q);
+        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), arguments)?;
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
     }
 
@@ -69,13 +72,13 @@ impl Solved {
         let slow = posed.modes.iter().map(|mode| film.widening(&self.z, r, mode));
         let fast = posed.modes.iter().map(|mode| film.squeeze(r, mode));
         let changes: Vec<Vec<f64>> = slow.chain(fast).collect();
-        let (a, b, _) = film.pose()?;
-        let answers = if is_clamped {
-            let b = Identity { order: r.len() };
-            respond(&Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?, &self.x, &changes)?
+        let (a, b, q) = film.pose()?;
+        let problem = if is_clamped {
+            Problem::new(a, Identity { order: r.len() }, q)
         } else {
-            respond(&Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?, &self.x, &changes)?
+            Problem::new(a, b, q)
         };
+        let answers = respond(&problem.hlcp(1.0)?, &self.x, &changes)?;
         let unit = film.pressure_unit() * film.cell();
         let force = |answer: &[f64], mode: &[f64]| {
             unit * answer.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
@@ -94,11 +97,11 @@ type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
 
 fn solve(
     film: &Film,
-    (a, b, q): (&impl Rows<f64>, &impl Rows<f64>, &[f64]),
+    given: &Problem<f64>,
     start: Option<&Solved>,
     arguments: &Arguments,
 ) -> Fallible<Answer> {
-    let mut problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b)?)?;
+    let (mut problem, q) = (given.hlcp(1.0)?, &given.q);
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
@@ -106,7 +109,7 @@ fn solve(
         let by = start.film.pressure_unit() / film.pressure_unit();
         (start.z.iter().map(|z| z * by).collect::<Vec<_>>(), &start.r)
     });
-    let given = arguments.method.as_deref();
+    let name = arguments.method.as_deref();
     let limits = limits();
     let attempt = |name: &str| -> Fallible<Answer> {
         let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
@@ -123,8 +126,8 @@ fn solve(
         let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
         Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
     };
-    let found = attempt(given.unwrap_or(METHOD))?;
-    if found.3.converged() || given.is_some() { Ok(found) } else { attempt(FALLBACK) }
+    let found = attempt(name.unwrap_or(METHOD))?;
+    if found.3.converged() || name.is_some() { Ok(found) } else { attempt(FALLBACK) }
 }
 
 /// The changes of `z` that changes of `A z − B r + q` bring about, full and broken cells staying

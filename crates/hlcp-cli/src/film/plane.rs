@@ -384,12 +384,16 @@ impl Report<'_> {
                 .map_or(String::new(), |bounds| format!(", certified to {:.1e} {unit}", bounds[k]))
         };
         print::line(format_args!("load              {load:.6e} N{}", within(0, "N")))?;
-        if self.posed.journal.is_some() {
+        if y.is_nan() {
+            print::line("                  at no point, because it is zero")?;
+        } else if self.posed.journal.is_some() {
             print::line(format_args!(
                 "                  towards x = {x:.6e} m, its middle at y = {y:.6e} m"
             ))?;
         } else {
             print::line(format_args!("                  acts at x = {x:.6e} m, y = {y:.6e} m"))?;
+        }
+        if self.posed.journal.is_none() {
             let [mx, my] = figures.moments;
             print::line(format_args!(
                 "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
