@@ -563,6 +563,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         true
     }
 
+    fn turn(&mut self) -> bool {
+        // No more turns for what has come to rest, so a solve ends after as many as there are ways.
+        let resting = &mut self.candidates[self.at];
+        (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        (self.begun, self.middle) = (self.sweeps(), None);
+        self.choose(AutoEnd::Slow)
+    }
+
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         // Elsewhere a step is worth little more than a look.
         let norms = match &mut self.candidates[self.at].worker {

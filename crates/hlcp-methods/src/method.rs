@@ -65,6 +65,12 @@ pub trait Method<T: Scalar> {
         false
     }
 
+    /// Goes on in another way, of a method that has one left, and returns whether it does; a
+    /// [`Solver`](crate::Solver) asks before it reports [`Stagnated`](crate::Status::Stagnated).
+    fn turn(&mut self) -> bool {
+        false
+    }
+
     /// Returns the work since [`restart`](Self::restart), of a method that counts it; of one that
     /// does not, a [`Solver`](crate::Solver) counts a sweep per iteration.
     fn work(&self) -> Option<Work> {
@@ -151,6 +157,10 @@ impl<T: Scalar, P: DerefMut<Target: Method<T>>> Method<T> for P {
 
     fn has_memory(&self) -> bool {
         (**self).has_memory()
+    }
+
+    fn turn(&mut self) -> bool {
+        (**self).turn()
     }
 
     fn work(&self) -> Option<Work> {

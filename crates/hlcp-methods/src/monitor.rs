@@ -102,6 +102,12 @@ impl<T: Scalar> Monitor<T> {
         best
     }
 
+    /// Looks for rest and cycles anew from iterate `k` on.
+    pub(crate) fn wait_from(&mut self, k: usize) {
+        self.best_at = k;
+        (self.mark, self.anchored_at, self.moved) = (Mark::NONE, None, false);
+    }
+
     /// The number of iterations since the smallest residual.
     pub(crate) fn quiet(&self, k: usize) -> usize {
         k - self.best_at

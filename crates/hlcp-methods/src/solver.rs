@@ -223,6 +223,13 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 self.advance(q, best);
                 continue;
             };
+            let may_go_on = !cut && k < pace.limits.iterations && status == Status::Stagnated;
+            if may_go_on && self.method.turn() {
+                self.monitor.wait_from(k);
+                test.wait();
+                self.advance(q, best);
+                continue;
+            }
             if !best {
                 std::mem::swap(&mut self.x, &mut self.best);
             }

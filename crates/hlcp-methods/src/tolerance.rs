@@ -158,6 +158,11 @@ impl Test {
         }
     }
 
+    /// Counts anew how many iterates have a hidden residual.
+    pub(crate) fn wait(&mut self) {
+        self.hidden = 0;
+    }
+
     /// Returns whether rounding has hidden the residual of so many iterates that no answer is to be
     /// expected.
     pub(crate) fn is_hidden(&self) -> bool {
