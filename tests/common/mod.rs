@@ -142,6 +142,25 @@ pub(crate) fn exchanged(dense: &Dense) -> Dense {
     }
 }
 
+/// The points in red–black order on a grid with rows of `nx`.
+pub(crate) fn red_black(n: usize, nx: usize) -> Vec<usize> {
+    let black = |i: usize| (i / nx + i % nx) % 2 == 1;
+    let (mut order, blacks): (Vec<_>, Vec<_>) = (0..n).partition(|&i| !black(i));
+    order.extend(blacks);
+    order
+}
+
+/// The same problem with its unknowns in another order.
+pub(crate) fn permuted(dense: &Dense, order: &[usize]) -> Dense {
+    Dense {
+        a: dense.a.select_rows(order).select_columns(order),
+        b: dense.b.select_rows(order).select_columns(order),
+        q: dense.q.select_rows(order),
+        omega: dense.omega.select_rows(order),
+        gamma: dense.gamma,
+    }
+}
+
 /// What a user might bring: each row a list of columns and entries.
 #[derive(Debug, Clone)]
 pub(crate) struct Lists<T>(pub(crate) Vec<Vec<(usize, T)>>);
@@ -183,6 +202,77 @@ impl<T: Scalar> Diagonal<T> for Lists<T> {
 impl<T: Scalar> Rows<T> for Lists<T> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         self.0[i].iter().for_each(|&(j, a)| visit(j, a));
+    }
+}
+
+/// An operator that shows its rows one by one, and nothing of a grid or of arrays.
+pub(crate) struct Walked<O>(pub(crate) O);
+
+impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Walked<O> {
+    fn order(&self) -> usize {
+        self.0.order()
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.0.apply(x, y);
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.0.try_visit_row(i, visit)
+    }
+}
+
+impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Walked<O> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.0.diagonal_entry(i)
+    }
+}
+
+impl<T: Scalar, O: Rows<T>> Rows<T> for Walked<O> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
+        self.0.visit_row(i, visit);
+    }
+}
+
+/// Counts the products with an operator; a walk over all rows counts as one.
+pub(crate) struct Counted<O> {
+    of: O,
+    pub(crate) products: AtomicUsize,
+}
+
+impl<O> Counted<O> {
+    pub(crate) fn new(of: O) -> Self {
+        Self { of, products: AtomicUsize::new(0) }
+    }
+}
+
+impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<O> {
+    fn order(&self) -> usize {
+        self.of.order()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.products.fetch_add(1, Relaxed);
+        self.of.apply(x, y);
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
+        self.of.try_visit_row(i, visit)
+    }
+}
+
+impl<O: Diagonal<f64>> Diagonal<f64> for Counted<O> {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.of.diagonal_entry(i)
+    }
+}
+
+impl<O: Rows<f64>> Rows<f64> for Counted<O> {
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+        if i == 0 {
+            self.products.fetch_add(1, Relaxed);
+        }
+        self.of.visit_row(i, visit);
     }
 }
 

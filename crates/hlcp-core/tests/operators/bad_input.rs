@@ -4,9 +4,9 @@ use hlcp_core::{
     Aor, Coefficients, DiagonalMatrix, Error, FivePoint, FivePointView, Hlcp, Jacobi,
     LinearOperator, Omega, Rhs, VaryingFivePoint,
 };
-use hlcp_methods::{Limits, Mms, NameError, Named, Options, Parameters, Solver, Tmms};
+use hlcp_methods::{Mms, NameError, Named, Parameters, Tmms};
 
-use crate::common::{Matrix, from};
+use crate::common::Matrix;
 use nalgebra::{DMatrix, dmatrix};
 
 fn stencil(centre: f64) -> FivePoint<f64> {
@@ -28,14 +28,6 @@ fn orders_that_differ_are_refused() {
         Hlcp::new(stencil(4.0), stencil(4.0), short).unwrap_err(),
         Error::Order { what: "omega", found: 5, expected: 6 }
     );
-    let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
-    for (q, x0, refused) in [
-        (5, 6, Error::Order { what: "q", found: 5, expected: 6 }),
-        (6, 7, Error::Order { what: "x0", found: 7, expected: 6 }),
-    ] {
-        let outcome = solver.solve(&vec![1.0; q], from(&vec![1.0; x0]));
-        assert_eq!(outcome.unwrap_err(), refused);
-    }
 }
 
 /// An operator of order 6 that shows a grid of eight points.
@@ -95,21 +87,6 @@ fn numbers_that_are_not_finite_are_refused() {
         coefficients[3] = bad;
         refused_at(FivePoint::new(3, 2, coefficients).unwrap_err(), 3, "coefficients");
 
-        let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
-        let mut spoilt = [1.5; 6];
-        spoilt[4] = bad;
-        let limits = Limits::absolute(1e-10);
-        refused_at(
-            solver.solve(&spoilt, Options::from_x(&[1.5; 6]).limits(limits)).unwrap_err(),
-            4,
-            "q",
-        );
-        refused_at(
-            solver.solve(&[1.5; 6], Options::from_x(&spoilt).limits(limits)).unwrap_err(),
-            4,
-            "x0",
-        );
-
         let mut omega = vec![2.0; 6];
         omega[2] = bad;
         match Hlcp::new(stencil(4.0), stencil(4.0), Omega::Each(omega)).unwrap_err() {
@@ -144,23 +121,6 @@ fn diagonals_that_are_not_positive_are_refused() {
                 other => panic!("{other:?}"),
             }
         }
-        // M's own diagonal: a₂₂ + 0.5·b₂₂, from two bad ones.
-        let pair = || Hlcp::new(spoilt.clone(), spoilt.clone(), Omega::Uniform(0.5)).unwrap();
-        let refusals = [
-            Mms::new(pair(), Jacobi).unwrap_err(),
-            Mms::new(pair(), Aor::gauss_seidel()).unwrap_err(),
-            Mms::new(pair(), Aor::gauss_seidel().accelerated()).unwrap_err(),
-            Tmms::mirrored(pair(), Aor::gauss_seidel()).unwrap_err(),
-        ];
-        for refused in refusals {
-            assert!(
-                matches!(
-                    refused,
-                    Error::NotPositive { index: 1, .. } | Error::NotFinite { index: 1, .. }
-                ),
-                "{refused:?}"
-            );
-        }
     }
 }
 
@@ -179,18 +139,6 @@ fn parameters_out_of_range_are_refused() {
         named(Omega::diagonal_ratio(bad, &stencil(4.0), &stencil(4.0)).unwrap_err(), "tau");
         named(problem().with_gamma(bad).unwrap_err(), "gamma");
         named(Hlcp::new(stencil(4.0), stencil(4.0), Omega::Uniform(bad)).unwrap_err(), "omega");
-        let mut solver = Solver::new(Mms::new(problem(), Jacobi).unwrap());
-        if bad != 0.0 {
-            for (limits, name) in [
-                (Limits::absolute(bad), "absolute tolerance"),
-                (Limits::relative(bad), "relative tolerance"),
-            ] {
-                named(
-                    solver.solve(&[1.5; 6], Options::from_x(&[0.5; 6]).limits(limits)).unwrap_err(),
-                    name,
-                );
-            }
-        }
     }
     assert!(matches!(Aor::new(1.1, f64::NAN), Err(Error::Parameter { name: "beta", .. })));
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::{Matrix, assembled};
 use hlcp_core::{
     Csr, Diagonal, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega,
-    RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, VaryingFivePoint,
+    RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, VaryingFivePoint, check_operator,
 };
 use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
@@ -17,6 +17,7 @@ use proptest::{collection::vec, prelude::*};
 fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DVector<f64>) {
     let n = matrix.nrows();
     assert_eq!(operator.order(), n);
+    assert_eq!(check_operator(operator), Ok(()));
     for i in 0..n {
         let (mut row, mut last) = (vec![0.0; n], None);
         operator.visit_row(i, &mut |j, a| {
@@ -149,18 +150,6 @@ proptest! {
         let shared: Arc<dyn Rows<f64> + '_> = Arc::new(Sum(&a, &b));
         is_matrix(&shared, &(&matrix + &other), &x);
         is_matrix(&&*shared, &(&matrix + &other), &x);
-    }
-
-    #[test]
-    fn a_stencil_is_its_kronecker_form(
-        nx in 1_usize..9,
-        ny in 1_usize..9,
-        coefficients in prop::array::uniform5(-4.0..4.0),
-        x in vec(-4.0..4.0, 64),
-    ) {
-        let stencil = FivePoint::new(nx, ny, coefficients).unwrap();
-        let x = DVector::from_column_slice(&x[..nx * ny]);
-        is_matrix(&stencil, &kronecker(nx, ny, coefficients), &x);
     }
 
     /// Closed round, the shifts of a line become cyclic.

@@ -2,21 +2,15 @@
 
 use std::ops::RangeInclusive;
 
+use crate::common::Walked;
 use hlcp_core::{
-    Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows, Scalar,
+    Coefficients, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows, Scalar, VaryingFivePoint,
 };
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::prelude::*;
 
-/// A five-point operator on a grid, shown as such or by its rows only, or not even those.
-#[derive(Debug, Clone)]
-struct Grid<T> {
-    nx: usize,
-    coefficients: [Vec<T>; 5],
-    shown: Shown,
-}
-
+/// Which of itself an operator shows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shown {
     FivePoint,
@@ -24,64 +18,28 @@ enum Shown {
     Products,
 }
 
-impl<T: Scalar> Grid<T> {
-    fn entries(&self, i: usize) -> Vec<(usize, T)> {
-        let (nx, n) = (self.nx, self.coefficients[0].len());
-        let neighbours = [
-            (i >= nx).then(|| i - nx),
-            (!i.is_multiple_of(nx)).then(|| i - 1),
-            Some(i),
-            (!(i + 1).is_multiple_of(nx)).then_some(i + 1),
-            (i + nx < n).then_some(i + nx),
-        ];
-        let entry = |(d, j): (usize, Option<usize>)| Some((j?, self.coefficients[d][i]));
-        neighbours.into_iter().enumerate().filter_map(entry).collect()
-    }
-}
+/// An operator that is known by its products alone.
+struct Products<O>(O);
 
-impl<T: Scalar> LinearOperator<T> for Grid<T> {
+impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Products<O> {
     fn order(&self) -> usize {
-        self.coefficients[0].len()
+        self.0.order()
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        for (i, y) in y.iter_mut().enumerate() {
-            *y = self.entries(i).into_iter().fold(T::zero(), |sum, (j, a)| sum + a * x[j]);
-        }
-    }
-
-    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
-        let each = |d: usize| {
-            let c = &self.coefficients[d];
-            let constant = c.iter().all(|v| *v == c[0]);
-            if constant { Coefficients::Constant(c[0]) } else { Coefficients::Each(c) }
-        };
-        let view = || {
-            let [south, west, centre, east, north] = [0, 1, 2, 3, 4].map(each);
-            let ny = self.order() / self.nx;
-            FivePointView::new(self.nx, ny, [south, west, centre, east, north])
-        };
-        (self.shown == Shown::FivePoint).then(view)
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        if self.shown == Shown::Products {
-            return false;
-        }
-        self.visit_row(i, visit);
-        true
+        self.0.apply(x, y);
     }
 }
 
-impl<T: Scalar> Diagonal<T> for Grid<T> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        self.coefficients[2][i]
-    }
-}
+type Grid<'g, T> = VaryingFivePoint<'g, T>;
 
-impl<T: Scalar> Rows<T> for Grid<T> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.entries(i).into_iter().for_each(|(j, a)| visit(j, a));
+impl Shown {
+    fn of<'g, T: Scalar>(self, grid: &'g Grid<'g, T>) -> Box<dyn LinearOperator<T> + 'g> {
+        match self {
+            Self::FivePoint => Box::new(grid),
+            Self::Rows => Box::new(Walked(grid)),
+            Self::Products => Box::new(Products(grid)),
+        }
     }
 }
 
@@ -90,16 +48,12 @@ fn exact<T: Scalar>(value: T) -> BigRational {
 }
 
 /// The exact norms of `A z − B r + q` (as close as a double comes, and the largest entry).
-fn norms<T: Scalar>([a, b]: [&Grid<T>; 2], q: &[T], z: &[T], r: &[T]) -> Norms {
+fn norms<T: Scalar>([a, b]: [&Grid<'_, T>; 2], q: &[T], z: &[T], r: &[T]) -> Norms {
     let (mut squares, mut largest) = (BigRational::zero(), BigRational::zero());
     for (i, &q) in q.iter().enumerate() {
         let mut row = exact(q);
-        for (j, a) in a.entries(i) {
-            row += exact(a) * exact(z[j]);
-        }
-        for (j, b) in b.entries(i) {
-            row -= exact(b) * exact(r[j]);
-        }
+        a.visit_row(i, &mut |j, a| row += exact(a) * exact(z[j]));
+        b.visit_row(i, &mut |j, b| row -= exact(b) * exact(r[j]));
         squares += &row * &row;
         largest = largest.max(row.abs());
     }
@@ -120,19 +74,20 @@ fn holds<T: Scalar>(
     shown: Shown,
 ) -> Result<(), TestCaseError> {
     let to = |v: &f64| T::from(*v).unwrap();
-    let (nx, n) = (shape[0], shape[0] * shape[1]);
+    let ([nx, ny], n) = (shape, shape[0] * shape[1]);
     let list = |k: usize| entries[k].iter().take(n).map(to).collect::<Vec<T>>();
+    let lists = (0..10).map(list).collect::<Vec<_>>();
     let grid = |from: usize| {
-        let coefficients = [0, 1, 2, 3, 4].map(|d| {
-            let c = list(from + d);
-            if constant { vec![c[0]; n] } else { c }
+        let coefficients = [0, 1, 2, 3, 4].map(|d| match &lists[from + d] {
+            c if constant => Coefficients::Constant(c[0]),
+            c => Coefficients::Each(c),
         });
-        Grid { nx, coefficients, shown }
+        Grid::new(nx, ny, coefficients).unwrap()
     };
     let (a, b, q) = (grid(0), grid(5), list(10));
     let omega = Omega::Each(list(11).into_iter().map(T::abs).collect());
     let mut x = list(12);
-    let problem = Hlcp::new(a.clone(), b.clone(), omega).unwrap();
+    let problem = Hlcp::new(shown.of(&a), shown.of(&b), omega).unwrap();
     let (mut z, mut r, mut scratch) = (vec![T::zero(); n], vec![T::zero(); n], vec![]);
     for round in 0..3 {
         problem.solution_from_x(&x, &mut z, &mut r);
@@ -183,10 +138,9 @@ proptest! {
 /// `f64` drops 0.75 beside 1e16; the exact residual does not.
 #[test]
 fn cancellation_costs_an_exact_residual_nothing() {
-    let coefficients = [0.0, -1.0, 1.0, -1.0, 0.0].map(|c| vec![c; 2]);
+    let a = Grid::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0].map(Coefficients::Constant)).unwrap();
     for shown in [Shown::FivePoint, Shown::Rows] {
-        let a = Grid { nx: 2, coefficients: coefficients.clone(), shown };
-        let problem = Hlcp::new(a.clone(), a, Omega::Uniform(1.0)).unwrap();
+        let problem = Hlcp::new(shown.of(&a), shown.of(&a), Omega::Uniform(1.0)).unwrap();
         let q = [0.75, -0.25];
         let exact = problem.exact_residual(&Rhs::new(&q).unwrap(), &[1e17, 1e17]).unwrap();
         assert!((exact.linf - 0.75).abs() < 1e-10, "{exact:?}");
