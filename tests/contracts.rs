@@ -12,8 +12,8 @@ use common::{Lists, from};
 
 use hlcp_core::{
     Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, SplittingFn, SplittingStep,
-    VaryingFivePoint,
+    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingFn,
+    SplittingStep, Step, VaryingFivePoint,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
@@ -260,7 +260,8 @@ where
         let x = solver.x().to_vec();
         let again = solver.solve(&self.q, Options::from_x(&x).limits(self.limits)).unwrap();
         assert!(again.converged(), "{self}: {contract}: {again}");
-        assert_eq!((again.iterations, again.sweeps), (0, 0), "{self}: {contract}");
+        let spent = (again.iterations, again.sweeps, again.linear_iterations.unwrap_or(0));
+        assert_eq!(spent, (0, 0, 0), "{self}: {contract}");
         assert_eq!(solver.x(), x, "{self}: {contract}");
     }
 
@@ -280,23 +281,29 @@ where
         let contract = "bad input is refused and nothing is lost by it";
         let mut solver = self.solver();
         let first = self.solve(&mut solver);
-        let mut spoilt = self.q.clone();
-        spoilt[5] = T::nan();
         let mut refusal = |q: &[T], x: &[T], limits| {
             solver.solve(q, Options::from_x(x).limits(limits)).expect_err(contract)
         };
-        let of_q = refusal(&spoilt, &self.start, self.limits);
-        assert!(matches!(of_q, Error::NotFinite { what: "q", index: 5, .. }), "{self}: {contract}");
-        let of_x = refusal(&self.q, &spoilt, self.limits);
-        assert!(
-            matches!(of_x, Error::NotFinite { what: "x0", index: 5, .. }),
-            "{self}: {contract}"
-        );
-        let short = refusal(&self.q[1..], &self.start, self.limits);
-        assert!(matches!(short, Error::Order { what: "q", .. }), "{self}: {contract}");
-        for tolerance in
-            [Tolerance::Absolute(-1.0), Tolerance::Relative(-1.0), Tolerance::Relative(1.0)]
-        {
+        for bad in [T::nan(), T::infinity(), T::neg_infinity()] {
+            let mut spoilt = self.q.clone();
+            spoilt[5] = bad;
+            for (what, found) in [
+                ("q", refusal(&spoilt, &self.start, self.limits)),
+                ("x0", refusal(&self.q, &spoilt, self.limits)),
+            ] {
+                let refused =
+                    matches!(found, Error::NotFinite { what: w, index: 5, .. } if w == what);
+                assert!(refused, "{self}: {contract}: {found}");
+            }
+        }
+        let (found, expected) = (N - 1, N);
+        let short_q = refusal(&self.q[1..], &self.start, self.limits);
+        assert_eq!(short_q, Error::Order { what: "q", found, expected }, "{self}: {contract}");
+        let short_x = refusal(&self.q, &self.start[1..], self.limits);
+        assert_eq!(short_x, Error::Order { what: "x0", found, expected }, "{self}: {contract}");
+        let bad = [-1.0, f64::NAN, f64::INFINITY];
+        let relative = bad.into_iter().chain([1.0]).map(Tolerance::Relative);
+        for tolerance in bad.map(Tolerance::Absolute).into_iter().chain(relative) {
             let limits = Limits { tolerance, ..self.limits };
             let of_limits = refusal(&self.q, &self.start, limits);
             assert!(matches!(of_limits, Error::Parameter { .. }), "{self}: {contract}");
@@ -536,7 +543,7 @@ fn solves_within_parallel_loops_change_no_bit() {
 /// A splitting whose solve is worth three sweeps.
 struct Thrice;
 
-impl hlcp_core::Splitting<f64> for Thrice {
+impl Splitting<f64> for Thrice {
     fn solve(&self, rhs: &[f64], y: &mut [f64]) {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 26.0);
     }
@@ -551,7 +558,10 @@ fn sweeps_are_counted_as_the_splittings_say() {
     let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
     let problem = || Hlcp::new(a, b, omega()).unwrap();
     let mut mms = Mms::new(problem(), SplittingStep(Thrice)).unwrap();
-    let mut tmms = Tmms::new(problem(), SplittingStep(Thrice), Aor::gauss_seidel()).unwrap();
+    // Behind a pointer a step is worth what it is worth.
+    let boxed: Box<dyn Splitting<f64>> = Box::new(Thrice);
+    let step: Box<dyn Step<f64, FivePoint<f64>, FivePoint<f64>>> = Box::new(SplittingStep(boxed));
+    let mut tmms = Tmms::new(problem(), step, Aor::gauss_seidel()).unwrap();
     let q = planted_q(&a, &b);
     let seven = |method: &mut dyn Method<f64, A = FivePoint<f64>, B = FivePoint<f64>>| {
         let [mut x, mut y, mut spare] = [[0.6; N], [0.0; N], [0.0; N]].map(Vec::from);

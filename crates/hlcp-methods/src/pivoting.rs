@@ -230,43 +230,16 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
 #[cfg(test)]
 mod tests {
-    use hlcp_core::{Diagonal, Identity, LinearOperator, Omega, Tridiagonal};
+    use hlcp_core::{Identity, Omega, RowMajor, Tridiagonal};
 
     use super::*;
     use crate::Solver;
 
-    /// A full matrix by rows.
-    #[derive(Debug)]
-    struct Full(Vec<f64>, usize);
-
-    impl LinearOperator<f64> for Full {
-        fn order(&self) -> usize {
-            self.1
-        }
-
-        fn apply(&self, x: &[f64], y: &mut [f64]) {
-            for (y, row) in y.iter_mut().zip(self.0.chunks(self.1)) {
-                *y = row.iter().zip(x).map(|(a, x)| a * x).sum();
-            }
-        }
-    }
-
-    impl Diagonal<f64> for Full {
-        fn diagonal_entry(&self, i: usize) -> f64 {
-            self.0[i * self.1 + i]
-        }
-    }
-
-    impl Rows<f64> for Full {
-        fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-            (0..self.1).for_each(|j| visit(j, self.0[i * self.1 + j]));
-        }
-    }
-
     /// Newton's method visits the active sets {1}, {2}, {3}, {1}, … of this P-matrix for ever.
     #[test]
     fn a_circle_of_active_sets_is_left() {
-        let circle = Full(vec![1.0, 0.0, 1.5, 1.5, 1.0, 0.0, 0.0, 1.5, 1.0], 3);
+        let circle =
+            RowMajor::new(3, vec![1.0_f64, 0.0, 1.5, 1.5, 1.0, 0.0, 0.0, 1.5, 1.0]).unwrap();
         let problem = Hlcp::new(&circle, Identity { order: 3 }, Omega::Uniform(1.0)).unwrap();
         let mut solver = Solver::new(Pivoting::new(problem));
         let outcome = solver.solve(&[-1.0; 3], crate::Options::from_x(&[1.0, -1.0, -1.0])).unwrap();
@@ -285,7 +258,8 @@ mod tests {
             std::cmp::Ordering::Less => ((7 * i + 3 * j) as f64).sin(),
             std::cmp::Ordering::Greater => -((7 * j + 3 * i) as f64).sin(),
         };
-        let a = Full((0..n * n).map(|k| entry(k / n, k % n)).collect(), n);
+        let entries: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+        let a = RowMajor::new(n, entries).unwrap();
         let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
         let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
         let mut solver = Solver::new(Pivoting::new(problem));

@@ -1,39 +1,15 @@
 //! The automatic choice on problems that no single method solves best.
 
-use hlcp_core::{Aor, Diagonal, Error, Hlcp, LinearOperator, Omega, Rows, VaryingFivePoint};
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+
+use common::Lists;
+use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows, VaryingFivePoint};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
     Multigrid, Newton, Options, Outcome, Solver, Ssor,
 };
 use hlcp_verify::families;
-
-/// Rows without a grid.
-#[derive(Debug, Clone)]
-struct Listed(Vec<Vec<(usize, f64)>>);
-
-impl LinearOperator<f64> for Listed {
-    fn order(&self) -> usize {
-        self.0.len()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        for (y, row) in y.iter_mut().zip(&self.0) {
-            *y = row.iter().map(|&(j, a)| a * x[j]).sum();
-        }
-    }
-}
-
-impl Diagonal<f64> for Listed {
-    fn diagonal_entry(&self, i: usize) -> f64 {
-        self.0[i].iter().find(|entry| entry.0 == i).map_or(0.0, |entry| entry.1)
-    }
-}
-
-impl Rows<f64> for Listed {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        self.0[i].iter().for_each(|&(j, a)| visit(j, a));
-    }
-}
 
 /// An oil film: `A` conducts the gap's cube between cells, with `stretch` times as much along y,
 /// and `B` carries the gap along x.
@@ -82,7 +58,7 @@ fn dimples(cells: [usize; 2], k: f64, depth: f64) -> [VaryingFivePoint<'static, 
 }
 
 fn posed<'p, A: Rows<f64>, B: Rows<f64>>(a: &'p A, b: &'p B) -> Hlcp<f64, &'p A, &'p B> {
-    Hlcp::new(a, b, Omega::diagonal_ratio(1.0, a, b).unwrap()).unwrap()
+    common::problem(1.0, a, b)
 }
 
 /// The sweeps of the best single method: multigrid, adaptive SOR, and Newton's method with
@@ -153,9 +129,8 @@ fn every_family_is_solved_at_a_fair_price() {
         let drawn = families::draw(family, seed).unwrap();
         if drawn.single {
             let ([a, b], q) = drawn.pose::<f32>();
-            let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
-            let outcome =
-                Solver::new(Auto::new(problem).unwrap()).solve(&q, Limits::default()).unwrap();
+            let mut solver = Solver::new(Auto::new(common::problem(1.0, &a, &b)).unwrap());
+            let outcome = solver.solve(&q, Limits::default()).unwrap();
             assert!(outcome.converged(), "{}: {outcome}", drawn.name);
         } else {
             let ([a, b], q) = drawn.pose::<f64>();
@@ -175,14 +150,7 @@ fn a_method_that_is_refused_is_left_out() {
         panic!("a film's diagonals vary")
     };
     omega.push(1.0);
-    let [mut a, mut b] = film.map(|of| {
-        let row = |i: usize| {
-            let mut row = vec![];
-            of.visit_row(i, &mut |j, a| row.push((j, a)));
-            row
-        };
-        Listed((0..n - 1).map(row).collect())
-    });
+    let [mut a, mut b] = film.map(|of| Lists::of(&of));
     a.0.push(vec![]);
     b.0.push(vec![(n - 1, 1.0)]);
     let mut solver =

@@ -1,16 +1,10 @@
 //! Decisions of a solve that must not depend on units, on how long a step takes, or on what a
 //! residual looks like in rounding.
 
-use std::{
-    ops::ControlFlow,
-    sync::atomic::{AtomicUsize, Ordering},
-    time::Duration,
-};
+use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
-use hlcp_core::{
-    Aor, Diagonal, FivePoint, Hlcp, Identity, LinearOperator, Omega, Rhs, Rows, Scaled, Splitting,
-    SplittingFn, SplittingStep, Step,
-};
+use crate::common::{Counted, Walked};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingFn, SplittingStep};
 use hlcp_methods::{
     AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
     Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
@@ -76,46 +70,14 @@ fn units_change_no_decision() {
     }
 }
 
-/// Counts the products with A; a walk over all rows counts as one.
-struct Counted<'c, O> {
-    of: O,
-    products: &'c AtomicUsize,
-}
-
-impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<'_, O> {
-    fn order(&self) -> usize {
-        self.of.order()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        self.products.fetch_add(1, Ordering::Relaxed);
-        self.of.apply(x, y);
-    }
-}
-
-impl<O: Diagonal<f64>> Diagonal<f64> for Counted<'_, O> {
-    fn diagonal_entry(&self, i: usize) -> f64 {
-        self.of.diagonal_entry(i)
-    }
-}
-
-impl<O: Rows<f64>> Rows<f64> for Counted<'_, O> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        if i == 0 {
-            self.products.fetch_add(1, Ordering::Relaxed);
-        }
-        self.of.visit_row(i, visit);
-    }
-}
-
 /// A preconditioner so weak that an inner solve takes hundreds of iterations unless it is stopped.
 #[test]
 fn inner_solves_end_with_the_time() {
-    let products = AtomicUsize::new(0);
     let m = 40;
     let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
-    let a = Counted { of: a, products: &products };
-    let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
+    let a = Counted::new(a);
+    let products = &a.products;
+    let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
     let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
     let weak = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
     let mut solver = Solver::new(Newton::new(gs, SplittingStep(weak)));
@@ -202,80 +164,9 @@ fn an_observer_stops_a_long_step() {
     assert!(outcome.residual.l2.is_finite());
 }
 
-/// Behind a pointer a step is worth what it is worth.
-#[test]
-fn boxed_steps_and_splittings_keep_their_sweeps() {
-    struct Twice;
-
-    impl Splitting<f64> for Twice {
-        fn solve(&self, rhs: &[f64], y: &mut [f64]) {
-            y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 2.0);
-        }
-
-        fn sweeps(&self) -> usize {
-            2
-        }
-    }
-
-    let problem =
-        || Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
-    let step: Box<dyn Step<f64, Identity, Identity>> = Box::new(SplittingStep(&Twice));
-    let splitting: Box<dyn Splitting<f64>> = Box::new(Twice);
-    for outcome in [
-        Solver::new(Mms::new(problem(), step).unwrap()).solve(&[-3.0], Limits::default()),
-        Solver::new(Mms::new(problem(), SplittingStep(splitting)).unwrap())
-            .solve(&[-3.0], Limits::default()),
-    ] {
-        let outcome = outcome.unwrap();
-        assert!(outcome.converged());
-        assert_eq!((outcome.iterations, outcome.sweeps), (1, 2));
-    }
-}
-
-/// A solved start has cost nothing.
-#[test]
-fn no_iteration_is_no_sweep() {
-    let (a, b, q) = posed(1.0, 1.0);
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-    let problem = Hlcp::new(&a, &b, omega).unwrap();
-    let mut solver = Solver::new(Multigrid::new(problem.clone(), Cycle::W).unwrap());
-    assert!(solver.solve(&q, Limits::relative(1e-13)).unwrap().converged());
-    let x = solver.x().to_vec();
-    for method in methods(&problem) {
-        let options = Options::from_x(&x).limits(Limits::relative(1e-9));
-        let outcome = Solver::new(method).solve(&q, options).unwrap();
-        let spent = (outcome.iterations, outcome.sweeps, outcome.linear_iterations.unwrap_or(0));
-        assert_eq!(spent, (0, 0, 0), "{outcome}");
-    }
-}
-
 /// A start so far away that its residual over ‖q‖ is beyond the largest number.
 #[test]
 fn walked_and_fused_sweeps_judge_a_far_start_alike() {
-    struct Walked(FivePoint<f64>);
-
-    impl LinearOperator<f64> for Walked {
-        fn order(&self) -> usize {
-            self.0.order()
-        }
-
-        fn apply(&self, x: &[f64], y: &mut [f64]) {
-            self.0.apply(x, y);
-        }
-    }
-
-    impl Diagonal<f64> for Walked {
-        fn diagonal_entry(&self, i: usize) -> f64 {
-            self.0.diagonal_entry(i)
-        }
-    }
-
-    impl Rows<f64> for Walked {
-        fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-            self.0.visit_row(i, visit);
-        }
-    }
-
     for (entry, q, x0) in [(1e8, -1e-300, 1.0), (1.0, -1e-200, 1e110)] {
         let a = FivePoint::new(1, 1, [0.0, 0.0, entry, 0.0, 0.0]).unwrap();
         let omega = || Omega::Uniform(entry);

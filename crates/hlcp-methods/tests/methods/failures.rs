@@ -1,8 +1,5 @@
 //! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best
-//! iterate handed back.
-//!
-//! What `outcomes.rs` pins down is not repeated here: a cycle of period 2 of a scalar pair, the
-//! floor of `f32`, a residual that first grows and then converges, and data times 10^±150.
+//! iterate handed back. `outcomes.rs` has the ends of a solve that no scene has.
 
 use crate::common::{Matrix, posed, problem, tmgs};
 use hlcp_core::{Aor, Error, Identity, Norms, Rows};
@@ -15,7 +12,7 @@ use nalgebra::{dmatrix, dvector};
 
 /// Solves, and checks what holds of every outcome: the iterate with the smallest residual comes
 /// back, the report is about it, and nothing in it is NaN.
-fn solve<M: Method<f64>>(
+pub(crate) fn solve<M: Method<f64>>(
     method: M,
     q: &[f64],
     x0: &[f64],
@@ -45,17 +42,15 @@ fn tmsor<A: Rows<f64>, B: Rows<f64>>(a: A, b: B, alpha: f64) -> impl Method<f64,
     Tmms::mirrored(problem(1.0, a, b), Aor::sor(alpha).unwrap()).unwrap()
 }
 
-fn relative(tolerance: f64) -> Limits {
-    Limits::relative(tolerance)
-}
-
-/// TMSOR 1.5 and 1.8 on disc-lcp: growth by a factor of 1.2 an iteration, which is not called
+/// TMSOR 1.5 and 1.8 on the discs: growth by a factor of 1.2 an iteration, which is not called
 /// divergence before 10¹⁶.
 #[test]
 fn over_relaxed_tmsor_on_the_disc() {
-    for (alpha, soonest, latest) in [(1.5, 150, 250), (1.8, 50, 100)] {
+    for (lcp, alpha, soonest, latest) in
+        [(true, 1.5, 150, 250), (true, 1.8, 50, 100), (false, 1.8, 50, 1000)]
+    {
         let m = 64;
-        let scene = Disc { lcp: true, m }.pose::<f64>().unwrap();
+        let scene = Disc { lcp, m }.pose::<f64>().unwrap();
         let method = tmsor(scene.a, scene.b, alpha);
         let (outcome, solver) = solve(method, &scene.q, &vec![1.0; m * m], Limits::absolute(1e-10));
         assert_eq!(outcome.status, Status::Diverged(Divergence::Growth));
@@ -77,6 +72,7 @@ fn a_p_matrix_outside_h_plus() {
     let method = tmsor(a, Identity { order: 2 }, 1.0);
     let (outcome, _) = solve(method, &[-1.5, 0.7], &[1.0; 2], Limits::absolute(1e-10));
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
+    assert!(outcome.to_string().starts_with("cycling with period 2 after "), "{outcome}");
     assert!(outcome.iterations < 40 && outcome.residual.l2 > 1.0);
 }
 
@@ -177,7 +173,7 @@ fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
 #[test]
 fn tmjsor4_on_the_slider_runs_out_of_iterations() {
     for (cells, least) in [(224, 1e-9), (256, 1e-6)] {
-        let outcome = slider(cells, "TMJSOR4", relative(1e-10));
+        let outcome = slider(cells, "TMJSOR4", Limits::relative(1e-10));
         assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 30_000));
         assert!(outcome.residual.l2 > least && outcome.answer > 29_000, "{outcome}");
     }
@@ -201,14 +197,14 @@ fn generic() -> impl Method<f64> {
 /// is said at once.
 #[test]
 fn overflow() {
-    let (outcome, _) = solve(generic(), &[-1e307, 0.9e307], &[0.0; 2], relative(1e-10));
+    let (outcome, _) = solve(generic(), &[-1e307, 0.9e307], &[0.0; 2], Limits::relative(1e-10));
     assert!(outcome.converged() && outcome.iterations < 60, "{outcome}");
     let q = [-1.7e308, 1.6e308];
     let (outcome, _) = solve(generic(), &q, &[0.0; 2], Limits::absolute(1e-10));
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert_eq!((outcome.iterations, outcome.residual.l2), (0, f64::INFINITY));
     // A part of an infinite norm is no tolerance.
-    let refused = Solver::new(generic()).solve(&q, relative(1e-10)).unwrap_err();
+    let refused = Solver::new(generic()).solve(&q, Limits::relative(1e-10)).unwrap_err();
     assert!(matches!(refused, Error::Parameter { value: f64::INFINITY, .. }), "{refused}");
 }
 
@@ -218,7 +214,7 @@ fn overflow() {
 fn underflow() {
     for (scale, converges) in [(1e-300, true), (1e-310, true), (1e-320, false), (5e-324, false)] {
         let q = [-7.0 * scale, 3.0 * scale];
-        let (outcome, _) = solve(generic(), &q, &[0.0; 2], relative(1e-10));
+        let (outcome, _) = solve(generic(), &q, &[0.0; 2], Limits::relative(1e-10));
         let expected = if converges { Status::Converged } else { Status::Stagnated };
         assert_eq!(outcome.status, expected, "{scale:e}");
         assert!(outcome.iterations < 60 && outcome.residual.l2 <= 1e-3 * 7.0 * scale + 5e-323);

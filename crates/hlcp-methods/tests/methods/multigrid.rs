@@ -23,16 +23,17 @@ fn posed<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone>(
     problem(1.0, scene.a.clone(), scene.b.clone())
 }
 
-fn disc_cycles(lcp: bool, m: usize, cycle: Cycle) -> usize {
-    let scene = Disc { lcp, m }.pose::<f64>().unwrap();
+fn disc_cycles<T: Scalar>(lcp: bool, m: usize, cycle: Cycle) -> usize {
+    let scene = Disc { lcp, m }.pose::<T>().unwrap();
     let mut solver = Solver::new(Multigrid::new(posed(&scene), cycle).unwrap());
     let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
     assert!(outcome.converged(), "{m}, lcp {lcp}, {cycle:?}: {outcome}");
     assert_eq!(solver.method().coarse_grids_help(), Some(true));
     // The inverse of A has the norm (m + 1)²/2π², and so have the mixtures of columns of A and B up
-    // to a small factor.
+    // to a small factor. In single precision the residual's rounding is 4 ε (‖q‖ + …), near 6e-7.
     let inverse = ((m + 1) * (m + 1)) as f64;
-    assert!(largest_difference(solver.z(), &scene.z) <= inverse * 1e-10);
+    let residual = if T::epsilon().to_f64() > Some(1e-10) { 6e-7 } else { 1e-10 };
+    assert!(largest_difference(solver.z(), &scene.z) <= inverse * residual);
     outcome.iterations
 }
 
@@ -41,30 +42,16 @@ fn cycles_do_not_grow_with_the_grid() {
     for lcp in [true, false] {
         for m in [63, 127, 255, 511, 512] {
             for cycle in [Cycle::W, Cycle::F] {
-                let cycles = disc_cycles(lcp, m, cycle);
+                let cycles = disc_cycles::<f64>(lcp, m, cycle);
                 assert!(cycles <= 13, "{m}, lcp {lcp}: {cycles}");
             }
         }
+        assert!(disc_cycles::<f32>(lcp, 127, Cycle::W) <= 13);
         // Sizes of all kinds; 69, 109 and 189 were the worst below 200.
         for m in [40, 47, 50, 69, 85, 96, 109, 120, 141, 189, 200, 250, 301] {
-            let cycles = disc_cycles(lcp, m, Cycle::W);
+            let cycles = disc_cycles::<f64>(lcp, m, Cycle::W);
             assert!(cycles <= 16, "{m}, lcp {lcp}: {cycles}");
         }
-    }
-}
-
-/// In single precision the count is no larger, and the answer as good as the rounding of q lets it
-/// be.
-#[test]
-fn single_precision_takes_no_more_cycles() {
-    for lcp in [true, false] {
-        let scene = Disc { lcp, m: 127 }.pose::<f32>().unwrap();
-        let mut solver = Solver::new(Multigrid::new(posed(&scene), Cycle::W).unwrap());
-        let outcome = solve_from_ones(&mut solver, &scene.q, Limits::absolute(1e-10));
-        assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
-        // The residual's rounding, 4 ε (‖q‖ + …), times the inverse of A: 4·6e-8·4·128·0.5/128·128²
-        // near 0.01.
-        assert!(largest_difference(solver.z(), &scene.z) <= 1e-2);
     }
 }
 
@@ -241,25 +228,6 @@ fn a_problem_without_solution_is_not_solved() {
     assert!(outcome.residual.l2 > 0.2 * (nx * ny) as f64 / (nx * ny) as f64);
 }
 
-/// Two H₊-matrices without the W-property: of the three solutions any will do, and nothing else
-/// will.
-#[test]
-fn a_pair_with_three_solutions_ends_at_one_or_none() {
-    let a = VaryingFivePoint::from_fn(2, 1, |i, _| [0.0, 0.0, 1.0, [-2.0, 0.0][i], 0.0]).unwrap();
-    let b = VaryingFivePoint::from_fn(2, 1, |i, _| [0.0, [0.0, -2.0][i], 1.0, 0.0, 0.0]).unwrap();
-    let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
-    for start in [[1.0, 1.0], [-1.0, -1.0], [3.0, -2.0], [-0.2, 0.3]] {
-        let mut solver = Solver::new(Multigrid::new(problem.clone(), Cycle::W).unwrap());
-        let limits = Limits { iterations: 100, ..Limits::absolute(1e-10) };
-        let outcome = solver.solve(&[1.0, -1.0], Options::from_x(&start).limits(limits)).unwrap();
-        let third = 1.0 / 3.0;
-        let solutions = [[0.0, 0.0, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0], [0.0, third, third, 0.0]];
-        let answer = [solver.z(), solver.r()].concat();
-        let solved = solutions.iter().any(|solution| largest_difference(solution, &answer) < 1e-9);
-        assert_eq!(outcome.converged(), solved, "{answer:?}: {outcome}");
-    }
-}
-
 /// Numbers without pattern for what varies from point to point.
 fn noise(k: usize) -> f64 {
     let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
@@ -356,21 +324,9 @@ fn bad_operators_are_refused() {
 
 #[test]
 fn nan_never_passes_for_success() {
-    struct Sound;
-    impl Coarsen<f64> for Sound {
-        fn coarsen(
-            &self,
-            _: [FivePointView<'_, f64>; 2],
-            grids: &Grids<'_, f64>,
-        ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
-            let [nx, ny] = grids.coarse;
-            let unit = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
-            Ok([VaryingFivePoint::new(nx, ny, unit)?, VaryingFivePoint::new(nx, ny, unit)?])
-        }
-    }
     let problem = || Hlcp::new(NotFinite, Identity { order: 4 }, Omega::Uniform(4.0)).unwrap();
     assert!(matches!(Multigrid::new(problem(), Cycle::W), Err(Error::NotFinite { .. })));
-    let mut solver = Solver::new(Multigrid::with_levels(problem(), Cycle::W, &Sound).unwrap());
+    let mut solver = Solver::new(Multigrid::with_levels(problem(), Cycle::W, &Membrane).unwrap());
     let outcome = solver.solve(&[-1.0; 4], from(&[1.0; 4])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
 }

@@ -6,11 +6,12 @@ use std::{
     sync::atomic::{AtomicUsize, Ordering::Relaxed},
 };
 
-use crate::common::{Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave};
-use crate::planted::{WEIGHT, reaches};
+use crate::common::{
+    Counted, Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave,
+};
 use hlcp_core::{
-    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
-    Scalar, SplittingFn, SplittingStep, Step, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Norms, Omega, Rhs, Rows, Scalar, SplittingFn,
+    SplittingStep, Step, Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Outcome, Preconditioner, Solver,
@@ -35,17 +36,6 @@ impl<A, B> Preconditioner<f64, A, B> for Inverse {
         y.copy_from_slice((&self.0 * DVector::from_column_slice(rhs)).as_slice());
     }
 }
-
-/// Ends in `y = NaN`.
-struct Broken;
-
-impl<T: Scalar, A, B> Preconditioner<T, A, B> for Broken {
-    fn solve(&mut self, _: &Jacobian<'_, T, A, B>, _: &[T], y: &mut [T]) {
-        y.fill(T::nan());
-    }
-}
-
-type Boxed = Box<dyn Preconditioner<f64, Matrix, Matrix>>;
 
 fn mgs(dense: &Dense) -> Mms<f64, Matrix, Matrix, Aor<f64>> {
     Mms::new(posed(dense), Aor::gauss_seidel()).unwrap()
@@ -148,21 +138,6 @@ proptest! {
         prop_assert!((z - &p.z).amax() <= 1e-10 / 0.025);
     }
 
-    /// From any start, with every preconditioner, for the problem as posed and exchanged.
-    #[test]
-    fn it_reaches_the_planted_solution(p in planted(1..24, WEIGHT), x0 in vec(-9.0..9.0, 24)) {
-        let preconditioners: [fn() -> Boxed; 4] = [
-            || Box::new(Ssor),
-            || Box::new(TridiagonalPart::new()),
-            || Box::new(SplittingStep(SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs)))),
-            || Box::new(Broken),
-        ];
-        for preconditioner in preconditioners {
-            for problem in [posed(&p.dense), posed(&p.dense).exchanged().unwrap()] {
-                reaches(Newton::new(tmgs(problem), preconditioner()), &p, &x0[..p.z.len()])?;
-            }
-        }
-    }
 }
 
 /// A P-matrix, positive definite too, on which Newton's method visits {1}, {2}, {3}, {1}, … for
@@ -242,24 +217,6 @@ fn repeated_active_sets_do_not_end_the_solve() {
     }
 }
 
-/// An operator that counts its products.
-struct Counted<O>(O, AtomicUsize);
-
-impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<O> {
-    fn order(&self) -> usize {
-        self.0.order()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        self.1.fetch_add(1, Relaxed);
-        self.0.apply(x, y);
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
-        self.0.try_visit_row(i, visit)
-    }
-}
-
 /// Steps of a method that grow shorter with their number.
 struct Fading<M>(M, usize);
 
@@ -307,20 +264,20 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
         solves.fetch_add(1, Relaxed);
         y.copy_from_slice(rhs);
     }));
-    let a = Counted(Matrix(dense.a.clone()), 0.into());
+    let a = Counted::new(Matrix(dense.a.clone()));
     let omega = Omega::Uniform(dense.omega[0]);
     let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
     let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), SplittingStep(damped)).unwrap();
     let mut newton = Solver::new(Newton::new(Fading(base, 0), none));
     let mut solve = || {
-        for count in [&a.1, &solves, &turns] {
+        for count in [&a.products, &solves, &turns] {
             count.store(0, Relaxed);
         }
         let start = [0.9, -0.7, -0.8];
         let outcome = newton.solve(dense.q.as_slice(), from(&start)).unwrap();
         assert!(outcome.converged() && outcome.iterations > 20, "{outcome}");
         let linear = outcome.linear_iterations.unwrap();
-        let (products, solves) = (a.1.load(Relaxed), solves.load(Relaxed));
+        let (products, solves) = (a.products.load(Relaxed), solves.load(Relaxed));
         let halves = 2 * linear - solves;
         // Two products look at the answer and measure it.
         assert_eq!(outcome.sweeps, products - 2 + solves + 2 * halves);
@@ -361,19 +318,6 @@ fn two_active_sets_in_turn_are_no_progress() {
     let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
     let outcome = newton.solve(&[1.0], Options::from_x(&[0.4]).limits(limits)).unwrap();
     assert!(!outcome.converged() && turns.load(Relaxed) >= 3 * 2 + 2 + 4, "{outcome}");
-}
-
-/// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1: no solution, and none is claimed.
-#[test]
-fn no_solution_is_claimed_where_none_exists() {
-    let a = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
-    let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.3)).unwrap();
-    let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-    let limits = Limits { iterations: 3000, ..Limits::absolute(1e-10) };
-    let outcome = Solver::new(Newton::new(base, Ssor))
-        .solve(&[-1.0, -1.2], Options::from_x(&[0.4, 0.6]).limits(limits))
-        .unwrap();
-    assert!(!outcome.converged() && outcome.residual.l2 > 0.5, "{outcome}");
 }
 
 /// Products alone, with a user's splitting for preconditioner; and what becomes of NaN at any
@@ -511,24 +455,6 @@ fn tens_of_steps_on_the_disc() {
         let off = outcome.residual.linf * (m * m) as f64 + 1e-12;
         assert!(z.iter().zip(&scene.z).all(|(z, known)| (z - known).abs() <= off));
     }
-}
-
-#[test]
-fn single_precision_reaches_what_it_can() {
-    let scene = Disc { lcp: false, m: 48 }.pose::<f32>().unwrap();
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0)).unwrap();
-    let (outcome, _, _) = solve(problem, Ssor, &scene.q, &Limits::absolute(1e-10));
-    assert!(outcome.converged() && outcome.iterations < 30, "{outcome}");
-
-    // Below the floor of single precision nothing is claimed.
-    let scene = Example { symmetric: false, m: 12, mu: 4.0, nu: 3.0 }.pose::<f32>().unwrap();
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.1)).unwrap();
-    let q = wave::<f32>(144, 1.0);
-    let limits = Limits { rounding: Some(0.0), ..Limits::absolute(0.0) };
-    let (outcome, _, _) = solve(problem, Ssor, &q, &limits);
-    assert!(matches!(outcome.status, Status::Stagnated | Status::Cycling { .. }), "{outcome}");
-    // Some ten terms a row, each no larger than 12 and rounded to ε/2, over 144 rows.
-    assert!(outcome.residual.l2 <= 10.0 * 12.0 * 0.5 * f64::from(f32::EPSILON) * 12.0);
 }
 
 /// Data of size 10^±200 neither overflow nor vanish in the inner solver.
