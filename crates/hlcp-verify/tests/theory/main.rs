@@ -19,7 +19,7 @@ use hlcp_verify::{
     oracle::{Dense, Iteration, aor_splitting},
 };
 use nalgebra::{DMatrix, DVector};
-use proptest::{collection::vec, prelude::*};
+use proptest::prelude::*;
 
 use num_rational::BigRational;
 
@@ -57,38 +57,6 @@ fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
         let of = |matrix, parameters| aor_splitting(matrix, parameters, backward);
         dense.mms(of(&dense.a, of_a), of(&dense.b, of_b))
     }
-}
-
-/// A pair under Theorem 2's hypotheses, with ρ[D_A⁻¹|C_A|] = `edge`: sparse, with both signs, badly
-/// scaled.
-fn theorem_2_pair(edge: f64) -> impl Strategy<Value = Planted> {
-    (2..9_usize, 0.5..4.0).prop_flat_map(move |(n, gamma)| {
-        let entries = (vec(-1.0..1.0, n * n), vec(0.0..1.0, n * n), vec(-3.0..3.0, 4 * n));
-        entries.prop_map(move |(off, share, free): (Vec<f64>, Vec<f64>, Vec<f64>)| {
-            let diagonal: Vec<f64> = free[..n].iter().map(|f: &f64| f.exp2()).collect();
-            let of_b: Vec<f64> = free[n..2 * n].iter().map(|f| f.exp2()).collect();
-            let mut a = DMatrix::from_fn(n, n, |i, j| {
-                let ring = j == (i + 1) % n; // keeps the matrix irreducible
-                if i == j || off[i * n + j].abs() < 0.5 && !ring { 0.0 } else { off[i * n + j] }
-            });
-            let d = DMatrix::from_diagonal(&DVector::from_vec(diagonal.clone()));
-            let scale = edge / radius(&(d.clone().try_inverse().unwrap() * a.abs()));
-            a *= scale;
-            let omega = DVector::from_fn(n, |i, _| {
-                diagonal[i] / of_b[i] * (1.0 + 1e-9 + free[2 * n + i].max(0.0))
-            });
-            // Some entries of B at their largest, some zero, some between.
-            let mut b = DMatrix::from_fn(n, n, |i, j| {
-                let part = (2.0 * share[i * n + j] - 0.5).clamp(0.0, 1.0 - 1e-12);
-                part * a[(i, j)] / omega[j]
-            });
-            for i in 0..n {
-                a[(i, i)] = diagonal[i];
-                b[(i, i)] = of_b[i];
-            }
-            Planted::new(a, b, &free[3 * n..], omega, gamma)
-        })
-    })
 }
 
 /// Any pair with positive diagonals, dominant or not.

@@ -7,7 +7,7 @@
 
 use crate::common::{Lists, Matrix, parts};
 use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
-use hlcp_methods::{Clock, Limits, Method, Mms, Options, Solver, Tmms};
+use hlcp_methods::{BoxedMethod, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
     Contraction, Convergence, Proof, alpha_bound,
     classes::{Answer, is_m},
@@ -125,6 +125,8 @@ fn neighbours(k: usize, nx: usize, ny: usize, on_grid: bool) -> Vec<usize> {
     ]
 }
 
+type Posed = Hlcp<f64, Box<dyn Rows<f64>>, Box<dyn Rows<f64>>>;
+
 impl Pair {
     fn order(&self) -> usize {
         self.omega.len()
@@ -155,10 +157,35 @@ impl Pair {
         (0..z.len()).map(row).collect()
     }
 
-    fn posed<A: Rows<f64>>(&self, pose: impl Fn(&Self, &[Vec<f64>]) -> A) -> Hlcp<f64, A, A> {
+    fn posed(&self) -> Posed {
+        let operator = |rows: &[Vec<f64>]| -> Box<dyn Rows<f64>> {
+            match self.grid {
+                Some(grid) => Box::new(self.on_grid(grid, rows)),
+                None => Box::new(self.lists(rows)),
+            }
+        };
         let omega = Omega::Each(self.omega.clone());
-        let problem = Hlcp::new(pose(self, &self.a), pose(self, &self.b), omega).unwrap();
+        let problem = Hlcp::new(operator(&self.a), operator(&self.b), omega).unwrap();
         problem.with_gamma(self.gamma).unwrap()
+    }
+
+    fn on_grid(&self, [nx, ny]: [usize; 2], rows: &[Vec<f64>]) -> VaryingFivePoint<'static, f64> {
+        let row = |i, j| {
+            let k: usize = j * nx + i;
+            let at = |side: usize| if self.columns[k][side] == k { 0.0 } else { rows[k][side] };
+            [at(0), at(1), rows[k][4], at(2), at(3)]
+        };
+        VaryingFivePoint::from_fn(nx, ny, row).unwrap()
+    }
+
+    fn lists(&self, rows: &[Vec<f64>]) -> Lists<f64> {
+        let row = |(i, row): (usize, &Vec<f64>)| {
+            let off = self.columns[i].iter().copied().zip(row.iter().copied());
+            let mut entries: Vec<_> = off.filter(|(j, _)| *j != i).chain([(i, row[4])]).collect();
+            entries.sort_by_key(|(j, _)| *j);
+            entries
+        };
+        Lists(rows.iter().enumerate().map(row).collect())
     }
 
     /// Not less than |x⁺ − x*| for |x − x*| = `e`: substitution in ⟨M⟩ y = (|N| + |BΩ − A|) e, of
@@ -190,39 +217,18 @@ impl Pair {
     }
 }
 
-fn grid(p: &Pair, rows: &[Vec<f64>]) -> VaryingFivePoint<'static, f64> {
-    let [nx, ny] = p.grid.unwrap();
-    let row = |i, j| {
-        let k: usize = j * nx + i;
-        let at = |side: usize| if p.columns[k][side] == k { 0.0 } else { rows[k][side] };
-        [at(0), at(1), rows[k][4], at(2), at(3)]
-    };
-    VaryingFivePoint::from_fn(nx, ny, row).unwrap()
-}
-
-fn lists(p: &Pair, rows: &[Vec<f64>]) -> Lists<f64> {
-    let row = |(i, row): (usize, &Vec<f64>)| {
-        let off = p.columns[i].iter().copied().zip(row.iter().copied()).filter(|(j, _)| *j != i);
-        let mut entries: Vec<_> = off.chain([(i, row[4])]).collect();
-        entries.sort_by_key(|(j, _)| *j);
-        entries
-    };
-    Lists(rows.iter().enumerate().map(row).collect())
-}
-
 fn norm(x: &[f64], y: &[f64], d: &[f64]) -> f64 {
     (0..d.len()).map(|i| (x[i] - y[i]).abs() / d[i]).fold(0.0, f64::max)
 }
 
 /// What a proof of convergence says, asked of the steps, the methods and the solver.
-fn holds<A: Rows<f64>>(
+fn holds(
     p: &Pair,
-    pose: impl Fn() -> Hlcp<f64, A, A>,
     steps: &[Aor<f64>],
     Contraction { factor, d }: &Contraction,
     enough: u64,
 ) -> Result<(), TestCaseError> {
-    let (n, star, q, problem) = (p.order(), p.x(), p.q(), pose());
+    let (n, star, q, problem) = (p.order(), p.x(), p.q(), p.posed());
     let rhs = Rhs::new(&q).unwrap();
     let start: Vec<f64> = star.iter().map(|x| 7.0 * x.cos() - 40.0 * x.sin()).collect();
     let first = norm(&start, &star, d);
@@ -250,7 +256,7 @@ fn holds<A: Rows<f64>>(
     let radius = norm(&image, &vec![0.0; n], d);
     prop_assert!(radius < 1.0 && radius <= factor * (1.0 + 1e-12), "{radius} {factor}");
 
-    let mut method: Box<dyn Method<f64, A = A, B = A> + '_> = match steps {
+    let mut method: BoxedMethod<'_, f64, _, _> = match steps {
         [step] => Box::new(Mms::new(problem, *step).unwrap()),
         [one, two] => Box::new(Tmms::new(problem, *one, *two).unwrap()),
         _ => unreachable!(),
@@ -290,20 +296,19 @@ fn steps(alpha: f64, share: f64, two: bool) -> Vec<Aor<f64>> {
 }
 
 /// Asks `theorem` about the problem on its own operators, and `holds` about what it proves.
-fn judge<A: Rows<f64>>(
+fn judge(
     p: &Pair,
-    pose: impl Fn() -> Hlcp<f64, A, A>,
     steps: &[Aor<f64>],
-    theorem: impl Fn(&Hlcp<f64, A, A>) -> Result<Proof, TestCaseError>,
+    theorem: impl Fn(&Posed) -> Result<Proof, TestCaseError>,
 ) -> Result<(), TestCaseError> {
-    let problem = pose();
+    let problem = p.posed();
     let expected = theorem(&problem)?;
     let Convergence::Proved(proof, contraction) = convergence(&problem, steps) else {
         return Err(TestCaseError::fail("not proved"));
     };
     prop_assert_eq!(proof, expected);
     let enough = contraction.iterations(1e-6).unwrap();
-    holds(p, pose, steps, &contraction, enough)
+    holds(p, steps, &contraction, enough)
 }
 
 /// The bracket encloses the bound by construction, up to the rounding of the construction.
@@ -315,98 +320,74 @@ fn encloses([lower, upper]: [f64; 2], bound: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-fn theorem_2_holds<A: Rows<f64>>(
-    p: &Pair,
-    pose: impl Fn() -> Hlcp<f64, A, A>,
-    share: f64,
-    near: f64,
-    two: bool,
-) -> Result<(), TestCaseError> {
-    let inside = steps(near * p.bound, share, two);
-    judge(p, pose, &inside, |problem| {
-        encloses(alpha_bound(problem).reciprocal(), p.bound)?;
-        encloses(relaxed_alpha_bound(problem).reciprocal(), p.bound)?;
-        prop_assert!(theorem_2(problem, &inside).applies());
-        prop_assert!(!theorem_2(problem, &steps(1.001 * p.bound, share, two)).alpha.is_yes());
-        Ok(Proof::Theorem2)
-    })
-}
-
-fn relaxed_holds<A: Rows<f64>>(
-    p: &Pair,
-    pose: impl Fn() -> Hlcp<f64, A, A>,
-    share: f64,
-    near: f64,
-    two: bool,
-    fast: bool,
-) -> Result<(), TestCaseError> {
-    let mut inside = steps(near * p.bound, share, two && !fast);
-    if fast {
-        inside = inside
-            .into_iter()
-            .map(if two { |s: Aor<f64>| s.accelerated().backward() } else { Aor::accelerated })
-            .collect();
-    }
-    judge(p, pose, &inside, |problem| {
-        encloses(relaxed_alpha_bound(problem).reciprocal(), p.bound)?;
-        prop_assert!(relaxed_theorem(problem, &inside).is_yes());
-        prop_assert!(!relaxed_theorem(problem, &steps(1.001 * p.bound, share, two)).is_yes());
-        Ok(Proof::Relaxed)
-    })
-}
-
-fn theorem_1_holds<A: Rows<f64>>(
-    p: &Pair,
-    pose: impl Fn() -> Hlcp<f64, A, A>,
-    alpha: f64,
-    share: f64,
-    two: bool,
-) -> Result<(), TestCaseError> {
-    let inside = steps(alpha, share, two);
-    judge(p, pose, &inside, |problem| {
-        prop_assert!(theorem_1(problem, &inside).applies());
-        prop_assert!(!theorem_2(problem, &inside).omega.is_yes());
-        Ok(Proof::Relaxed)
-    })
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
     /// Theorem 2 and Corollary 1 up to 0.995 of the bound.
     #[test]
-    fn theorem_2_to_its_edge(p in pairs(Kind::Theorem2, 0.96), share in 0.1..1.0, near in 0.4..0.995, two in any::<bool>()) {
-        match p.grid {
-            Some(_) => theorem_2_holds(&p, || p.posed(grid), share, near, two)?,
-            None => theorem_2_holds(&p, || p.posed(lists), share, near, two)?,
-        }
+    fn theorem_2_to_its_edge(
+        p in pairs(Kind::Theorem2, 0.96),
+        share in 0.1..1.0,
+        near in 0.4..0.995,
+        two in any::<bool>(),
+    ) {
+        let [inside, beyond] = [near, 1.001].map(|part| steps(part * p.bound, share, two));
+        judge(&p, &inside, |problem| {
+            encloses(alpha_bound(problem).reciprocal(), p.bound)?;
+            encloses(relaxed_alpha_bound(problem).reciprocal(), p.bound)?;
+            prop_assert!(theorem_2(problem, &inside).applies());
+            prop_assert!(!theorem_2(problem, &beyond).alpha.is_yes());
+            Ok(Proof::Theorem2)
+        })?;
     }
 
     /// The relaxed theorem, without (II) and Ω ≥ D_A D_B⁻¹, for AMMS too.
     #[test]
-    fn the_relaxed_theorem_to_its_edge(p in pairs(Kind::Relaxed, 0.96), share in 0.0..1.0, near in 0.4..0.995, two in any::<bool>(), fast in any::<bool>()) {
-        match p.grid {
-            Some(_) => relaxed_holds(&p, || p.posed(grid), share, near, two, fast)?,
-            None => relaxed_holds(&p, || p.posed(lists), share, near, two, fast)?,
+    fn the_relaxed_theorem_to_its_edge(
+        p in pairs(Kind::Relaxed, 0.96),
+        share in 0.0..1.0,
+        near in 0.4..0.995,
+        two in any::<bool>(),
+        fast in any::<bool>(),
+    ) {
+        let beyond = steps(1.001 * p.bound, share, two);
+        let mut inside = steps(near * p.bound, share, two && !fast);
+        if fast {
+            let step = inside[0].accelerated();
+            inside[0] = if two { step.backward() } else { step };
         }
+        judge(&p, &inside, |problem| {
+            encloses(relaxed_alpha_bound(problem).reciprocal(), p.bound)?;
+            prop_assert!(relaxed_theorem(problem, &inside).is_yes());
+            prop_assert!(!relaxed_theorem(problem, &beyond).is_yes());
+            Ok(Proof::Relaxed)
+        })?;
     }
 
     /// Theorem 1 at the edge of (8), with Ω below D_A D_B⁻¹.
     #[test]
-    fn theorem_1_to_its_edge(p in pairs(Kind::Theorem1(0.7), 0.97), alpha in 0.3..1.0, share in 0.0..1.0, two in any::<bool>()) {
-        match p.grid {
-            Some(_) => theorem_1_holds(&p, || p.posed(grid), alpha, share, two)?,
-            None => theorem_1_holds(&p, || p.posed(lists), alpha, share, two)?,
-        }
+    fn theorem_1_to_its_edge(
+        p in pairs(Kind::Theorem1(0.7), 0.97),
+        alpha in 0.3..1.0,
+        share in 0.0..1.0,
+        two in any::<bool>(),
+    ) {
+        let inside = steps(alpha, share, two);
+        judge(&p, &inside, |problem| {
+            prop_assert!(theorem_1(problem, &inside).applies());
+            prop_assert!(!theorem_2(problem, &inside).omega.is_yes());
+            Ok(Proof::Relaxed)
+        })?;
     }
 
     /// One percent beyond the edge, C is no M-matrix and nothing may be proved.
     #[test]
-    fn nothing_is_proved_beyond_the_edge(p in pairs(Kind::Relaxed, 1.01), alpha in 0.3..1.0, two in any::<bool>()) {
-        let proved = match p.grid {
-            Some(_) => convergence(&p.posed(grid), &steps(alpha, 0.7, two)),
-            None => convergence(&p.posed(lists), &steps(alpha, 0.7, two)),
-        };
+    fn nothing_is_proved_beyond_the_edge(
+        p in pairs(Kind::Relaxed, 1.01),
+        alpha in 0.3..1.0,
+        two in any::<bool>(),
+    ) {
+        let proved = convergence(&p.posed(), &steps(alpha, 0.7, two));
         prop_assert!(matches!(proved, Convergence::NotProved(_)));
     }
 
@@ -448,10 +429,7 @@ proptest! {
             let diagonal = ((1.0 + alpha - bend) * a + (1.0 - alpha - bend) * b) / alpha;
             p.off(i).fold(diagonal * d[i], |sum, (j, a, _)| sum - 2.0 * a.abs() * d[j])
         };
-        let theorem = match p.grid {
-            Some(_) => theorem_2(&p.posed(grid), &steps(alpha, 0.5, true)),
-            None => theorem_2(&p.posed(lists), &steps(alpha, 0.5, true)),
-        };
+        let theorem = theorem_2(&p.posed(), &steps(alpha, 0.5, true));
         prop_assert_eq!(theorem.alpha.is_yes(), near < 1.0);
         // Up to α = 1 the matrix is 2⟨A⟩, and (16) holds for any H₊-matrix.
         match if alpha <= 1.0 { theorem.a_is_h_plus } else { theorem.alpha } {

@@ -1,38 +1,16 @@
-//! Theorem 1: as a property, and with each hypothesis violated alone, where it fails.
+//! Theorem 1 with each hypothesis violated alone, where it fails; `sizes.rs` has the property.
 
 use crate::common::posed;
-use crate::{contracts, stays_away, theorem_2_pair};
+use crate::stays_away;
 use hlcp_core::Aor;
 use hlcp_verify::{
     Convergence, Planted,
     classes::{Answer, Failure, is_h_plus},
     convergence,
     oracle::Dense,
-    theorem_1, theorem_2,
+    theorem_1,
 };
 use nalgebra::{dmatrix, dvector};
-use proptest::prelude::*;
-
-proptest! {
-    /// Theorem 1 with Ω between |C_A|d and D_A d: (8), not the larger Ω, carries it.
-    #[test]
-    fn theorem_1_proves_convergence_under_condition_8(p in theorem_2_pair(0.9), low in 0.93..0.99, alpha in 0.5..1.0) {
-        let mut p = p;
-        let old = p.dense.omega.clone();
-        for i in 0..old.len() {
-            p.dense.omega[i] = low * p.dense.a[(i, i)] / p.dense.b[(i, i)];
-        }
-        let problem = posed(&p.dense);
-        let steps = [Aor::new(alpha, 0.6 * alpha).unwrap(), Aor::new(alpha, alpha).unwrap().backward()];
-        let hypotheses = theorem_1(&problem, &steps);
-        prop_assert!(hypotheses.applies());
-        prop_assert!(!theorem_2(&problem, &steps).omega.is_yes());
-        let Convergence::Proved(_, contraction) = convergence(&problem, &steps) else {
-            return Err(TestCaseError::fail("not proved"));
-        };
-        contracts(&Planted { dense: p.dense.clone(), ..p.clone() }, &steps, &contraction.d, contraction.factor)?;
-    }
-}
 
 /// Theorem 1 without the sizes of (II): |b₂₁|ω₁ = 8.0 > |a₂₁|. Two solutions.
 #[test]

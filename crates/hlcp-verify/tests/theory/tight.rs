@@ -5,7 +5,8 @@ use std::time::Instant;
 use hlcp_core::{Error, Hlcp, Omega, Rows, Scalar};
 use hlcp_methods::{Auto, Limits, Options, Solver};
 use hlcp_verify::{
-    Bearing2d, Bound, Branch, Disc, Example, JournalBearing, Obstacle, Posed, Slider, certify,
+    Bearing2d, Bound, Branch, Disc, Example, JournalBearing, Obstacle, Posed, Slider, Witness,
+    certify, witness,
 };
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
@@ -73,13 +74,13 @@ fn eliminated<T: Scalar>(
 }
 
 /// Solves, certifies and prints a row: the errors of `z` and `r`, and how many times as large the
-/// bounds are.
+/// bounds are; the kind of the bound.
 fn row<T: Scalar>(
     name: &str,
     (a, b, q): Triple<T, impl Rows<T>, impl Rows<T>>,
     truth: Truth,
     limits: Limits,
-) -> Result<(), Error> {
+) -> Result<Bound, Error> {
     // As trait objects, so that the methods are compiled once for each precision.
     measured(name, (&a, &b, q), truth, limits)
 }
@@ -89,7 +90,7 @@ fn measured<T: Scalar>(
     (a, b, q): Triple<T, &dyn Rows<T>, &dyn Rows<T>>,
     truth: Truth,
     limits: Limits,
-) -> Result<(), Error> {
+) -> Result<Bound, Error> {
     let omega = Omega::diagonal_ratio(T::one(), &a, &b)?;
     let mut solver = Solver::new(Auto::new(Hlcp::new(&a, &b, omega)?)?);
     let (start, n) = (vec![T::one(); q.len()], q.len());
@@ -156,7 +157,7 @@ fn measured<T: Scalar>(
         [both; 2]
     };
     assert!(low > 0.9 && high < 5.0, "{name}: {z:?}, {r:?}");
-    Ok(())
+    Ok(certificate.bound)
 }
 
 type Triple<T, A, B> = (A, B, Vec<T>);
@@ -181,7 +182,10 @@ fn bounds_are_tight_on_every_scene() -> Result<(), Error> {
                 let example = Example { symmetric, m, mu: shift, nu: shift };
                 let (pair, known) = planted(example.pose_generic::<f64>()?);
                 let name = format!("example{} ({shift}, {shift})", 2 - u8::from(symmetric));
-                row(&name, pair, known, absolute)?;
+                let [a, b] = [&pair.0, &pair.1];
+                assert!(matches!(witness(a, b)?, Some(Witness::Right { .. })), "{name}");
+                let bound = if shift == 0.0 { Bound::Local } else { Bound::Componentwise };
+                assert_eq!(row(&name, pair, known, absolute)?, bound, "{name}");
             }
         }
         for (lcp, name) in [(true, "disc-lcp"), (false, "disc-hlcp")] {
