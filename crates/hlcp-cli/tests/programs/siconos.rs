@@ -7,7 +7,10 @@ use hlcp_core::market;
 use nalgebra::DMatrix;
 use serde_json::Value;
 
-use crate::command::{json, refused};
+use crate::{
+    command::{json, refused},
+    folder::Folder,
+};
 
 /// M and q of an LCP file.
 fn read(name: &str) -> (DMatrix<f64>, Vec<f64>) {
@@ -44,51 +47,33 @@ fn read(name: &str) -> (DMatrix<f64>, Vec<f64>) {
     (matrix, q)
 }
 
-/// Runs `solve` on a pair and returns the report, z and r; B is the identity where there is none.
+/// A problem in files, with B the identity.
 struct Files {
-    folder: std::path::PathBuf,
+    folder: Folder,
     command: String,
 }
 
 impl Files {
-    fn new(name: &str, a: &DMatrix<f64>, b: Option<&DMatrix<f64>>, q: &[f64]) -> Self {
-        let folder = std::env::temp_dir().join(format!("hlcp-{name}-{}", std::process::id()));
-        fs::create_dir_all(&folder).unwrap();
-        let write = |file: &str, matrix: &DMatrix<f64>| {
-            let n = matrix.nrows();
-            let mut text =
-                format!("%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n", n * n);
-            for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-                text += &format!("{} {} {:e}\n", i + 1, j + 1, matrix[(i, j)]);
-            }
-            fs::write(folder.join(file), text).unwrap();
-        };
-        write("A.mtx", a);
-        b.iter().for_each(|b| write("B.mtx", b));
-        fs::write(folder.join("q.txt"), q.iter().map(|q| format!("{q:e}\n")).collect::<String>())
-            .unwrap();
-        let at = |file: &str| folder.join(file).display().to_string();
-        let b = if b.is_some() { format!("--b {}", at("B.mtx")) } else { String::new() };
-        let command = format!(
-            "--a {} {b} --q {} --out-z {} --out-r {}",
-            at("A.mtx"),
-            at("q.txt"),
-            at("z.mtx"),
-            at("r.mtx")
-        );
+    fn new(name: &str, a: &DMatrix<f64>, q: &[f64]) -> Self {
+        let (folder, n) = (Folder::new(name), q.len());
+        let mut text =
+            format!("%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n", n * n);
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            text += &format!("{} {} {:e}\n", i + 1, j + 1, a[(i, j)]);
+        }
+        let numbers = q.iter().map(|q| format!("{q:e}\n")).collect::<String>();
+        let (a, q) = (folder.write("A.mtx", text), folder.write("q.txt", numbers));
+        let [z, r] = ["z.mtx", "r.mtx"].map(|name| folder.0.join(name));
+        let [a, q, z, r] = [&a, &q, &z, &r].map(|path| path.display());
+        let command = format!("--a {a} --q {q} --out-z {z} --out-r {r}");
         Self { folder, command }
     }
 
+    /// The report of a method, z and r.
     fn solve(&self, method: &str, order: usize) -> (Value, Vec<f64>, Vec<f64>) {
         let (report, _) = json(&format!("{} --json --method {method}", self.command));
-        let read = |file| market::read_vector(&self.folder.join(file), order).unwrap();
+        let read = |file| market::read_vector(&self.folder.0.join(file), order).unwrap();
         (report, read("z.mtx"), read("r.mtx"))
-    }
-}
-
-impl Drop for Files {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 
@@ -108,7 +93,7 @@ fn h_plus_files_are_solved_exactly_by_every_method() {
         }
         files += 1;
         let (matrix, q) = read(name);
-        let command = Files::new(name, &matrix, None, &q);
+        let command = Files::new(name, &matrix, &q);
         for method in METHODS {
             let (report, z, r) = command.solve(method, q.len());
             assert_eq!(report["outcome"], "converged", "{name} {method}");
@@ -130,7 +115,7 @@ fn zero_diagonals_are_refused_with_their_index() {
         [("lcp_CPS_2.dat", 0), ("lcp_CPS_4.dat", 3), ("lcp_Pang_isolated_sol_perturbed.dat", 0)]
     {
         let (matrix, q) = read(name);
-        let command = Files::new(name, &matrix, None, &q);
+        let command = Files::new(name, &matrix, &q);
         for method in METHODS {
             let named = format!("diagonal of A[{index}] is 0");
             refused(&format!("{} --method {method}", command.command), &named);
@@ -141,7 +126,7 @@ fn zero_diagonals_are_refused_with_their_index() {
 #[test]
 fn a_segment_of_solutions_is_met_in_one_of_its_points_or_not_at_all() {
     let (matrix, q) = read("lcp_CPS_1.dat");
-    let command = Files::new("segment", &matrix, None, &q);
+    let command = Files::new("segment", &matrix, &q);
     let mut met = 0;
     for method in METHODS {
         let (report, z, r) = command.solve(method, 2);
@@ -152,24 +137,4 @@ fn a_segment_of_solutions_is_met_in_one_of_its_points_or_not_at_all() {
         }
     }
     assert!(met > 0);
-}
-
-/// Both matrices are H₊, and the problem has three solutions.
-#[test]
-fn of_three_solutions_one_is_met_or_none() {
-    let a = DMatrix::from_row_slice(2, 2, &[1.0, -2.0, 0.0, 1.0]);
-    let b = DMatrix::from_row_slice(2, 2, &[1.0, 0.0, -2.0, 1.0]);
-    let command = Files::new("three", &a, Some(&b), &[1.0, -1.0]);
-    let solutions =
-        [([0.0, 0.0], [1.0, 1.0]), ([1.0, 1.0], [0.0, 0.0]), ([0.0, 1.0 / 3.0], [1.0 / 3.0, 0.0])];
-    for method in METHODS {
-        let (report, z, r) = command.solve(method, 2);
-        if report["outcome"] == "converged" {
-            let near = |exact: &([f64; 2], [f64; 2])| {
-                (0..2)
-                    .all(|i| (z[i] - exact.0[i]).abs() <= 1e-9 && (r[i] - exact.1[i]).abs() <= 1e-9)
-            };
-            assert!(solutions.iter().any(near), "{method}: {z:?} {r:?}");
-        }
-    }
 }
