@@ -263,10 +263,9 @@ impl<T: Scalar> Aor<T> {
                 self.walk::<ACCELERATED>(&relaxed, a, b, q, y)
             }
         }
-        .divided_by(problem.gamma())
     }
 
-    /// The sweep over rows, in the splitting's order, and the norms of F(x).
+    /// The sweep over rows, in the splitting's order, and the norms of F(x)/γ.
     fn walk<const ACCELERATED: bool>(
         &self,
         relaxed: &Relaxed<'_, T>,

@@ -1,8 +1,10 @@
+use std::{iter, ops::Range};
+
 use crate::{
     Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
-    norms::{Meter, Tally},
+    norms::{BLOCK, Meter, Part, Stretches, Tally, all_finite, totals},
     rows::{Known, RowsOf, Source},
     team::{self, Claims},
 };
@@ -429,12 +431,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             self.a.apply(z, az);
             self.b.apply(r, br);
         }
-        q.measured(|mut meter| {
-            for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
-                meter.add(az - br + q);
-            }
-            meter.norms()
-        })
+        for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q.entries()) {
+            *az = *az - br + q;
+        }
+        q.measured(|meter| self.measure(meter, az, T::one()))
     }
 
     /// The norms of the residual of operators whose rows are known, in one pass.
@@ -460,11 +460,117 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                     *residual = az - br + sign * q;
                 }
                 let mut tally = Tally::zero();
-                meter.add_to(&mut tally, residual);
-                sum.add(number, tally);
+                residual.chunks(BLOCK).for_each(|block| tally.add(meter, block));
+                sum.add(number, iter::once((0, tally.part())));
             }
         });
-        meter.norms_of(&sum.total(), T::one())
+        meter.norms_of(sum.total().sum(), T::one())
+    }
+
+    /// Checks `q` for this problem, and measures it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] unless `q` has length `n`, [`Error::NotFinite`] for the first entry that is
+    /// NaN or infinite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.rhs(&[3.0, -4.0])?.norms().l2, 5.0);
+    /// assert!(problem.rhs(&[3.0]).is_err());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn rhs<'q>(&self, q: &'q [T]) -> Result<Rhs<'q, T>, Error> {
+        self.check_vector("q", q)?;
+        Ok(Rhs::measured_as(q, self.norms(q), self.order()))
+    }
+
+    /// Refuses a vector that has not length `n`, or an entry that is NaN or infinite.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] or [`Error::NotFinite`], with `what`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.check_vector("x0", &[3.0, -4.0]), Ok(()));
+    /// assert!(problem.check_vector("x0", &[3.0, f64::NAN]).is_err());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn check_vector(&self, what: &'static str, v: &[T]) -> Result<(), Error> {
+        if v.len() != self.order() {
+            return Err(Error::Order { what, found: v.len(), expected: self.order() });
+        }
+        all_finite(what, v)
+    }
+
+    /// Returns the norms of a vector of the problem's order, in one pass that threads share.
+    ///
+    /// # Panics
+    ///
+    /// Unless `v` has length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.norms(&[3.0, -4.0]).linf, 4.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn norms(&self, v: &[T]) -> Norms {
+        Meter::measured(1.0, v.len(), |meter| self.measure(meter, v, T::one()))
+    }
+
+    /// Returns the inner product of two vectors of the problem's order, summed in double precision
+    /// in one pass that threads share.
+    ///
+    /// # Panics
+    ///
+    /// Unless both have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.dot(&[3.0, -4.0], &[2.0, 1.0]), 2.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn dot(&self, u: &[T], v: &[T]) -> f64 {
+        self.assert_orders([u.len(), v.len()]);
+        self.total(|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
+    }
+
+    /// The norms of a vector in units of a meter, divided by γ.
+    pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
+        self.assert_orders([v.len()]);
+        meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
+    }
+
+    /// The norms of a vector that `fill` makes, some entries of one row at a time.
+    pub(crate) fn measured_entries(&self, fill: impl Fn(Range<usize>, &mut [T]) + Sync) -> Norms {
+        Meter::measured(1.0, self.order(), |meter| {
+            let sum = self.total(|tally, at| {
+                let mut entries = [T::zero(); BLOCK];
+                let entries = &mut entries[..at.len()];
+                fill(at, entries);
+                tally.add(meter, entries);
+            });
+            meter.norms_of(sum, T::one())
+        })
+    }
+
+    /// Sums over all points: `add` takes the indices of some of one row.
+    fn total(&self, add: impl Fn(&mut Tally<T>, Range<usize>) + Sync) -> Part {
+        totals(self.stretches(), self.parallel, add).sum()
+    }
+
+    /// The stretches of the grid, or of all unknowns as one row where there is none.
+    pub(crate) fn stretches(&self) -> Stretches {
+        Stretches::of(self.grid().unwrap_or([self.order(), 1]))
     }
 
     pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {

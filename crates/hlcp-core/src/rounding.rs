@@ -3,8 +3,11 @@
 use std::ops::Range;
 
 use crate::{
-    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
-    problem::halves, rows::Source,
+    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar,
+    kernel::Sweep,
+    norms::{Meter, Part, Stretches, Tallies, Totals},
+    problem::halves,
+    rows::Source,
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
@@ -58,28 +61,45 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
         }
         if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
-            let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
-            let mut entries = [[T::zero(); STRETCH]; 2];
-            for (start, x) in x.chunks(STRETCH).enumerate().map(|(k, x)| (k * STRETCH, x)) {
-                for (i, &x) in x.iter().enumerate() {
-                    entries[0][i] = self.z_entry(x);
-                    entries[1][i] = self.r_entry(start + i, x);
-                }
-                meter.add_to(&mut sums[0], &entries[0][..x.len()]);
-                meter.add_to(&mut sums[1], &entries[1][..x.len()]);
-            }
-            let [z, r] = sums.map(|sum| meter.norms_of(&sum, T::one()));
-            let q = q.norms();
+            let ([z, r], q) = (self.factor_norms(x), q.norms());
             let bound = |of: fn(Norms) -> f64| {
                 (10.0 + 8.0) * unit(of(q) + rows[0] * of(z) + rows[1] * of(r))
             };
             return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
         }
-        let mut meter = q.meter(T::one());
-        let walked = self.sum_rows(q, x, |sums: &Sums, count| {
-            meter.add((count + 8.0) * unit(sums.terms));
-        });
-        if walked { meter.norms() } else { self.estimated_rounding(q, x, scratch) }
+        let meter = q.meter(T::one());
+        let bound = |sums: &Sums, count: f64| (count + 8.0) * unit(sums.terms);
+        match self.sum_rows(q, x, meter, bound) {
+            Some(sum) => meter.norms_of(sum, T::one()),
+            None => self.estimated_rounding(q, x, scratch),
+        }
+    }
+
+    /// Returns the norms of `(|x| + x)/γ` and `Ω(|x| − x)/γ`, which `A` and `B` multiply: of the
+    /// `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`, after an exchange
+    /// of `r` and `z`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `x` has length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega};
+    ///
+    /// let identity = Identity { order: 2 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.5))?;
+    /// let [z, r] = problem.factor_norms(&[1.0, -2.0]);
+    /// assert_eq!((z.l2, r.l2), (2.0, 6.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
+        self.assert_orders([x.len()]);
+        let norms = |entry: &(dyn Fn(usize) -> T + Sync)| {
+            self.measured_entries(|at, entries| {
+                at.zip(entries).for_each(|(k, to)| *to = entry(k));
+            })
+        };
+        [norms(&|k| self.z_entry(x[k])), norms(&|k| self.r_entry(k, x[k]))]
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
@@ -110,13 +130,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        let mut meter = q.meter(T::one());
-        if !self.sum_rows(q, x, |sums: &ExactSums, count| meter.add(sums.bound(count))) {
-            return None;
-        }
+        let meter = q.meter(T::one());
+        let sum = self.sum_rows(q, x, meter, |sums: &ExactSums, count| sums.bound(count))?;
         let n = x.len() as f64;
         // The sum of n squares and its root are rounded, too.
-        let Norms { l2, linf } = meter.norms();
+        let Norms { l2, linf } = meter.norms_of(sum, T::one());
         Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
     }
 
@@ -144,11 +162,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
-        let (mut at, epsilon) = (true, T::epsilon().wide());
-        self.sum_rows(q, x, |sums: &ExactSums, count| {
-            at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
-        })
-        .then_some(at)
+        let epsilon = T::epsilon().wide();
+        let is_above = |sums: &ExactSums, count: f64| {
+            let within = sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
+            if within { 0.0 } else { 1.0 }
+        };
+        Some(self.sum_rows(q, x, Meter::for_size(1.0, x.len()), is_above)?.largest == 0.0)
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -173,19 +192,26 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         signs.iter_mut().zip(random_signs()).for_each(|(entry, sign)| *entry = sign);
         let mut length = |operator: &dyn LinearOperator<T>| {
             operator.apply(signs, product);
-            Norms::of(product).l2 / (n as f64).sqrt()
+            self.norms(product).l2 / (n as f64).sqrt()
         };
         [length(self.a()), length(self.b())]
     }
 
-    /// Calls `take` with the sum over each row and the number of its products; returns whether the
-    /// rows are known.
-    fn sum_rows<S: RowSum>(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&S, f64)) -> bool {
+    /// Measures a vector whose entries are made `of` the sum over each row and the number of its
+    /// products; `None` if the rows are not known.
+    fn sum_rows<S: RowSum>(
+        &self,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        meter: Meter,
+        of: impl Fn(&S, f64) -> f64,
+    ) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
-            return true;
+            return Some(sweep.sum_terms(self, q, x, meter, |sums| of(sums, 10.0)));
         }
+        let mut sum = Part::default();
+        let mut take = |sums: &S, count| sum.see(meter, of(sums, count));
         let sign = self.q_factor() / self.gamma();
         let first = |i: usize| (S::new((sign * q.entries()[i]).wide()), 0.0);
         if let Some([a, b]) = self.known() {
@@ -200,9 +226,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                     b.fold(i, sums, |sums, j, b| added(sums, -b, self.r_entry(j, x[j])));
                 take(&sums, count);
             }
-            return true;
+            return Some(sum);
         }
-        (0..x.len()).all(|i| {
+        let known = (0..x.len()).all(|i| {
             let (mut sums, mut count) = first(i);
             let known = self.terms(i, x, |entry, value| {
                 sums.add(entry.wide(), value.wide());
@@ -210,7 +236,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             });
             take(&sums, count);
             known
-        })
+        });
+        known.then_some(sum)
     }
 
     /// Calls `visit` with the entries of row `i` of `A` and of `−B`, and with what they multiply;
@@ -252,7 +279,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                 } else {
                     self.b().apply(part, product);
                 }
-                let norms = Norms::of(product);
+                let norms = self.norms(product);
                 // A NaN must survive.
                 let larger = |old: f64, new: f64| if new <= old { old } else { new };
                 largest = Norms {
@@ -362,17 +389,19 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
 const STRETCH: usize = 64;
 
 impl<T: Scalar> Sweep<'_, T> {
-    /// Calls `take` with the sum over each row, point by point.
+    /// Measures a vector whose entries are made `of` the sum over each row.
     fn sum_terms<A: LinearOperator<T>, B: LinearOperator<T>, S: RowSum>(
         &self,
         problem: &Hlcp<T, A, B>,
         q: &Rhs<'_, T>,
         x: &[T],
-        mut take: impl FnMut(&S),
-    ) {
+        meter: Meter,
+        of: impl Fn(&S) -> f64,
+    ) -> Part {
         let ([nx, ny], sign) = (self.grid(), problem.q_factor() / problem.gamma());
-        let [a, b] = self.views();
-        let mut sums = [S::new(0.0); STRETCH];
+        let ([a, b], stretches) = (self.views(), Stretches::of([nx, ny]));
+        let (mut sums, mut entries) = ([S::new(0.0); STRETCH], [0.0; STRETCH]);
+        let (mut tallies, mut totals) = (Tallies::new(stretches), Totals::zero());
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
             let (from, length) = (j * nx + start, STRETCH.min(nx - start));
             for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
@@ -386,8 +415,13 @@ impl<T: Scalar> Sweep<'_, T> {
                 let r = neighbours.map(|k| problem.r_entry(k, x[k]));
                 add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
             }
-            sums[..length].iter().for_each(&mut take);
+            sums.iter().zip(&mut entries).for_each(|(sum, entry)| *entry = of(sum));
+            tallies.add(meter, start, &entries[..length]);
+            if start + length == nx {
+                tallies.take(0..nx).for_each(|(stretch, part)| totals.add(stretch, part));
+            }
         }
+        totals.sum()
     }
 
     /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.

@@ -1,10 +1,6 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Scalar};
 
-use crate::{
-    Clock, Method, Work,
-    krylov::{add, dot},
-    method::iterate,
-};
+use crate::{Clock, Method, Work, krylov::add, method::iterate};
 
 /// A residual that grows by more than this factor in one iteration ends the window.
 ///
@@ -145,7 +141,8 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
             }
             self.history.differences += 1;
             for j in 0..self.history.differences.min(self.window) {
-                let product = dot(&self.df[j * n..][..n], &self.df[slot * n..][..n]);
+                let product =
+                    self.base.problem().dot(&self.df[j * n..][..n], &self.df[slot * n..][..n]);
                 self.mixing.set_product(slot, j, product);
             }
         }
@@ -197,8 +194,8 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         let count = self.difference(x, y);
         let newest = self.history.differences + self.window - 1;
         let slots = (0..count).map(|age| (newest - age) % self.window);
-        let (df, f) = (&self.df, &self.f);
-        let mixture = self.mixing.solve(slots, |j| dot(&df[j * n..][..n], f));
+        let (problem, df, f) = (self.base.problem(), &self.df, &self.f);
+        let mixture = self.mixing.solve(slots, |j| problem.dot(&df[j * n..][..n], f));
         self.history.mixed = !mixture.is_empty();
         for &(j, c) in mixture {
             add(y, -c, &self.dg[j * n..][..n]);

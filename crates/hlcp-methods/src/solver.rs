@@ -1,6 +1,6 @@
 use std::time::{Duration, Instant};
 
-use hlcp_core::{Error, Norms, Rhs, Scalar, all_finite};
+use hlcp_core::{Error, Norms, Rhs, Scalar};
 
 use crate::{
     Clock, Limits, Method, Observer, Options, Outcome, Progress, Status, Work,
@@ -147,15 +147,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         q: &[T],
         options: impl Into<Options<'o, T>>,
     ) -> Result<Outcome, Error> {
-        let n = self.method.problem().order();
-        let check = |what, entries: &[T]| {
-            if entries.len() != n {
-                return Err(Error::Order { what, found: entries.len(), expected: n });
-            }
-            all_finite(what, entries)
-        };
-        check("q", q)?;
-        let q = Rhs::new(q)?;
+        let q = self.method.problem().rhs(q)?;
+        let check = |what, entries: &[T]| self.method.problem().check_vector(what, entries);
         let Options { start, limits, observer } = options.into();
         match start {
             Start::Zero => self.x.fill(T::zero()),

@@ -41,7 +41,7 @@ use self::{
 };
 use crate::{
     Coefficients, FivePointView, Norms, Omega, Rhs, Scalar,
-    norms::{Meter, Tally},
+    norms::{Meter, Stretches, Tallies, Totals},
     team::{self, Breaker, Claims, Sum, Turns},
 };
 
@@ -109,12 +109,13 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
+        let stretches = Stretches::of([nx, ny]);
         let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
         let sum = Sum::new();
         team::spread(team::threads(self.parallel, nx * ny), &|| {
             let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
+            let mut tallies = Tallies::new(stretches);
             while let Some((number, first)) = bands.next() {
-                let mut tally = Tally::zero();
                 for j in first..ny.min(first + ROWS) {
                     for start in (0..nx).step_by(COLUMNS) {
                         let length = COLUMNS.min(nx - start);
@@ -125,13 +126,13 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                         for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
                             *az = *az - br + sign * q;
                         }
-                        meter.add_to(&mut tally, az);
+                        tallies.add(meter, start, az);
                     }
                 }
-                sum.add(number, tally);
+                sum.add(number, tallies.take(0..nx));
             }
         });
-        meter.norms_of(&sum.total(), T::one())
+        meter.norms_of(sum.total().sum(), T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
@@ -196,7 +197,7 @@ impl<T: Scalar> Old<'_, T> {
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
         };
-        self.meter.norms_of(&sum, self.gamma)
+        self.meter.norms_of(sum.sum(), self.gamma)
     }
 
     /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).
@@ -205,7 +206,7 @@ impl<T: Scalar> Old<'_, T> {
         arch: Arch,
         source: &S,
         bands: I,
-    ) -> Tally<T>
+    ) -> Totals
     where
         S: Source<T>,
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
@@ -232,7 +233,7 @@ impl<T: Scalar> Old<'_, T> {
         arch: Arch,
         source: &S,
         y: &mut [T],
-    ) -> Tally<T> {
+    ) -> Totals {
         let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
@@ -254,7 +255,7 @@ struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     source: &'a S,
     bands: &'a Claims<I>,
     edges: &'a [Turns<[T; COLUMNS]>],
-    sum: &'a Sum<T>,
+    sum: &'a Sum,
 }
 
 impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
@@ -278,8 +279,8 @@ where
             let first = if BACKWARD { ny - done - height } else { done };
             let edge =
                 if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
-            let tally = worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            sum.add(number, tally);
+            worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+            sum.add(number, worker.tallies.take(0..nx));
             passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
         }
     }

@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 use super::{COLUMNS, Grid, Old, coefficients::Source};
 use crate::{
     Scalar,
-    norms::Tally,
+    norms::{Stretches, Tallies},
     team::{Claims, Sum},
 };
 
@@ -26,7 +26,7 @@ pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
     pub(super) old: &'a Old<'a, T>,
     pub(super) source: &'a S,
     pub(super) bands: &'a Claims<I>,
-    pub(super) sum: &'a Sum<T>,
+    pub(super) sum: &'a Sum,
 }
 
 impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>
@@ -42,10 +42,12 @@ where
         let Self { old, source, bands, sum } = self;
         let zeros = [T::zero(); COLUMNS];
         let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
-        let mut worker = Worker { old, source, loaded, padded, defect: zeros, zeros };
+        let Grid { nx, ny, .. } = old.grid;
+        let tallies = Tallies::new(Stretches::of([nx, ny]));
+        let mut worker = Worker { old, source, loaded, padded, defect: zeros, zeros, tallies };
         while let Some((number, band)) = bands.next() {
-            let tally = worker.relax::<ACCELERATED>(number * HEIGHT, band);
-            sum.add(number, tally);
+            worker.relax::<ACCELERATED>(number * HEIGHT, band);
+            sum.add(number, worker.tallies.take(0..nx));
         }
     }
 }
@@ -57,15 +59,15 @@ struct Worker<'a, T, S: Source<T>> {
     padded: [T; COLUMNS + 2],
     defect: [T; COLUMNS],
     zeros: [T; COLUMNS],
+    tallies: Tallies<T>,
 }
 
 impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
     /// Relaxes the rows of `band`, the first of which is row `first` of the grid.
     #[inline(always)]
-    fn relax<const ACCELERATED: bool>(&mut self, first: usize, band: &mut [T]) -> Tally<T> {
+    fn relax<const ACCELERATED: bool>(&mut self, first: usize, band: &mut [T]) {
         let Grid { nx, ny, .. } = self.old.grid;
         let height = band.len() / nx;
-        let mut sum = Tally::zero();
         let mut beside = [self.zeros; 2];
         // One row behind, so that the row after it has its first colour.
         for k in 0..=height {
@@ -74,7 +76,7 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
                     let columns = start..nx.min(start + S::CHUNK);
                     let t = &mut band[k * nx..][columns.clone()];
                     self.prepare::<ACCELERATED>(first + k, columns, t);
-                    self.old.meter.add_to(&mut sum, &self.defect[..t.len()]);
+                    self.tallies.add(self.old.meter, start, &self.defect[..t.len()]);
                 }
             }
             if k == 0 {
@@ -92,7 +94,6 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
                 self.finish::<ACCELERATED>(first, k - 1, columns, band, [before, after]);
             }
         }
-        sum
     }
 
     /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour

@@ -4,7 +4,11 @@ use super::{
     COLUMNS, Old, PAD, ROWS,
     coefficients::{Source, part},
 };
-use crate::{Scalar, norms::Tally, team::Turns};
+use crate::{
+    Scalar,
+    norms::{Stretches, Tallies},
+    team::Turns,
+};
 
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
@@ -26,6 +30,8 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     west: [T; COLUMNS + PAD],
     east: [T; COLUMNS + PAD],
     zeros: [T; COLUMNS + PAD],
+    /// The sums of squares of F(x).
+    pub(super) tallies: Tallies<T>,
 }
 
 impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
@@ -33,7 +39,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let zeros = [T::zero(); COLUMNS + PAD];
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
-        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros }
+        let tallies = Tallies::new(Stretches::of([old.grid.nx, old.grid.ny]));
+        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros, tallies }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -45,31 +52,23 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         first: usize,
         band: &mut [T],
         edge: Edge<'_, T>,
-    ) -> Tally<T> {
+    ) {
         let nx = self.old.grid.nx;
         let height = band.len() / nx;
-        let mut sum = Tally::zero();
-        let mut done = 0;
-        while done < nx {
-            let tile = done..nx.min(done.saturating_add(S::WIDTH));
+        for tile in pieces::<BACKWARD>(0..nx, S::WIDTH) {
             // Northwards and eastwards in either direction: backward sweeps of large grids take
             // 0.83 of the time that a walk the other way takes.
             for row in 0..height {
                 let k = if BACKWARD { height - 1 - row } else { row };
                 let y = &mut band[row * nx..(row + 1) * nx];
-                let columns = mirrored::<BACKWARD>(nx, tile.clone());
-                for start in columns.clone().step_by(S::CHUNK) {
-                    let columns = start..columns.end.min(start + S::CHUNK);
-                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y, &mut sum);
+                for columns in pieces::<false>(tile.clone(), S::CHUNK) {
+                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y);
                 }
             }
-            for start in tile.clone().step_by(S::CHUNK) {
-                let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
+            for columns in pieces::<BACKWARD>(tile, S::CHUNK) {
                 self.recur::<BACKWARD, ACCELERATED>(band, edge, columns);
             }
-            done = tile.end;
         }
-        sum
     }
 
     /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
@@ -80,7 +79,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         k: usize,
         columns: Range<usize>,
         y: &mut [T],
-        sum: &mut Tally<T>,
     ) {
         let Old { grid, x, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
@@ -117,7 +115,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             defect,
             &mut y[start..end],
         );
-        meter.add_to(sum, defect);
+        self.tallies.add(meter, start, defect);
     }
 
     /// The recurrence over a stretch of the band.
@@ -135,7 +133,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             Edge::Own([]) => &self.zeros[..length],
             Edge::Own(row) => &row[columns.clone()],
             Edge::Passed { edges, number } => {
-                &turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number)).value[..length]
+                &turn.insert(edges[columns.start / S::CHUNK].wait(number)).value[..length]
             }
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
@@ -172,10 +170,17 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     }
 }
 
-/// The columns `columns` in sweep order, by their place in the grid.
+/// Pieces of `width` columns, the last one narrower, in the order of the sweep.
 #[inline(always)]
-fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usize> {
-    if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
+fn pieces<const BACKWARD: bool>(
+    columns: Range<usize>,
+    width: usize,
+) -> impl Iterator<Item = Range<usize>> {
+    let count = columns.len().div_ceil(width);
+    (0..count).map(move |k| {
+        let start = columns.start + width * if BACKWARD { count - 1 - k } else { k };
+        start..columns.end.min(start.saturating_add(width))
+    })
 }
 
 /// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's

@@ -81,7 +81,7 @@ impl<T: Scalar> Steps<T> {
     {
         self.sweeps += 1;
         problem.defect(q, x, &mut self.f, &mut self.scratch);
-        Norms::of(&self.f)
+        problem.norms(&self.f)
     }
 
     /// Takes a step from `x`; whether it got anywhere before the clock was up.
