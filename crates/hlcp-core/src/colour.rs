@@ -130,7 +130,7 @@ impl<T: Scalar> Multicolour<T> {
                     sum.add(number, iter::once((0, tally.part())));
                 }
             });
-            total.add(sum.total().sum());
+            total.add(sum.total().sum(None));
             for (&i, &value) in rows.iter().zip(&scratch[..rows.len()]) {
                 y[i] = value;
             }
@@ -148,6 +148,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
         if found != expected {
             return Err(Error::Order { what: "the multicolour order", found, expected });
         }
+        problem.on_one_rank("a sweep in multicolour order")?;
         self.aor.check(problem)
     }
 

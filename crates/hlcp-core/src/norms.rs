@@ -3,7 +3,7 @@ use std::ops::Range;
 use pulp::Arch;
 
 use crate::{
-    Error, Scalar,
+    Error, Scalar, Strip,
     team::{self, Claims, Sum},
 };
 
@@ -38,7 +38,7 @@ impl Norms {
     pub fn of<T: Scalar>(v: &[T]) -> Self {
         Meter::measured(1.0, v.len(), |meter| {
             let add = |tally: &mut Tally<T>, at: Range<usize>| tally.add(meter, &v[at]);
-            meter.norms_of(totals(Stretches::of([v.len(), 1]), false, add).sum(), T::one())
+            meter.norms_of(totals(Stretches::of([v.len(), 1]), false, add).sum(None), T::one())
         })
     }
 
@@ -276,11 +276,18 @@ impl Totals {
         self.0[stretch].add(part);
     }
 
-    /// The sum over the whole grid.
-    pub(crate) fn sum(&self) -> Part {
+    /// The sum over the whole grid, which ranks may share.
+    pub(crate) fn sum(&self, strip: Option<&Strip>) -> Part {
+        if let Some(strip) = strip {
+            return strip.sum(self);
+        }
         let mut sum = Part::default();
-        self.0.iter().for_each(|&part| sum.add(part));
+        self.parts().for_each(|part| sum.add(part));
         sum
+    }
+
+    pub(crate) fn parts(&self) -> impl Iterator<Item = Part> {
+        self.0.into_iter()
     }
 }
 
@@ -375,6 +382,11 @@ impl<'q, T: Scalar> Rhs<'q, T> {
     /// The entries.
     pub fn entries(&self) -> &'q [T] {
         self.q
+    }
+
+    /// The order of the whole, of which ranks may have a part each.
+    pub(crate) fn order(&self) -> usize {
+        self.order
     }
 
     /// Their norms.

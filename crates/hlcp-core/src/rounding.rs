@@ -5,9 +5,10 @@ use std::ops::Range;
 use crate::{
     Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar,
     kernel::Sweep,
-    norms::{Meter, Part, Stretches, Tallies, Totals},
+    norms::{Meter, Part, Tallies, Totals},
     problem::halves,
     rows::Source,
+    view::beyond,
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
@@ -57,7 +58,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
         // An entry that overflows does not show in the terms where its column is zero.
         let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
-        if x.iter().enumerate().any(overflows) {
+        if self.any(x.iter().enumerate().any(overflows)) {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
         }
         if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
@@ -132,7 +133,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let meter = q.meter(T::one());
         let sum = self.sum_rows(q, x, meter, |sums: &ExactSums, count| sums.bound(count))?;
-        let n = x.len() as f64;
+        let n = self.whole_order() as f64;
         // The sum of n squares and its root are rounded, too.
         let Norms { l2, linf } = meter.norms_of(sum, T::one());
         Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
@@ -167,7 +168,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             let within = sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
             if within { 0.0 } else { 1.0 }
         };
-        Some(self.sum_rows(q, x, Meter::for_size(1.0, x.len()), is_above)?.largest == 0.0)
+        Some(
+            self.sum_rows(q, x, Meter::for_size(1.0, self.whole_order()), is_above)?.largest == 0.0,
+        )
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -189,12 +192,29 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
         let (signs, product) = halves(scratch, n);
-        signs.iter_mut().zip(random_signs()).for_each(|(entry, sign)| *entry = sign);
-        let mut length = |operator: &dyn LinearOperator<T>| {
-            operator.apply(signs, product);
-            self.norms(product).l2 / (n as f64).sqrt()
+        self.signs(|k, sign| signs[k] = sign);
+        [false, true].map(|of_b| {
+            self.product(of_b, signs, product);
+            self.norms(product).l2 / (self.whole_order() as f64).sqrt()
+        })
+    }
+
+    /// Gives each of this rank's indices a random sign, the same each time and on any number of
+    /// ranks: the top bit of a generator that has come to the index in the whole grid.
+    fn signs(&self, mut give: impl FnMut(usize, T)) {
+        let (length, [skipped, all]) = match self.strip() {
+            Some(strip) => (strip.columns().len(), [strip.columns().start, strip.whole()[0]]),
+            None => (self.order(), [0, self.order()]),
         };
-        [length(self.a()), length(self.b())]
+        let mut bits = Steps::of(skipped).take(0x9e37_79b9_7f4a_7c15);
+        let skip = Steps::of(all - length);
+        for row in (0..self.order()).step_by(length) {
+            for k in row..row + length {
+                bits = Steps::ONE.take(bits);
+                give(k, if bits >> 63 == 0 { T::one() } else { -T::one() });
+            }
+            bits = skip.take(bits);
+        }
     }
 
     /// Measures a vector whose entries are made `of` the sum over each row and the number of its
@@ -256,7 +276,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
     /// an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
-        self.omega().entry(j) * (x.abs() - x) / self.gamma()
+        self.scaled(self.omega().entry(j), x)
+    }
+
+    fn scaled(&self, omega: T, x: T) -> T {
+        omega * (x.abs() - x) / self.gamma()
     }
 
     /// The rounding as the terms' root mean squares have it, which random signs show.
@@ -267,18 +291,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };
             for probe in 0..=BITS {
-                for (j, ((part, &x), sign)) in
-                    part.iter_mut().zip(x).zip(random_signs::<T>()).enumerate()
-                {
-                    let entry = if of_a { self.z_entry(x) } else { self.r_entry(j, x) };
-                    let turned = probe > 0 && (j >> (probe - 1)) & 1 == 1;
-                    *part = if turned { -sign * entry } else { sign * entry };
-                }
-                if of_a {
-                    self.a().apply(part, product);
-                } else {
-                    self.b().apply(part, product);
-                }
+                self.signs(|k, sign: T| {
+                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    let index = self.strip().map_or(k, |strip| strip.index(k));
+                    let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
+                    part[k] = if turned { -sign * entry } else { sign * entry };
+                });
+                self.product(!of_a, part, product);
                 let norms = self.norms(product);
                 // A NaN must survive.
                 let larger = |old: f64, new: f64| if new <= old { old } else { new };
@@ -294,14 +313,28 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// Returns ones with random signs, the same ones each time.
-fn random_signs<T: Scalar>() -> impl Iterator<Item = T> {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
-    std::iter::repeat_with(move || {
-        // Knuth's linear congruential generator; its top bit.
-        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        if bits >> 63 == 0 { T::one() } else { -T::one() }
-    })
+/// `bits ↦ m bits + c`, a number of steps of Knuth's linear congruential generator.
+#[derive(Clone, Copy)]
+struct Steps(u64, u64);
+
+impl Steps {
+    const ONE: Self = Self(6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
+
+    /// So many steps, by squaring.
+    fn of(count: usize) -> Self {
+        let (mut all, mut square) = (Self(1, 0), Self::ONE);
+        for bit in 0..usize::BITS {
+            if count >> bit & 1 == 1 {
+                all = Self(square.0.wrapping_mul(all.0), square.take(all.1));
+            }
+            square = Self(square.0.wrapping_mul(square.0), square.take(square.1));
+        }
+        all
+    }
+
+    fn take(self, bits: u64) -> u64 {
+        self.0.wrapping_mul(bits).wrapping_add(self.1)
+    }
 }
 
 /// A sum of products as a walk over one row makes it.
@@ -399,7 +432,9 @@ impl<T: Scalar> Sweep<'_, T> {
         of: impl Fn(&S) -> f64,
     ) -> Part {
         let ([nx, ny], sign) = (self.grid(), problem.q_factor() / problem.gamma());
-        let ([a, b], stretches) = (self.views(), Stretches::of([nx, ny]));
+        let ([a, b], stretches) = (self.views(), self.stretches());
+        let beside = self.beside(x);
+        let omega_beside = self.omega_beside();
         let (mut sums, mut entries) = ([S::new(0.0); STRETCH], [0.0; STRETCH]);
         let (mut tallies, mut totals) = (Tallies::new(stretches), Totals::zero());
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
@@ -407,13 +442,28 @@ impl<T: Scalar> Sweep<'_, T> {
             for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
                 *sum = S::new((sign * q).wide());
             }
-            for (c, points, neighbours) in a.directions(nx, j, start, length, x.len()) {
+            let ends = [start == 0, start + length == nx];
+            let x_beside = [0, 1].map(|k| beside[k].get(j).copied().filter(|_| ends[k]));
+            let z_beside = x_beside.map(|x| Some(problem.z_entry(x?)));
+            let r_beside =
+                [0, 1].map(|k| Some(problem.scaled(*omega_beside[k].get(j)?, x_beside[k]?)));
+            let directions = a.directions(nx, j, start, length, x.len());
+            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
                 let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
                 add_products(&mut sums[points.start - from..], c, points, T::one(), z);
+                if let Some((at, z)) = beyond(d, length, z_beside) {
+                    let point = from + at..from + at + 1;
+                    add_products(&mut sums[at..], c, point, T::one(), [z].into_iter());
+                }
             }
-            for (c, points, neighbours) in b.directions(nx, j, start, length, x.len()) {
+            let directions = b.directions(nx, j, start, length, x.len());
+            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
                 let r = neighbours.map(|k| problem.r_entry(k, x[k]));
                 add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
+                if let Some((at, r)) = beyond(d, length, r_beside) {
+                    let point = from + at..from + at + 1;
+                    add_products(&mut sums[at..], c, point, -T::one(), [r].into_iter());
+                }
             }
             sums.iter().zip(&mut entries).for_each(|(sum, entry)| *entry = of(sum));
             tallies.add(meter, start, &entries[..length]);
@@ -421,12 +471,15 @@ impl<T: Scalar> Sweep<'_, T> {
                 tallies.take(0..nx).for_each(|(stretch, part)| totals.add(stretch, part));
             }
         }
-        totals.sum()
+        totals.sum(self.strip())
     }
 
     /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.
     fn row_sums(&self) -> Option<[f64; 2]> {
         let sum = |row: [T; 5]| row.into_iter().map(|c| c.abs().wide()).sum::<f64>();
+        if !self.is_constant() {
+            return None;
+        }
         let [a, b] = self.views().map(|view| view.constants().map(sum));
         Some([a?, b?])
     }

@@ -190,6 +190,7 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     solve: impl FnOnce(&[T], &mut [T]),
 ) -> Norms {
     problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+    problem.assert_whole(q);
     problem.defect(q.entries(), x, y, scratch);
     let f = &mut scratch[..x.len()];
     f.copy_from_slice(y);

@@ -131,9 +131,9 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
     /// Takes the differences to `G(x)`, which is in `y`, and returns how many are in the window.
     fn difference(&mut self, x: &[T], y: &[T]) -> usize {
         let n = x.len();
-        let moved = x.iter().zip(y).zip(&self.f).any(|((&x, &y), &f)| y - x != f);
+        let moved = || x.iter().zip(y).zip(&self.f).any(|((&x, &y), &f)| y - x != f);
         // A step that is taken again tells nothing new.
-        if self.history.follows && moved {
+        if self.history.follows && self.base.problem().any(moved()) {
             let slot = self.history.differences % self.window;
             let (dg, df) = (&mut self.dg[slot * n..][..n], &mut self.df[slot * n..][..n]);
             for i in 0..n {
@@ -173,6 +173,10 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
 
     fn has_memory(&self) -> bool {
         true
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        self.base.works_on_ranks()
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {

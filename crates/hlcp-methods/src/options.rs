@@ -100,6 +100,9 @@ impl<'o, T> Options<'o, T> {
     /// Within a long step (an inner solve, nested iteration) the observer sees the iterate that the
     /// step sets out from again and again, about fifty times per second. An iterate that meets the
     /// tolerance has converged even where the observer says stop.
+    ///
+    /// Where ranks share the problem, each may have an observer of its own, which sees the rank's
+    /// part of the iterate; one that says stop stops all.
     pub fn observer(self, observer: &'o mut Observer<'o, T>) -> Self {
         Self { observer: Some(Watched(observer)), ..self }
     }

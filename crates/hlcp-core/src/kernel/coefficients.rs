@@ -189,6 +189,8 @@ pub(super) struct Varying<'a, T> {
     pub(super) a: [Coefficients<'a, T>; 5],
     pub(super) b: [Coefficients<'a, T>; 5],
     pub(super) omega: Coefficients<'a, T>,
+    /// Ω west and east of the grid, where other ranks have it go on.
+    pub(super) omega_beside: [&'a [T]; 2],
 }
 
 /// Columns of varying coefficients that are done in one go: what is kept of them must fit the
@@ -246,6 +248,10 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
                 let (start, end) = (columns.start.max(1) - 1, (columns.end + 1).min(nx));
                 let (at, count) = (start + 1 - columns.start, end - start);
                 to[at..at + count].copy_from_slice(&omega[row * nx + start..row * nx + end]);
+            }
+            let at = [(columns.start == 0, 0), (columns.end == nx, stretch.len() + 1)];
+            for (beside, (_, place)) in self.omega_beside.iter().zip(at).filter(|(_, at)| at.0) {
+                beside.get(j).into_iter().for_each(|&omega| loaded.omega[1][place] = omega);
             }
         }
     }

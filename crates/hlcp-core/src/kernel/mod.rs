@@ -33,6 +33,8 @@ mod coefficients;
 mod red_black;
 mod tile;
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use self::{
@@ -40,8 +42,9 @@ use self::{
     tile::{Edge, Worker},
 };
 use crate::{
-    Coefficients, FivePointView, Norms, Omega, Rhs, Scalar,
+    Coefficients, FivePointView, Norms, Omega, Rhs, Scalar, Strip,
     norms::{Meter, Stretches, Tallies, Totals},
+    strip::Shared,
     team::{self, Breaker, Claims, Sum, Turns},
 };
 
@@ -65,6 +68,7 @@ pub(crate) struct Sweep<'a, T> {
     gamma: T,
     q_factor: T,
     parallel: bool,
+    shared: Option<&'a Shared<T>>,
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
@@ -76,10 +80,11 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         omega: &'a Omega<T>,
         [gamma, q_factor]: [T; 2],
         parallel: bool,
+        shared: Option<&'a Shared<T>>,
     ) -> Self {
         let omega = omega.view();
         let grid = Grid { nx, ny, backward: false, red_black: false };
-        Self { grid, a, b, omega, gamma, q_factor, parallel }
+        Self { grid, a, b, omega, gamma, q_factor, parallel, shared }
     }
 
     /// The same sweep in the given direction, in lexicographic or in red–black order.
@@ -91,6 +96,27 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     pub(crate) fn is_constant(&self) -> bool {
         matches!(self.omega, Coefficients::Constant(_))
             && self.views().into_iter().all(|view| view.constants().is_some())
+            && self.shared.is_none_or(|shared| shared.constant)
+    }
+
+    /// The ranks that share the grid.
+    pub(crate) fn strip(&self) -> Option<&'a Strip> {
+        self.shared.map(|shared| &shared.strip)
+    }
+
+    /// The stretches of the grid's columns.
+    pub(crate) fn stretches(&self) -> Stretches {
+        self.strip().map_or(Stretches::of(self.grid()), Strip::stretches)
+    }
+
+    /// The columns of a vector west and east of the grid, where other ranks have it go on.
+    pub(crate) fn beside(&self, v: &[T]) -> [Vec<T>; 2] {
+        self.strip().map_or([vec![], vec![]], |strip| strip.beside(v))
+    }
+
+    /// Ω there.
+    pub(crate) fn omega_beside(&self) -> [&'a [T]; 2] {
+        self.shared.map_or([&[]; 2], |shared| shared.omega.each_ref().map(Vec::as_slice))
     }
 
     /// The operators `A` and `B`.
@@ -109,7 +135,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
-        let stretches = Stretches::of([nx, ny]);
+        let (stretches, z_beside, r_beside) = (self.stretches(), self.beside(z), self.beside(r));
         let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
         let sum = Sum::new();
         team::spread(team::threads(self.parallel, nx * ny), &|| {
@@ -120,8 +146,12 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                     for start in (0..nx).step_by(COLUMNS) {
                         let length = COLUMNS.min(nx - start);
                         let (az, br) = (&mut az[..length], &mut br[..length]);
-                        self.a.product(nx, j, start, z, az);
-                        self.b.product(nx, j, start, r, br);
+                        let at = [start == 0, start + length == nx];
+                        let ends = |beside: &[Vec<T>; 2]| {
+                            [0, 1].map(|side| beside[side].get(j).copied().filter(|_| at[side]))
+                        };
+                        self.a.product_beside(nx, j, start, z, ends(&z_beside), az);
+                        self.b.product_beside(nx, j, start, r, ends(&r_beside), br);
                         let q = &q.entries()[j * nx + start..][..length];
                         for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
                             *az = *az - br + sign * q;
@@ -132,7 +162,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                 sum.add(number, tallies.take(0..nx));
             }
         });
-        meter.norms_of(sum.total().sum(), T::one())
+        meter.norms_of(sum.total().sum(self.strip()), T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
@@ -156,15 +186,32 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     ) -> Norms {
         let Self { grid, omega, gamma, q_factor, parallel, .. } = *self;
         let (q, meter) = (q.entries(), q.meter(gamma));
-        let old = Old { grid, q, x, gamma, q_factor, meter, parallel };
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
+        let beside = beside.each_ref().map(Vec::as_slice);
+        let old = Old {
+            grid,
+            q,
+            x,
+            gamma,
+            q_factor,
+            meter,
+            parallel,
+            strip,
+            stretches,
+            beside,
+            new: [&[]; 2],
+        };
         let constants = (self.a.constants(), self.b.constants(), omega);
-        if let (Some(a), Some(b), Coefficients::Constant(omega)) = constants {
+        if self.is_constant()
+            && let (Some(a), Some(b), Coefficients::Constant(omega)) = constants
+        {
             let b_omega = b.map(|b| b * omega);
             let source = Constant::new::<ACCELERATED>(relaxation, a, b_omega);
             old.sweep::<_, ACCELERATED>(arch, &source, y)
         } else {
             let (a, b) = (self.a.coefficients(), self.b.coefficients());
-            let source = Varying { grid, relaxation, a, b, omega };
+            let omega_beside = self.omega_beside();
+            let source = Varying { grid, relaxation, a, b, omega, omega_beside };
             old.sweep::<_, ACCELERATED>(arch, &source, y)
         }
     }
@@ -180,9 +227,23 @@ struct Old<'a, T> {
     q_factor: T,
     meter: Meter,
     parallel: bool,
+    strip: Option<&'a Strip>,
+    stretches: Stretches,
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: [&'a [T]; 2],
+    /// The first colour of the new iterate there.
+    new: [&'a [T]; 2],
 }
 
 impl<T: Scalar> Old<'_, T> {
+    /// The values of row `j` west and east of some columns that reach to the grid's western or
+    /// eastern edge.
+    #[inline(always)]
+    fn ends(&self, beside: [&[T]; 2], j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
+        let at = [columns.start == 0, columns.end == self.grid.nx];
+        [0, 1].map(|k| at[k].then(|| beside[k].get(j).copied().unwrap_or(T::zero())))
+    }
+
     fn sweep<S: Source<T>, const ACCELERATED: bool>(
         &self,
         arch: Arch,
@@ -197,7 +258,7 @@ impl<T: Scalar> Old<'_, T> {
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
         };
-        self.meter.norms_of(sum.sum(), self.gamma)
+        self.meter.norms_of(sum.sum(self.strip), self.gamma)
     }
 
     /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).
@@ -234,12 +295,16 @@ impl<T: Scalar> Old<'_, T> {
         source: &S,
         y: &mut [T],
     ) -> Totals {
+        let new = self.strip.map_or([vec![], vec![]], |strip| {
+            strip.exchange(red_black::first_colours::<_, _, ACCELERATED>(self, source))
+        });
+        let old = &Old { new: new.each_ref().map(Vec::as_slice), ..*self };
         let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
-                old: self,
+                old,
                 source,
                 bands: &bands,
                 sum: &sum,

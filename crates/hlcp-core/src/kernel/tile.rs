@@ -4,11 +4,7 @@ use super::{
     COLUMNS, Old, PAD, ROWS,
     coefficients::{Source, part},
 };
-use crate::{
-    Scalar,
-    norms::{Stretches, Tallies},
-    team::Turns,
-};
+use crate::{Scalar, norms::Tallies, team::Turns};
 
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
@@ -30,6 +26,8 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     west: [T; COLUMNS + PAD],
     east: [T; COLUMNS + PAD],
     zeros: [T; COLUMNS + PAD],
+    /// The new values beside each row of the band, where the sweep enters it.
+    before: [T; ROWS],
     /// The sums of squares of F(x).
     pub(super) tallies: Tallies<T>,
 }
@@ -39,8 +37,18 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let zeros = [T::zero(); COLUMNS + PAD];
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
-        let tallies = Tallies::new(Stretches::of([old.grid.nx, old.grid.ny]));
-        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros, tallies }
+        Self {
+            old,
+            source,
+            loaded,
+            kept,
+            defect: zeros,
+            west: zeros,
+            east: zeros,
+            zeros,
+            before: [T::zero(); ROWS],
+            tallies: Tallies::new(old.stretches),
+        }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -102,6 +110,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
             &self.east[..end - start]
         };
+        let ends = self.old.ends(self.old.beside, j, &columns);
         self.source.load(j, columns, &mut self.loaded);
         let defect = &mut self.defect[..end - start];
         first_phase::<_, _, BACKWARD, ACCELERATED>(
@@ -109,7 +118,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             &self.loaded,
             &mut self.kept[k],
             [south, west, &x[from..until], east, north],
-            [start == 0, end == nx],
+            ends,
             &q[from..until],
             q_factor,
             defect,
@@ -137,8 +146,17 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             }
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
-        let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
         let height = band.len() / nx;
+        // Messages go one way during a sweep: a rank enters a band when the one before has left it.
+        let (from, to) = if BACKWARD { (1, 0) } else { (0, 1) };
+        let ends = [columns.start == 0, columns.end == nx];
+        if let Some(strip) = self.old.strip.filter(|_| ends[from]) {
+            strip.take(from, &mut self.before);
+        }
+        let beside = self.before;
+        let before = |k: usize, row: &[T]| {
+            row.get(side).copied().unwrap_or(beside[if BACKWARD { height - 1 - k } else { k }])
+        };
         let link = Link { source: *self.source, kept: &self.kept };
         if height == ROWS && length >= ROWS {
             let mut rows = band.chunks_exact_mut(nx);
@@ -147,7 +165,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             if BACKWARD {
                 rows.reverse();
             }
-            let start = std::array::from_fn(|k| before(rows[k]));
+            let start = std::array::from_fn(|k| before(k, rows[k]));
             let rows = rows.map(|row| &mut row[columns.clone()]);
             link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows);
         } else {
@@ -156,11 +174,17 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
                 let row = &mut band[row * nx..(row + 1) * nx];
-                let start = before(row);
+                let start = before(k, row);
                 let row = &mut row[columns.clone()];
                 link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, row);
                 across[..length].copy_from_slice(row);
             }
+        }
+        if let Some(strip) = self.old.strip.filter(|_| ends[to]) {
+            let column = if to == 0 { 0 } else { nx - 1 };
+            let mut last = [T::zero(); ROWS];
+            last.iter_mut().zip(band.iter().skip(column).step_by(nx)).for_each(|(l, &v)| *l = v);
+            strip.pass(to, &last);
         }
         if let Some(mut turn) = turn {
             let last = if BACKWARD { 0 } else { height - 1 };
@@ -183,8 +207,8 @@ fn pieces<const BACKWARD: bool>(
     })
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's
-/// western and eastern edge.
+/// The first phase of a stretch of a row, given its five neighbours, and the values to its west and
+/// east where it is at the grid's edge.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -192,7 +216,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [south, west, here, east, north]: [&[T]; 5],
-    [western, eastern]: [bool; 2],
+    [western, eastern]: [Option<T>; 2],
     q: &[T],
     q_factor: T,
     defect: &mut [T],
@@ -209,16 +233,16 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
-        let west = if western && i == 0 { T::zero() } else { west[i] };
-        let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
+        let west = western.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = eastern.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
-    if western {
+    if western.is_some() {
         edge(0);
     }
-    if eastern {
+    if eastern.is_some() {
         edge(n - 1);
     }
 }
