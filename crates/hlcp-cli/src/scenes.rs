@@ -1,6 +1,6 @@
 //! The table of scenes: a new one is a row here and its file in `hlcp-verify`.
 
-use std::{error::Error, f64::consts::PI};
+use std::{error::Error, f64::consts::PI, ops::Range};
 
 use clap::{
     Arg, ArgMatches, Command, FromArgMatches,
@@ -159,17 +159,31 @@ const OPTIONS: [(&str, Kind, &str); 15] = [
 
 /// The numbers that define a scene.
 #[derive(Debug, Clone)]
-pub(crate) struct Numbers(Vec<(&'static str, f64)>);
+pub(crate) struct Numbers {
+    given: Vec<(&'static str, f64)>,
+    /// The columns of the grid that are posed, where ranks have some each.
+    columns: Option<Range<usize>>,
+}
 
 impl Numbers {
     /// The number of an option that the scene has.
     pub(crate) fn get(&self, name: &str) -> f64 {
-        let number = self.0.iter().find(|(known, _)| *known == name);
+        let number = self.given.iter().find(|(known, _)| *known == name);
         number.unwrap_or_else(|| panic!("the scene has no option {name}")).1
     }
 
     fn size(&self, name: &str) -> usize {
         self.get(name) as usize
+    }
+
+    /// The same scene, of which these columns are posed.
+    pub(crate) fn of_columns(&self, columns: Range<usize>) -> Self {
+        Self { columns: Some(columns), ..self.clone() }
+    }
+
+    /// The columns that are posed, of `nx`.
+    fn columns(&self, nx: usize) -> Range<usize> {
+        self.columns.clone().unwrap_or(0..nx)
     }
 }
 
@@ -188,9 +202,9 @@ impl Scene {
 
     /// The scene's numbers: its defaults, apart from those given.
     pub(crate) fn numbers(&self, given: &[(&'static str, f64)]) -> Numbers {
-        let mut numbers = Numbers(self.numbers.to_vec());
+        let mut numbers = Numbers { given: self.numbers.to_vec(), columns: None };
         for &(name, value) in given {
-            let number = numbers.0.iter_mut().find(|(known, _)| *known == name);
+            let number = numbers.given.iter_mut().find(|(known, _)| *known == name);
             number.unwrap_or_else(|| panic!("{} has no option {name}", self.name)).1 = value;
         }
         numbers
@@ -202,6 +216,18 @@ impl Scene {
         given: &[(&'static str, f64)],
     ) -> Result<Problem<f64>, hlcp_core::Error> {
         (self.wide)(&self.numbers(given))
+    }
+
+    /// The grid of a scene that has one.
+    pub(crate) fn grid(&self, numbers: &Numbers) -> Option<[usize; 2]> {
+        if self.takes("nx") {
+            return Some(["nx", "ny"].map(|side| numbers.size(side)));
+        }
+        match self.name {
+            "obstacle" => Some([numbers.size("m").saturating_sub(2); 2]),
+            "slider" | "american-put" => None,
+            _ => Some([numbers.size("m"); 2]),
+        }
     }
 
     /// Limits with the scene's tolerance.
@@ -546,7 +572,14 @@ fn example<T: Scalar>(symmetric: bool, numbers: &Numbers) -> Posing<T> {
     let (mu, nu) = (numbers.get("mu"), numbers.get("nu"));
     let example = Example { symmetric, m: numbers.size("m"), mu, nu };
     let generic = numbers.get("solution") == 1.0;
-    Ok(Problem::planted(if generic { example.pose_generic()? } else { example.pose()? }))
+    Ok(Problem::planted(match (&numbers.columns, generic) {
+        (None, true) => example.pose_generic()?,
+        (Some(_), true) => {
+            let what = "the generic solution of an example";
+            return Err(hlcp_core::Error::OneRank { what, ranks: 2 });
+        }
+        _ => example.pose_columns(numbers.columns(example.m))?,
+    }))
 }
 
 fn disc_lcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
@@ -558,7 +591,8 @@ fn disc_hlcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
 }
 
 fn disc<T: Scalar>(lcp: bool, numbers: &Numbers) -> Posing<T> {
-    let problem = Problem::planted(Disc { lcp, m: numbers.size("m") }.pose()?);
+    let disc = Disc { lcp, m: numbers.size("m") };
+    let problem = Problem::planted(disc.pose_columns(numbers.columns(disc.m))?);
     Ok(problem.with_proofs("contact", |_| vec![]))
 }
 
@@ -609,14 +643,14 @@ fn journal_bearing<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         ecc: numbers.get("ecc"),
         b: numbers.get("b-length"),
     };
-    let (a, b, q) = bearing.pose::<T>()?;
+    let (a, b, q) = bearing.pose_columns::<T>(numbers.columns(bearing.nx))?;
     let problem = Problem::new(a, b, q);
     Ok(problem.with_figures(move |z, _| vec![("objective", bearing.objective(z))]))
 }
 
 fn obstacle<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let obstacle = Obstacle { m: numbers.size("m") };
-    let (a, b, q) = obstacle.pose::<T>()?;
+    let (a, b, q) = obstacle.pose_columns::<T>(numbers.columns(obstacle.m.saturating_sub(2)))?;
     let problem = Problem::new(a, b, q).with_figures(move |z, _| {
         let [mean, largest] = obstacle.errors(z);
         vec![("discretisation_error_mean", mean), ("discretisation_error_linf", largest)]
@@ -632,7 +666,7 @@ fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         aspect: numbers.get("aspect"),
         groove: numbers.get("groove").to_radians(),
     };
-    let (a, b, q) = bearing.pose::<T>()?;
+    let (a, b, q) = bearing.pose_columns::<T>(numbers.columns(bearing.nx))?;
     let problem = Problem::new(a, b, q).with_figures(move |z, r| {
         let [drawn, returned, ends] = bearing.flows(z, r);
         vec![
