@@ -316,8 +316,14 @@ impl FromArgMatches for Given {
         for (option, ..) in OPTIONS.iter().filter(|(option, ..)| typed(option)) {
             if typed("a") || !scene.takes(option) {
                 let of: Vec<_> = takers(option).map(|scene| scene.name).collect();
-                let not = if typed("a") { "files" } else { scene.name };
                 let of = of.join(", ");
+                let not = if typed("a") {
+                    "files".to_owned()
+                } else {
+                    let own = scene.numbers.iter().map(|(own, _)| format!(" --{own}"));
+                    let own: String = own.collect();
+                    format!("{}, which takes{own}", scene.name)
+                };
                 let message = format!("--{option} is an option of {of}, not of {not}\n");
                 return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message));
             }
