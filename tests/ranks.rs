@@ -14,7 +14,7 @@ use std::{
 
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
-    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Strip, VaryingFivePoint,
+    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, VaryingFivePoint,
     ranks_as_threads,
 };
 use hlcp_methods::{
@@ -429,6 +429,70 @@ fn an_operator_of_ones_own_fetches_what_it_needs() {
     };
     let alone = solved(1);
     assert_eq!([solved(2), solved(3)], [alone.clone(), alone]);
+}
+
+/// Ranks that count what they send.
+#[derive(Debug)]
+struct Counting(Arc<dyn Ranks>, [AtomicU64; 2]);
+
+impl Ranks for Counting {
+    fn size(&self) -> usize {
+        self.0.size()
+    }
+
+    fn rank(&self) -> usize {
+        self.0.rank()
+    }
+
+    fn send(&self, to: usize, numbers: &[f64]) {
+        self.1[0].fetch_add(1, Relaxed);
+        self.1[1].fetch_add(8 * numbers.len() as u64, Relaxed);
+        self.0.send(to, numbers);
+    }
+
+    fn receive(&self, from: usize, numbers: &mut [f64]) {
+        self.0.receive(from, numbers);
+    }
+}
+
+/// A column to either neighbour, eight values for each band of eight rows to the next rank, and a
+/// sum and a largest value of each stretch to rank 0 and back; in red–black order a column of the
+/// first colour in the place of the bands.
+#[test]
+fn a_sweep_sends_what_the_documents_say() {
+    const RANKS: usize = 3;
+    const NY: usize = 41;
+    for red_black in [false, true] {
+        let sent = ranks_as_threads(RANKS, |ranks| {
+            let counting = Arc::new(Counting(ranks, [0, 0].map(AtomicU64::new)));
+            let strip = Strip::new(counting.clone(), [1300, NY]).unwrap();
+            let [nx, ny] = strip.grid();
+            let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
+            let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+            let q = vec![-1.0; nx * ny];
+            let (q, x) = (problem.rhs(&q).unwrap(), vec![1.0; nx * ny]);
+            let aor = Aor::gauss_seidel();
+            let aor = if red_black { aor.red_black(nx).unwrap() } else { aor };
+            let count = || counting.1.each_ref().map(|count| count.load(Relaxed));
+            let before = count();
+            aor.step(&problem, &q, &x, &mut vec![0.0; nx * ny], &mut vec![]);
+            let after = count();
+            [after[0] - before[0], after[1] - before[1]]
+        });
+        let (column, stretches) = (8 * NY as u64, [2, 2, 2]);
+        let whole: u64 = stretches.iter().sum();
+        for (rank, sent) in sent.into_iter().enumerate() {
+            let neighbours = u64::from(rank > 0) + u64::from(rank + 1 < RANKS);
+            let columns = if red_black { 2 * neighbours } else { neighbours };
+            let bands = if red_black || rank + 1 == RANKS { 0 } else { NY.div_ceil(8) as u64 };
+            let (sums, bytes) = match rank {
+                0 => (RANKS as u64 - 1, 16 * whole * (RANKS as u64 - 1)),
+                _ => (1, 16 * stretches[rank]),
+            };
+            let expected = [columns + bands + sums, columns * column + bands * 64 + bytes];
+            assert_eq!(sent, expected, "rank {rank}, red–black {red_black}");
+        }
+    }
 }
 
 /// Ranks that send and receive after pauses without pattern.

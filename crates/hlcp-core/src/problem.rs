@@ -1,4 +1,4 @@
-use std::{iter, ops::Range};
+use std::{iter, ops::Range, sync::Arc};
 
 use crate::{
     Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Strip,
@@ -61,7 +61,7 @@ pub struct Hlcp<T, A, B> {
     // Whether the threads of rayon's current pool share the work.
     parallel: bool,
     // The ranks that share the work, of which this one has a part.
-    shared: Option<Shared<T>>,
+    shared: Option<Arc<Shared<T>>>,
 }
 
 impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
@@ -173,9 +173,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             Omega::Each(omega) => Omega::Each(omega.into_iter().map(T::recip).collect()),
         };
         omega.check(self.a.order())?;
-        let Self { a, b, gamma, exchanged, parallel, mut shared, .. } = self;
-        let beside = shared.iter_mut().flat_map(|shared| &mut shared.omega).flatten();
-        beside.for_each(|omega| *omega = omega.recip());
+        let Self { a, b, gamma, exchanged, parallel, shared, .. } = self;
+        let shared = shared.map(|shared| {
+            let reciprocals = |column: &Vec<T>| column.iter().map(|omega| omega.recip()).collect();
+            let omega = shared.omega.each_ref().map(reciprocals);
+            Arc::new(Shared { omega, strip: shared.strip.clone(), ..*shared })
+        });
         Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel, shared })
     }
 
@@ -282,7 +285,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         };
         let column = |i| (0..ny).map(|j| omega.entry(j * nx + i).wide()).collect();
         let beside = strip.exchange([column(0), column(nx - 1)]);
-        let shared = Some(Shared { strip: strip.clone(), omega: beside, constant });
+        let shared = Some(Arc::new(Shared { strip: strip.clone(), omega: beside, constant }));
         Ok(Self { omega, shared, ..self })
     }
 
@@ -418,7 +421,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
         let grid = self.grid().ok()?;
-        let shared = self.shared.as_ref();
+        let shared = self.shared.as_deref();
         Some(Sweep::new(grid, views, &self.omega, factors, self.parallel, shared))
     }
 

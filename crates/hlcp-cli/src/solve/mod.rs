@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     run_on(arguments, Some(&ranks)).or_else(|error| {
         // The others may have had no error, and wait; or have the same, which the first says.
-        std::thread::sleep(Duration::from_millis(if ranks.rank() == 0 { 0 } else { 400 }));
+        std::thread::sleep(Duration::from_millis(if ranks.rank() == 0 { 0 } else { 800 }));
         let _ = writeln!(io::stderr(), "error: {}", files::printable(error));
         world.end_all(1)
     })
@@ -180,6 +180,19 @@ impl Run<'_> {
         self.strip.as_ref().map_or(given.q.len(), |strip| strip.whole().iter().product())
     }
 
+    /// Reads a vector of the whole problem's order, of which this process may keep its part.
+    fn read_part<T: Scalar>(
+        &self,
+        path: &Path,
+        given: &Problem<T>,
+    ) -> Result<Vec<T>, Box<dyn Error>> {
+        let whole = market::read_vector(path, self.order(given))?;
+        Ok(match &self.strip {
+            Some(strip) => strip.vector(|i, j| whole[j * strip.whole()[0] + i]),
+            None => whole,
+        })
+    }
+
     /// The z and r that are reported, on the process that reports them: of ranks the whole vectors
     /// where they are written or have figures.
     fn gathered<'s, T: Scalar>(
@@ -204,17 +217,6 @@ impl Run<'_> {
     ) -> Result<(), Box<dyn Error>> {
         let arguments = self.arguments;
         let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let x0 = match &arguments.x0 {
-            Some(path) => match &self.strip {
-                Some(strip) => {
-                    let [nx, ny] = strip.whole();
-                    let whole = market::read_vector(path, nx * ny)?;
-                    strip.vector(|i, j| whole[j * nx + i])
-                }
-                None => market::read_vector(path, given.q.len())?,
-            },
-            None => vec![T::one(); given.q.len()],
-        };
         let norm = match arguments.norm {
             NormName::L2 => Norm::L2,
             NormName::Linf => Norm::LInf,
@@ -232,6 +234,14 @@ impl Run<'_> {
         let mut problem = given.hlcp(to(arguments.tau)?)?.with_gamma(to(arguments.gamma)?)?;
         if let Some(strip) = &self.strip {
             problem = problem.shared_by(strip)?;
+        }
+        let mut x0 = match &arguments.x0 {
+            Some(path) => self.read_part(path, given)?,
+            None => vec![T::one(); given.q.len()],
+        };
+        if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
+            let [z, r] = [self.read_part(z, given)?, self.read_part(r, given)?];
+            problem.x_from_solution(&z, &r, &mut x0);
         }
         if arguments.threads > 1 {
             if self.is_first() && !problem.has_shared_sweeps() {

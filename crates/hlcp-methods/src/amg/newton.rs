@@ -277,8 +277,9 @@ where
     ///
     /// # Errors
     ///
-    /// As [`Amg::new`].
+    /// As [`Amg::new`]; [`Error::OneRank`] for a problem that ranks share.
     pub fn new(base: M) -> Result<Self, Error> {
+        base.problem().on_one_rank("algebraic multigrid")?;
         let steps = Steps::new(base.problem())?;
         let n = steps.f.len();
         Ok(Self {
