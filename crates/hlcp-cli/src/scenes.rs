@@ -10,12 +10,15 @@ use clap::{
 };
 use hlcp_core::{
     Csr, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rows, Scalar,
+    VaryingFivePoint,
 };
 use hlcp_methods::{BoxedMethod, Limits, Named, Parameters, Solver, Tolerance, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
-    Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, FilmOperator, JournalBearing,
+    Obstacle, Posed, Slider,
 };
+
+use crate::films;
 
 /// A kind of problem, defined by a few numbers.
 pub(crate) struct Scene {
@@ -51,7 +54,7 @@ const ABSOLUTE: Tolerance = Tolerance::Absolute(1e-10);
 const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
-pub(crate) static SCENES: [Scene; 9] = [
+pub(crate) static SCENES: [Scene; 10] = [
     Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example1, narrow: example1,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
@@ -105,6 +108,10 @@ pub(crate) static SCENES: [Scene; 9] = [
             Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
                 numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] },
         ] },
+    Scene { name: "film", family: "applications", tolerance: RELATIVE, wide: film, narrow: film,
+        about: "A slider with square dimples and mass-conserving cavitation",
+        numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
+        ladders: &[] },
     Scene { name: "slider", family: "applications", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
@@ -130,7 +137,7 @@ enum Kind {
 }
 
 /// The options that define scenes: name, kind and help.
-const OPTIONS: [(&str, Kind, &str); 15] = [
+const OPTIONS: [(&str, Kind, &str); 17] = [
     (
         "m",
         Kind::Whole(1, 32768),
@@ -144,8 +151,10 @@ const OPTIONS: [(&str, Kind, &str); 15] = [
         Kind::Word(&["default", "generic"]),
         "The planted 0, 1, 0, 1, … or generic numbers in the same pattern",
     ),
-    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing"),
-    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing"),
+    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing; the film's cells along x"),
+    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing; the film's cells along y"),
+    ("dimples", Kind::Whole(0, 32768), "Dimples along x, and as many for the same length along y"),
+    ("depth", Kind::Real, "The depth of the dimples over the least gap"),
     ("ecc", Kind::Real, "The eccentricity"),
     ("b-length", Kind::Real, "Half the length over the radius"),
     ("aspect", Kind::Real, "The length over the diameter"),
@@ -708,6 +717,23 @@ fn bearing2d_proofs(
         ),
         ("flow_ends", sum(&ends, &zeros, 0.0)),
     ]
+}
+
+fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let cells = ["nx", "ny"].map(|name| numbers.size(name));
+    let film = films::slider(cells, numbers.size("dimples"), numbers.get("depth"));
+    let (a, b, q) = film.pose()?;
+    let of = |operator: &FilmOperator| {
+        let view = operator.as_five_point().expect("no side is periodic");
+        let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
+        VaryingFivePoint::from_fn(cells[0], cells[1], row)
+    };
+    let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());
+    Ok(problem.with_figures(move |z, r| {
+        let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>();
+        let figures = film.figures(&wide(z), &wide(r), 0.0);
+        vec![("load_n", figures.load), ("broken_share", figures.broken_share)]
+    }))
 }
 
 fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {

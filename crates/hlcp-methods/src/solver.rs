@@ -177,7 +177,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             self.x.fill(T::zero());
         }
         let observer = observer.map(|observer| observer.0);
-        let mut pace = Pace { limits: &limits, begun, observer, ended: None };
+        let goal = limits.asked(&q)?;
+        let mut pace = Pace { limits: &limits, goal, begun, observer, ended: None };
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);
         let Work { sweeps, linear_iterations } = work;
@@ -332,6 +333,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace: &mut Pace<'_, '_, T>,
     ) -> Norms {
         let Self { method, x, next, .. } = self;
+        let goal = pace.goal;
         let mut beat = Instant::now();
         let mut ask = || {
             if beat.elapsed() >= BEAT {
@@ -340,7 +342,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             }
             pace.is_up()
         };
-        method.step(q, x, next, &mut Clock::new(&mut ask))
+        method.step(q, x, next, &mut Clock::new(&mut ask).towards(goal))
     }
 
     /// Shows the iterate `x` to the observer, and keeps its residual.
@@ -405,6 +407,8 @@ struct End {
 /// The limits and the observer of one solve, and whether one of them has ended it.
 struct Pace<'p, 'o, T> {
     limits: &'p Limits,
+    /// The residual that is asked for, apart from rounding.
+    goal: f64,
     begun: Instant,
     observer: Option<&'p mut Observer<'o, T>>,
     ended: Option<Status>,
