@@ -83,7 +83,7 @@ fn names(order: &[Series]) -> Vec<&str> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let Arguments { charts: Charts { quick, out }, add } = arguments;
     let quick = *quick;
-    let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 127] };
+    let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
     let repeats = if quick { 1 } else { 3 };
     let paper = |symmetric, generic| Posed::example(symmetric, m, [4.0, 4.0], generic);
     let scenes = [
