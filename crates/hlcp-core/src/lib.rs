@@ -155,6 +155,7 @@ pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
 pub use dense::RowMajor;
 pub use error::Error;
+pub use kernel::{Smoother, Transfer};
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;
 pub use operator::{Diagonal, LinearOperator, Rows};

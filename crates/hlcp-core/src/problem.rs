@@ -215,8 +215,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.order() >= team::WORTH && self.grid().is_ok()
     }
 
-    /// Whether threads are to share the work.
-    pub(crate) fn is_parallel(&self) -> bool {
+    /// Returns whether threads are to share the work.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity};
+    ///
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
+    /// assert!(!problem.is_parallel() && problem.in_parallel().is_parallel());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn is_parallel(&self) -> bool {
         self.parallel
     }
 

@@ -27,6 +27,12 @@ pub(super) fn part<T: Scalar, const ACCELERATED: bool>(factor: Pair<T>, v: T) ->
     if ACCELERATED { factor[0] * v + factor[1] * v.abs() } else { factor[0] * v }
 }
 
+/// Returns what a neighbour of value `x` adds to F.
+#[inline(always)]
+fn share<T: Scalar>(factor: [T; 2], x: T) -> T {
+    x * if x > T::zero() { factor[0] } else { factor[1] }
+}
+
 /// One row of the system as the sweep uses it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<T> {
@@ -70,10 +76,10 @@ impl<T: Scalar> Row<T> {
 
     /// F, from the old values around the point and from γq.
     #[inline(always)]
-    fn defect(&self, x: [T; 5], gamma_q: T) -> T {
+    pub(super) fn defect(&self, x: [T; 5], gamma_q: T) -> T {
         let mut f = gamma_q;
         for (x, factor) in x.into_iter().zip(self.defect) {
-            f += x * if x > T::zero() { factor[0] } else { factor[1] };
+            f += share(factor, x);
         }
         f
     }
@@ -91,6 +97,18 @@ impl<T: Scalar> Row<T> {
         let passed =
             part::<T, ACCELERATED>(of_across, across) + part::<T, ACCELERATED>(of_along, along);
         (f, (x[2] - f * self.over_pivot) + passed)
+    }
+
+    /// Returns `t` of a sweep with α = β = 1 that knows `f`, where no neighbour has been passed
+    /// yet.
+    ///
+    /// With Ω = D_A D_B⁻¹ the diagonal of F is `mᵢᵢ xᵢ`, so F needs no old value of the point, and
+    /// an accelerated sweep takes all that a passed neighbour contributes in the recurrence.
+    #[inline(always)]
+    pub(super) fn solved<const BACKWARD: bool>(&self, [across, along]: [T; 2], f: T) -> T {
+        let [of_across, of_along] =
+            if BACKWARD { [self.defect[0], self.defect[1]] } else { [self.defect[4], self.defect[3]] };
+        -(f + share(of_across, across) + share(of_along, along)) * self.over_pivot
     }
 
     /// F, `t` of a point of the first colour, and what `t` of the second colour has more.
@@ -113,6 +131,8 @@ impl<T: Scalar> Row<T> {
 
 /// Where the rows of the system come from.
 pub(super) trait Source<T>: Copy + Sync {
+    /// Whether the sweep solves each scalar equation and measures nothing, see [`Row::solved`].
+    const LEAN: bool;
     /// The most columns of a row that are done in one go, at most [`COLUMNS`].
     const CHUNK: usize;
     /// How many columns the first phase is ahead of the recurrence.
@@ -140,9 +160,9 @@ pub(super) trait Source<T>: Copy + Sync {
 
 /// The same row everywhere.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Constant<T>(Row<T>);
+pub(super) struct Constant<T, const LEAN: bool>(Row<T>);
 
-impl<T: Scalar> Constant<T> {
+impl<T: Scalar, const LEAN: bool> Constant<T, LEAN> {
     pub(super) fn new<const ACCELERATED: bool>(
         relaxation: [Relaxation<T>; 2],
         a: [T; 5],
@@ -152,7 +172,8 @@ impl<T: Scalar> Constant<T> {
     }
 }
 
-impl<T: Scalar> Source<T> for Constant<T> {
+impl<T: Scalar, const LEAN: bool> Source<T> for Constant<T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = COLUMNS;
     const WIDTH: usize = usize::MAX;
     type Loaded = ();
@@ -183,7 +204,7 @@ impl<T: Scalar> Source<T> for Constant<T> {
 
 /// Rows of coefficients that vary from point to point, or some of which do.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Varying<'a, T> {
+pub(super) struct Varying<'a, T, const LEAN: bool> {
     pub(super) grid: Grid,
     pub(super) relaxation: [Relaxation<T>; 2],
     pub(super) a: [Coefficients<'a, T>; 5],
@@ -204,7 +225,8 @@ pub(super) struct Stretch<T> {
     omega: [Lane<T>; 3],
 }
 
-impl<T: Scalar> Source<T> for Varying<'_, T> {
+impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = VARYING;
     const WIDTH: usize = VARYING;
     type Loaded = Stretch<T>;

@@ -31,7 +31,9 @@
 
 mod coefficients;
 mod red_black;
+mod smoother;
 mod tile;
+mod transfer;
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -46,6 +48,7 @@ use crate::{
 };
 
 pub(crate) use self::coefficients::Relaxation;
+pub use self::{smoother::Smoother, transfer::Transfer};
 
 /// Rows that are relaxed side by side.
 const ROWS: usize = 8;
@@ -85,6 +88,11 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     /// The same sweep in the given direction, in lexicographic or in red–black order.
     pub(crate) fn directed(self, backward: bool, red_black: bool) -> Self {
         Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
+    }
+
+    /// The same sweep with another Ω, on several threads or on one.
+    fn scaled(self, omega: &'a Omega<T>, parallel: bool) -> Self {
+        Self { omega: omega.view(), parallel, ..self }
     }
 
     /// Whether all rows are the same but for the grid's edge.
@@ -153,19 +161,28 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let Self { grid, omega, gamma, q_factor, parallel, .. } = *self;
+        let Self { grid, gamma, q_factor, parallel, .. } = *self;
         let (q, meter) = (q.entries(), q.meter(gamma));
         let old = Old { grid, q, x, gamma, q_factor, meter, parallel };
-        let constants = (self.a.constants(), self.b.constants(), omega);
-        if let (Some(a), Some(b), Coefficients::Constant(omega)) = constants {
-            let b_omega = b.map(|b| b * omega);
-            let source = Constant::new::<ACCELERATED>(relaxation, a, b_omega);
-            old.sweep::<_, ACCELERATED>(arch, &source, y)
-        } else {
-            let (a, b) = (self.a.coefficients(), self.b.coefficients());
-            let source = Varying { grid, relaxation, a, b, omega };
-            old.sweep::<_, ACCELERATED>(arch, &source, y)
+        match self.constant::<ACCELERATED, false>(relaxation) {
+            Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
+            None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
         }
+    }
+
+    /// The row that all are, if they are.
+    fn constant<const ACCELERATED: bool, const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> Option<Constant<T, LEAN>> {
+        let (a, b) = (self.a.constants()?, self.b.constants()?);
+        let Coefficients::Constant(omega) = self.omega else { return None };
+        Some(Constant::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
+    }
+
+    fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
+        let (a, b) = (self.a.coefficients(), self.b.coefficients());
+        Varying { grid: self.grid, relaxation, a, b, omega: self.omega }
     }
 }
 

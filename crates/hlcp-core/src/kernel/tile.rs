@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::{
-    COLUMNS, Old, PAD, ROWS,
+    COLUMNS, Grid, Old, PAD, ROWS,
     coefficients::{Source, part},
 };
 use crate::{Scalar, norms::Tally, team::Turns};
@@ -22,18 +22,61 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     source: &'a S,
     loaded: S::Loaded,
     kept: [S::Kept; ROWS],
+    around: Around<'a, T>,
     defect: [T; COLUMNS + PAD],
+}
+
+/// The old iterate around a stretch of a row.
+pub(super) struct Around<'a, T> {
+    pub(super) grid: Grid,
+    x: &'a [T],
     west: [T; COLUMNS + PAD],
     east: [T; COLUMNS + PAD],
     zeros: [T; COLUMNS + PAD],
 }
 
+impl<'a, T: Scalar> Around<'a, T> {
+    #[inline(always)]
+    pub(super) fn new(grid: Grid, x: &'a [T]) -> Self {
+        let zeros = [T::zero(); COLUMNS + PAD];
+        Self { grid, x, west: zeros, east: zeros, zeros }
+    }
+
+    /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
+    /// row's ends any number may stand.
+    #[inline(always)]
+    pub(super) fn stretch(&mut self, j: usize, columns: Range<usize>) -> [&[T]; 5] {
+        let Self { grid: Grid { nx, ny, .. }, x, .. } = *self;
+        let Range { start, end } = columns;
+        let row = |j: usize| &x[j * nx..(j + 1) * nx];
+        let zeros = &self.zeros[..end - start];
+        let south = if j > 0 { &row(j - 1)[start..end] } else { zeros };
+        let north = if j + 1 < ny { &row(j + 1)[start..end] } else { zeros };
+        // West of a row's first point the vector holds the last one of the row before: the edges
+        // are put right afterwards. Only at the vector's own ends there is nothing to read.
+        let (from, until) = (j * nx + start, j * nx + end);
+        let west = if from > 0 {
+            &x[from - 1..until - 1]
+        } else {
+            self.west[1..until].copy_from_slice(&x[..until - 1]);
+            &self.west[..until]
+        };
+        let east = if until < x.len() {
+            &x[from + 1..until + 1]
+        } else {
+            self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
+            &self.east[..end - start]
+        };
+        [south, west, &x[from..until], east, north]
+    }
+}
+
 impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     #[inline(always)]
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
-        let zeros = [T::zero(); COLUMNS + PAD];
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
-        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros }
+        let (around, defect) = (Around::new(old.grid, old.x), [T::zero(); COLUMNS + PAD]);
+        Self { old, source, loaded, kept, around, defect }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -82,35 +125,32 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         y: &mut [T],
         sum: &mut Tally<T>,
     ) {
-        let Old { grid, x, q, q_factor, meter, .. } = *self.old;
+        let Old { grid, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
-        let nx = grid.nx;
-        let row = |j: usize| &x[j * nx..(j + 1) * nx];
-        let zeros = &self.zeros[..];
-        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..end - start] };
-        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..end - start] };
-        // West of a row's first point the vector holds the last one of the row before: the edges
-        // are put right afterwards. Only at the vector's own ends there is nothing to read.
-        let (from, until) = (j * nx + start, j * nx + end);
-        let west = if from > 0 {
-            &x[from - 1..until - 1]
-        } else {
-            self.west[1..until].copy_from_slice(&x[..until - 1]);
-            &self.west[..until]
-        };
-        let east = if until < x.len() {
-            &x[from + 1..until + 1]
-        } else {
-            self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
-            &self.east[..end - start]
-        };
+        let (nx, from, until) = (grid.nx, j * grid.nx + start, j * grid.nx + end);
+        let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
+        if S::LEAN {
+            let coming = if BACKWARD { [south, west] } else { [north, east] };
+            let beyond = if BACKWARD { start == 0 } else { end == nx };
+            lean_phase::<_, _, BACKWARD>(
+                self.source,
+                &self.loaded,
+                &mut self.kept[k],
+                coming,
+                beyond,
+                &q[from..until],
+                q_factor,
+                &mut y[start..end],
+            );
+            return;
+        }
         let defect = &mut self.defect[..end - start];
         first_phase::<_, _, BACKWARD, ACCELERATED>(
             self.source,
             &self.loaded,
             &mut self.kept[k],
-            [south, west, &x[from..until], east, north],
+            [south, west, here, east, north],
             [start == 0, end == nx],
             &q[from..until],
             q_factor,
@@ -132,7 +172,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let length = columns.len();
         let mut turn = None;
         let passed = match edge {
-            Edge::Own([]) => &self.zeros[..length],
+            Edge::Own([]) => &self.around.zeros[..length],
             Edge::Own(row) => &row[columns.clone()],
             Edge::Passed { edges, number } => {
                 &turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number)).value[..length]
@@ -153,7 +193,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let rows = rows.map(|row| &mut row[columns.clone()]);
             link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows);
         } else {
-            let mut across = self.zeros;
+            let mut across = self.around.zeros;
             across[..length].copy_from_slice(passed);
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
@@ -215,6 +255,34 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     }
     if eastern {
         edge(n - 1);
+    }
+}
+
+/// The first phase of a stretch of a sweep that measures nothing, given the two neighbours that are
+/// not passed and whether the last point has none of the second kind.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
+fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
+    source: &S,
+    loaded: &S::Loaded,
+    kept: &mut S::Kept,
+    [across, along]: [&[T]; 2],
+    beyond: bool,
+    q: &[T],
+    q_factor: T,
+    t: &mut [T],
+) {
+    let n = t.len().min(S::CHUNK);
+    let (across, along, q) = (&across[..n], &along[..n], &q[..n]);
+    for i in 0..n {
+        let row = source.row::<true>(loaded, i);
+        t[i] = row.solved::<BACKWARD>([across[i], along[i]], q_factor * q[i]);
+        source.keep::<true>(kept, i, row.passed::<BACKWARD>());
+    }
+    if beyond {
+        let i = if BACKWARD { 0 } else { n - 1 };
+        let row = source.row::<true>(loaded, i);
+        t[i] = row.solved::<BACKWARD>([across[i], T::zero()], q_factor * q[i]);
     }
 }
 

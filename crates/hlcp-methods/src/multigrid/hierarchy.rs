@@ -2,16 +2,11 @@
 
 use std::ops::Range;
 
-use hlcp_core::{Coefficients, Error, FivePointView, Scalar, VaryingFivePoint};
-
-use super::transfer::Axis;
+use hlcp_core::{Coefficients, Error, FivePointView, Scalar, Transfer, VaryingFivePoint};
 
 /// A grid and the next coarser one over the same domain.
 ///
-/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
-/// points per side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
-/// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
-/// stays.
+/// They are those of [`Transfer`].
 ///
 /// ```
 /// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
@@ -45,13 +40,13 @@ pub struct Grids<'a, T> {
     pub fine: [usize; 2],
     /// The coarse grid's `[nx, ny]`.
     pub coarse: [usize; 2],
-    pub(super) axes: &'a [Axis<T>; 2],
+    pub(super) transfer: &'a Transfer<T>,
 }
 
 impl<T: Scalar> Grids<'_, T> {
     /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
     pub fn ratio(&self) -> [T; 2] {
-        self.axes.each_ref().map(Axis::ratio)
+        self.transfer.ratio()
     }
 
     /// The column and the row of the fine point nearest to the coarse point of column `i` and row
@@ -61,7 +56,8 @@ impl<T: Scalar> Grids<'_, T> {
     ///
     /// Unless the coarse grid has such a point.
     pub fn nearest(&self, i: usize, j: usize) -> [usize; 2] {
-        [self.axes[0].nearest()[i], self.axes[1].nearest()[j]]
+        let [columns, rows] = self.transfer.nearest();
+        [columns[i], rows[j]]
     }
 }
 
@@ -175,13 +171,13 @@ fn rediscretised<T: Scalar>(
 ) -> Result<VaryingFivePoint<'static, T>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
-    let [x_axis, y_axis] = grids.axes;
+    let axis = |d: usize| (grids.fine[d], grids.transfer.nearest()[d], grids.ratio()[d]);
     VaryingFivePoint::from_fn(nx, ny, |i, j| {
         let [p, q] = grids.nearest(i, j);
         let k = q * width + p;
         let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(k));
-        let [west, east] = couplings([west, east], k, 1, x_axis, i);
-        let [south, north] = couplings([south, north], k, width, y_axis, j);
+        let [west, east] = couplings([west, east], k, 1, axis(0), i);
+        let [south, north] = couplings([south, north], k, width, axis(1), j);
         [south, west, zero_order - (south + west + east + north), east, north]
     })
 }
@@ -190,22 +186,26 @@ fn rediscretised<T: Scalar>(
 /// the fine points.
 ///
 /// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on
-/// the axis.
+/// the axis, which has `count` fine nodes, those `nearest` to coarse ones, and the `ratio` of the
+/// spacings.
 fn couplings<T: Scalar>(
     [back, ahead]: [Coefficients<'_, T>; 2],
     k: usize,
     stride: usize,
-    axis: &Axis<T>,
+    (count, nearest, ratio): (usize, &[usize], T),
     i: usize,
 ) -> [T; 2] {
-    let [before, after] = axis.edges(i);
-    if before + after == 0 {
+    if nearest.len() == count {
         return [back.at(k), ahead.at(k)];
     }
+    // How many fine edges lead to the coarse neighbours, without those to the interval's ends.
+    let here = nearest[i];
+    let before = here - if i > 0 { nearest[i - 1] } else { 0 };
+    let after = nearest.get(i + 1).unwrap_or(&(count - 1)) - here;
     // An edge by the point it leads back from.
     let edge = |k: usize| [back.at(k), ahead.at(k - stride)];
     let coarse = |points: Range<usize>| {
-        coarse_edge(points.map(|p| edge(k + p * stride - before * stride)), axis.ratio())
+        coarse_edge(points.map(|p| edge(k + p * stride - before * stride)), ratio)
     };
     [coarse(1..before + 1)[0], coarse(before + 1..before + after + 1)[1]]
 }
