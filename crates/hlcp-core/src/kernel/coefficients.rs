@@ -106,8 +106,11 @@ impl<T: Scalar> Row<T> {
     /// an accelerated sweep takes all that a passed neighbour contributes in the recurrence.
     #[inline(always)]
     pub(super) fn solved<const BACKWARD: bool>(&self, [across, along]: [T; 2], f: T) -> T {
-        let [of_across, of_along] =
-            if BACKWARD { [self.defect[0], self.defect[1]] } else { [self.defect[4], self.defect[3]] };
+        let [of_across, of_along] = if BACKWARD {
+            [self.defect[0], self.defect[1]]
+        } else {
+            [self.defect[4], self.defect[3]]
+        };
         -(f + share(of_across, across) + share(of_along, along)) * self.over_pivot
     }
 

@@ -5,9 +5,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{
-    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer,
-    coefficients::Source,
-    tile::Around,
+    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer, coefficients::Source, tile::Around,
     transfer::FineRows,
 };
 use crate::{
@@ -123,7 +121,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Unless the vectors have the grid's order.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
         self.assert_orders([f.1.len(), x.len(), y.len()]);
-        self.sweep.directed(backward, false).smooth(f, x, y);
+        self.sweep.directed(backward, false).smooth_on(Arch::new(), f, x, y);
     }
 
     /// A forward sweep with the problem's γ and `q` for `f` that also returns the norms of
@@ -202,13 +200,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// assert_eq!(coarse, [(0.5 * 1.0 + 2.0 + 0.5 * 4.0) / 2.0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn restrict(
-        &self,
-        f: Multiple<'_, T>,
-        x: &[T],
-        transfer: &Transfer<T>,
-        coarse: &mut [T],
-    ) {
+    pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());
         let bands = Claims::new(transfer.bands(coarse));
@@ -241,21 +233,19 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     }
 }
 
-fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
+pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
     [Relaxation::new([T::one(); 2]); 2]
 }
 
 impl<T: Scalar> Sweep<'_, T> {
     /// The sweep of the smoother.
-    fn smooth(&self, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
+    pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
         let old = Old { grid, q: f, x, gamma, q_factor: factor, meter, parallel };
         match self.constant::<true, true>(gauss_seidel()) {
-            Some(source) => old.sweep::<_, true>(Arch::new(), &source, y),
-            None => {
-                old.sweep::<_, true>(Arch::new(), &self.varying::<true>(gauss_seidel()), y)
-            }
+            Some(source) => old.sweep::<_, true>(arch, &source, y),
+            None => old.sweep::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
         };
     }
 }

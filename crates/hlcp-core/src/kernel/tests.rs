@@ -2,7 +2,9 @@
 
 use pulp::Arch;
 
-use super::{Grid, Relaxation, Sweep, coefficients::Row, coefficients::part};
+use super::{
+    Grid, Relaxation, Sweep, coefficients::Row, coefficients::part, smoother::gauss_seidel,
+};
 use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoint};
 
 /// A number in −1..1 without pattern.
@@ -123,6 +125,36 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     everywhere::<T, ACCELERATED>(red_black, relaxation, q, x, &expected);
 }
 
+/// The smoother's sweep is the loop over the points too.
+fn smooths<T: Scalar, const BACKWARD: bool>(sweep: Sweep<'_, T>, f: &[T], x: &[T]) {
+    let sweep = sweep.directed(BACKWARD, false);
+    let (n, factor) = (x.len(), T::of(0.7));
+    let mut expected = vec![T::zero(); n];
+    for step in 0..n {
+        let k = if BACKWARD { n - 1 - step } else { step };
+        let [south, west, _, east, north] = around(sweep.grid, k);
+        let [passed, coming] =
+            if BACKWARD { [[north, east], [south, west]] } else { [[south, west], [north, east]] };
+        let row = row::<T, true>(&sweep, gauss_seidel(), k);
+        let t = row.solved::<BACKWARD>(coming.map(|at| value(x, at)), factor * f[k]);
+        let [across, along] = passed.map(|at| value(&expected, at));
+        let shares = row.passed::<BACKWARD>();
+        expected[k] = (t - part::<T, true>(shares[0], across)) - part::<T, true>(shares[1], along);
+    }
+    for arch in architectures() {
+        let mut y = vec![T::nan(); n];
+        sweep.smooth_on(arch, (factor, f), x, &mut y);
+        assert!(y == expected, "{:?} on {arch:?}", sweep.grid);
+        #[cfg(feature = "rayon")]
+        for pool in pools() {
+            let shared = Sweep { parallel: true, ..sweep };
+            let mut y = vec![T::nan(); n];
+            pool.install(|| shared.smooth_on(arch, (factor, f), x, &mut y));
+            assert!(y == expected, "{:?} on {} threads", sweep.grid, pool.current_num_threads());
+        }
+    }
+}
+
 /// On every instruction set and any number of threads the sweep comes to `expected`, with the same
 /// norms.
 fn everywhere<T: Scalar, const ACCELERATED: bool>(
@@ -200,6 +232,8 @@ fn four<T: Scalar>(
     agrees::<T, false, true>(sweep, q, x);
     agrees::<T, true, false>(sweep, q, x);
     agrees::<T, true, true>(sweep, q, x);
+    smooths::<T, false>(sweep, q, x);
+    smooths::<T, true>(sweep, q, x);
 }
 
 #[test]

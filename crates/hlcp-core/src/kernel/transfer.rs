@@ -378,9 +378,7 @@ struct Interpolation<'a, T, I> {
     bands: &'a Claims<I>,
 }
 
-impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd
-    for Interpolation<'_, T, I>
-{
+impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Interpolation<'_, T, I> {
     type Output = ();
 
     #[inline(always)]

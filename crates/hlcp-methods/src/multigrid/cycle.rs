@@ -166,9 +166,6 @@ impl<T: Scalar> Equation<'_, T> {
     }
 }
 
-fn of_level<T: Scalar>(
-    problem: &Hlcp<T, Coarse<T>, Coarse<T>>,
-    parallel: bool,
-) -> Smoother<'_, T> {
+fn of_level<T: Scalar>(problem: &Hlcp<T, Coarse<T>, Coarse<T>>, parallel: bool) -> Smoother<'_, T> {
     Smoother::new(problem, problem.omega(), parallel).expect("coarse operators are five-point ones")
 }

@@ -172,14 +172,18 @@ fn rediscretised<T: Scalar>(
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
     let axis = |d: usize| (grids.fine[d], grids.transfer.nearest()[d], grids.ratio()[d]);
-    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+    let row = |i, j| {
         let [p, q] = grids.nearest(i, j);
         let k = q * width + p;
         let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(k));
         let [west, east] = couplings([west, east], k, 1, axis(0), i);
         let [south, north] = couplings([south, north], k, width, axis(1), j);
         [south, west, zero_order - (south + west + east + north), east, north]
-    })
+    };
+    if fine.constants().is_some() {
+        return VaryingFivePoint::new(nx, ny, row(0, 0).map(Coefficients::Constant));
+    }
+    VaryingFivePoint::from_fn(nx, ny, row)
 }
 
 /// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of

@@ -5,9 +5,7 @@ mod full;
 mod hierarchy;
 mod pace;
 
-use hlcp_core::{
-    Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Transfer,
-};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Transfer};
 
 pub use self::{
     cycle::Cycle,
@@ -241,7 +239,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
 
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
         let Self { problem, scaling, levels, between, .. } = self;
-        let (omega, parallel) = (scaling.as_ref().unwrap_or(problem.omega()), problem.is_parallel());
+        let (omega, parallel) =
+            (scaling.as_ref().unwrap_or(problem.omega()), problem.is_parallel());
         let smoother = Smoother::new(problem, omega, parallel);
         Equation {
             smoother: smoother.expect("five-point operators, as before"),
