@@ -249,8 +249,11 @@ impl<T: Scalar> Aor<T> {
         y: &mut [T],
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
-        let fits =
-            |sweep: &Sweep<'_, T>| self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0]);
+        // Across the seam of a grid that closes, points of one colour may be neighbours.
+        let fits = |sweep: &Sweep<'_, T>| {
+            let open = problem.round() == [false; 2];
+            self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0] && open)
+        };
         if let Some(fused) = problem.sweep().filter(fits) {
             let fused = fused.directed(self.backward, self.red_black.is_some());
             return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
@@ -335,7 +338,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         };
         let n = problem.order();
         match problem.sweep().filter(Sweep::is_constant) {
-            // The first rows with a western and with a southern neighbour have all there is.
+            // The first rows with a western and with a southern neighbour have all there is, and
+            // where the grid closes any row has.
             Some(sweep) => {
                 [0, 1, sweep.grid()[0]].into_iter().filter(|&i| i < n).try_for_each(check)
             }

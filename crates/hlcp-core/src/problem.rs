@@ -1,5 +1,5 @@
 use crate::{
-    Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
+    Diagonal, Error, FivePointView, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
     error::positive,
     kernel::Sweep,
     norms::{Meter, Tally},
@@ -237,7 +237,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] unless both are known as five-point operators, on one grid.
+    /// [`Error::NotFivePoint`] unless both are known as five-point operators, on one grid that
+    /// closes in the same directions.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -248,19 +249,36 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn grid(&self) -> Result<[usize; 2], Error> {
-        let a = self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?.grid();
-        let b = self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?.grid();
+        let shape = |view: FivePointView<'_, T>| view.grid().map(|grid| (grid, view.round()));
+        let a = shape(self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?);
+        let b = shape(self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?);
         match (a, b) {
             (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
-            _ => Ok(a.or(b).unwrap_or([self.order(), 1])),
+            _ => Ok(a.or(b).map_or([self.order(), 1], |(grid, _)| grid)),
         }
+    }
+
+    /// Whether the grid of the operators closes round along `[x, y]`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let a = FivePoint::new(5, 3, [-1.0, -1.0, 5.0, -1.0, -1.0])?.periodic([true, false])?;
+    /// assert_eq!(Hlcp::lcp(a)?.round(), [true, false]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn round(&self) -> [bool; 2] {
+        let views = [self.a.as_five_point(), self.b.as_five_point()];
+        let rounds = views.map(|view| view.map_or([false; 2], |view| view.round()));
+        [0, 1].map(|axis| rounds.iter().any(|round| round[axis]))
     }
 
     /// The sweep over both operators, if they are five-point ones on one grid.
     pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
-        Some(Sweep::new(self.grid().ok()?, views, &self.omega, factors, self.parallel))
+        let (grid, round) = (self.grid().ok()?, self.round());
+        Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel))
     }
 
     /// The rows of both operators, if these have them assembled or are diagonal.

@@ -74,6 +74,14 @@ impl<T: Scalar> Row<T> {
         if BACKWARD { [north, east] } else { [south, west] }
     }
 
+    /// The shares of the neighbours that a sweep has not passed, should they lie across a grid that
+    /// closes: of northern and eastern ones forward.
+    #[inline(always)]
+    pub(super) fn coming<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
+        let [south, west, east, north] = self.passed;
+        if BACKWARD { [south, west] } else { [north, east] }
+    }
+
     /// F, from the old values around the point and from γq.
     #[inline(always)]
     pub(super) fn defect(&self, x: [T; 5], gamma_q: T) -> T {
@@ -256,7 +264,7 @@ impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
 
     #[inline(always)]
     fn load(&self, j: usize, columns: Range<usize>, loaded: &mut Stretch<T>) {
-        let Grid { nx, ny, .. } = self.grid;
+        let Grid { nx, ny, round, .. } = self.grid;
         let stretch = j * nx + columns.start..j * nx + columns.end;
         let pairs = self.a.iter().zip(&mut loaded.a).chain(self.b.iter().zip(&mut loaded.b));
         for (from, to) in pairs {
@@ -265,12 +273,23 @@ impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
             }
         }
         if let Coefficients::Each(omega) = self.omega {
-            // Beyond the grid's edge any number serves.
+            // Beyond the grid's edge any number serves, unless it closes.
             for (k, to) in loaded.omega.iter_mut().enumerate() {
-                let row = (j + k).clamp(1, ny) - 1;
+                let row = match (j + k, round[1]) {
+                    (0, true) => ny - 1,
+                    (above, true) if above > ny => 0,
+                    (row, _) => row.clamp(1, ny) - 1,
+                };
+                let row = &omega[row * nx..(row + 1) * nx];
                 let (start, end) = (columns.start.max(1) - 1, (columns.end + 1).min(nx));
                 let (at, count) = (start + 1 - columns.start, end - start);
-                to[at..at + count].copy_from_slice(&omega[row * nx + start..row * nx + end]);
+                to[at..at + count].copy_from_slice(&row[start..end]);
+                if round[0] && columns.start == 0 {
+                    to[0] = row[nx - 1];
+                }
+                if round[0] && columns.end == nx {
+                    to[columns.len() + 1] = row[0];
+                }
             }
         }
     }

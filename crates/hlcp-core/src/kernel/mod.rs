@@ -26,6 +26,12 @@
 //! Each band's sums of squares are added in the order of the bands. In red–black order, see
 //! [`red_black`], bands wait for nothing.
 //!
+//! Where the grid closes, the point at either end of a row is the other one's neighbour. What the
+//! first point of a sweep takes from the last is old, and what the last takes from the first is new:
+//! the first phase puts the old values into the place of those beyond the edge and moves both
+//! shares to the side of M or N that they belong to, and the recurrence ends a row, and the last
+//! row, with the new one.
+//!
 //! No `mul_add` and no reassociation: the same bits on every processor and for every number of
 //! threads.
 
@@ -71,17 +77,17 @@ pub(crate) struct Sweep<'a, T> {
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
-    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points; `q_factor` is what
-    /// multiplies `q` in F.
+    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points that closes in the
+    /// directions `round`; `q_factor` is what multiplies `q` in F.
     pub(crate) fn new(
-        [nx, ny]: [usize; 2],
+        ([nx, ny], round): ([usize; 2], [bool; 2]),
         [a, b]: [FivePointView<'a, T>; 2],
         omega: &'a Omega<T>,
         [gamma, q_factor]: [T; 2],
         parallel: bool,
     ) -> Self {
         let omega = omega.view();
-        let grid = Grid { nx, ny, backward: false, red_black: false };
+        let grid = Grid { nx, ny, backward: false, red_black: false, round };
         Self { grid, a, b, omega, gamma, q_factor, parallel }
     }
 
@@ -228,8 +234,9 @@ impl<T: Scalar> Old<'_, T> {
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
-        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([T::zero(); COLUMNS])).collect();
+        let handed_on = threads > 1 || self.grid.round[1];
+        let stretches = if handed_on { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
@@ -270,7 +277,7 @@ struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     old: &'a Old<'a, T>,
     source: &'a S,
     bands: &'a Claims<I>,
-    edges: &'a [Turns<[T; COLUMNS]>],
+    edges: &'a [Turns<[[T; COLUMNS]; 2]>],
     sum: &'a Sum<T>,
 }
 
@@ -302,13 +309,16 @@ where
     }
 }
 
-/// The grid, and the direction and the order of the sweep.
+/// The grid, and the direction and the order of the sweep; a grid that closes is swept in
+/// lexicographic order.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     nx: usize,
     ny: usize,
     backward: bool,
     red_black: bool,
+    /// Whether it closes along a row and along a column.
+    round: [bool; 2],
 }
 
 #[cfg(test)]

@@ -196,7 +196,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// let smoother = Smoother::new(&problem, problem.omega(), false)?;
     /// let mut coarse = [f64::NAN];
     /// let f = [1.0, 2.0, 4.0];
-    /// smoother.restrict((1.0, &f), &[0.0; 3], &Transfer::new([3, 1]), &mut coarse);
+    /// smoother.restrict((1.0, &f), &[0.0; 3], &Transfer::new([3, 1], [false; 2]), &mut coarse);
     /// assert_eq!(coarse, [(0.5 * 1.0 + 2.0 + 0.5 * 4.0) / 2.0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -272,21 +272,21 @@ impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
                 None => (T::zero(), &zeros[..n]),
             };
             self.source.load(j, stretch.clone(), &mut self.loaded);
-            let edges = [start == 0, stretch.end == self.nx];
+            let ends = self.around.ends(j, &stretch);
             let around = self.around.stretch(j, stretch);
-            defect_phase(self.source, &self.loaded, around, edges, f, factor, d);
+            defect_phase(self.source, &self.loaded, around, ends, f, factor, d);
         }
     }
 }
 
-/// The defect of a stretch of a row, given its five neighbours and whether it is at the grid's
-/// western and eastern edge.
+/// The defect of a stretch of a row, given its five neighbours and the values beyond the ends of
+/// the row.
 #[inline(always)]
 fn defect_phase<T: Scalar, S: Source<T>>(
     source: &S,
     loaded: &S::Loaded,
     [south, west, here, east, north]: [&[T]; 5],
-    [western, eastern]: [bool; 2],
+    [to_west, to_east]: [Option<T>; 2],
     f: &[T],
     factor: T,
     d: &mut [T],
@@ -300,15 +300,15 @@ fn defect_phase<T: Scalar, S: Source<T>>(
         d[i] = source.row::<true>(loaded, i).defect(x, factor * f[i]);
     }
     let mut edge = |i: usize| {
-        let west = if western && i == 0 { T::zero() } else { west[i] };
-        let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
+        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let x = [south[i], west, here[i], east, north[i]];
         d[i] = source.row::<true>(loaded, i).defect(x, factor * f[i]);
     };
-    if western {
+    if to_west.is_some() {
         edge(0);
     }
-    if eastern {
+    if to_east.is_some() {
         edge(n - 1);
     }
 }

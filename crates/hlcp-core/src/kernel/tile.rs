@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use super::{
     COLUMNS, Grid, Old, PAD, ROWS,
-    coefficients::{Source, part},
+    coefficients::{Pair, Source, part},
 };
 use crate::{Scalar, norms::Tally, team::Turns};
 
@@ -11,9 +11,9 @@ use crate::{Scalar, norms::Tally, team::Turns};
 pub(super) enum Edge<'a, T> {
     /// A row of the only worker, empty at the grid's edge.
     Own(&'a [T]),
-    /// The last values in each stretch of columns, which band after band overwrites: this one as
-    /// `number`.
-    Passed { edges: &'a [Turns<[T; COLUMNS]>], number: usize },
+    /// The last values in each stretch of columns, which band after band overwrites, this one as
+    /// `number`; and those of the sweep's first row.
+    Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
 }
 
 /// The state of one worker while it relaxes a band of rows.
@@ -24,6 +24,10 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     kept: [S::Kept; ROWS],
     around: Around<'a, T>,
     defect: [T; COLUMNS + PAD],
+    /// What the last point of each row takes from the first, where rows close.
+    along: [Pair<T>; ROWS],
+    /// What each point of the last row takes from the first row, where columns close.
+    across: [[T; COLUMNS + PAD]; 2],
 }
 
 /// The old iterate around a stretch of a row.
@@ -42,16 +46,25 @@ impl<'a, T: Scalar> Around<'a, T> {
         Self { grid, x, west: zeros, east: zeros, zeros }
     }
 
+    /// The values beyond the western and the eastern end of row `j`, as far as the stretch reaches
+    /// these.
+    #[inline(always)]
+    pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
+        let Grid { nx, round: [round, _], .. } = self.grid;
+        let value = |i: usize| if round { self.x[j * nx + i] } else { T::zero() };
+        [(columns.start == 0).then(|| value(nx - 1)), (columns.end == nx).then(|| value(0))]
+    }
+
     /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
     /// row's ends any number may stand.
     #[inline(always)]
     pub(super) fn stretch(&mut self, j: usize, columns: Range<usize>) -> [&[T]; 5] {
-        let Self { grid: Grid { nx, ny, .. }, x, .. } = *self;
+        let Self { grid: Grid { nx, ny, round: [_, round], .. }, x, .. } = *self;
         let Range { start, end } = columns;
-        let row = |j: usize| &x[j * nx..(j + 1) * nx];
-        let zeros = &self.zeros[..end - start];
-        let south = if j > 0 { &row(j - 1)[start..end] } else { zeros };
-        let north = if j + 1 < ny { &row(j + 1)[start..end] } else { zeros };
+        let row = |j: usize| &x[j * nx + start..j * nx + end];
+        let beyond = |j: usize| if round { row(j) } else { &self.zeros[..end - start] };
+        let south = if j > 0 { row(j - 1) } else { beyond(ny - 1) };
+        let north = if j + 1 < ny { row(j + 1) } else { beyond(0) };
         // West of a row's first point the vector holds the last one of the row before: the edges
         // are put right afterwards. Only at the vector's own ends there is nothing to read.
         let (from, until) = (j * nx + start, j * nx + end);
@@ -76,7 +89,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
         let (around, defect) = (Around::new(old.grid, old.x), [T::zero(); COLUMNS + PAD]);
-        Self { old, source, loaded, kept, around, defect }
+        let (along, across) = ([[T::zero(); 2]; ROWS], [defect; 2]);
+        Self { old, source, loaded, kept, around, defect, along, across }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -127,12 +141,13 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     ) {
         let Old { grid, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
-        let (nx, from, until) = (grid.nx, j * grid.nx + start, j * grid.nx + end);
+        let (from, until) = (j * grid.nx + start, j * grid.nx + end);
+        let ends = self.around.ends(j, &columns);
         let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
         if S::LEAN {
             let coming = if BACKWARD { [south, west] } else { [north, east] };
-            let beyond = if BACKWARD { start == 0 } else { end == nx };
+            let beyond = if BACKWARD { ends[0] } else { ends[1] };
             lean_phase::<_, _, BACKWARD>(
                 self.source,
                 &self.loaded,
@@ -143,6 +158,9 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 q_factor,
                 &mut y[start..end],
             );
+            if grid.round != [false; 2] {
+                self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
+            }
             return;
         }
         let defect = &mut self.defect[..end - start];
@@ -151,13 +169,58 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             &self.loaded,
             &mut self.kept[k],
             [south, west, here, east, north],
-            [start == 0, end == nx],
+            ends,
             &q[from..until],
             q_factor,
             defect,
             &mut y[start..end],
         );
         meter.add_to(sum, defect);
+        if grid.round != [false; 2] {
+            self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
+        }
+    }
+
+    /// Moves what neighbours across a grid that closes contribute to `t`: the sweep's first point
+    /// of a row, and its first row, have passed none there, and the last ones have.
+    #[inline(always)]
+    fn close<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        j: usize,
+        k: usize,
+        columns: Range<usize>,
+        y: &mut [T],
+    ) {
+        let (source, loaded, old) = (self.source, &self.loaded, self.old);
+        let Grid { nx, ny, round, .. } = old.grid;
+        let x = |j: usize, i: usize| old.x[j * nx + i];
+        let [first, last] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
+        if round[0] && columns.contains(&first) {
+            let [_, along] =
+                source.row::<ACCELERATED>(loaded, first - columns.start).passed::<BACKWARD>();
+            y[first] -= part::<_, ACCELERATED>(along, x(j, last));
+        }
+        if round[0] && columns.contains(&last) {
+            let [_, along] =
+                source.row::<ACCELERATED>(loaded, last - columns.start).coming::<BACKWARD>();
+            y[last] += part::<_, ACCELERATED>(along, x(j, first));
+            self.along[k] = along;
+        }
+        let [first, last] = if BACKWARD { [ny - 1, 0] } else { [0, ny - 1] };
+        if round[1] && j == first {
+            for i in columns.clone() {
+                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
+                y[i] -= part::<_, ACCELERATED>(row.passed::<BACKWARD>()[0], x(last, i));
+            }
+        }
+        if round[1] && j == last {
+            for i in columns.clone() {
+                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
+                let [across, _] = row.coming::<BACKWARD>();
+                y[i] += part::<_, ACCELERATED>(across, x(first, i));
+                [self.across[0][i - columns.start], self.across[1][i - columns.start]] = across;
+            }
+        }
     }
 
     /// The recurrence over a stretch of the band.
@@ -168,21 +231,35 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         edge: Edge<'_, T>,
         columns: Range<usize>,
     ) {
-        let nx = self.old.grid.nx;
+        let Grid { nx, ny, round, .. } = self.old.grid;
         let length = columns.len();
+        let height = band.len() / nx;
+        // The band's row that comes last in the sweep, and whether it is the grid's last.
+        let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let passed = match edge {
-            Edge::Own([]) => &self.around.zeros[..length],
-            Edge::Own(row) => &row[columns.clone()],
+        let mut closes = false;
+        let (passed, opening) = match edge {
+            Edge::Own([]) => (&self.around.zeros[..length], None),
+            Edge::Own(row) => (&row[columns.clone()], None),
             Edge::Passed { edges, number } => {
-                &turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number)).value[..length]
+                let turn = turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number));
+                let [passed, first] = &*turn.value;
+                closes = round[1] && (number + 1) * ROWS >= ny;
+                (&passed[..length], Some(&first[..length]))
             }
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
         let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
-        let height = band.len() / nx;
+        let alone = closes && height == ny;
+        if let Some(first) = opening.filter(|_| closes && !alone) {
+            let row = &mut band[last * nx..(last + 1) * nx][columns.clone()];
+            subtract::<_, ACCELERATED>(&self.across, first, row);
+        }
+        // The sweep's first point of a row, and its last one.
+        let [first, final_] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
+        let closing = (round[0] && columns.contains(&final_)).then_some(&self.along);
         let link = Link { source: *self.source, kept: &self.kept };
-        if height == ROWS && length >= ROWS {
+        if height == ROWS && length >= ROWS && !alone {
             let mut rows = band.chunks_exact_mut(nx);
             let mut rows: [&mut [T]; ROWS] =
                 std::array::from_fn(|_| rows.next().expect("a full band"));
@@ -190,26 +267,63 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 rows.reverse();
             }
             let start = std::array::from_fn(|k| before(rows[k]));
+            let opened = std::array::from_fn(|k| rows[k][first]);
+            let whole = length == nx;
+            let ends = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows);
+            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, ends);
         } else {
             let mut across = self.around.zeros;
             across[..length].copy_from_slice(passed);
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
-                let row = &mut band[row * nx..(row + 1) * nx];
-                let start = before(row);
-                let row = &mut row[columns.clone()];
-                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, row);
-                across[..length].copy_from_slice(row);
+                if alone && k + 1 == height {
+                    let opening = if BACKWARD { height - 1 } else { 0 };
+                    let mut opened = self.around.zeros;
+                    opened[..length].copy_from_slice(&band[opening * nx..][columns.clone()]);
+                    let row = &mut band[row * nx..(row + 1) * nx][columns.clone()];
+                    subtract::<_, ACCELERATED>(&self.across, &opened, row);
+                }
+                let line = &mut band[row * nx..(row + 1) * nx];
+                let start = before(line);
+                let stretch = &mut line[columns.clone()];
+                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, stretch);
+                if let Some(pairs) = closing {
+                    line[final_] -= part::<_, ACCELERATED>(pairs[k], line[first]);
+                }
+                across[..length].copy_from_slice(&line[columns.clone()]);
             }
         }
         if let Some(mut turn) = turn {
-            let last = if BACKWARD { 0 } else { height - 1 };
-            turn.value[..length].copy_from_slice(&band[last * nx..(last + 1) * nx][columns]);
+            let [passed, first] = &mut *turn.value;
+            let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
+            passed[..length].copy_from_slice(row(last));
+            if round[1] && matches!(edge, Edge::Passed { number: 0, .. }) {
+                first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
+            }
             turn.pass();
         }
     }
+}
+
+/// Takes off a row what it has from the sweep's first row, by the factors of value and modulus.
+#[inline(always)]
+fn subtract<T: Scalar, const ACCELERATED: bool>(
+    factors: &[[T; COLUMNS + PAD]; 2],
+    first: &[T],
+    row: &mut [T],
+) {
+    for (i, (y, &first)) in row.iter_mut().zip(first).enumerate() {
+        *y -= part::<_, ACCELERATED>([factors[0][i], factors[1][i]], first);
+    }
+}
+
+/// What the last points of rows that close need.
+struct Ends<'a, T, const R: usize> {
+    pairs: &'a [Pair<T>; ROWS],
+    /// The first points' values, unless the stretch holds the whole row.
+    opened: [T; R],
+    whole: bool,
 }
 
 /// The columns `columns` in sweep order, by their place in the grid.
@@ -218,8 +332,8 @@ fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usi
     if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's
-/// western and eastern edge.
+/// The first phase of a stretch of a row, given its five neighbours and the values beyond the ends
+/// of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -227,7 +341,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [south, west, here, east, north]: [&[T]; 5],
-    [western, eastern]: [bool; 2],
+    [to_west, to_east]: [Option<T>; 2],
     q: &[T],
     q_factor: T,
     defect: &mut [T],
@@ -244,22 +358,22 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
-        let west = if western && i == 0 { T::zero() } else { west[i] };
-        let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
+        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
-    if western {
+    if to_west.is_some() {
         edge(0);
     }
-    if eastern {
+    if to_east.is_some() {
         edge(n - 1);
     }
 }
 
 /// The first phase of a stretch of a sweep that measures nothing, given the two neighbours that are
-/// not passed and whether the last point has none of the second kind.
+/// not passed and the value beyond the end of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
@@ -267,7 +381,7 @@ fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [across, along]: [&[T]; 2],
-    beyond: bool,
+    beyond: Option<T>,
     q: &[T],
     q_factor: T,
     t: &mut [T],
@@ -279,10 +393,10 @@ fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
         t[i] = row.solved::<BACKWARD>([across[i], along[i]], q_factor * q[i]);
         source.keep::<true>(kept, i, row.passed::<BACKWARD>());
     }
-    if beyond {
+    if let Some(beyond) = beyond {
         let i = if BACKWARD { 0 } else { n - 1 };
         let row = source.row::<true>(loaded, i);
-        t[i] = row.solved::<BACKWARD>([across[i], T::zero()], q_factor * q[i]);
+        t[i] = row.solved::<BACKWARD>([across[i], beyond], q_factor * q[i]);
     }
 }
 
@@ -339,6 +453,7 @@ impl<S, K> Link<'_, S, K> {
         passed: &[T],
         start: [T; R],
         mut rows: [&mut [T]; R],
+        ends: Option<Ends<'_, T, R>>,
     ) where
         S: Source<T, Kept = K>,
     {
@@ -359,6 +474,11 @@ impl<S, K> Link<'_, S, K> {
             let across = before.last().map_or(passed, |row| row);
             let points = R - 1 - k + done..n;
             self.chain::<T, BACKWARD, ACCELERATED>(k, points, across, y, row[0]);
+            if let Some(Ends { pairs, opened, whole }) = &ends {
+                let [first, last] = if BACKWARD { [n - 1, 0] } else { [0, n - 1] };
+                let value = if *whole { row[0][first] } else { opened[k] };
+                row[0][last] -= part::<_, ACCELERATED>(pairs[k], value);
+            }
         }
     }
 

@@ -20,11 +20,13 @@ const HEIGHT: usize = 16;
 ///
 /// Fine node `p` lies between the coarse nodes `p/2 − 1` and `p/2`, those beyond the ends among
 /// them: of odd `m` every other node is a coarse one, and of even `m` the coarse spacing is a
-/// little more than twice the fine one.
+/// little more than twice the fine one. Of an axis that closes round, with an even number of nodes,
+/// every other one is a coarse one.
 #[derive(Debug, Clone)]
 struct Axis<T> {
     fine: usize,
     coarse: usize,
+    round: bool,
     /// For each coarse node the fine one nearest to it.
     nearest: Vec<usize>,
     /// For each fine node the weight of the later of the two coarse ones beside it, and then ones
@@ -38,25 +40,35 @@ struct Axis<T> {
 }
 
 impl<T: Scalar> Axis<T> {
-    fn new(fine: usize) -> Self {
+    fn new(fine: usize, round: bool) -> Self {
         let coarse = match (fine - 1) / 2 {
+            // Three points at least, as of any direction that closes.
+            _ if round && fine % 2 == 0 && fine >= 6 => fine / 2,
+            _ if round => fine,
             0 => fine,
             half if fine % 2 == 1 => half,
             _ => fine / 2 - 1,
         };
-        let (fine_cells, coarse_cells) = (fine + 1, coarse + 1);
+        // Of the one spacing beyond the last node an axis that closes has none.
+        let end = usize::from(!round);
+        let (fine_cells, coarse_cells) = (fine + end, coarse + end);
         let number = |v: usize| T::of(v as f64);
-        // Fine node p is (p + 1)/(fine + 1) along.
+        // Fine node p is (p + 1)/fine_cells along.
         let nearest = |i: usize| (i * fine_cells + coarse_cells / 2) / coarse_cells - 1;
         let weight = |p: usize| {
             let along = (p + 1) * coarse_cells - p / 2 * fine_cells;
             number(along) / number(fine_cells)
         };
         let padded = 2 * coarse + 4;
-        let weights = (0..padded).map(|p| if p < fine { weight(p) } else { T::one() });
+        let weights = (0..padded).map(|p| match p {
+            p if p < fine => weight(p),
+            p if round => weight(p - fine),
+            _ => T::one(),
+        });
         let mut axis = Self {
             fine,
             coarse,
+            round,
             nearest: (1..=coarse).map(nearest).collect(),
             weights: if coarse < fine { weights.collect() } else { vec![] },
             cubic: vec![],
@@ -73,6 +85,14 @@ impl<T: Scalar> Axis<T> {
     /// The four coarse nodes nearest to fine node `p`, by the first of them, or all where there are
     /// fewer, and their weights in the polynomial through them.
     fn lagrange(&self, p: usize) -> (usize, [T; 4]) {
+        if self.round {
+            let parts = match p % 2 {
+                _ if !self.halves() => return (p, [1.0, 0.0, 0.0, 0.0].map(T::of)),
+                0 => [-1.0, 9.0, 9.0, -1.0].map(|part| T::of(part / 16.0)),
+                _ => [0.0, 0.0, 1.0, 0.0].map(T::of),
+            };
+            return ((p / 2 + self.coarse - 2) % self.coarse, parts);
+        }
         let (fine_cells, coarse_cells) = (self.fine + 1, self.coarse + 1);
         let count = self.coarse.min(4);
         let number = |v: usize| T::of(v as f64);
@@ -97,7 +117,13 @@ impl<T: Scalar> Axis<T> {
             return ([None, Some(p)], T::one());
         }
         let k = p / 2;
-        ([k.checked_sub(1), (k < self.coarse).then_some(k)], self.weights[p])
+        let before = if k > 0 { Some(k - 1) } else { self.round.then_some(self.coarse - 1) };
+        ([before, (k < self.coarse).then_some(k)], self.weights[p])
+    }
+
+    /// How many of the four coarse nodes nearest to a fine one there are.
+    fn taps(&self) -> usize {
+        if self.round { 4 } else { self.coarse.min(4) }
     }
 
     /// The coarse columns of a stretch beginning at `start`, and the fine ones that lie between
@@ -118,7 +144,8 @@ impl<T: Scalar> Axis<T> {
 /// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
 /// points per side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
 /// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
-/// stays.
+/// stays. A direction that closes round has half as many points where their number is even and 6 or
+/// more, and stays otherwise.
 ///
 /// # Cost
 ///
@@ -129,7 +156,7 @@ impl<T: Scalar> Axis<T> {
 /// ```
 /// use hlcp_core::Transfer;
 ///
-/// let transfer = Transfer::<f64>::new([5, 3]);
+/// let transfer = Transfer::<f64>::new([5, 3], [false; 2]);
 /// assert_eq!(transfer.coarse(), [2, 1]);
 /// let mut fine = [0.0; 15];
 /// transfer.interpolate(&[1.0, 2.0], &mut fine, false);
@@ -141,13 +168,14 @@ pub struct Transfer<T> {
 }
 
 impl<T: Scalar> Transfer<T> {
-    /// The transfer from a fine grid of `[nx, ny]` points.
+    /// The transfer from a fine grid of `[nx, ny]` points that closes along the `[x, y]` that say
+    /// so.
     ///
     /// # Panics
     ///
     /// For a grid without points.
-    pub fn new(fine: [usize; 2]) -> Self {
-        Self { axes: fine.map(Axis::new) }
+    pub fn new([nx, ny]: [usize; 2], round: [bool; 2]) -> Self {
+        Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])] }
     }
 
     /// The fine grid's `[nx, ny]`.
@@ -163,7 +191,7 @@ impl<T: Scalar> Transfer<T> {
     /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
     ///
     /// ```
-    /// assert_eq!(hlcp_core::Transfer::new([5, 6]).ratio(), [3.0 / 6.0, 3.0 / 7.0]);
+    /// assert_eq!(hlcp_core::Transfer::new([5, 6], [false; 2]).ratio(), [3.0 / 6.0, 3.0 / 7.0]);
     /// ```
     pub fn ratio(&self) -> [T; 2] {
         self.axes.each_ref().map(|axis| axis.ratio)
@@ -172,7 +200,7 @@ impl<T: Scalar> Transfer<T> {
     /// For each coarse column the nearest fine one, and for each coarse row.
     ///
     /// ```
-    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6]);
+    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
     /// assert_eq!(transfer.nearest(), [&[1, 3], &[1, 4]]);
     /// ```
     pub fn nearest(&self) -> [&[usize]; 2] {
@@ -187,7 +215,7 @@ impl<T: Scalar> Transfer<T> {
     /// When `fine` is shorter than the fine grid.
     ///
     /// ```
-    /// let transfer = hlcp_core::Transfer::new([3, 3]);
+    /// let transfer = hlcp_core::Transfer::new([3, 3], [false; 2]);
     /// transfer.inject(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], |_, fine| {
     ///     assert_eq!(fine, 4.0);
     /// });
@@ -220,7 +248,7 @@ impl<T: Scalar> Transfer<T> {
     /// Unless the vectors have the grids' orders.
     ///
     /// ```
-    /// let transfer = hlcp_core::Transfer::new([5, 1]);
+    /// let transfer = hlcp_core::Transfer::new([5, 1], [false; 2]);
     /// let mut fine = [f64::NAN; 5];
     /// transfer.interpolate_smooth(&[1.0, 2.0], &mut fine, false);
     /// assert_eq!(fine, [0.5, 1.0, 1.5, 2.0, 2.5]);
@@ -263,7 +291,8 @@ impl<T: Scalar> Transfer<T> {
         let height = band.len() / width;
         let scale = x_axis.ratio * y_axis.ratio;
         let lines = if y_axis.halves() {
-            2 * first..y_axis.fine.min(2 * (first + height) + 2)
+            let end = 2 * (first + height) + 2;
+            2 * first..if y_axis.round { end } else { y_axis.fine.min(end) }
         } else {
             first..first + height
         };
@@ -275,12 +304,19 @@ impl<T: Scalar> Transfer<T> {
             } else {
                 columns.clone()
             };
-            let n = fine.len();
+            // Across the end of rows that close.
+            let beyond =
+                if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
+            let (inside, n) = (fine.len(), fine.len() + beyond);
             let mut d = [T::zero(); COLUMNS];
             // What has come together for one coarse row and for the next.
             let mut sums = [[T::zero(); COLUMNS]; 2];
             for j in lines.clone() {
-                rows.row(j, fine.clone(), &mut d[..n]);
+                let j = j % y_axis.fine;
+                rows.row(j, fine.clone(), &mut d[..inside]);
+                if beyond > 0 {
+                    rows.row(j, 0..beyond, &mut d[inside..n]);
+                }
                 let ([before, after], weight) = y_axis.beside(j);
                 let [sum, next] = &mut sums;
                 // Weights of one are those of a row that goes to one coarse row alone.
@@ -409,12 +445,17 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
             let mut line = [T::zero(); WIDTH + 2];
             let (from, until) = (columns.start.max(1) - 1, width.min(columns.end + 1));
             let inner = &mut line[from + 1 - columns.start..until + 1 - columns.start];
+            let mut to_west = T::zero();
             for (row, weight) in rows.into_iter().zip([T::one() - weight, weight]) {
                 if let Some(row) = row.filter(|_| weight > T::zero()) {
                     for (v, &coarse) in inner.iter_mut().zip(&row[from..until]) {
                         *v += weight * coarse;
                     }
+                    to_west += weight * row[width - 1];
                 }
+            }
+            if x_axis.round && start == 0 {
+                line[0] = to_west;
             }
             x_axis.interpolate(points.start, &line, &mut fine[points]);
             start = columns.end;
@@ -426,15 +467,18 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
         let [x_axis, y_axis] = &self.transfer.axes;
         let width = x_axis.coarse;
         let (row, of_rows) = y_axis.cubic[j];
-        let rows = y_axis.coarse.min(4);
+        let place = |first: usize, axis: &Axis<T>, k: usize| match first + k {
+            at if at < axis.coarse => at,
+            at => (at - axis.coarse) % axis.coarse,
+        };
         for (i, fine) in fine.iter_mut().enumerate() {
             let (column, of_columns) = x_axis.cubic[i];
             let mut sum = T::zero();
-            for (k, &weight) in of_rows.iter().enumerate().take(rows) {
-                let coarse = &self.coarse[(row + k) * width + column..];
-                let parts = of_columns.iter().zip(coarse).take(width.min(4));
-                let line = parts.fold(T::zero(), |line, (&weight, &c)| line + weight * c);
-                sum += weight * line;
+            for (k, &weight) in of_rows.iter().enumerate().take(y_axis.taps()) {
+                let coarse = &self.coarse[place(row, y_axis, k) * width..][..width];
+                let parts = of_columns.iter().enumerate().take(x_axis.taps());
+                let value = |(k, &weight): (usize, &T)| weight * coarse[place(column, x_axis, k)];
+                sum += weight * parts.map(value).fold(T::zero(), |line, part| line + part);
             }
             *fine = sum;
         }

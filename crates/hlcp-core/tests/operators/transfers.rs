@@ -22,20 +22,37 @@ fn close(u: &[f64], v: &[f64], tolerance: f64) {
 }
 
 /// How many points per side the next coarser grid has.
-fn half(m: usize) -> usize {
+fn half(m: usize, round: bool) -> usize {
     match m {
+        m if round => {
+            if m % 2 == 0 && m > 4 {
+                m / 2
+            } else {
+                m
+            }
+        }
         1 | 2 => m,
         m if m % 2 == 1 => (m - 1) / 2,
         m => m / 2 - 1,
     }
 }
 
-/// Linear interpolation on the unit interval: hats over the coarse spacing.
-fn hats(fine: usize, coarse: usize) -> Dense {
-    let hat = |i: usize, j: usize| {
-        let x = (i + 1) as f64 / (fine + 1) as f64 - (j + 1) as f64 / (coarse + 1) as f64;
-        (1.0 - x.abs() * (coarse + 1) as f64).max(0.0)
-    };
+/// Linear interpolation on the unit interval: hats over the coarse spacing. On a ring of an even
+/// number of nodes, a coarse one gives its all to one and half to the two beside it.
+fn hats(fine: usize, coarse: usize, round: bool) -> Dense {
+    if round {
+        let share = |i: usize, j: usize| match (i + fine - (2 * j + 1)) % fine {
+            _ if coarse == fine => f64::from(i == j),
+            0 => 1.0,
+            1 => 0.5,
+            back if back + 1 == fine => 0.5,
+            _ => 0.0,
+        };
+        return (0..fine).map(|i| (0..coarse).map(|j| share(i, j)).collect()).collect();
+    }
+    // The distance in coarse spacings is this number over fine + 1.
+    let distance = |i: usize, j: usize| ((i + 1) * (coarse + 1)).abs_diff((j + 1) * (fine + 1));
+    let hat = |i, j| (1.0 - distance(i, j) as f64 / (fine + 1) as f64).max(0.0);
     (0..fine).map(|i| (0..coarse).map(|j| hat(i, j)).collect()).collect()
 }
 
@@ -86,12 +103,22 @@ fn on_any_threads<R: PartialEq + std::fmt::Debug + Send>(work: impl Fn(bool) -> 
 #[test]
 fn transfers_and_defects_are_those_matrices() {
     for (seed, fine) in GRIDS.into_iter().enumerate() {
-        let transfer = Transfer::<f64>::new(fine);
+        for round in [[false, false], [true, false], [false, true], [true, true]] {
+            if fine.iter().zip(round).all(|(&side, round)| side >= 3 || !round) {
+                transfers_and_defects_are_as_defined(seed, fine, round);
+            }
+        }
+    }
+}
+
+fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [bool; 2]) {
+    {
+        let transfer = Transfer::<f64>::new(fine, round);
         let coarse = transfer.coarse();
-        assert_eq!(coarse, fine.map(half));
+        assert_eq!(coarse, [0, 1].map(|d| half(fine[d], round[d])));
         let (n, c) = (fine[0] * fine[1], coarse[0] * coarse[1]);
         let (x, xc) = (list(n, seed), list(c, seed + 1));
-        let p = [0, 1].map(|d| hats(fine[d], coarse[d]));
+        let p = [0, 1].map(|d| hats(fine[d], coarse[d], round[d]));
 
         let interpolated = on_any_threads(|parallel| {
             let mut interpolated = x.clone();
@@ -106,7 +133,9 @@ fn transfers_and_defects_are_those_matrices() {
         );
 
         let a = FivePoint::new(fine[0], fine[1], [-1.1, -0.9, 4.2, -0.8, -1.2]).unwrap();
+        let a = a.periodic(round).unwrap();
         let b = FivePoint::new(fine[0], fine[1], [-0.2, -0.7, 3.1, -0.6, 0.3]).unwrap();
+        let b = b.periodic(round).unwrap();
         let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
         let q = list(n, seed + 2);
         let mut defect = vec![f64::NAN; n];
@@ -118,7 +147,8 @@ fn transfers_and_defects_are_those_matrices() {
         });
         close(&subtracted, &defect, 1e-13);
 
-        let ratios = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
+        let ends = round.map(|round| usize::from(!round));
+        let ratios = [0, 1].map(|d| (coarse[d] + ends[d]) as f64 / (fine[d] + ends[d]) as f64);
         let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
         let restricted = on_any_threads(|parallel| {
             let mut restricted = vec![f64::NAN; c];
@@ -132,8 +162,8 @@ fn transfers_and_defects_are_those_matrices() {
         for (nearest, d) in [(columns, 0), (rows, 1)] {
             // The fine node at the least distance, the earlier one of two.
             for (j, &i) in nearest.iter().enumerate() {
-                let distance =
-                    |i: usize| ((i + 1) * (coarse[d] + 1)).abs_diff((j + 1) * (fine[d] + 1));
+                let along = |i: usize, m: usize| (i + 1) * (m + ends[d]);
+                let distance = |i: usize| along(i, coarse[d]).abs_diff(along(j, fine[d]));
                 let least = (0..fine[d]).min_by_key(|&i| (distance(i), std::cmp::Reverse(i)));
                 assert_eq!(Some(i), least);
             }
@@ -148,7 +178,7 @@ fn transfers_and_defects_are_those_matrices() {
 #[test]
 fn nested_interpolation_is_exact_for_cubics() {
     for fine in [[9, 13], [10, 12], [11, 16], [27, 14]] {
-        let transfer = Transfer::new(fine);
+        let transfer = Transfer::new(fine, [false; 2]);
         let cubic = |x: f64, y: f64| (1.0 + x - 3.0 * x * x * x) * (0.7 - y * y + 2.0 * y * y * y);
         let on = |[nx, ny]: [usize; 2]| -> Vec<f64> {
             let at = |i: usize, n: usize| (i + 1) as f64 / (n + 1) as f64;
@@ -166,7 +196,7 @@ fn nested_interpolation_is_centred() {
     let mut unit = vec![0.0; 13];
     unit[4] = 16.0;
     let mut fine = vec![f64::NAN; 27];
-    Transfer::new([27, 1]).interpolate_smooth(&unit, &mut fine, false);
+    Transfer::new([27, 1], [false; 2]).interpolate_smooth(&unit, &mut fine, false);
     let around: Vec<f64> = (6..13).step_by(2).map(|k| fine[k]).collect();
     close(&around, &[-1.0, 9.0, 9.0, -1.0], 1e-13);
 }

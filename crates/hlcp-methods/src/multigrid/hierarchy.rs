@@ -40,6 +40,8 @@ pub struct Grids<'a, T> {
     pub fine: [usize; 2],
     /// The coarse grid's `[nx, ny]`.
     pub coarse: [usize; 2],
+    /// Whether both grids close round along `[x, y]`, as the coarse operators must.
+    pub round: [bool; 2],
     pub(super) transfer: &'a Transfer<T>,
 }
 
@@ -171,7 +173,12 @@ fn rediscretised<T: Scalar>(
 ) -> Result<VaryingFivePoint<'static, T>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
-    let axis = |d: usize| (grids.fine[d], grids.transfer.nearest()[d], grids.ratio()[d]);
+    let axis = |d: usize| Axis {
+        count: grids.fine[d],
+        nearest: grids.transfer.nearest()[d],
+        ratio: grids.ratio()[d],
+        round: grids.round[d],
+    };
     let row = |i, j| {
         let [p, q] = grids.nearest(i, j);
         let k = q * width + p;
@@ -181,37 +188,51 @@ fn rediscretised<T: Scalar>(
         [south, west, zero_order - (south + west + east + north), east, north]
     };
     if fine.constants().is_some() {
-        return VaryingFivePoint::new(nx, ny, row(0, 0).map(Coefficients::Constant));
+        let coarse = VaryingFivePoint::new(nx, ny, row(0, 0).map(Coefficients::Constant))?;
+        return coarse.periodic(grids.round);
     }
-    VaryingFivePoint::from_fn(nx, ny, row)
+    VaryingFivePoint::from_fn(nx, ny, row)?.periodic(grids.round)
+}
+
+/// The fine nodes of an axis, those nearest to coarse ones, the spacings' ratio, and whether it
+/// closes.
+struct Axis<'a, T> {
+    count: usize,
+    nearest: &'a [usize],
+    ratio: T,
+    round: bool,
 }
 
 /// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of
 /// the fine points.
 ///
 /// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on
-/// the axis, which has `count` fine nodes, those `nearest` to coarse ones, and the `ratio` of the
-/// spacings.
+/// the axis.
 fn couplings<T: Scalar>(
     [back, ahead]: [Coefficients<'_, T>; 2],
     k: usize,
     stride: usize,
-    (count, nearest, ratio): (usize, &[usize], T),
+    Axis { count, nearest, ratio, round }: Axis<'_, T>,
     i: usize,
 ) -> [T; 2] {
     if nearest.len() == count {
         return [back.at(k), ahead.at(k)];
     }
-    // How many fine edges lead to the coarse neighbours, without those to the interval's ends.
+    // The edges to the coarse neighbours, without those to the interval's ends, by the points they
+    // lead back from; counted so that what leads across stays positive.
     let here = nearest[i];
-    let before = here - if i > 0 { nearest[i - 1] } else { 0 };
-    let after = nearest.get(i + 1).unwrap_or(&(count - 1)) - here;
-    // An edge by the point it leads back from.
-    let edge = |k: usize| [back.at(k), ahead.at(k - stride)];
-    let coarse = |points: Range<usize>| {
-        coarse_edge(points.map(|p| edge(k + p * stride - before * stride)), ratio)
+    let [before, after] = match round {
+        true => [2, 2],
+        false => {
+            let last = nearest.get(i + 1).copied().unwrap_or(count - 1);
+            [here - if i > 0 { nearest[i - 1] } else { 0 }, last - here]
+        }
     };
-    [coarse(1..before + 1)[0], coarse(before + 1..before + after + 1)[1]]
+    let point = |p: usize| k - here * stride + p % count * stride;
+    let edge = |p: usize| [back.at(point(p)), ahead.at(point(p - 1))];
+    let here = here + count;
+    let coarse = |points: Range<usize>| coarse_edge(points.map(edge), ratio);
+    [coarse(here - before + 1..here + 1)[0], coarse(here + 1..here + after + 1)[1]]
 }
 
 /// The coefficients of a coarse edge's two ends for each other, the later's first, given the same

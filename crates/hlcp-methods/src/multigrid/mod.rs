@@ -359,7 +359,8 @@ fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     fine: [usize; 2],
     coarsen: &impl Coarsen<T>,
 ) -> Result<Option<Level<T>>, Error> {
-    let transfer = Transfer::new(fine);
+    let round = problem.round();
+    let transfer = Transfer::new(fine, round);
     let coarse = transfer.coarse();
     let (Some(a), Some(b)) = (problem.a().as_five_point(), problem.b().as_five_point()) else {
         return Ok(None);
@@ -367,13 +368,13 @@ fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     if coarse == fine {
         return Ok(None);
     }
-    let [a, b] = coarsen.coarsen([a, b], &Grids { fine, coarse, transfer: &transfer })?;
+    let [a, b] = coarsen.coarsen([a, b], &Grids { fine, coarse, round, transfer: &transfer })?;
     let n = coarse[0] * coarse[1];
     if a.order() != n {
         return Err(Error::Order { what: "A of a coarser grid", found: a.order(), expected: n });
     }
     let unscaled = Hlcp::new(&a, &b, Omega::Uniform(T::one()))?;
-    if unscaled.grid()? != coarse {
+    if unscaled.grid()? != coarse || unscaled.round() != round {
         return Err(Error::NotFivePoint { what: "an operator of a coarser grid" });
     }
     let Ok(own) = Smoother::scaling(&unscaled) else { return Ok(None) };

@@ -197,8 +197,8 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
 /// Of constant coefficients: differences scale, the rest stays.
 #[test]
 fn constants_are_discretised_again() {
-    let transfer = Transfer::new([15, 10]);
-    let grids = Grids { fine: [15, 10], coarse: [7, 4], transfer: &transfer };
+    let (round, transfer) = ([false; 2], Transfer::new([15, 10], [false; 2]));
+    let grids = Grids { fine: [15, 10], coarse: [7, 4], round, transfer: &transfer };
     let row = |[south, west, centre, east, north]: [f64; 5]| {
         let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
         let view: FivePointView<'_, f64> = a.as_five_point().unwrap();
