@@ -209,10 +209,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let header = "problem,numbers,n,status,turns,iterations,inner,sweeps,seconds,\
                   best other,its seconds,its sweeps,fewest sweeps,ratio,others";
     write_csv(&out.join("families"), header, &rows.iter().map(Row::line).collect::<Vec<_>>())?;
-    let suffix = if *quick {
-        " --quick".to_owned()
-    } else {
-        format!(" --problems {problems} --seed {seed}")
+    let suffix = match (&names[..], quick) {
+        ([], true) => " --quick".to_owned(),
+        ([], false) => format!(" --problems {problems} --seed {seed}"),
+        (names, _) => format!(" {}", names.join(" ")),
     };
     let command = format!("cargo run --release -- families{suffix}");
     let text = report(&rows, &provenance(&command))?;

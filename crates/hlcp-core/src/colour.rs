@@ -92,19 +92,42 @@ impl<T: Scalar> Multicolour<T> {
         self.starts.len() - 1
     }
 
-    fn sweep<const ACCELERATED: bool>(
+    fn sweep<A: Rows<T>, B: Rows<T>, const ACCELERATED: bool>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        let (relaxed, meter) = (self.aor.relaxed(problem, q, x), q.meter(problem.gamma()));
+        let threads = team::threads(problem.is_parallel(), y.len());
+        let sum = match problem.known() {
+            Some([a, b]) => {
+                let pair = (a.rows(), b.rows());
+                self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch, threads)
+            }
+            None => {
+                let pair = (Visited::new(problem.a()), Visited::new(problem.b()));
+                self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch, threads)
+            }
+        };
+        meter.norms_of(&sum, problem.gamma())
+    }
+
+    /// The sweep over rows, colour by colour, and the sums of the norms of F(x).
+    fn walk<const ACCELERATED: bool>(
         &self,
         relaxed: &Relaxed<'_, T>,
         (a, b): (impl Source<T> + Sync, impl Source<T> + Sync),
         meter: Meter,
         y: &mut [T],
         scratch: &mut Vec<T>,
-        parallel: bool,
+        threads: usize,
     ) -> Tally<T> {
         if scratch.len() < y.len() {
             scratch.resize(y.len(), T::zero());
         }
-        let threads = team::threads(parallel, y.len());
         let mut total = Tally::zero();
         for step in 0..self.colours() {
             let colour = if self.aor.is_backward() { self.colours() - 1 - step } else { step };
@@ -158,24 +181,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
         scratch: &mut Vec<T>,
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len(), self.colours.len()]);
-        let (relaxed, meter) = (self.aor.relaxed(problem, q, x), q.meter(problem.gamma()));
-        let parallel = problem.is_parallel();
-        let accelerated = self.aor.is_accelerated();
-        let sum = if let Some([a, b]) = problem.known() {
-            let pair = (a.rows(), b.rows());
-            if accelerated {
-                self.sweep::<true>(&relaxed, pair, meter, y, scratch, parallel)
-            } else {
-                self.sweep::<false>(&relaxed, pair, meter, y, scratch, parallel)
-            }
+        if self.aor.is_accelerated() {
+            self.sweep::<A, B, true>(problem, q, x, y, scratch)
         } else {
-            let pair = (Visited::new(problem.a()), Visited::new(problem.b()));
-            if accelerated {
-                self.sweep::<true>(&relaxed, pair, meter, y, scratch, parallel)
-            } else {
-                self.sweep::<false>(&relaxed, pair, meter, y, scratch, parallel)
-            }
-        };
-        meter.norms_of(&sum, problem.gamma())
+            self.sweep::<A, B, false>(problem, q, x, y, scratch)
+        }
     }
 }

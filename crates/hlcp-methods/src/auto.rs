@@ -42,7 +42,9 @@ use crate::{
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
 /// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Decisions depend on residuals and counts alone, never on time.
+/// better. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the method at
+/// work is given up for the rest of the solve and the next one goes on, until none is left.
+/// Decisions depend on residuals and counts alone, never on time.
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
@@ -155,7 +157,7 @@ impl fmt::Display for AutoChoice {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum AutoEnd {
-    /// Another one promised more than the progress that was measured.
+    /// Another one promised more than the progress that was measured, or it had come to rest.
     Slow,
     /// The residual had grown to 10⁶ times the larger of ‖q‖ and the first one.
     Growing,

@@ -127,10 +127,10 @@ impl<T: Scalar> Monitor<T> {
         let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
             if k == at + 1 {
-                self.moved = !moves_by_rounding(&self.anchor, x);
+                self.moved = !moves_by_rounding(&self.anchor, x, ROUNDING);
             }
             // Also within an iteration: two steps may undo each other.
-            let resting = || !self.moved && moves_by_rounding(x, next);
+            let resting = || !self.moved && moves_by_rounding(x, next, ROUNDING);
             if x == self.anchor && resting() {
                 return Some(Stop::Resting);
             }
@@ -154,10 +154,10 @@ impl<T: Scalar> Monitor<T> {
     }
 }
 
-/// Whether rounding explains all of the step from `x` to `next`.
-fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T]) -> bool {
+/// Whether `units` of rounding, ε times the largest unknown, explain the step from `x` to `next`.
+pub(crate) fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T], units: f64) -> bool {
     let largest = |max: T, v: T| max.max(v.abs());
     let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
     let size = x.iter().copied().fold(T::zero(), largest);
-    moved <= T::of(ROUNDING) * T::epsilon() * size
+    moved <= T::of(units) * T::epsilon() * size
 }

@@ -460,14 +460,15 @@ pub fn certify_with<T: Scalar>(
     let near = complementary(z, r, omega);
     let pair = Pair::new(a, b, omega);
     let defect = pair.defect(q, [&near[0], &near[1]]);
-    let bounds = match &witness {
-        Witness::Right { omega, d } => by_norm(&pair, d, &defect)
-            .map(|scale| of_both(finest(&pair, &defect, d, &scale), omega)),
-        Witness::Left { v } => Transposed::of(a, b).and_then(|columns| sums(&columns, v, &defect)),
-    };
-    let bound = match &witness {
-        Witness::Right { .. } => Bound::Componentwise,
-        Witness::Left { .. } => Bound::Sum,
+    let (bound, bounds) = match &witness {
+        Witness::Right { omega, d } => {
+            let scale = by_norm(&pair, d, &defect);
+            let finest = |scale| of_both(finest(&pair, &defect, d, &scale), omega);
+            (Bound::Componentwise, scale.map(finest))
+        }
+        Witness::Left { v } => {
+            (Bound::Sum, Transposed::of(a, b).and_then(|columns| sums(&columns, v, &defect)))
+        }
     };
     Ok(bounds.map(|bounds| certificate(bound, Some(witness), bounds, near, [z, r])))
 }

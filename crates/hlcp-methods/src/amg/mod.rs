@@ -221,22 +221,15 @@ impl<T: Scalar> Amg<T> {
             self.hierarchy = None;
             return;
         };
-        let mut matrix = self.assemble(jacobian);
-        let void: Vec<bool> = (0..n).map(|at| self.active[self.at(at)] != a_conducts).collect();
-        let (scale, dry) = void_scale(&matrix, &void);
+        let (mut matrix, scale, dry) = self.split(jacobian, a_conducts);
         matrix.scale_columns(&scale);
-        self.walks += VOID as f64;
         self.build(matrix, scale, |at| dry[at], clock);
     }
 
     /// Puts J on the finest level and leaves the others as they are; whether there are any.
     fn renew<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) -> bool {
         let Some(a_conducts) = self.a_conducts else { return false };
-        let n = self.active.len();
-        let mut matrix = self.assemble(jacobian);
-        let void: Vec<bool> =
-            (0..n).map(|at| jacobian.is_active(self.at(at)) != a_conducts).collect();
-        let (scale, dry) = void_scale(&matrix, &void);
+        let (mut matrix, scale, dry) = self.split(jacobian, a_conducts);
         for (at, scale) in scale.into_iter().enumerate() {
             let i = self.at(at);
             if jacobian.is_active(i) != self.active[i] {
@@ -245,8 +238,22 @@ impl<T: Scalar> Amg<T> {
             }
         }
         matrix.scale_columns(&self.scale);
-        self.walks += (VOID + 2) as f64;
+        self.walks += 2.0;
         self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
+    }
+
+    /// The rows of J, the scale of each column, and which unknowns are dry.
+    fn split<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        a_conducts: bool,
+    ) -> (Matrix<T>, Vec<T>, Vec<bool>) {
+        let matrix = self.assemble(jacobian);
+        let void = |at| jacobian.is_active(self.at(at)) != a_conducts;
+        let void: Vec<bool> = (0..self.rhs.len()).map(void).collect();
+        self.walks += VOID as f64;
+        let (scale, dry) = void_scale(&matrix, &void);
+        (matrix, scale, dry)
     }
 
     /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
@@ -338,11 +345,40 @@ impl<T: Scalar> Amg<T> {
     }
 
     /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
-    /// K-cycles.
+    /// K-cycles, and returns the norm of its residual in units of that of `rhs`.
     ///
-    /// Ends when the residual is at most `tolerance` times the right-hand side, after about `limit`
-    /// iterations, where nothing is gained, or when the clock is up.
-    pub(crate) fn solve_to<A: Rows<T>, B: Rows<T>>(
+    /// Ends when that is at most `tolerance`, after about `limit` iterations, or where rounding lets
+    /// nothing be gained.
+    ///
+    /// # Panics
+    ///
+    /// Unless the problem is of the order of that given to [`new`](Self::new), and `rhs` and `y` are.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_methods::{Amg, Jacobian};
+    ///
+    /// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+    /// let (full, mut y) = ([1.0; 1600], [0.0; 1600]);
+    /// let mut amg = Amg::new(&problem)?;
+    /// let residual = amg.solve_to(&Jacobian::new(&problem, &full), &[1.0; 1600], &mut y, 1e-12, 50);
+    /// assert!(residual <= 1e-12 && y.iter().all(|&y| y > 0.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn solve_to<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        rhs: &[T],
+        y: &mut [T],
+        tolerance: f64,
+        limit: usize,
+    ) -> f64 {
+        self.solve_within(jacobian, rhs, y, (tolerance, limit), &mut Clock::endless()).residual
+    }
+
+    /// As [`solve_to`](Self::solve_to), but ends when the clock is up, too.
+    pub(crate) fn solve_within<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
         rhs: &[T],
@@ -350,6 +386,7 @@ impl<T: Scalar> Amg<T> {
         (tolerance, limit): (f64, usize),
         clock: &mut Clock<'_>,
     ) -> Inner {
+        assert!([rhs.len(), y.len()] == [self.rhs.len(); 2], "vectors of the problem's order");
         let few = (FEW * rhs.len() as f64) as usize;
         self.set_up_within(jacobian, few, clock);
         y.fill(T::zero());

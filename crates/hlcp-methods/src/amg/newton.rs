@@ -3,7 +3,10 @@
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
-use crate::{Clock, Jacobian, Method, Work, method::iterate, safeguard::Safeguard};
+use crate::{
+    Clock, Jacobian, Method, Work, method::iterate, monitor::moves_by_rounding,
+    safeguard::Safeguard,
+};
 
 /// Steps without progress that end the first phase.
 const PATIENCE: usize = 6;
@@ -112,7 +115,7 @@ impl<T: Scalar> Steps<T> {
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
         let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
         let jacobian = Jacobian::new(problem, x);
-        let inner = self.amg.solve_to(&jacobian, &self.f, &mut self.s, goal, clock);
+        let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
         self.flips = 0;
         for (x, &s) in x.iter_mut().zip(&self.s) {
@@ -162,14 +165,6 @@ where
         }
     });
     x[i] = -t / if t <= T::zero() { pivots[0] } else { pivots[1] };
-}
-
-/// Whether more than rounding leads from `x` to `y`.
-fn moved<T: Scalar>(x: &[T], y: &[T]) -> bool {
-    let largest = |max: T, v: T| max.max(v.abs());
-    let size = x.iter().copied().fold(T::zero(), largest);
-    let way = x.iter().zip(y).map(|(&x, &y)| y - x).fold(T::zero(), largest);
-    way > T::of(ROUNDING) * T::epsilon() * size
 }
 
 /// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.
@@ -384,7 +379,7 @@ where
         let is_patient = self.safeguard.see(norms.l2, x, true) < patience;
         let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
-        if steps && moved(x, y) {
+        if steps && !moves_by_rounding(x, y, ROUNDING) {
             if self.steps.flips < self.fewest {
                 self.fewest = self.steps.flips;
                 self.safeguard.forgive();

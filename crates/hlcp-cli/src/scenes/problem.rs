@@ -1,0 +1,325 @@
+//! The problems of the scenes, in one precision, with what is known of their solutions.
+
+use std::{error::Error, f64::consts::PI};
+
+use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
+use hlcp_verify::{
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
+    Slider,
+};
+
+use super::Numbers;
+
+/// An operator of any kind.
+pub(crate) type Operator<T> = Box<dyn Rows<T>>;
+
+type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
+type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
+type Next<T> = dyn Fn(usize, &[T], &mut [T]);
+
+/// A problem in one precision.
+pub(crate) struct Problem<T> {
+    pub(crate) a: Operator<T>,
+    pub(crate) b: Operator<T>,
+    /// The right-hand side, of several problems the first.
+    pub(crate) q: Vec<T>,
+    /// z* and r*.
+    pub(crate) known: Option<[Vec<T>; 2]>,
+    /// The figures of (z, r) with their names.
+    pub(crate) figures: Box<Figures<T>>,
+    /// What figures of the exact solution are proved to lie between.
+    pub(crate) proofs: Box<Proofs>,
+    /// What r > 0 means.
+    pub(crate) meaning: Option<&'static str>,
+    /// How many problems there are, and how to overwrite `q` with that of the `k`-th, for the `z`
+    /// of the one before.
+    pub(crate) march: (usize, Box<Next<T>>),
+}
+
+impl<T: Scalar> Problem<T> {
+    /// One problem, of which no more is known.
+    pub(crate) fn new(a: impl Rows<T> + 'static, b: impl Rows<T> + 'static, q: Vec<T>) -> Self {
+        Self {
+            a: Box::new(a),
+            b: Box::new(b),
+            q,
+            known: None,
+            figures: Box::new(|_, _| vec![]),
+            proofs: Box::new(|_| vec![]),
+            meaning: None,
+            march: (1, Box::new(|_, _, _| ())),
+        }
+    }
+
+    fn planted(posed: Posed<T, FivePoint<T>, FivePoint<T>>) -> Self {
+        let Posed { a, b, q, z, r } = posed;
+        Self { known: Some([z, r]), ..Self::new(a, b, q) }
+    }
+
+    fn with_figures(
+        self,
+        figures: impl Fn(&[T], &[T]) -> Vec<(&'static str, f64)> + 'static,
+    ) -> Self {
+        Self { figures: Box::new(figures), ..self }
+    }
+
+    fn with_proofs(
+        self,
+        meaning: &'static str,
+        proofs: impl Fn(&Certificate) -> Vec<(&'static str, [f64; 2])> + 'static,
+    ) -> Self {
+        Self { proofs: Box::new(proofs), meaning: Some(meaning), ..self }
+    }
+
+    /// The problem with Ω = τ D_A D_B⁻¹ as the methods take it.
+    pub(crate) fn hlcp(&self, tau: T) -> Result<Posable<'_, T>, hlcp_core::Error> {
+        Hlcp::new(&self.a, &self.b, Omega::diagonal_ratio(tau, &self.a, &self.b)?)
+    }
+
+    /// The method of this name with its parameters and τ.
+    pub(crate) fn solver(
+        &self,
+        name: &str,
+        parameters: Parameters<'_>,
+        tau: f64,
+    ) -> Result<Solver<T, Boxed<'_, T>>, Box<dyn Error>> {
+        Ok(self.solved_by(&Named::parse(name, parameters)?, tau)?)
+    }
+
+    /// The method with τ.
+    pub(crate) fn solved_by(
+        &self,
+        method: &Named,
+        tau: f64,
+    ) -> Result<Solver<T, Boxed<'_, T>>, hlcp_core::Error> {
+        let problem = self.hlcp(T::from(tau).unwrap_or_else(T::nan))?;
+        Ok(Solver::new(method.on(problem)?))
+    }
+
+    /// Whether no row reaches further than to its neighbours.
+    pub(crate) fn is_tridiagonal(&self) -> bool {
+        self.hlcp(T::one()).is_ok_and(|problem| TridiagonalPart::is_all(&problem))
+    }
+
+    /// Ones.
+    pub(crate) fn start(&self) -> Vec<T> {
+        vec![T::one(); self.q.len()]
+    }
+}
+
+type Posable<'p, T> = Hlcp<T, &'p Operator<T>, &'p Operator<T>>;
+pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, &'p Operator<T>, &'p Operator<T>>;
+
+type Posing<T> = Result<Problem<T>, hlcp_core::Error>;
+
+pub(super) fn example1<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    example(true, numbers)
+}
+
+pub(super) fn example2<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    example(false, numbers)
+}
+
+fn example<T: Scalar>(symmetric: bool, numbers: &Numbers) -> Posing<T> {
+    let (mu, nu) = (numbers.get("mu"), numbers.get("nu"));
+    let example = Example { symmetric, m: numbers.size("m"), mu, nu };
+    let generic = numbers.get("solution") == 1.0;
+    Ok(Problem::planted(if generic { example.pose_generic()? } else { example.pose()? }))
+}
+
+pub(super) fn disc_lcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    disc(true, numbers)
+}
+
+pub(super) fn disc_hlcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    disc(false, numbers)
+}
+
+fn disc<T: Scalar>(lcp: bool, numbers: &Numbers) -> Posing<T> {
+    let problem = Problem::planted(Disc { lcp, m: numbers.size("m") }.pose()?);
+    Ok(problem.with_proofs("contact", |_| vec![]))
+}
+
+pub(super) fn slider<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let slider = Slider { cells: numbers.size("m") };
+    let (a, b, q) = slider.pose::<T>()?;
+    // Assembled: a virtual call for each entry takes as long as the rest of a sweep.
+    let problem = Problem::new(Csr::from_rows(&a), Csr::from_rows(&b), q);
+    let problem = problem.with_figures(move |z, _| {
+        let (peak, rupture) = (slider.peak(z), slider.rupture(z));
+        vec![
+            ("peak_pa", peak),
+            ("peak_error_pa", peak - Slider::PEAK),
+            ("rupture_m", rupture),
+            ("rupture_error_m", rupture - Slider::RUPTURE),
+        ]
+    });
+    Ok(problem.with_proofs("rupture", move |certificate| {
+        let largest = |end: usize| {
+            (0..certificate.sides.len())
+                .map(|j| certificate.interval(j)[0][end])
+                .fold(0.0, f64::max)
+        };
+        let place = |nodes: Option<usize>| {
+            nodes.map_or(0, |i| i + 1) as f64 / slider.cells as f64 * Slider::LENGTH
+        };
+        let sides = &certificate.sides;
+        let [first, last] = [
+            sides.iter().rposition(|side| *side == Branch::Z),
+            sides.iter().rposition(|side| *side != Branch::R),
+        ];
+        vec![
+            ("peak_pa", widened([0, 1].map(|end| largest(end) * Slider::PRESSURE_UNIT))),
+            ("rupture_m", [place(first), place(last)]),
+        ]
+    }))
+}
+
+/// Ends of an interval after a few operations that round.
+fn widened([lower, upper]: [f64; 2]) -> [f64; 2] {
+    let some = |end: f64| 16.0 * f64::EPSILON * end.abs();
+    [lower - some(lower), upper + some(upper)]
+}
+
+pub(super) fn journal_bearing<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let bearing = JournalBearing {
+        nx: numbers.size("nx"),
+        ny: numbers.size("ny"),
+        ecc: numbers.get("ecc"),
+        b: numbers.get("b-length"),
+    };
+    let (a, b, q) = bearing.pose::<T>()?;
+    let problem = Problem::new(a, b, q);
+    Ok(problem.with_figures(move |z, _| vec![("objective", bearing.objective(z))]))
+}
+
+pub(super) fn obstacle<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let obstacle = Obstacle { m: numbers.size("m") };
+    let (a, b, q) = obstacle.pose::<T>()?;
+    let problem = Problem::new(a, b, q).with_figures(move |z, _| {
+        let [mean, largest] = obstacle.errors(z);
+        vec![("discretisation_error_mean", mean), ("discretisation_error_linf", largest)]
+    });
+    Ok(problem.with_proofs("contact", |_| vec![]))
+}
+
+pub(super) fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let bearing = Bearing2d {
+        nx: numbers.size("nx"),
+        ny: numbers.size("ny"),
+        ecc: numbers.get("ecc"),
+        aspect: numbers.get("aspect"),
+        groove: numbers.get("groove").to_radians(),
+    };
+    let (a, b, q) = bearing.pose::<T>()?;
+    let problem = Problem::new(a, b, q).with_figures(move |z, r| {
+        let [drawn, returned, ends] = bearing.flows(z, r);
+        vec![
+            ("sommerfeld", bearing.sommerfeld(z)),
+            ("attitude_degrees", bearing.attitude(z)),
+            ("flow_drawn", drawn),
+            ("flow_returned", returned),
+            ("flow_ends", ends),
+        ]
+    });
+    Ok(problem.with_proofs("rupture", move |certificate| bearing2d_proofs(&bearing, certificate)))
+}
+
+/// The figures of the exact pressure and void, between the ends that the load and the flows have,
+/// which are sums with the weights of their definitions.
+fn bearing2d_proofs(
+    bearing: &Bearing2d,
+    certificate: &Certificate,
+) -> Vec<(&'static str, [f64; 2])> {
+    let Bearing2d { nx, ny, .. } = *bearing;
+    let zeros = vec![0.0; nx * ny];
+    // One row of points has cells of height 1 in the place of 2/(ny + 1).
+    let (row, height) = (Bearing2d { ny: 1, ..*bearing }, 2.0 / (ny as f64 + 1.0));
+    let (mut point, nothing) = (vec![0.0; nx], vec![0.0; nx]);
+    let mut loads = [zeros.clone(), zeros.clone()];
+    let mut ends = zeros.clone();
+    for i in 0..nx {
+        point[i] = 1.0;
+        let load = row.load(&point);
+        for j in 0..ny {
+            loads[0][j * nx + i] = load[0] * height;
+            loads[1][j * nx + i] = load[1] * height;
+        }
+        // It is at both ends there.
+        let out = row.flows(&point, &nothing)[2] / 2.0 / height;
+        ends[i] += out;
+        ends[(ny - 1) * nx + i] += out;
+        point[i] = 0.0;
+    }
+    let base = row.flows(&nothing, &nothing);
+    let unit = |at: usize| (0..nx).map(|i| f64::from(i == at)).collect::<Vec<f64>>();
+    let (first, last) = (unit(0), unit(nx - 1));
+    let drawn = row.flows(&first, &nothing)[0] - base[0];
+    let by_pressure = row.flows(&last, &nothing)[1] - base[1];
+    let by_void = row.flows(&nothing, &last)[1] - base[1];
+    let column = |at: usize, weight: f64| -> Vec<f64> {
+        (0..nx * ny).map(|k| if k % nx == at { weight * height } else { 0.0 }).collect()
+    };
+    let sum = |c_z: &[f64], c_r: &[f64], constant: f64| {
+        let [lower, upper] = certificate.functional([c_z, c_r]);
+        widened([lower + constant, upper + constant])
+    };
+    let [along, across] = loads.each_ref().map(|load| sum(load, &zeros, 0.0));
+    let corners = [0, 1, 2, 3].map(|k| [along[k % 2], across[k / 2]]);
+    let far = corners.map(|[x, y]| x.hypot(y)).into_iter().fold(0.0, f64::max);
+    let nearest = |[lower, upper]: [f64; 2]| lower.max(-upper).max(0.0);
+    let near = nearest(along).hypot(nearest(across));
+    let angles = corners.map(|[x, y]| y.atan2(x).to_degrees());
+    let attitude = if along[0] > 0.0 {
+        let [lowest, highest] = [f64::min as fn(f64, f64) -> f64, f64::max];
+        [angles.into_iter().fold(f64::INFINITY, lowest), angles.into_iter().fold(-180.0, highest)]
+    } else {
+        [-180.0, 180.0]
+    };
+    let all = ny as f64 * height;
+    vec![
+        ("sommerfeld", widened([far, near].map(|load| 1.0 / (3.0 * PI * load)))),
+        ("attitude_degrees", widened(attitude)),
+        ("flow_drawn", sum(&column(0, drawn), &zeros, all * base[0])),
+        (
+            "flow_returned",
+            sum(&column(nx - 1, by_pressure), &column(nx - 1, by_void), all * base[1]),
+        ),
+        ("flow_ends", sum(&ends, &zeros, 0.0)),
+    ]
+}
+
+pub(super) fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let put = AmericanPut {
+        rate: numbers.get("rate"),
+        volatility: numbers.get("volatility"),
+        maturity: numbers.get("maturity"),
+        m: numbers.size("m"),
+        steps: numbers.size("steps"),
+    };
+    let spot = numbers.get("spot");
+    let (a, b) = put.pose::<T>()?;
+    let zeros = vec![T::zero(); a.order()];
+    let mut q = zeros.clone();
+    put.q(0, &zeros, &mut q);
+    let next = Box::new(move |k, z: &[T], q: &mut [T]| put.q(k, z, q));
+    let problem = Problem { march: (put.lcps(), next), ..Problem::new(a, b, q) };
+    let problem = problem.with_figures(move |z, _| {
+        vec![("price", put.price(z, spot)), ("exercise", put.exercise(z))]
+    });
+    // Of the last problem, whose q is what the one before left.
+    Ok(problem.with_proofs("exercise", move |certificate| {
+        let mut z = vec![0.0; certificate.sides.len()];
+        let (zeros, base) = (z.clone(), put.price(&z, spot));
+        let weight = |j: usize| {
+            z[j] = 1.0;
+            let price = put.price(&z, spot);
+            z[j] = 0.0;
+            price - base
+        };
+        let weights: Vec<f64> = (0..zeros.len()).map(weight).collect();
+        let [lower, upper] = certificate.functional([&weights, &zeros]);
+        vec![("price", widened([base + lower, base + upper]))]
+    }))
+}
