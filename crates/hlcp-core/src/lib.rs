@@ -117,8 +117,7 @@
 //! * Scalars other than `f32` and `f64`.
 //! * Fused sweeps for operators that are not five-point: their rows are walked. They share threads
 //!   only in a [`Multicolour`] order.
-//! * Five-point operators with periodic boundaries, and stencils in three dimensions. Write a
-//!   [`Rows`] operator for these.
+//! * Stencils in three dimensions. Write a [`Rows`] operator for these.
 //! * Targets without `std`.
 
 mod aor;

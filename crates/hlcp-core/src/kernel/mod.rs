@@ -211,15 +211,27 @@ impl<T: Scalar> Old<'_, T> {
         source: &S,
         y: &mut [T],
     ) -> Norms {
-        let Grid { nx, backward, red_black, .. } = self.grid;
-        let sum = if red_black {
+        let sum = if self.grid.red_black {
             self.red_black::<_, ACCELERATED>(arch, source, y)
-        } else if backward {
+        } else {
+            self.lexicographic::<_, ACCELERATED>(arch, source, y)
+        };
+        self.meter.norms_of(&sum, self.gamma)
+    }
+
+    /// Relaxes all of `y` in lexicographic order, and sums the squares of F(x).
+    fn lexicographic<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Tally<T> {
+        let Grid { nx, backward, .. } = self.grid;
+        if backward {
             self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
-        };
-        self.meter.norms_of(&sum, self.gamma)
+        }
     }
 
     /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).

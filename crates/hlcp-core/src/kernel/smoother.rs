@@ -244,8 +244,8 @@ impl<T: Scalar> Sweep<'_, T> {
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
         let old = Old { grid, q: f, x, gamma, q_factor: factor, meter, parallel };
         match self.constant::<true, true>(gauss_seidel()) {
-            Some(source) => old.sweep::<_, true>(arch, &source, y),
-            None => old.sweep::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
+            Some(source) => old.lexicographic::<_, true>(arch, &source, y),
+            None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
         };
     }
 }
@@ -257,6 +257,7 @@ struct Defects<'a, T, S: Source<T>> {
     loaded: S::Loaded,
     around: Around<'a, T>,
     f: Option<Multiple<'a, T>>,
+    zeros: [T; COLUMNS],
 }
 
 impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
@@ -266,10 +267,9 @@ impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
             let stretch = start..columns.end.min(start + S::CHUNK);
             let n = stretch.len();
             let d = &mut d[start - columns.start..][..n];
-            let zeros = [T::zero(); COLUMNS];
             let (factor, f) = match self.f {
                 Some((factor, f)) => (factor, &f[j * self.nx + start..][..n]),
-                None => (T::zero(), &zeros[..n]),
+                None => (T::zero(), &self.zeros[..n]),
             };
             self.source.load(j, stretch.clone(), &mut self.loaded);
             let ends = self.around.ends(j, &stretch);
@@ -334,7 +334,8 @@ impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
     fn with_simd<V: Simd>(self, _: V) {
         let Self { grid, source, f, x, pass } = self;
         let around = Around::new(grid, x);
-        pass.work(&mut Defects { nx: grid.nx, source, loaded: source.loaded(), around, f });
+        let (nx, loaded, zeros) = (grid.nx, source.loaded(), [T::zero(); COLUMNS]);
+        pass.work(&mut Defects { nx, source, loaded, around, f, zeros });
     }
 }
 

@@ -319,11 +319,14 @@ impl<T: Scalar> Transfer<T> {
                 }
                 let ([before, after], weight) = y_axis.beside(j);
                 let [sum, next] = &mut sums;
-                // Weights of one are those of a row that goes to one coarse row alone.
                 let earlier = T::one() - weight;
-                for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
-                    *sum += earlier * d;
-                    *next += weight * d;
+                if earlier == T::zero() {
+                    next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
+                } else {
+                    for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
+                        *sum += earlier * d;
+                        *next += weight * d;
+                    }
                 }
                 let (complete, sum) = if y_axis.halves() {
                     (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)

@@ -25,8 +25,11 @@ use crate::{Clock, Method, Work as Count};
 /// sweeps that solve each scalar equation exactly, one forward and one backward; solves the same
 /// kind of equation on a grid of half as many points per side, `K_H(x_H) = K_H(I x) − R F(x)` with
 /// `K(x) = F(x) − γq`; adds the interpolated `P(x_H − I x)`; and smooths again. `I` takes the
-/// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. Ω keeps its numbers.
-/// The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
+/// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. On each grid Ω is
+/// `D_A D_B⁻¹` of the operators there, whatever the problem's own, since with it the accelerated
+/// Gauss–Seidel sweep of [`Smoother`] is exact in each equation; between grids the negative part of
+/// `x` is scaled to match. The coarse grid's equation is itself an HLCP's and is solved by cycles in
+/// turn.
 ///
 /// # Safeguard
 ///
