@@ -41,8 +41,8 @@ fn half(m: usize, round: bool) -> usize {
 /// number of nodes, a coarse one gives its all to one and half to the two beside it.
 fn hats(fine: usize, coarse: usize, round: bool) -> Dense {
     if round {
-        let share = |i: usize, j: usize| match (i + fine - (2 * j + 1)) % fine {
-            _ if coarse == fine => f64::from(i == j),
+        let share = |i: usize, j: usize| match (i + 2 * fine - (2 * j + 1)) % fine {
+            _ if coarse == fine => f64::from(u8::from(i == j)),
             0 => 1.0,
             1 => 0.5,
             back if back + 1 == fine => 0.5,
