@@ -270,7 +270,9 @@ impl<T: Scalar> Aor<T> {
         B: LinearOperator<T>,
     {
         let sweep = problem.sweep()?;
-        let fits = self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0]);
+        // Across the seam of a grid that closes, points of one colour may be neighbours.
+        let open = problem.round() == [false; 2];
+        let fits = self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0] && open);
         fits.then(|| sweep.directed(self.backward, self.red_black.is_some()))
     }
 
@@ -346,7 +348,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         };
         let n = problem.order();
         match problem.sweep().filter(Sweep::is_constant) {
-            // The first rows with a western and with a southern neighbour have all there is.
+            // The first rows with a western and with a southern neighbour have all there is, and
+            // where the grid closes any row has.
             Some(sweep) => {
                 [0, 1, sweep.grid()[0]].into_iter().filter(|&i| i < n).try_for_each(check)
             }

@@ -119,8 +119,7 @@
 //! * Scalars other than `f32` and `f64`.
 //! * Fused sweeps for operators that are not five-point: their rows are walked. They share threads
 //!   only in a [`Multicolour`] order.
-//! * Five-point operators with periodic boundaries, and stencils in three dimensions. Write a
-//!   [`Rows`] operator for these.
+//! * Stencils in three dimensions. Write a [`Rows`] operator for these.
 //! * Targets without `std`.
 
 mod aor;
@@ -161,6 +160,7 @@ pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
 pub use dense::RowMajor;
 pub use error::Error;
+pub use kernel::{Smoother, Transfer};
 #[cfg(feature = "mpi")]
 pub use mpi::{NotJoined, World};
 pub use norms::{Norms, Rhs, all_finite};

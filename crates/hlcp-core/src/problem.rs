@@ -1,7 +1,7 @@
 use std::{iter, ops::Range, sync::Arc};
 
 use crate::{
-    Diagonal, Error, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Strip,
+    Diagonal, Error, FivePointView, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Strip,
     error::positive,
     kernel::Sweep,
     norms::{BLOCK, Meter, Part, Stretches, Tally, all_finite, totals},
@@ -224,7 +224,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// [`Error::Order`] unless the operators have the strip's order, [`Error::NotFivePoint`] for a
     /// grid that is not the strip's, and for an operator that knows its rows and is no five-point
-    /// one; on all ranks if on one.
+    /// one, [`Error::OneRank`] for a grid that closes round; on all ranks if on one.
     ///
     /// ```
     /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Step, Strip, ranks_as_threads};
@@ -253,6 +253,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let fits = || {
             if n != nx * ny {
                 return Err(Error::Order { what: "the strip", found: nx * ny, expected: n });
+            }
+            if self.round() != [false; 2] {
+                let what = "a sweep over a grid that closes round";
+                return Err(Error::OneRank { what, ranks: strip.size() });
             }
             let is_own =
                 |operator: &dyn LinearOperator<T>| operator.try_visit_row(0, &mut |_, _| ());
@@ -379,8 +383,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.order() >= team::WORTH && self.grid().is_ok()
     }
 
-    /// Whether threads are to share the work.
-    pub(crate) fn is_parallel(&self) -> bool {
+    /// Returns whether threads are to share the work.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity};
+    ///
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
+    /// assert!(!problem.is_parallel() && problem.in_parallel().is_parallel());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn is_parallel(&self) -> bool {
         self.parallel
     }
 
@@ -393,7 +405,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] unless both are known as five-point operators, on one grid.
+    /// [`Error::NotFivePoint`] unless both are known as five-point operators, on one grid that
+    /// closes in the same directions.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -404,11 +417,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn grid(&self) -> Result<[usize; 2], Error> {
-        let a = self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?.grid();
-        let b = self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?.grid();
+        let shape = |view: FivePointView<'_, T>| view.grid().map(|grid| (grid, view.round()));
+        let a = shape(self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?);
+        let b = shape(self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?);
         match (a, b) {
             (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
-            _ => Ok(a.or(b).unwrap_or_else(|| self.own_grid())),
+            _ => Ok(a.or(b).map_or_else(|| self.own_grid(), |(grid, _)| grid)),
         }
     }
 
@@ -417,13 +431,27 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.strip().map_or([self.order(), 1], Strip::grid)
     }
 
+    /// Whether the grid of the operators closes round along `[x, y]`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let a = FivePoint::new(5, 3, [-1.0, -1.0, 5.0, -1.0, -1.0])?.periodic([true, false])?;
+    /// assert_eq!(Hlcp::lcp(a)?.round(), [true, false]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn round(&self) -> [bool; 2] {
+        let views = [self.a.as_five_point(), self.b.as_five_point()];
+        let rounds = views.map(|view| view.map_or([false; 2], |view| view.round()));
+        [0, 1].map(|axis| rounds.iter().any(|round| round[axis]))
+    }
+
     /// The sweep over both operators, if they are five-point ones on one grid.
     pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
-        let grid = self.grid().ok()?;
-        let shared = self.shared.as_deref();
-        Some(Sweep::new(grid, views, &self.omega, factors, self.parallel, shared))
+        let (grid, round, shared) = (self.grid().ok()?, self.round(), self.shared.as_deref());
+        Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel, shared))
     }
 
     /// The rows of both operators, if these have them assembled or are diagonal.

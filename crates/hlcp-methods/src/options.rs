@@ -156,17 +156,24 @@ pub struct Progress<'s, T> {
 pub struct Clock<'c> {
     ask: Option<&'c mut dyn FnMut() -> bool>,
     up: bool,
+    /// The residual at which the solve ends, where it is known: less is of no use.
+    pub(crate) goal: f64,
 }
 
 impl<'c> Clock<'c> {
     /// A clock that is up as soon as `ask` returns true.
     pub fn new(ask: &'c mut dyn FnMut() -> bool) -> Self {
-        Self { ask: Some(ask), up: false }
+        Self { ask: Some(ask), up: false, goal: 0.0 }
     }
 
     /// A clock that is never up.
     pub fn endless() -> Self {
-        Self { ask: None, up: false }
+        Self { ask: None, up: false, goal: 0.0 }
+    }
+
+    /// The same clock of a solve that ends at this residual.
+    pub(crate) fn towards(self, goal: f64) -> Self {
+        Self { goal, ..self }
     }
 
     /// Returns whether the step should end as soon as it can; once true, always true.

@@ -176,7 +176,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
         let observer = observer.map(|observer| observer.0);
         let ranks = if watched { problem.strip().cloned() } else { None };
-        let mut pace = Pace { limits: &limits, begun, observer, ended: None, ranks };
+        let goal = limits.asked(&q)?;
+        let mut pace = Pace { limits: &limits, goal, begun, observer, ended: None, ranks };
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);
         let Work { sweeps, linear_iterations } = work;
@@ -335,6 +336,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace: &mut Pace<'_, '_, T>,
     ) -> Norms {
         let Self { method, x, next, .. } = self;
+        let goal = pace.goal;
         let mut beat = Instant::now();
         let mut ask = || {
             if beat.elapsed() >= BEAT {
@@ -343,7 +345,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             }
             pace.is_up()
         };
-        method.step(q, x, next, &mut Clock::new(&mut ask))
+        method.step(q, x, next, &mut Clock::new(&mut ask).towards(goal))
     }
 
     /// Shows the iterate `x` to the observer, and keeps its residual.
@@ -444,6 +446,8 @@ struct End {
 /// The limits and the observer of one solve, and whether one of them has ended it.
 struct Pace<'p, 'o, T> {
     limits: &'p Limits,
+    /// The residual that is asked for, apart from rounding.
+    goal: f64,
     begun: Instant,
     observer: Option<&'p mut Observer<'o, T>>,
     ended: Option<Status>,

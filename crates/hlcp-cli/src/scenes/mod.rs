@@ -15,8 +15,8 @@ use hlcp_methods::{Limits, Tolerance};
 
 pub(crate) use self::problem::{Boxed, Problem};
 use self::problem::{
-    american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, journal_bearing, obstacle,
-    slider,
+    american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, film, journal_bearing,
+    obstacle, slider,
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -53,7 +53,7 @@ const ABSOLUTE: Tolerance = Tolerance::Absolute(1e-10);
 const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
-pub(crate) static SCENES: [Scene; 9] = [
+pub(crate) static SCENES: [Scene; 10] = [
     Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example1, narrow: example1,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
@@ -107,6 +107,10 @@ pub(crate) static SCENES: [Scene; 9] = [
             Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
                 numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] },
         ] },
+    Scene { name: "film", family: "applications", tolerance: RELATIVE, wide: film, narrow: film,
+        about: "A slider with square dimples and mass-conserving cavitation",
+        numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
+        ladders: &[] },
     Scene { name: "slider", family: "applications", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
@@ -132,7 +136,7 @@ enum Kind {
 }
 
 /// The options that define scenes: name, kind and help.
-const OPTIONS: [(&str, Kind, &str); 15] = [
+const OPTIONS: [(&str, Kind, &str); 17] = [
     (
         "m",
         Kind::Whole(1, 32768),
@@ -146,8 +150,10 @@ const OPTIONS: [(&str, Kind, &str); 15] = [
         Kind::Word(&["default", "generic"]),
         "The planted 0, 1, 0, 1, … or generic numbers in the same pattern",
     ),
-    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing"),
-    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing"),
+    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing; the film's cells along x"),
+    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing; the film's cells along y"),
+    ("dimples", Kind::Whole(0, 32768), "Dimples along x, and as many for the same length along y"),
+    ("depth", Kind::Real, "The depth of the dimples over the least gap"),
     ("ecc", Kind::Real, "The eccentricity"),
     ("b-length", Kind::Real, "Half the length over the radius"),
     ("aspect", Kind::Real, "The length over the diameter"),

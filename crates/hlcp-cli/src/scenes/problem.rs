@@ -2,14 +2,15 @@
 
 use std::{error::Error, f64::consts::PI};
 
-use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, VaryingFivePoint};
 use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
-    Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, FilmOperator, JournalBearing,
+    Obstacle, Posed, Slider,
 };
 
 use super::Numbers;
+use crate::films;
 
 /// An operator of any kind.
 pub(crate) type Operator<T> = Box<dyn Rows<T>>;
@@ -296,6 +297,23 @@ fn bearing2d_proofs(
         ),
         ("flow_ends", sum(&ends, &zeros, 0.0)),
     ]
+}
+
+pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let cells = ["nx", "ny"].map(|name| numbers.size(name));
+    let film = films::slider(cells, numbers.size("dimples"), numbers.get("depth"));
+    let (a, b, q) = film.pose()?;
+    let of = |operator: &FilmOperator| {
+        let view = operator.as_five_point().expect("no side is periodic");
+        let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
+        VaryingFivePoint::from_fn(cells[0], cells[1], row)
+    };
+    let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());
+    Ok(problem.with_figures(move |z, r| {
+        let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>();
+        let figures = film.figures(&wide(z), &wide(r), 0.0);
+        vec![("load_n", figures.load), ("broken_share", figures.broken_share)]
+    }))
 }
 
 pub(super) fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {

@@ -26,12 +26,20 @@
 //! Each band's sums of squares are added in the order of the bands. In red–black order, see
 //! [`red_black`], bands wait for nothing.
 //!
+//! Where the grid closes, the point at either end of a row is the other one's neighbour. What the
+//! first point of a sweep takes from the last is old, and what the last takes from the first is new:
+//! the first phase puts the old values into the place of those beyond the edge and moves both
+//! shares to the side of M or N that they belong to, and the recurrence ends a row, and the last
+//! row, with the new one.
+//!
 //! No `mul_add` and no reassociation: the same bits on every processor and for every number of
 //! threads.
 
 mod coefficients;
 mod red_black;
+mod smoother;
 mod tile;
+mod transfer;
 
 use std::ops::Range;
 
@@ -49,6 +57,7 @@ use crate::{
 };
 
 pub(crate) use self::coefficients::Relaxation;
+pub use self::{smoother::Smoother, transfer::Transfer};
 
 /// Rows that are relaxed side by side.
 const ROWS: usize = 8;
@@ -72,10 +81,10 @@ pub(crate) struct Sweep<'a, T> {
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
-    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points; `q_factor` is what
-    /// multiplies `q` in F.
+    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points that closes in the
+    /// directions `round`; `q_factor` is what multiplies `q` in F.
     pub(crate) fn new(
-        [nx, ny]: [usize; 2],
+        ([nx, ny], round): ([usize; 2], [bool; 2]),
         [a, b]: [FivePointView<'a, T>; 2],
         omega: &'a Omega<T>,
         [gamma, q_factor]: [T; 2],
@@ -83,13 +92,18 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         shared: Option<&'a Shared<T>>,
     ) -> Self {
         let omega = omega.view();
-        let grid = Grid { nx, ny, backward: false, red_black: false };
+        let grid = Grid { nx, ny, backward: false, red_black: false, round };
         Self { grid, a, b, omega, gamma, q_factor, parallel, shared }
     }
 
     /// The same sweep in the given direction, in lexicographic or in red–black order.
     pub(crate) fn directed(self, backward: bool, red_black: bool) -> Self {
         Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
+    }
+
+    /// The same sweep with another Ω, on several threads or on one.
+    fn scaled(self, omega: &'a Omega<T>, parallel: bool) -> Self {
+        Self { omega: omega.view(), parallel, ..self }
     }
 
     /// Whether all rows are the same but for the grid's edge.
@@ -184,7 +198,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let Self { grid, omega, gamma, q_factor, parallel, .. } = *self;
+        let Self { grid, gamma, q_factor, parallel, .. } = *self;
         let (q, meter) = (q.entries(), q.meter(gamma));
         let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
         let beside = beside.each_ref().map(Vec::as_slice);
@@ -201,19 +215,29 @@ impl<'a, T: Scalar> Sweep<'a, T> {
             beside,
             new: [&[]; 2],
         };
-        let constants = (self.a.constants(), self.b.constants(), omega);
-        if self.is_constant()
-            && let (Some(a), Some(b), Coefficients::Constant(omega)) = constants
-        {
-            let b_omega = b.map(|b| b * omega);
-            let source = Constant::new::<ACCELERATED>(relaxation, a, b_omega);
-            old.sweep::<_, ACCELERATED>(arch, &source, y)
-        } else {
-            let (a, b) = (self.a.coefficients(), self.b.coefficients());
-            let omega_beside = self.omega_beside();
-            let source = Varying { grid, relaxation, a, b, omega, omega_beside };
-            old.sweep::<_, ACCELERATED>(arch, &source, y)
+        match self.constant::<ACCELERATED, false>(relaxation) {
+            Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
+            None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
         }
+    }
+
+    /// The row that all are, if they are.
+    fn constant<const ACCELERATED: bool, const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> Option<Constant<T, LEAN>> {
+        if self.shared.is_some_and(|shared| !shared.constant) {
+            return None;
+        }
+        let (a, b) = (self.a.constants()?, self.b.constants()?);
+        let Coefficients::Constant(omega) = self.omega else { return None };
+        Some(Constant::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
+    }
+
+    fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
+        let (a, b) = (self.a.coefficients(), self.b.coefficients());
+        let omega_beside = self.omega_beside();
+        Varying { grid: self.grid, relaxation, a, b, omega: self.omega, omega_beside }
     }
 }
 
@@ -250,15 +274,27 @@ impl<T: Scalar> Old<'_, T> {
         source: &S,
         y: &mut [T],
     ) -> Norms {
-        let Grid { nx, backward, red_black, .. } = self.grid;
-        let sum = if red_black {
+        let sum = if self.grid.red_black {
             self.red_black::<_, ACCELERATED>(arch, source, y)
-        } else if backward {
+        } else {
+            self.lexicographic::<_, ACCELERATED>(arch, source, y)
+        };
+        self.meter.norms_of(sum.sum(self.strip), self.gamma)
+    }
+
+    /// Relaxes all of `y` in lexicographic order, and sums the squares of F(x).
+    fn lexicographic<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Totals {
+        let Grid { nx, backward, .. } = self.grid;
+        if backward {
             self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
         } else {
             self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
-        };
-        self.meter.norms_of(sum.sum(self.strip), self.gamma)
+        }
     }
 
     /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).
@@ -273,8 +309,9 @@ impl<T: Scalar> Old<'_, T> {
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
-        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([T::zero(); COLUMNS])).collect();
+        let handed_on = threads > 1 || self.grid.round[1];
+        let stretches = if handed_on { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
@@ -319,7 +356,7 @@ struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     old: &'a Old<'a, T>,
     source: &'a S,
     bands: &'a Claims<I>,
-    edges: &'a [Turns<[T; COLUMNS]>],
+    edges: &'a [Turns<[[T; COLUMNS]; 2]>],
     sum: &'a Sum,
 }
 
@@ -345,19 +382,24 @@ where
             let edge =
                 if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
             worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            sum.add(number, worker.tallies.take(0..nx));
+            if !S::LEAN {
+                sum.add(number, worker.tallies.take(0..nx));
+            }
             passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
         }
     }
 }
 
-/// The grid, and the direction and the order of the sweep.
+/// The grid, and the direction and the order of the sweep; a grid that closes is swept in
+/// lexicographic order.
 #[derive(Debug, Clone, Copy)]
 struct Grid {
     nx: usize,
     ny: usize,
     backward: bool,
     red_black: bool,
+    /// Whether it closes along a row and along a column.
+    round: [bool; 2],
 }
 
 #[cfg(test)]

@@ -17,6 +17,9 @@ const INNER: usize = 300;
 /// The inner tolerance while signs change, and once they do not.
 const FORCING: [f64; 2] = [1e-2, 1e-5];
 
+/// The part of the residual that ends the solve to which a linear system is solved at most.
+const ENOUGH: f64 = 0.3;
+
 /// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise
 /// one.
 const PAIRS: usize = 4;
@@ -111,9 +114,11 @@ impl<T: Scalar> Steps<T> {
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
         // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
-        // where it was.
+        // where it was; and no residual need be smaller than the one that ends the solve.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
-        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / size;
+        let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
+        let goal = (forcing.min(ENOUGH), INNER);
         let jacobian = Jacobian::new(problem, x);
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
