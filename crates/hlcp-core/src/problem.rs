@@ -215,10 +215,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// vectors are those of this rank's columns. All ranks call it.
     ///
     /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
-    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included. Five-
-    /// point operators of the strip's grid are given the columns beside it; any other operator maps
-    /// this rank's part of a vector and fetches what it needs of others itself. All ranks make the
-    /// same calls in the same order.
+    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included.
+    /// Five-point operators of the strip's grid are given the columns beside it; any other operator
+    /// maps this rank's part of a vector and fetches what it needs of others itself. All ranks make
+    /// the same calls in the same order.
     ///
     /// # Errors
     ///
@@ -240,7 +240,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///         let (x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
     ///         let (sor, q) = (Aor::sor(1.5)?, problem.rhs(&q)?);
     ///         sor.step(&problem, &q, &x, &mut y, &mut vec![]);
-    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut vec![0.0; y.len()], &mut vec![]))
+    ///         let mut next = y.clone();
+    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut next, &mut vec![]))
     ///     })
     /// };
     /// let whole = norms(1)[0];
@@ -584,8 +585,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// Overwrites `y` with the product of `A` with `x`, or of `B` if `of_b`; ranks that share five-point
-    /// operators give each other the columns that these need.
+    /// Overwrites `y` with the product of `A` with `x`, or of `B` if `of_b`; ranks that share
+    /// five-point operators give each other the columns that these need.
     pub(crate) fn product(&self, of_b: bool, x: &[T], y: &mut [T]) {
         let view = if of_b { self.b.as_five_point() } else { self.a.as_five_point() };
         match (self.strip(), view) {
