@@ -10,11 +10,13 @@
 #[path = "../crates/hlcp-cli/src/chart.rs"]
 #[allow(dead_code, reason = "one chart is drawn with a part of it")]
 mod chart;
+mod common;
 #[path = "../tests/common/counting.rs"]
 mod counting;
 
 use std::{cell::RefCell, error::Error, hint::black_box, path::Path, time::Instant};
 
+use common::{TURNS, against, done, machine, median, seconds};
 use hlcp_core::{
     Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step,
     VaryingFivePoint,
@@ -22,8 +24,6 @@ use hlcp_core::{
 use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-
-const TURNS: usize = 11;
 
 /// An operator that does not tell that it is a five-point one, as a user's own would not.
 struct Walked<T>(FivePoint<T>);
@@ -124,19 +124,6 @@ enum Sweep {
     Dynamic,
 }
 
-/// What a sweep returns is used.
-fn done<R>(result: R) {
-    black_box(result);
-}
-
-/// Seconds of one run over an m × m grid, from as many as take some milliseconds.
-fn seconds(m: usize, mut run: impl FnMut()) -> f64 {
-    let repeats = (2_000_000 / (m * m)).max(1);
-    let start = Instant::now();
-    (0..repeats).for_each(|_| run());
-    start.elapsed().as_secs_f64() / repeats as f64
-}
-
 fn triad<T: Scalar>(x: &[T], q: &[T], y: &mut [T]) {
     let factor = to::<T>(0.3);
     for ((y, &x), &q) in y.iter_mut().zip(x).zip(q) {
@@ -173,18 +160,6 @@ fn obvious<T: Scalar>(m: usize, q: &[T], x: &[T], y: &mut [T]) -> T {
         }
     }
     squares
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
-/// The median over turns of the first time over the second, and the median of the first.
-fn against(mut ours: impl FnMut() -> f64, mut theirs: impl FnMut() -> f64) -> (f64, f64) {
-    let turns: Vec<[f64; 2]> = (0..TURNS).map(|_| [ours(), theirs()]).collect();
-    let ratio = median(turns.iter().map(|[ours, theirs]| ours / theirs).collect());
-    (ratio, median(turns.iter().map(|[ours, _]| *ours).collect()))
 }
 
 fn compare<T: Scalar>(m: usize, ours: Sweep, theirs: Sweep) -> Result<(f64, f64), Box<dyn Error>> {
@@ -435,19 +410,7 @@ fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let pool = ThreadPoolBuilder::new().num_threads(2).build()?;
-    let shell = |program: &str, arguments: &[&str]| {
-        let output = std::process::Command::new(program).args(arguments).output().ok()?;
-        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
-    };
-    let cpu = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    println!(
-        "{} ({cores} cores), {}, {}\n",
-        model.trim_start_matches([' ', '\t', ':']),
-        shell("rustc", &["--version"]).unwrap_or_default(),
-        shell("date", &["-u", "+%Y-%m-%d"]).unwrap_or_default()
-    );
+    println!("{}\n", machine());
     println!("| what | against | ratio | target | ns per point |\n|---|---|---|---|---|");
     let row = |what: &str, rival: &str, m: usize, target: &str, (ratio, time): (f64, f64)| {
         println!(

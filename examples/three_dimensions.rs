@@ -9,7 +9,7 @@
 
 use std::error::Error;
 
-use hlcp_methods::{Diagonal, Identity, LinearOperator, Rows, solve};
+use hlcp_methods::{Diagonal, Identity, LinearOperator, Rows, check_operator, solve};
 
 /// 6 z − (the six neighbours) on m × m × m points.
 struct SevenPoint {
@@ -55,6 +55,7 @@ impl Rows<f64> for SevenPoint {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let a = SevenPoint { m: 30 };
+    check_operator(&a)?;
     let n = a.order();
     let q: Vec<f64> = (0..n).map(|k| (0.01 * k as f64).sin()).collect();
     let answer = solve(&a, &Identity { order: n }, &q)?;

@@ -358,11 +358,14 @@ fn table<T: Scalar + nalgebra::Scalar>() {
     // The same solution is planted; the rows reach across the grid's edge.
     let [cylinder, torus] = [a.periodic([true, false]), b.periodic([true, true])];
     let (cylinder, torus) = (cylinder.unwrap(), torus.unwrap());
+    let on_torus = a.periodic([true, true]).unwrap();
+    let closed = |row: &str| Case::new(row, "closed grids", on_torus, torus).keeps_all();
     for row in &rows().collect::<Vec<_>>() {
         if is_on_grids(row) {
             let answers = [
                 Case::new(row, "stencils", a, b).keeps_all(),
                 Case::new(row, "shared operators", shared(a), shared(b)).keeps_all(),
+                closed(row),
             ];
             one_answer(row, &answers);
             let problem = Hlcp::new(Lists::of(&a), Lists::of(&b), omega()).unwrap();
@@ -378,7 +381,8 @@ fn table<T: Scalar + nalgebra::Scalar>() {
             Case::new(row, "shared operators", lists, shared(b)).keeps_all(),
             Case::new(row, "rows in arrays", arrays(&a), arrays(&b)).keeps_all(),
             Case::new(row, "rows in arrays and dense ones", arrays(&a), dense(&b)).keeps_all(),
-            Case::new(row, "periodic grids", shared(cylinder), shared(torus)).keeps_all(),
+            Case::new(row, "a cylinder and a torus", shared(cylinder), shared(torus)).keeps_all(),
+            closed(row),
         ];
         one_answer(row, &answers);
     }

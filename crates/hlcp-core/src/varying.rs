@@ -215,6 +215,7 @@ impl<'a, T: Scalar> VaryingFivePoint<'a, T> {
 
     fn view(&self) -> FivePointView<'_, T> {
         FivePointView::new(self.nx, self.ny, self.coefficients.each_ref().map(Direction::view))
+            .periodic(self.round)
     }
 }
 
@@ -224,13 +225,11 @@ impl<T: Scalar> LinearOperator<T> for VaryingFivePoint<'_, T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        let grid = [self.nx, self.ny];
-        self.view().apply(grid, x, y);
-        self.view().add_round(grid, self.round, x, y);
+        self.view().apply([self.nx, self.ny], x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
-        (self.round == [false; 2]).then(|| self.view())
+        Some(self.view())
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {

@@ -69,6 +69,8 @@ impl<T: Scalar> Coefficients<'_, T> {
 pub struct FivePointView<'a, T> {
     grid: Option<[usize; 2]>,
     coefficients: [Coefficients<'a, T>; 5],
+    // Which directions close round: none of a diagonal operator.
+    round: [bool; 2],
 }
 
 impl<'a, T: Scalar> FivePointView<'a, T> {
@@ -83,13 +85,41 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
                 assert_eq!(values.len(), nx * ny, "a coefficient for each point");
             }
         }
-        Self { grid: Some([nx, ny]), coefficients }
+        Self { grid: Some([nx, ny]), coefficients, round: [false; 2] }
     }
 
     /// The view of a diagonal operator, which fits every grid of its order.
     pub fn diagonal(centre: Coefficients<'a, T>) -> Self {
         let zero = Coefficients::Constant(T::zero());
-        Self { grid: None, coefficients: [zero, zero, centre, zero, zero] }
+        let coefficients = [zero, zero, centre, zero, zero];
+        Self { grid: None, coefficients, round: [false; 2] }
+    }
+
+    /// The same view on a grid that closes round in the directions `[x, y]` that say so, as
+    /// [`FivePoint::periodic`](crate::FivePoint::periodic) does: the coefficients that led outside
+    /// lead across.
+    ///
+    /// # Panics
+    ///
+    /// Unless a direction that closes has three points or more.
+    ///
+    /// ```
+    /// use hlcp_core::{Coefficients::Constant, FivePointView};
+    ///
+    /// let ring = FivePointView::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0].map(Constant));
+    /// let mut y = [0.0; 4];
+    /// ring.periodic([true, false]).add_product(4, 0, 0, &[1.0, 0.0, 0.0, 0.0], &mut y);
+    /// assert_eq!(y, [2.0, -1.0, 0.0, -1.0]);
+    /// ```
+    pub fn periodic(self, round: [bool; 2]) -> Self {
+        let closed = self.grid.map_or(Ok(()), |grid| can_close(grid, round));
+        closed.expect("three points or more in a direction that closes");
+        Self { round, ..self }
+    }
+
+    /// Whether the grid closes round along `[x, y]`.
+    pub fn round(&self) -> [bool; 2] {
+        self.round
     }
 
     /// The view of other coefficients on the same grid.
@@ -130,34 +160,25 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         }
     }
 
-    /// Adds to `y` what a grid that closes round adds to the product with `x`.
-    pub(crate) fn add_round(
-        &self,
-        [nx, ny]: [usize; 2],
-        [round_x, round_y]: [bool; 2],
-        x: &[T],
-        y: &mut [T],
-    ) {
-        let [south, west, _, east, north] = self.coefficients;
-        if round_x {
-            for (first, last) in (0..nx * ny).step_by(nx).map(|k| (k, k + nx - 1)) {
-                y[first] += west.at(first) * x[last];
-                y[last] += east.at(last) * x[first];
-            }
-        }
-        if round_y {
-            for (first, last) in (0..nx).map(|k| (k, k + nx * (ny - 1))) {
-                y[first] += south.at(first) * x[last];
-                y[last] += north.at(last) * x[first];
-            }
-        }
-    }
-
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
     /// `start`, on a grid of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        self.product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    /// The same, given the values of `x` west and east of the stretch where the grid goes on beyond
+    /// what `x` holds of it.
+    pub(crate) fn product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
         y.fill(T::zero());
-        self.add_product(nx, j, start, x, y);
+        self.add_product_beside(nx, j, start, x, beside, y);
     }
 
     /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a
@@ -180,16 +201,33 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// assert_eq!(y, [110.0, 108.0, 116.0]);
     /// ```
     pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
-        let from = j * nx + start;
-        for (coefficients, points, neighbours) in self.directions(nx, j, start, y.len(), x.len()) {
-            let y = &mut y[points.start - from..points.end - from];
-            coefficients.add_product(points.start, &x[neighbours], y);
+        self.add_product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    fn add_product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
+        let (from, length) = (j * nx + start, y.len());
+        let directions = self.directions(nx, j, start, length, x.len());
+        for (d, (coefficients, points, neighbours)) in directions.into_iter().enumerate() {
+            let part = &mut y[points.start - from..points.end - from];
+            coefficients.add_product(points.start, &x[neighbours], part);
+            // In its turn, so that the bits are those of the whole grid.
+            if let Some((at, value)) = beyond(d, length, beside) {
+                coefficients.add_product(from + at, &[value], &mut y[at..=at]);
+            }
         }
     }
 
     /// Returns, direction by direction, the coefficients, the points of a stretch of `length`
     /// points of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points
-    /// and `nx` columns; the centre first.
+    /// and `nx` columns; the centre first, and what leads across a grid that closes last.
     #[inline(always)]
     pub(crate) fn directions(
         &self,
@@ -198,20 +236,55 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         start: usize,
         length: usize,
         n: usize,
-    ) -> [(Coefficients<'a, T>, Range<usize>, Range<usize>); 5] {
+    ) -> [(Coefficients<'a, T>, Range<usize>, Range<usize>); 7] {
         let [south, west, centre, east, north] = self.coefficients;
         let (from, until) = (j * nx + start, j * nx + start + length);
-        let (first, last) = (usize::from(start == 0), usize::from(start + length == nx));
+        let [western, eastern] = [start == 0, start + length == nx];
+        let (first, last) = (usize::from(western), usize::from(eastern));
         let (here, nowhere) = (from..until, (from..from, 0..0));
-        let below = if j > 0 { (here.clone(), from - nx..until - nx) } else { nowhere.clone() };
-        let above = if until + nx <= n { (here.clone(), from + nx..until + nx) } else { nowhere };
+        let [round_x, round_y] = self.round;
+        let below = match j {
+            0 if round_y => (here.clone(), n - nx + start..n - nx + start + length),
+            0 => nowhere.clone(),
+            _ => (here.clone(), from - nx..until - nx),
+        };
+        let above = match until + nx <= n {
+            true => (here.clone(), from + nx..until + nx),
+            false if round_y => (here.clone(), start..start + length),
+            false => nowhere.clone(),
+        };
+        let row = j * nx..(j + 1) * nx;
+        let to_west = if western && round_x {
+            (from..from + 1, row.end - 1..row.end)
+        } else {
+            nowhere.clone()
+        };
+        let to_east =
+            if eastern && round_x { (until - 1..until, row.start..row.start + 1) } else { nowhere };
         [
             (centre, here.clone(), here),
             (west, from + first..until, from + first - 1..until - 1),
             (east, from..until - last, from + 1..until + 1 - last),
             (south, below.0, below.1),
             (north, above.0, above.1),
+            (west, to_west.0, to_west.1),
+            (east, to_east.0, to_east.1),
         ]
+    }
+}
+
+/// Returns, of the direction `d` in the order of [`FivePointView::directions`], the place in a
+/// stretch of the point whose neighbour lies beyond it, and the neighbour's value.
+#[inline(always)]
+pub(crate) fn beyond<T: Copy>(
+    d: usize,
+    length: usize,
+    [west, east]: [Option<T>; 2],
+) -> Option<(usize, T)> {
+    match d {
+        1 => west.map(|value| (0, value)),
+        2 => east.map(|value| (length - 1, value)),
+        _ => None,
     }
 }
 

@@ -85,6 +85,9 @@ struct Stencil {
 impl Stencil {
     fn of<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>, omega: &[f64]) -> Option<Self> {
         let (of_a, of_b) = (a.as_five_point()?, b.as_five_point()?);
+        if [of_a, of_b].iter().any(|view| view.round() != [false; 2]) {
+            return None;
+        }
         let [nx, ny] = match (of_a.grid(), of_b.grid()) {
             (Some(a), Some(b)) if a != b => return None,
             (Some(grid), _) | (None, Some(grid)) => grid,

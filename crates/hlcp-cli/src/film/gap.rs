@@ -21,21 +21,14 @@ impl FromStr for Pad {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, rest) = text.split_once(',').unwrap_or((text, ""));
-        let numbers = || rest.parse().map(|Numbers(numbers)| numbers);
-        match name {
-            "plane" => match numbers()?[..] {
-                [west, east] => Ok(Self::Plane([west, east])),
-                _ => Err("a plane pad is plane,WEST,EAST".into()),
-            },
-            "parabola" => {
-                match numbers()?[..] {
-                    [least, radius] => Ok(Self::Parabola { least, radius, at: None }),
-                    [least, radius, at] => Ok(Self::Parabola { least, radius, at: Some(at) }),
-                    _ => Err("a parabolic pad is parabola,LEAST,RADIUS or parabola,LEAST,RADIUS,X"
-                        .into()),
-                }
+        let numbers = rest.parse().map(|Numbers(numbers)| numbers).unwrap_or_default();
+        match (name, &numbers[..]) {
+            ("plane", &[west, east]) => Ok(Self::Plane([west, east])),
+            ("parabola", &[least, radius]) => Ok(Self::Parabola { least, radius, at: None }),
+            ("parabola", &[least, radius, at]) => {
+                Ok(Self::Parabola { least, radius, at: Some(at) })
             }
-            _ => Err("a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X]".into()),
+            _ => Err("a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X], in numbers".into()),
         }
     }
 }

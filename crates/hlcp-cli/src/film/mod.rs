@@ -14,7 +14,7 @@ use clap::{ArgGroup, Args, error::ErrorKind};
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp film pad.csv --x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039
+  hlcp film pad.csv --x-unit mm --h-unit um --p-unit MPa --speed 4.57 --viscosity 0.039
   hlcp film --journal --diameter 0.1 --length 0.1 --clearance 1e-4 --rpm 3000 --viscosity 0.02 --groove 0 --load 5000
 
 A profile along x needs a speed and a viscosity. A film in two dimensions is a map of the gap, a pad
@@ -113,17 +113,17 @@ pub(crate) struct Arguments {
     /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
     #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", requires = "plane")]
     side: Vec<gap::Sided>,
-    /// The unit of x in metres
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in metres, e.g. 0.0254", ""))]
+    /// The unit of x: its name, as mm, or so many metres, as 0.0254
+    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
+    #[arg(value_parser = named_unit("m", "mm, or in metres, e.g. 0.0254"))]
     x_unit: f64,
-    /// The unit of h in metres
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in metres, e.g. 1e-6", ""))]
+    /// The unit of h: its name, as um, or so many metres, as 1e-6
+    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
+    #[arg(value_parser = named_unit("m", "um, or in metres, e.g. 1e-6"))]
     h_unit: f64,
-    /// The unit of pressures in pascals
-    #[arg(long, help_heading = UNITS, default_value_t = 1.0, allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in pascals, e.g. 1e5", ""))]
+    /// The unit of pressures: its name, as MPa, or so many pascals, as 1e5
+    #[arg(long, help_heading = UNITS, default_value = "Pa", allow_hyphen_values = true)]
+    #[arg(value_parser = named_unit("Pa", "MPa, or in pascals, e.g. 1e5"))]
     p_unit: f64,
     /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER
     #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
@@ -287,6 +287,24 @@ impl Arguments {
                 Err(refused(path.display().to_string(), "--viscosity <VISCOSITY>", reason))
             }
         }
+    }
+}
+
+/// The prefixes of units that have a name; µ may be typed as u.
+const PREFIXES: [(f64, &str); 7] =
+    [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
+
+/// A parser of units: a prefix with the name of the base, or a positive number.
+fn named_unit(
+    base: &'static str,
+    wanted: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| {
+        let prefix = text.strip_suffix(base).map(|prefix| if prefix == "u" { "µ" } else { prefix });
+        let named = PREFIXES.iter().find(|(_, known)| Some(*known) == prefix);
+        let number = || text.parse().ok().filter(|&value: &f64| value > 0.0 && value.is_finite());
+        let value = named.map(|(value, _)| *value).or_else(number);
+        value.ok_or_else(|| format!("neither a unit nor a positive number; {wanted}"))
     }
 }
 

@@ -109,7 +109,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         let [lx, ly] = film.lengths;
         say(format!(
             "warning: the gap is at least {thin} m and the film {lx} m by {ly} m; if these are \
-             other units, name them by --h-unit and --x-unit, e.g. --h-unit 1e-6 for \u{b5}m"
+             other units, name them by --h-unit and --x-unit, e.g. --h-unit um"
         ));
     }
     Ok(converged)
@@ -183,6 +183,12 @@ fn dry(
     arguments: &Arguments,
     begun: Instant,
 ) -> Result<bool, Box<dyn Error>> {
+    const FED: &str =
+        "give a side or a supply a pressure above --cavitation, e.g. --ambient 101325";
+    if let Some(load) = &arguments.load {
+        let load = load.0[0];
+        return Err(format!("--load: nothing feeds this film, so it runs dry and carries 0 N instead of {load} N; {FED}").into());
+    }
     let n = film.gap.len();
     let figures = film.figures(&vec![0.0; n], &vec![1.0; n], film.cavitation);
     if arguments.json {
@@ -191,9 +197,9 @@ fn dry(
         object["seconds"] = json!(begun.elapsed().as_secs_f64());
         print::line(object)?;
     } else {
-        print::line(
-            "nothing feeds this film, so it runs dry: z = 0 and r = 1 everywhere; give a side or a supply a pressure above --cavitation",
-        )?;
+        print::line(format!(
+            "nothing feeds this film, so it runs dry: z = 0 and r = 1 everywhere; {FED}"
+        ))?;
     }
     Ok(true)
 }

@@ -35,7 +35,7 @@ use hlcp_core::{
 use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
 
-use super::Arguments;
+use super::{Arguments, PREFIXES};
 use crate::{
     chart::{self, Panel},
     print, say,
@@ -80,7 +80,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
         let length = (profile.x[profile.x.len() - 1] - profile.x[0]) * arguments.x_unit;
         say(format!(
             "warning: the gap is at least {thin} m and the film {length} m long; if these are \
-             other units, name them by --h-unit and --x-unit, e.g. --h-unit 1e-6 for \u{b5}m"
+             other units, name them by --h-unit and --x-unit, e.g. --h-unit um"
         ));
     }
     let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
@@ -386,9 +386,7 @@ impl Film {
 
 /// A unit that is `value` of a `base`, as it stands behind a number.
 pub(super) fn unit(value: f64, base: &str) -> String {
-    let prefixes =
-        [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
-    match prefixes.iter().find(|(prefix, _)| *prefix == value) {
+    match PREFIXES.iter().find(|(prefix, _)| *prefix == value) {
         Some((_, prefix)) => format!("{prefix}{base}"),
         None => format!("× {value:e} {base}"),
     }

@@ -76,7 +76,7 @@ fn the_pad_has_the_sliders_peak_and_rupture() {
 
     // The sample file is that pad.
     let sample = include_str!("../../data/pad.csv");
-    let arguments = "--x-unit 1e-3 --h-unit 1e-6 --p-unit 1e6 --speed 4.57 --viscosity 0.039";
+    let arguments = "--x-unit mm --h-unit um --p-unit MPa --speed 4.57 --viscosity 0.039";
     assert_eq!(solved("sample", Some(sample), arguments).1, points);
 }
 
@@ -323,9 +323,9 @@ fn wrong_input_is_refused_in_one_line() {
             "--speed 5 --viscosity -1e-2",
             "'-1e-2' for '--viscosity <VISCOSITY>': not a positive number",
         ),
-        ("--speed 5 --viscosity 1 --x-unit inch", "not a positive number; in metres, e.g. 0.0254"),
-        ("--speed 5 --viscosity 1 --h-unit -1", "not a positive number; in metres"),
-        ("--speed 5 --viscosity 1 --p-unit inf", "not a positive number; in pascals"),
+        ("--speed 5 --viscosity 1 --x-unit inch", "nor a positive number; mm, or in metres"),
+        ("--speed 5 --viscosity 1 --h-unit -1", "nor a positive number; um, or in metres"),
+        ("--speed 5 --viscosity 1 --p-unit inf", "nor a positive number; MPa, or in pascals"),
         ("--speed 5 --viscosity 1 --refine -3", "-3 is not in 1..=65535"),
         ("", "--speed"),
     ];

@@ -263,6 +263,10 @@ fn a_ring_that_nothing_feeds_runs_dry() {
     let dry = film_of("dry", &format!("{} --ecc 0.5", journal(0.1)));
     assert_eq!(dry.lines().count(), 1);
     assert!(dry.starts_with("nothing feeds this film, so it runs dry"), "{dry}");
+    let loaded = film("dry", &format!("{} --load 1000", journal(0.1)));
+    assert_eq!(loaded.status.code(), Some(1));
+    let err = text(&loaded.stderr);
+    assert!(err.contains("it runs dry and carries 0 N instead of 1000 N"), "{err}");
     let fed = film_of("dry", &format!("{} --ecc 0.5 --ambient 1e5 --nx 60 --ny 10", journal(0.1)));
     assert!(fed.lines().count() > 8 && fed.lines().count() < 25, "{fed}");
 }
@@ -300,6 +304,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--map huge.npy", "but the data have 48 bytes"),
         ("--map cut.npy", "cut.npy: the NPY header is cut short"),
         ("--map none.csv", "none.csv"),
+        ("--pad plane", "a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X], in numbers"),
         (
             "--map gap.csv --roughness small.csv",
             "small.csv has 1 rows and 1 columns, but the film has 2 and 3",

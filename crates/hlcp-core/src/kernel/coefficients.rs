@@ -27,6 +27,12 @@ pub(super) fn part<T: Scalar, const ACCELERATED: bool>(factor: Pair<T>, v: T) ->
     if ACCELERATED { factor[0] * v + factor[1] * v.abs() } else { factor[0] * v }
 }
 
+/// Returns what a neighbour of value `x` adds to F.
+#[inline(always)]
+fn share<T: Scalar>(factor: [T; 2], x: T) -> T {
+    x * if x > T::zero() { factor[0] } else { factor[1] }
+}
+
 /// One row of the system as the sweep uses it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Row<T> {
@@ -68,12 +74,20 @@ impl<T: Scalar> Row<T> {
         if BACKWARD { [north, east] } else { [south, west] }
     }
 
+    /// The shares of the neighbours that a sweep has not passed, should they lie across a grid that
+    /// closes: of northern and eastern ones forward.
+    #[inline(always)]
+    pub(super) fn coming<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
+        let [south, west, east, north] = self.passed;
+        if BACKWARD { [south, west] } else { [north, east] }
+    }
+
     /// F, from the old values around the point and from γq.
     #[inline(always)]
-    fn defect(&self, x: [T; 5], gamma_q: T) -> T {
+    pub(super) fn defect(&self, x: [T; 5], gamma_q: T) -> T {
         let mut f = gamma_q;
         for (x, factor) in x.into_iter().zip(self.defect) {
-            f += x * if x > T::zero() { factor[0] } else { factor[1] };
+            f += share(factor, x);
         }
         f
     }
@@ -91,6 +105,21 @@ impl<T: Scalar> Row<T> {
         let passed =
             part::<T, ACCELERATED>(of_across, across) + part::<T, ACCELERATED>(of_along, along);
         (f, (x[2] - f * self.over_pivot) + passed)
+    }
+
+    /// Returns `t` of a sweep with α = β = 1 that knows `f`, where no neighbour has been passed
+    /// yet.
+    ///
+    /// With Ω = D_A D_B⁻¹ the diagonal of F is `mᵢᵢ xᵢ`, so F needs no old value of the point, and
+    /// an accelerated sweep takes all that a passed neighbour contributes in the recurrence.
+    #[inline(always)]
+    pub(super) fn solved<const BACKWARD: bool>(&self, [across, along]: [T; 2], f: T) -> T {
+        let [of_across, of_along] = if BACKWARD {
+            [self.defect[0], self.defect[1]]
+        } else {
+            [self.defect[4], self.defect[3]]
+        };
+        -(f + share(of_across, across) + share(of_along, along)) * self.over_pivot
     }
 
     /// F, `t` of a point of the first colour, and what `t` of the second colour has more.
@@ -113,6 +142,8 @@ impl<T: Scalar> Row<T> {
 
 /// Where the rows of the system come from.
 pub(super) trait Source<T>: Copy + Sync {
+    /// Whether the sweep solves each scalar equation and measures nothing, see [`Row::solved`].
+    const LEAN: bool;
     /// The most columns of a row that are done in one go, at most [`COLUMNS`].
     const CHUNK: usize;
     /// How many columns the first phase is ahead of the recurrence.
@@ -140,9 +171,9 @@ pub(super) trait Source<T>: Copy + Sync {
 
 /// The same row everywhere.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Constant<T>(Row<T>);
+pub(super) struct Constant<T, const LEAN: bool>(Row<T>);
 
-impl<T: Scalar> Constant<T> {
+impl<T: Scalar, const LEAN: bool> Constant<T, LEAN> {
     pub(super) fn new<const ACCELERATED: bool>(
         relaxation: [Relaxation<T>; 2],
         a: [T; 5],
@@ -152,7 +183,8 @@ impl<T: Scalar> Constant<T> {
     }
 }
 
-impl<T: Scalar> Source<T> for Constant<T> {
+impl<T: Scalar, const LEAN: bool> Source<T> for Constant<T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = COLUMNS;
     const WIDTH: usize = usize::MAX;
     type Loaded = ();
@@ -183,12 +215,14 @@ impl<T: Scalar> Source<T> for Constant<T> {
 
 /// Rows of coefficients that vary from point to point, or some of which do.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Varying<'a, T> {
+pub(super) struct Varying<'a, T, const LEAN: bool> {
     pub(super) grid: Grid,
     pub(super) relaxation: [Relaxation<T>; 2],
     pub(super) a: [Coefficients<'a, T>; 5],
     pub(super) b: [Coefficients<'a, T>; 5],
     pub(super) omega: Coefficients<'a, T>,
+    /// Ω west and east of the grid, where other ranks have it go on.
+    pub(super) omega_beside: [&'a [T]; 2],
 }
 
 /// Columns of varying coefficients that are done in one go: what is kept of them must fit the
@@ -204,7 +238,8 @@ pub(super) struct Stretch<T> {
     omega: [Lane<T>; 3],
 }
 
-impl<T: Scalar> Source<T> for Varying<'_, T> {
+impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
+    const LEAN: bool = LEAN;
     const CHUNK: usize = VARYING;
     const WIDTH: usize = VARYING;
     type Loaded = Stretch<T>;
@@ -231,7 +266,7 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
 
     #[inline(always)]
     fn load(&self, j: usize, columns: Range<usize>, loaded: &mut Stretch<T>) {
-        let Grid { nx, ny, .. } = self.grid;
+        let Grid { nx, ny, round, .. } = self.grid;
         let stretch = j * nx + columns.start..j * nx + columns.end;
         let pairs = self.a.iter().zip(&mut loaded.a).chain(self.b.iter().zip(&mut loaded.b));
         for (from, to) in pairs {
@@ -240,12 +275,27 @@ impl<T: Scalar> Source<T> for Varying<'_, T> {
             }
         }
         if let Coefficients::Each(omega) = self.omega {
-            // Beyond the grid's edge any number serves.
+            // Beyond the grid's edge any number serves, unless it closes.
             for (k, to) in loaded.omega.iter_mut().enumerate() {
-                let row = (j + k).clamp(1, ny) - 1;
+                let row = match (j + k, round[1]) {
+                    (0, true) => ny - 1,
+                    (above, true) if above > ny => 0,
+                    (row, _) => row.clamp(1, ny) - 1,
+                };
+                let row = &omega[row * nx..(row + 1) * nx];
                 let (start, end) = (columns.start.max(1) - 1, (columns.end + 1).min(nx));
                 let (at, count) = (start + 1 - columns.start, end - start);
-                to[at..at + count].copy_from_slice(&omega[row * nx + start..row * nx + end]);
+                to[at..at + count].copy_from_slice(&row[start..end]);
+                if round[0] && columns.start == 0 {
+                    to[0] = row[nx - 1];
+                }
+                if round[0] && columns.end == nx {
+                    to[columns.len() + 1] = row[0];
+                }
+            }
+            let at = [(columns.start == 0, 0), (columns.end == nx, stretch.len() + 1)];
+            for (beside, (_, place)) in self.omega_beside.iter().zip(at).filter(|(_, at)| at.0) {
+                beside.get(j).into_iter().for_each(|&omega| loaded.omega[1][place] = omega);
             }
         }
     }

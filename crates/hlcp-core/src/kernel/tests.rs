@@ -2,8 +2,10 @@
 
 use pulp::Arch;
 
-use super::{Grid, Relaxation, Sweep, coefficients::Row, coefficients::part};
-use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoint};
+use super::{
+    Grid, Relaxation, Sweep, coefficients::Row, coefficients::part, smoother::gauss_seidel,
+};
+use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoint, view::places};
 
 /// A number in −1..1 without pattern.
 fn noise<T: Scalar>(seed: usize) -> T {
@@ -27,16 +29,8 @@ fn architectures() -> Vec<Arch> {
 }
 
 /// The four neighbours of a point and the point itself, as far as they are on the grid.
-fn around(grid: Grid, k: usize) -> [Option<usize>; 5] {
-    let Grid { nx, ny, .. } = grid;
-    let (i, j) = (k % nx, k / nx);
-    [
-        (j > 0).then(|| k - nx),
-        (i > 0).then(|| k - 1),
-        Some(k),
-        (i + 1 < nx).then_some(k + 1),
-        (j + 1 < ny).then_some(k + nx),
-    ]
+fn around(Grid { nx, ny, round, .. }: Grid, k: usize) -> [Option<usize>; 5] {
+    places([nx, ny], round, k)
 }
 
 fn value<T: Scalar>(v: &[T], k: Option<usize>) -> T {
@@ -56,26 +50,47 @@ fn row<T: Scalar, const ACCELERATED: bool>(
     Row::new::<ACCELERATED>(relaxation, a, b)
 }
 
-/// The sweep's operations in the order of the points.
-fn point_by_point<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
+/// The sweep's operations in the order of the points, given `t` before anything is moved across a
+/// grid that closes.
+fn in_order<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     sweep: &Sweep<'_, T>,
     relaxation: [Relaxation<T>; 2],
-    q: &[T],
     x: &[T],
+    t: impl Fn(&Row<T>, [T; 5], usize) -> T,
 ) -> Vec<T> {
     let n = x.len();
     let mut y = vec![T::zero(); n];
     for step in 0..n {
         let k = if BACKWARD { n - 1 - step } else { step };
-        let around = around(sweep.grid, k);
         let row = row::<T, ACCELERATED>(sweep, relaxation, k);
-        let old = around.map(|at| value(x, at));
-        let (_, t) = row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.q_factor * q[k]);
-        let [across, along] =
-            if BACKWARD { [around[4], around[3]] } else { [around[0], around[1]] };
-        let passed = row.passed::<BACKWARD>();
-        y[k] = (t - part::<T, ACCELERATED>(passed[0], value(&y, across)))
-            - part::<T, ACCELERATED>(passed[1], value(&y, along));
+        let around = around(sweep.grid, k);
+        let mut t = t(&row, around.map(|at| value(x, at)), k);
+        let [passed, coming] = [[0, 1], [4, 3]];
+        let [passed, coming] = if BACKWARD { [coming, passed] } else { [passed, coming] };
+        let is_before = |j: usize| if BACKWARD { j > k } else { j < k };
+        let share = |pair, at, v: &[T]| part::<T, ACCELERATED>(pair, value(v, at));
+        let [of_passed, of_coming] = [row.passed::<BACKWARD>(), row.coming::<BACKWARD>()];
+        let mut takes = [[None; 2]; 2];
+        // Along the row first, then across rows.
+        for d in [1, 0] {
+            let (before, after) = (around[passed[d]], around[coming[d]]);
+            if before.is_some_and(|j| !is_before(j)) {
+                t -= share(of_passed[d], before, x);
+            }
+            if after.is_some_and(is_before) {
+                t += share(of_coming[d], after, x);
+            }
+            takes[d] = [before.filter(|&j| is_before(j)), after.filter(|&j| is_before(j))];
+        }
+        let [[south, north], [west, east]] = takes;
+        if north.is_some() {
+            t -= share(of_coming[0], north, &y);
+        }
+        y[k] = (t - share(of_passed[0], south, &y)) - share(of_passed[1], west, &y);
+        if east.is_some() {
+            let first = share(of_coming[1], east, &y);
+            y[k] -= first;
+        }
     }
     y
 }
@@ -116,11 +131,39 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         triangle: T::of(triangle),
     });
     let lexicographic = sweep.directed(BACKWARD, false);
-    let expected = point_by_point::<T, BACKWARD, ACCELERATED>(&lexicographic, relaxation, q, x);
+    let t =
+        |row: &Row<T>, old, k| row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.q_factor * q[k]).1;
+    let expected = in_order::<T, BACKWARD, ACCELERATED>(&lexicographic, relaxation, x, t);
     everywhere::<T, ACCELERATED>(lexicographic, relaxation, q, x, &expected);
+    if sweep.grid.round != [false; 2] {
+        return;
+    }
     let red_black = sweep.directed(BACKWARD, true);
     let expected = colour_by_colour::<T, ACCELERATED>(&red_black, relaxation, q, x);
     everywhere::<T, ACCELERATED>(red_black, relaxation, q, x, &expected);
+}
+
+/// The smoother's sweep is the loop over the points too.
+fn smooths<T: Scalar, const BACKWARD: bool>(sweep: Sweep<'_, T>, f: &[T], x: &[T]) {
+    let sweep = sweep.directed(BACKWARD, false);
+    let (n, factor) = (x.len(), T::of(0.7));
+    let t = |row: &Row<T>, [south, west, _, east, north]: [T; 5], k| {
+        let coming = if BACKWARD { [south, west] } else { [north, east] };
+        row.solved::<BACKWARD>(coming, factor * f[k])
+    };
+    let expected = in_order::<T, BACKWARD, true>(&sweep, gauss_seidel(), x, t);
+    for arch in architectures() {
+        let mut y = vec![T::nan(); n];
+        sweep.smooth_on(arch, (factor, f), x, &mut y);
+        assert!(y == expected, "{:?} on {arch:?}", sweep.grid);
+        #[cfg(feature = "rayon")]
+        for pool in pools() {
+            let shared = Sweep { parallel: true, ..sweep };
+            let mut y = vec![T::nan(); n];
+            pool.install(|| shared.smooth_on(arch, (factor, f), x, &mut y));
+            assert!(y == expected, "{:?} on {} threads", sweep.grid, pool.current_num_threads());
+        }
+    }
 }
 
 /// On every instruction set and any number of threads the sweep comes to `expected`, with the same
@@ -166,23 +209,34 @@ fn pools() -> &'static [rayon::ThreadPool] {
 fn agrees_in_all_ways<T: Scalar>(nx: usize, ny: usize) {
     let n = nx * ny;
     let (q, x) = (list::<T>(n, 1), list::<T>(n, 2));
-    let stencil = |c: [f64; 5]| FivePoint::new(nx, ny, c.map(T::of)).expect("a grid");
+    for round in [[false, false], [true, false], [false, true], [true, true]] {
+        if [nx, ny].iter().zip(round).all(|(&side, round)| side >= 3 || !round) {
+            agrees_on(nx, ny, round, &q, &x);
+        }
+    }
+}
+
+fn agrees_on<T: Scalar>(nx: usize, ny: usize, round: [bool; 2], q: &[T], x: &[T]) {
+    let n = nx * ny;
+    let closed = |grid: Result<FivePoint<T>, _>| grid.and_then(|grid| grid.periodic(round));
+    let stencil = |c: [f64; 5]| closed(FivePoint::new(nx, ny, c.map(T::of))).expect("a grid");
     let varying = |centre: f64, seed| {
         let row = |i, j| {
             let around = noise::<T>(seed + 3 * i + 11 * j);
             [around, T::of(0.3), T::of(centre) + around, T::of(-0.7) * around, T::of(-0.2)]
         };
-        VaryingFivePoint::from_fn(nx, ny, row).expect("a grid")
+        let grid = VaryingFivePoint::from_fn(nx, ny, row);
+        grid.and_then(|grid| grid.periodic(round)).expect("a grid")
     };
     let (a, b) = (stencil([-1.1, -0.9, 5.0, -0.7, 1.3]), stencil([0.2, -1.2, 4.0, 0.6, -0.4]));
     let (va, vb) = (varying(5.0, 3), varying(4.0, 4));
     let uniform = || Omega::Uniform(T::of(1.3));
     let each = || Omega::Each(list::<T>(n, 5).iter().map(|&w| T::of(1.5) + w).collect());
     let gamma = T::of(1.7);
-    four(&a, &b, uniform(), gamma, &q, &x);
-    four(&a, &b, each(), gamma, &q, &x);
-    four(&va, &b, uniform(), gamma, &q, &x);
-    four(&va, &vb, each(), gamma, &q, &x);
+    four(&a, &b, uniform(), gamma, q, x);
+    four(&a, &b, each(), gamma, q, x);
+    four(&va, &b, uniform(), gamma, q, x);
+    four(&va, &vb, each(), gamma, q, x);
 }
 
 /// Both methods in both directions.
@@ -200,6 +254,8 @@ fn four<T: Scalar>(
     agrees::<T, false, true>(sweep, q, x);
     agrees::<T, true, false>(sweep, q, x);
     agrees::<T, true, true>(sweep, q, x);
+    smooths::<T, false>(sweep, q, x);
+    smooths::<T, true>(sweep, q, x);
 }
 
 #[test]

@@ -1,19 +1,19 @@
 use std::ops::Range;
 
 use super::{
-    COLUMNS, Old, PAD, ROWS,
-    coefficients::{Source, part},
+    COLUMNS, Grid, Old, PAD, ROWS,
+    coefficients::{Pair, Source, part},
 };
-use crate::{Scalar, norms::Tally, team::Turns};
+use crate::{Scalar, norms::Tallies, team::Turns};
 
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
 pub(super) enum Edge<'a, T> {
     /// A row of the only worker, empty at the grid's edge.
     Own(&'a [T]),
-    /// The last values in each stretch of columns, which band after band overwrites: this one as
-    /// `number`.
-    Passed { edges: &'a [Turns<[T; COLUMNS]>], number: usize },
+    /// The last values in each stretch of columns, which band after band overwrites, this one as
+    /// `number`; and those of the sweep's first row.
+    Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
 }
 
 /// The state of one worker while it relaxes a band of rows.
@@ -22,73 +22,60 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     source: &'a S,
     loaded: S::Loaded,
     kept: [S::Kept; ROWS],
+    around: Around<'a, T>,
     defect: [T; COLUMNS + PAD],
+    /// What the last point of each row takes from the first, where rows close.
+    along: [Pair<T>; ROWS],
+    /// What each point of the last row takes from the first row, where columns close.
+    across: [[T; COLUMNS + PAD]; 2],
+    /// The new values beside each row of the band, where the sweep enters it.
+    before: [T; ROWS],
+    /// The sums of squares of F(x).
+    pub(super) tallies: Tallies<T>,
+}
+
+/// The old iterate around a stretch of a row.
+pub(super) struct Around<'a, T> {
+    pub(super) grid: Grid,
+    x: &'a [T],
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: [&'a [T]; 2],
     west: [T; COLUMNS + PAD],
     east: [T; COLUMNS + PAD],
     zeros: [T; COLUMNS + PAD],
 }
 
-impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
+impl<'a, T: Scalar> Around<'a, T> {
     #[inline(always)]
-    pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+    pub(super) fn new(grid: Grid, x: &'a [T], beside: [&'a [T]; 2]) -> Self {
         let zeros = [T::zero(); COLUMNS + PAD];
-        let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
-        Self { old, source, loaded, kept, defect: zeros, west: zeros, east: zeros, zeros }
+        Self { grid, x, beside, west: zeros, east: zeros, zeros }
     }
 
-    /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
-    ///
-    /// `edge` is the neighbouring row that the sweep has done last.
+    /// The values beyond the western and the eastern end of row `j`, as far as the stretch reaches
+    /// these.
     #[inline(always)]
-    pub(super) fn relax<const BACKWARD: bool, const ACCELERATED: bool>(
-        &mut self,
-        first: usize,
-        band: &mut [T],
-        edge: Edge<'_, T>,
-    ) -> Tally<T> {
-        let nx = self.old.grid.nx;
-        let height = band.len() / nx;
-        let mut sum = Tally::zero();
-        let mut done = 0;
-        while done < nx {
-            let tile = done..nx.min(done.saturating_add(S::WIDTH));
-            // Northwards and eastwards in either direction: backward sweeps of large grids take
-            // 0.83 of the time that a walk the other way takes.
-            for row in 0..height {
-                let k = if BACKWARD { height - 1 - row } else { row };
-                let y = &mut band[row * nx..(row + 1) * nx];
-                let columns = mirrored::<BACKWARD>(nx, tile.clone());
-                for start in columns.clone().step_by(S::CHUNK) {
-                    let columns = start..columns.end.min(start + S::CHUNK);
-                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y, &mut sum);
-                }
-            }
-            for start in tile.clone().step_by(S::CHUNK) {
-                let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
-                self.recur::<BACKWARD, ACCELERATED>(band, edge, columns);
-            }
-            done = tile.end;
-        }
-        sum
+    pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
+        let Grid { nx, round: [round, _], .. } = self.grid;
+        let value = |side: usize| match self.beside[side].get(j) {
+            Some(&beside) => beside,
+            None if round => self.x[j * nx + [nx - 1, 0][side]],
+            None => T::zero(),
+        };
+        let at = [columns.start == 0, columns.end == nx];
+        [0, 1].map(|side| at[side].then(|| value(side)))
     }
 
-    /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
+    /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
+    /// row's ends any number may stand.
     #[inline(always)]
-    fn prepare<const BACKWARD: bool, const ACCELERATED: bool>(
-        &mut self,
-        j: usize,
-        k: usize,
-        columns: Range<usize>,
-        y: &mut [T],
-        sum: &mut Tally<T>,
-    ) {
-        let Old { grid, x, q, q_factor, meter, .. } = *self.old;
-        let Range { start, end } = columns.clone();
-        let nx = grid.nx;
-        let row = |j: usize| &x[j * nx..(j + 1) * nx];
-        let zeros = &self.zeros[..];
-        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..end - start] };
-        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..end - start] };
+    pub(super) fn stretch(&mut self, j: usize, columns: Range<usize>) -> [&[T]; 5] {
+        let Self { grid: Grid { nx, ny, round: [_, round], .. }, x, .. } = *self;
+        let Range { start, end } = columns;
+        let row = |j: usize| &x[j * nx + start..j * nx + end];
+        let beyond = |j: usize| if round { row(j) } else { &self.zeros[..end - start] };
+        let south = if j > 0 { row(j - 1) } else { beyond(ny - 1) };
+        let north = if j + 1 < ny { row(j + 1) } else { beyond(0) };
         // West of a row's first point the vector holds the last one of the row before: the edges
         // are put right afterwards. Only at the vector's own ends there is nothing to read.
         let (from, until) = (j * nx + start, j * nx + end);
@@ -104,20 +91,140 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
             &self.east[..end - start]
         };
+        [south, west, &x[from..until], east, north]
+    }
+}
+
+impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
+    #[inline(always)]
+    pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+        let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
+        let around = Around::new(old.grid, old.x, old.beside);
+        let defect = [T::zero(); COLUMNS + PAD];
+        let (along, across) = ([[T::zero(); 2]; ROWS], [defect; 2]);
+        let (before, tallies) = ([T::zero(); ROWS], Tallies::new(old.stretches));
+        Self { old, source, loaded, kept, around, defect, along, across, before, tallies }
+    }
+
+    /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
+    ///
+    /// `edge` is the neighbouring row that the sweep has done last.
+    #[inline(always)]
+    pub(super) fn relax<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        first: usize,
+        band: &mut [T],
+        edge: Edge<'_, T>,
+    ) {
+        let nx = self.old.grid.nx;
+        let height = band.len() / nx;
+        for tile in pieces::<BACKWARD>(0..nx, S::WIDTH) {
+            // Northwards and eastwards in either direction: backward sweeps of large grids take
+            // 0.83 of the time that a walk the other way takes.
+            for row in 0..height {
+                let k = if BACKWARD { height - 1 - row } else { row };
+                let y = &mut band[row * nx..(row + 1) * nx];
+                for columns in pieces::<false>(tile.clone(), S::CHUNK) {
+                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y);
+                }
+            }
+            for columns in pieces::<BACKWARD>(tile, S::CHUNK) {
+                self.recur::<BACKWARD, ACCELERATED>(band, edge, columns);
+            }
+        }
+    }
+
+    /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
+    #[inline(always)]
+    fn prepare<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        j: usize,
+        k: usize,
+        columns: Range<usize>,
+        y: &mut [T],
+    ) {
+        let Old { grid, q, q_factor, meter, .. } = *self.old;
+        let Range { start, end } = columns.clone();
+        let (from, until) = (j * grid.nx + start, j * grid.nx + end);
+        let ends = self.around.ends(j, &columns);
+        let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
+        if S::LEAN {
+            let coming = if BACKWARD { [south, west] } else { [north, east] };
+            let beyond = if BACKWARD { ends[0] } else { ends[1] };
+            lean_phase::<_, _, BACKWARD>(
+                self.source,
+                &self.loaded,
+                &mut self.kept[k],
+                coming,
+                beyond,
+                &q[from..until],
+                q_factor,
+                &mut y[start..end],
+            );
+            if grid.round != [false; 2] {
+                self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
+            }
+            return;
+        }
         let defect = &mut self.defect[..end - start];
         first_phase::<_, _, BACKWARD, ACCELERATED>(
             self.source,
             &self.loaded,
             &mut self.kept[k],
-            [south, west, &x[from..until], east, north],
-            [start == 0, end == nx],
+            [south, west, here, east, north],
+            ends,
             &q[from..until],
             q_factor,
             defect,
             &mut y[start..end],
         );
-        meter.add_to(sum, defect);
+        self.tallies.add(meter, start, defect);
+        if grid.round != [false; 2] {
+            self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
+        }
+    }
+
+    /// Moves what neighbours across a grid that closes contribute to `t`: the sweep's first point
+    /// of a row, and its first row, have passed none there, and the last ones have.
+    #[inline(always)]
+    fn close<const BACKWARD: bool, const ACCELERATED: bool>(
+        &mut self,
+        j: usize,
+        k: usize,
+        columns: Range<usize>,
+        y: &mut [T],
+    ) {
+        let (source, loaded, old) = (self.source, &self.loaded, self.old);
+        let Grid { nx, ny, round, .. } = old.grid;
+        let x = |j: usize, i: usize| old.x[j * nx + i];
+        let [first, last] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
+        if round[0] && columns.contains(&first) {
+            let [_, along] =
+                source.row::<ACCELERATED>(loaded, first - columns.start).passed::<BACKWARD>();
+            y[first] -= part::<_, ACCELERATED>(along, x(j, last));
+        }
+        if round[0] && columns.contains(&last) {
+            let [_, along] =
+                source.row::<ACCELERATED>(loaded, last - columns.start).coming::<BACKWARD>();
+            y[last] += part::<_, ACCELERATED>(along, x(j, first));
+            self.along[k] = along;
+        }
+        let [first, last] = if BACKWARD { [ny - 1, 0] } else { [0, ny - 1] };
+        if round[1] && j == first {
+            for i in columns.clone() {
+                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
+                y[i] -= part::<_, ACCELERATED>(row.passed::<BACKWARD>()[0], x(last, i));
+            }
+        }
+        if round[1] && j == last {
+            for i in columns.clone() {
+                let row = source.row::<ACCELERATED>(loaded, i - columns.start);
+                let [across, _] = row.coming::<BACKWARD>();
+                y[i] += part::<_, ACCELERATED>(across, x(first, i));
+                [self.across[0][i - columns.start], self.across[1][i - columns.start]] = across;
+            }
+        }
     }
 
     /// The recurrence over a stretch of the band.
@@ -128,58 +235,131 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         edge: Edge<'_, T>,
         columns: Range<usize>,
     ) {
-        let nx = self.old.grid.nx;
+        let Grid { nx, ny, round, .. } = self.old.grid;
         let length = columns.len();
+        let height = band.len() / nx;
+        // The band's row that comes last in the sweep, and whether it is the grid's last.
+        let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let passed = match edge {
-            Edge::Own([]) => &self.zeros[..length],
-            Edge::Own(row) => &row[columns.clone()],
+        let mut closes = false;
+        let (passed, opening) = match edge {
+            Edge::Own([]) => (&self.around.zeros[..length], None),
+            Edge::Own(row) => (&row[columns.clone()], None),
             Edge::Passed { edges, number } => {
-                &turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number)).value[..length]
+                let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
+                let [passed, first] = &*turn.value;
+                closes = round[1] && (number + 1) * ROWS >= ny;
+                (&passed[..length], Some(&first[..length]))
             }
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
-        let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
-        let height = band.len() / nx;
+        // Messages go one way during a sweep: a rank enters a band when the one before has left it.
+        let (from, to) = if BACKWARD { (1, 0) } else { (0, 1) };
+        let ends = [columns.start == 0, columns.end == nx];
+        if let Some(strip) = self.old.strip.filter(|_| ends[from]) {
+            strip.take(from, &mut self.before);
+        }
+        let beside = self.before;
+        let before = |k: usize, row: &[T]| {
+            row.get(side).copied().unwrap_or(beside[if BACKWARD { height - 1 - k } else { k }])
+        };
+        let alone = closes && height == ny;
+        if let Some(first) = opening.filter(|_| closes && !alone) {
+            let row = &mut band[last * nx..(last + 1) * nx][columns.clone()];
+            subtract::<_, ACCELERATED>(&self.across, first, row);
+        }
+        // The sweep's first point of a row, and its last one.
+        let [first, final_] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
+        let closing = (round[0] && columns.contains(&final_)).then_some(&self.along);
         let link = Link { source: *self.source, kept: &self.kept };
-        if height == ROWS && length >= ROWS {
+        if height == ROWS && length >= ROWS && !alone {
             let mut rows = band.chunks_exact_mut(nx);
             let mut rows: [&mut [T]; ROWS] =
                 std::array::from_fn(|_| rows.next().expect("a full band"));
             if BACKWARD {
                 rows.reverse();
             }
-            let start = std::array::from_fn(|k| before(rows[k]));
+            let start = std::array::from_fn(|k| before(k, rows[k]));
+            let opened = std::array::from_fn(|k| rows[k][first]);
+            let whole = length == nx;
+            let closed = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows);
+            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, closed);
         } else {
-            let mut across = self.zeros;
+            let mut across = self.around.zeros;
             across[..length].copy_from_slice(passed);
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
-                let row = &mut band[row * nx..(row + 1) * nx];
-                let start = before(row);
-                let row = &mut row[columns.clone()];
-                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, row);
-                across[..length].copy_from_slice(row);
+                if alone && k + 1 == height {
+                    let opening = if BACKWARD { height - 1 } else { 0 };
+                    let mut opened = self.around.zeros;
+                    opened[..length].copy_from_slice(&band[opening * nx..][columns.clone()]);
+                    let row = &mut band[row * nx..(row + 1) * nx][columns.clone()];
+                    subtract::<_, ACCELERATED>(&self.across, &opened, row);
+                }
+                let line = &mut band[row * nx..(row + 1) * nx];
+                let start = before(k, line);
+                let stretch = &mut line[columns.clone()];
+                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, stretch);
+                if let Some(pairs) = closing {
+                    line[final_] -= part::<_, ACCELERATED>(pairs[k], line[first]);
+                }
+                across[..length].copy_from_slice(&line[columns.clone()]);
             }
         }
+        if let Some(strip) = self.old.strip.filter(|_| ends[to]) {
+            let column = if to == 0 { 0 } else { nx - 1 };
+            let mut last = [T::zero(); ROWS];
+            last.iter_mut().zip(band.iter().skip(column).step_by(nx)).for_each(|(l, &v)| *l = v);
+            strip.pass(to, &last);
+        }
         if let Some(mut turn) = turn {
-            let last = if BACKWARD { 0 } else { height - 1 };
-            turn.value[..length].copy_from_slice(&band[last * nx..(last + 1) * nx][columns]);
+            let [passed, first] = &mut *turn.value;
+            let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
+            passed[..length].copy_from_slice(row(last));
+            if round[1] && matches!(edge, Edge::Passed { number: 0, .. }) {
+                first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
+            }
             turn.pass();
         }
     }
 }
 
-/// The columns `columns` in sweep order, by their place in the grid.
+/// Takes off a row what it has from the sweep's first row, by the factors of value and modulus.
 #[inline(always)]
-fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usize> {
-    if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
+fn subtract<T: Scalar, const ACCELERATED: bool>(
+    factors: &[[T; COLUMNS + PAD]; 2],
+    first: &[T],
+    row: &mut [T],
+) {
+    for (i, (y, &first)) in row.iter_mut().zip(first).enumerate() {
+        *y -= part::<_, ACCELERATED>([factors[0][i], factors[1][i]], first);
+    }
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and whether it is at the grid's
-/// western and eastern edge.
+/// What the last points of rows that close need.
+struct Ends<'a, T, const R: usize> {
+    pairs: &'a [Pair<T>; ROWS],
+    /// The first points' values, unless the stretch holds the whole row.
+    opened: [T; R],
+    whole: bool,
+}
+
+/// Pieces of `width` columns, the last one narrower, in the order of the sweep.
+#[inline(always)]
+fn pieces<const BACKWARD: bool>(
+    columns: Range<usize>,
+    width: usize,
+) -> impl Iterator<Item = Range<usize>> {
+    let count = columns.len().div_ceil(width);
+    (0..count).map(move |k| {
+        let start = columns.start + width * if BACKWARD { count - 1 - k } else { k };
+        start..columns.end.min(start.saturating_add(width))
+    })
+}
+
+/// The first phase of a stretch of a row, given its five neighbours and the values beyond the ends
+/// of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -187,7 +367,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [south, west, here, east, north]: [&[T]; 5],
-    [western, eastern]: [bool; 2],
+    [to_west, to_east]: [Option<T>; 2],
     q: &[T],
     q_factor: T,
     defect: &mut [T],
@@ -204,17 +384,45 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
-        let west = if western && i == 0 { T::zero() } else { west[i] };
-        let east = if eastern && i + 1 == n { T::zero() } else { east[i] };
+        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
-    if western {
+    if to_west.is_some() {
         edge(0);
     }
-    if eastern {
+    if to_east.is_some() {
         edge(n - 1);
+    }
+}
+
+/// The first phase of a stretch of a sweep that measures nothing, given the two neighbours that are
+/// not passed and the value beyond the end of the row.
+#[inline(always)]
+#[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
+fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
+    source: &S,
+    loaded: &S::Loaded,
+    kept: &mut S::Kept,
+    [across, along]: [&[T]; 2],
+    beyond: Option<T>,
+    q: &[T],
+    q_factor: T,
+    t: &mut [T],
+) {
+    let n = t.len().min(S::CHUNK);
+    let (across, along, q) = (&across[..n], &along[..n], &q[..n]);
+    for i in 0..n {
+        let row = source.row::<true>(loaded, i);
+        t[i] = row.solved::<BACKWARD>([across[i], along[i]], q_factor * q[i]);
+        source.keep::<true>(kept, i, row.passed::<BACKWARD>());
+    }
+    if let Some(beyond) = beyond {
+        let i = if BACKWARD { 0 } else { n - 1 };
+        let row = source.row::<true>(loaded, i);
+        t[i] = row.solved::<BACKWARD>([across[i], beyond], q_factor * q[i]);
     }
 }
 
@@ -271,6 +479,7 @@ impl<S, K> Link<'_, S, K> {
         passed: &[T],
         start: [T; R],
         mut rows: [&mut [T]; R],
+        ends: Option<Ends<'_, T, R>>,
     ) where
         S: Source<T, Kept = K>,
     {
@@ -291,6 +500,11 @@ impl<S, K> Link<'_, S, K> {
             let across = before.last().map_or(passed, |row| row);
             let points = R - 1 - k + done..n;
             self.chain::<T, BACKWARD, ACCELERATED>(k, points, across, y, row[0]);
+            if let Some(Ends { pairs, opened, whole }) = &ends {
+                let [first, last] = if BACKWARD { [n - 1, 0] } else { [0, n - 1] };
+                let value = if *whole { row[0][first] } else { opened[k] };
+                row[0][last] -= part::<_, ACCELERATED>(pairs[k], value);
+            }
         }
     }
 

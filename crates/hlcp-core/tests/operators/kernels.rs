@@ -56,6 +56,7 @@ struct Case {
     red_black: bool,
     /// Whether z and r change roles (Remark 3).
     exchanged: bool,
+    round: [bool; 2],
 }
 
 /// A row whose neighbours weigh less than its centre; zeros are frequent.
@@ -82,12 +83,12 @@ fn cases() -> impl Strategy<Value = Case> {
         let numbers = move || vec(-3.0..3.0, n);
         (
             (rows(), rows(), omega, 0.5..4.0, numbers(), numbers()),
-            (parameters(), parameters(), any::<[bool; 4]>()),
+            (parameters(), parameters(), any::<[bool; 4]>(), any::<[bool; 2]>()),
         )
             .prop_map(
                 move |(
                     (a, b, omega, gamma, q, x),
-                    (of_a, of_b, [backward, accelerated, red_black, exchanged]),
+                    (of_a, of_b, [backward, accelerated, red_black, exchanged], [round_x, round_y]),
                 )| Case {
                     nx,
                     ny,
@@ -103,6 +104,7 @@ fn cases() -> impl Strategy<Value = Case> {
                     accelerated,
                     red_black,
                     exchanged,
+                    round: [round_x && nx >= 3, round_y && ny >= 3],
                 },
             )
     })
@@ -110,7 +112,8 @@ fn cases() -> impl Strategy<Value = Case> {
 
 impl Case {
     fn operator(&self, rows: &[[f64; 5]]) -> VaryingFivePoint<'static, f64> {
-        VaryingFivePoint::from_fn(self.nx, self.ny, |i, j| rows[j * self.nx + i]).unwrap()
+        let grid = VaryingFivePoint::from_fn(self.nx, self.ny, |i, j| rows[j * self.nx + i]);
+        grid.unwrap().periodic(self.round).unwrap()
     }
 
     fn step<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> (Vec<f64>, Norms) {
@@ -150,12 +153,13 @@ impl Case {
         }
         for k in order {
             let (i, j) = (k % nx, k / nx);
+            let [last_x, last_y] = [nx - 1, nx * (self.ny - 1)];
             let around = [
-                (j > 0).then(|| k - nx),
-                (i > 0).then(|| k - 1),
+                if j > 0 { Some(k - nx) } else { self.round[1].then_some(k + last_y) },
+                if i > 0 { Some(k - 1) } else { self.round[0].then_some(k + last_x) },
                 Some(k),
-                (i + 1 < nx).then_some(k + 1),
-                (j + 1 < self.ny).then_some(k + nx),
+                if i < last_x { Some(k + 1) } else { self.round[0].then(|| k - last_x) },
+                if j + 1 < self.ny { Some(k + nx) } else { self.round[1].then(|| k - last_y) },
             ];
             let pivot =
                 self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.entry(k) / self.of_b[0];
@@ -217,6 +221,7 @@ proptest! {
     #[test]
     fn constant_and_varying_mix(case in cases(), row in row()) {
         let constant = FivePoint::new(case.nx, case.ny, row).unwrap();
+        let constant = constant.periodic(case.round).unwrap();
         let varying = case.operator(&case.b);
         let case = Case { a: vec![row; case.x.len()], ..case };
         let walked = case.step(Walked(&constant), Walked(&varying));

@@ -9,3 +9,4 @@ mod lies;
 mod products;
 mod rounding;
 mod rows;
+mod transfers;

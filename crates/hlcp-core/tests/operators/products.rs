@@ -36,16 +36,16 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
         let mut shown = DMatrix::zeros(n, n);
         for k in 0..n {
             let (i, j) = (k % nx, k / nx);
-            let neighbours = [j > 0, i > 0, true, i + 1 < nx, j + 1 < ny];
-            for ((inside, c), step) in neighbours.into_iter().zip(coefficients).zip([
-                -(nx as isize),
-                -1,
-                0,
-                1,
-                nx as isize,
-            ]) {
-                if inside {
-                    shown[(k, k.wrapping_add_signed(step))] += c.at(k);
+            let [round_x, round_y] = view.round();
+            let steps = [[0, -1], [-1, 0], [0, 0], [1, 0], [0, 1_isize]];
+            for ([x, y], c) in steps.into_iter().zip(coefficients) {
+                let at = |i: usize, step, n: usize, round| match i.checked_add_signed(step) {
+                    Some(i) if i < n => Some(i),
+                    _ if round => Some((i + n).wrapping_add_signed(step) % n),
+                    _ => None,
+                };
+                if let (Some(i), Some(j)) = (at(i, x, nx, round_x), at(j, y, ny, round_y)) {
+                    shown[(k, j * nx + i)] += c.at(k);
                 }
             }
         }

@@ -1,11 +1,7 @@
 //! Cycles of the full approximation scheme.
 
-use hlcp_core::{Hlcp, Scalar, VaryingFivePoint};
+use hlcp_core::{Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Transfer, VaryingFivePoint};
 
-use super::{
-    smoother::{Pair, ROWS, Source},
-    transfer::{self, Axis},
-};
 use crate::Clock;
 
 /// Points of a grid whose sweep takes long enough to look at the clock before.
@@ -62,43 +58,29 @@ pub(super) type Coarse<T> = VaryingFivePoint<'static, T>;
 #[derive(Debug, Clone)]
 pub(super) struct Level<T: Scalar> {
     /// From the next finer grid to this one.
-    pub(super) axes: [Axis<T>; 2],
+    pub(super) transfer: Transfer<T>,
+    /// With the scaling of its operators for Ω.
     pub(super) problem: Hlcp<T, Coarse<T>, Coarse<T>>,
+    /// The next finer grid's Ω at the nearest points over this one's.
+    pub(super) ratio: Omega<T>,
     pub(super) x: Vec<T>,
     pub(super) f: Vec<T>,
 }
 
-impl<T: Scalar> Level<T> {
-    /// The grid's `[nx, ny]`.
-    pub(super) fn grid(&self) -> [usize; 2] {
-        self.axes.each_ref().map(Axis::coarse)
-    }
-}
-
-/// The vectors that all grids share.
-#[derive(Debug, Clone)]
-pub(super) struct Work<T> {
-    /// A defect.
-    pub(super) defect: Vec<T>,
-    /// As many rows of the grid as a sweep relaxes side by side.
-    rows: Vec<T>,
-    /// A row of zeros, for what lies beyond the grid.
-    zeros: Vec<T>,
-}
-
-impl<T: Scalar> Work<T> {
-    pub(super) fn new([nx, ny]: [usize; 2]) -> Self {
-        let zeros = |n| vec![T::zero(); n];
-        Self { defect: zeros(nx * ny), rows: zeros(ROWS * nx), zeros: zeros(nx) }
-    }
+/// The same `(z, r)` for another Ω, which is the old one divided by `ratio`.
+pub(super) fn rescaled<T: Scalar>(x: T, ratio: T) -> T {
+    if x > T::zero() { x } else { x * ratio }
 }
 
 /// One grid's equation `K(x) + f = 0`, the coarser grids below it, and work space.
 pub(super) struct Equation<'l, T: Scalar> {
-    pub(super) pair: Pair<'l, T>,
-    pub(super) f: Source<'l, T>,
+    pub(super) smoother: Smoother<'l, T>,
+    /// `f` as a factor and a vector.
+    pub(super) f: (T, &'l [T]),
     pub(super) coarser: &'l mut [Level<T>],
-    pub(super) work: &'l mut Work<T>,
+    /// For the iterate between two sweeps, and on coarser grids.
+    pub(super) between: &'l mut [T],
+    pub(super) parallel: bool,
 }
 
 impl<T: Scalar> Equation<'_, T> {
@@ -107,20 +89,27 @@ impl<T: Scalar> Equation<'_, T> {
         if x.len() >= LONG && clock.is_up() {
             return;
         }
-        self.pair.relax(false, self.f, x, &mut self.work.rows, &self.work.zeros);
-        self.pair.relax(true, self.f, x, &mut self.work.rows, &self.work.zeros);
+        let between = &mut self.between[..x.len()];
+        self.smoother.relax(false, self.f, x, between);
+        self.smoother.relax(true, self.f, between, x);
     }
 
-    /// The defect `K(x) + f`.
-    pub(super) fn defect(&mut self, x: &[T]) -> &[T] {
-        let defect = &mut self.work.defect[..x.len()];
-        self.pair.defect(self.f, x, defect, &self.work.zeros);
-        defect
+    /// A forward sweep from `x` and a backward one to `y`, and the norms at `x`, where `f` is the
+    /// problem's own.
+    pub(super) fn smooth_measured(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        let norms = self.smoother.relax_measured(q, x, self.between);
+        self.smoother.relax(true, self.f, self.between, y);
+        norms
     }
 
     /// One cycle.
     pub(super) fn cycle(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         self.smooth(x, clock);
+        self.cycle_from_smooth(kind, x, clock);
+    }
+
+    /// One cycle without its first sweeps.
+    pub(super) fn cycle_from_smooth(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         if !self.coarser.is_empty() {
             self.correct(kind, x, clock);
             self.smooth(x, clock);
@@ -130,29 +119,29 @@ impl<T: Scalar> Equation<'_, T> {
     /// Adds the correction of the next coarser grid.
     ///
     /// There `K_H(x_H) = K_H(I x) − R F(x)` is solved, for `x_H` near the injected `I x`, and `x`
-    /// receives the interpolated `x_H − I x`, unless it is not finite.
+    /// receives the interpolated `x_H − I x`, unless it is not finite. Between the grids `x_H` has
+    /// the scale of `x`.
     pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
-        self.defect(x);
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
-        let (grid, work) = (level.grid(), &mut *self.work);
-        let Level { axes, problem, x: coarse, f } = level;
-        let pair = Pair::new(problem, grid).expect("coarse operators are five-point ones");
-        transfer::restrict(axes, &work.defect[..x.len()], f, &mut work.rows);
-        transfer::inject(axes, x, |k, fine| coarse[k] = fine);
-        let restricted = Source { factor: -T::one(), entries: f };
-        pair.defect(restricted, coarse, &mut work.defect[..coarse.len()], &work.zeros);
-        for (f, &d) in f.iter_mut().zip(&work.defect) {
-            *f = -d;
-        }
-        let source = Source { factor: T::one(), entries: f };
+        let Level { transfer, problem, ratio, x: coarse, f } = level;
+        self.smoother.restrict(self.f, x, transfer, f);
+        transfer.inject(x, |k, fine| coarse[k] = rescaled(fine, ratio.entry(k)));
+        let smoother = of_level(problem, self.parallel);
+        smoother.subtract(coarse, f);
         let visits = kind.visits(coarser.is_empty());
-        let mut below = Equation { pair, f: source, coarser, work };
+        let (between, parallel) = (&mut *self.between, self.parallel);
+        let mut below = Equation { smoother, f: (T::one(), f), coarser, between, parallel };
         for &visit in visits {
             below.cycle(visit, coarse, clock);
         }
-        transfer::inject(axes, x, |k, fine| coarse[k] -= fine);
-        if coarse.iter().all(|correction| correction.is_finite()) {
-            transfer::interpolate(axes, coarse, x, &mut self.work.rows);
+        let mut finite = true;
+        transfer.inject(x, |k, fine| {
+            let correction = rescaled(coarse[k], ratio.entry(k).recip()) - fine;
+            finite &= correction.is_finite();
+            coarse[k] = correction;
+        });
+        if finite {
+            transfer.interpolate(coarse, x, self.parallel);
         }
     }
 
@@ -161,17 +150,22 @@ impl<T: Scalar> Equation<'_, T> {
     pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         x.fill(T::zero());
         if let Some((level, coarser)) = self.coarser.split_first_mut() {
-            let (grid, work) = (level.grid(), &mut *self.work);
-            let Level { axes, problem, x: coarse, f } = level;
-            let pair = Pair::new(problem, grid).expect("coarse operators are five-point ones");
-            for (d, &q) in work.defect.iter_mut().zip(self.f.entries) {
-                *d = self.f.factor * q;
+            let Level { transfer, problem, ratio, x: coarse, f } = level;
+            // Of K(0) + f, which is f.
+            self.smoother.restrict(self.f, x, transfer, f);
+            let smoother = of_level(problem, self.parallel);
+            let (between, parallel) = (&mut *self.between, self.parallel);
+            Equation { smoother, f: (T::one(), f), coarser, between, parallel }
+                .nested(kind, coarse, clock);
+            for (k, coarse) in coarse.iter_mut().enumerate() {
+                *coarse = rescaled(*coarse, ratio.entry(k).recip());
             }
-            transfer::restrict(axes, &work.defect[..x.len()], f, &mut work.rows);
-            let source = Source { factor: T::one(), entries: f };
-            Equation { pair, f: source, coarser, work }.nested(kind, coarse, clock);
-            transfer::interpolate_smooth(axes, coarse, x, &mut self.work.rows);
+            transfer.interpolate_smooth(coarse, x, parallel);
         }
         self.cycle(kind, x, clock);
     }
+}
+
+fn of_level<T: Scalar>(problem: &Hlcp<T, Coarse<T>, Coarse<T>>, parallel: bool) -> Smoother<'_, T> {
+    Smoother::new(problem, problem.omega(), parallel).expect("coarse operators are five-point ones")
 }

@@ -2,16 +2,11 @@
 
 use std::ops::Range;
 
-use hlcp_core::{Coefficients, Error, FivePointView, Scalar, VaryingFivePoint};
-
-use super::transfer::Axis;
+use hlcp_core::{Coefficients, Error, FivePointView, Scalar, Transfer, VaryingFivePoint};
 
 /// A grid and the next coarser one over the same domain.
 ///
-/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
-/// points per side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
-/// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
-/// stays.
+/// They are those of [`Transfer`].
 ///
 /// ```
 /// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
@@ -45,13 +40,15 @@ pub struct Grids<'a, T> {
     pub fine: [usize; 2],
     /// The coarse grid's `[nx, ny]`.
     pub coarse: [usize; 2],
-    pub(super) axes: &'a [Axis<T>; 2],
+    /// Whether both grids close round along `[x, y]`, as the coarse operators must.
+    pub round: [bool; 2],
+    pub(super) transfer: &'a Transfer<T>,
 }
 
 impl<T: Scalar> Grids<'_, T> {
     /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
     pub fn ratio(&self) -> [T; 2] {
-        self.axes.each_ref().map(Axis::ratio)
+        self.transfer.ratio()
     }
 
     /// The column and the row of the fine point nearest to the coarse point of column `i` and row
@@ -61,7 +58,8 @@ impl<T: Scalar> Grids<'_, T> {
     ///
     /// Unless the coarse grid has such a point.
     pub fn nearest(&self, i: usize, j: usize) -> [usize; 2] {
-        [self.axes[0].nearest()[i], self.axes[1].nearest()[j]]
+        let [columns, rows] = self.transfer.nearest();
+        [columns[i], rows[j]]
     }
 }
 
@@ -175,15 +173,34 @@ fn rediscretised<T: Scalar>(
 ) -> Result<VaryingFivePoint<'static, T>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
-    let [x_axis, y_axis] = grids.axes;
-    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+    let axis = |d: usize| Axis {
+        count: grids.fine[d],
+        nearest: grids.transfer.nearest()[d],
+        ratio: grids.ratio()[d],
+        round: grids.round[d],
+    };
+    let row = |i, j| {
         let [p, q] = grids.nearest(i, j);
         let k = q * width + p;
         let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(k));
-        let [west, east] = couplings([west, east], k, 1, x_axis, i);
-        let [south, north] = couplings([south, north], k, width, y_axis, j);
+        let [west, east] = couplings([west, east], k, 1, axis(0), i);
+        let [south, north] = couplings([south, north], k, width, axis(1), j);
         [south, west, zero_order - (south + west + east + north), east, north]
-    })
+    };
+    if fine.constants().is_some() {
+        let coarse = VaryingFivePoint::new(nx, ny, row(0, 0).map(Coefficients::Constant))?;
+        return coarse.periodic(grids.round);
+    }
+    VaryingFivePoint::from_fn(nx, ny, row)?.periodic(grids.round)
+}
+
+/// The fine nodes of an axis, those nearest to coarse ones, the spacings' ratio, and whether it
+/// closes.
+struct Axis<'a, T> {
+    count: usize,
+    nearest: &'a [usize],
+    ratio: T,
+    round: bool,
 }
 
 /// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of
@@ -195,19 +212,27 @@ fn couplings<T: Scalar>(
     [back, ahead]: [Coefficients<'_, T>; 2],
     k: usize,
     stride: usize,
-    axis: &Axis<T>,
+    Axis { count, nearest, ratio, round }: Axis<'_, T>,
     i: usize,
 ) -> [T; 2] {
-    let [before, after] = axis.edges(i);
-    if before + after == 0 {
+    if nearest.len() == count {
         return [back.at(k), ahead.at(k)];
     }
-    // An edge by the point it leads back from.
-    let edge = |k: usize| [back.at(k), ahead.at(k - stride)];
-    let coarse = |points: Range<usize>| {
-        coarse_edge(points.map(|p| edge(k + p * stride - before * stride)), axis.ratio())
+    // The edges to the coarse neighbours, without those to the interval's ends, by the points they
+    // lead back from; counted so that what leads across stays positive.
+    let here = nearest[i];
+    let [before, after] = match round {
+        true => [2, 2],
+        false => {
+            let last = nearest.get(i + 1).copied().unwrap_or(count - 1);
+            [here - if i > 0 { nearest[i - 1] } else { 0 }, last - here]
+        }
     };
-    [coarse(1..before + 1)[0], coarse(before + 1..before + after + 1)[1]]
+    let point = |p: usize| k - here * stride + p % count * stride;
+    let edge = |p: usize| [back.at(point(p)), ahead.at(point(p - 1))];
+    let here = here + count;
+    let coarse = |points: Range<usize>| coarse_edge(points.map(edge), ratio);
+    [coarse(here - before + 1..here + 1)[0], coarse(here + 1..here + after + 1)[1]]
 }
 
 /// The coefficients of a coarse edge's two ends for each other, the later's first, given the same

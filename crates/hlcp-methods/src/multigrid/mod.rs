@@ -4,10 +4,8 @@ mod cycle;
 mod full;
 mod hierarchy;
 mod pace;
-mod smoother;
-mod transfer;
 
-use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Transfer};
 
 pub use self::{
     cycle::Cycle,
@@ -15,10 +13,8 @@ pub use self::{
     hierarchy::{Coarsen, Grids, Rediscretise},
 };
 use self::{
-    cycle::{Equation, Level, Work},
+    cycle::{Equation, Level, rescaled},
     pace::{Pace, Turn},
-    smoother::{Pair, Source},
-    transfer::Axis,
 };
 use crate::{Clock, Method, Work as Count};
 
@@ -29,8 +25,11 @@ use crate::{Clock, Method, Work as Count};
 /// sweeps that solve each scalar equation exactly, one forward and one backward; solves the same
 /// kind of equation on a grid of half as many points per side, `K_H(x_H) = K_H(I x) − R F(x)` with
 /// `K(x) = F(x) − γq`; adds the interpolated `P(x_H − I x)`; and smooths again. `I` takes the
-/// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. Ω keeps its numbers.
-/// The coarse grid's equation is itself an HLCP's and is solved by cycles in turn.
+/// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. On each grid Ω is
+/// `D_A D_B⁻¹` of the operators there, whatever the problem's own, since with it the accelerated
+/// Gauss–Seidel sweep of [`Smoother`] is exact in each equation; between grids the negative part of
+/// `x` is scaled to match. The coarse grid's equation is itself an HLCP's and is solved by cycles in
+/// turn.
 ///
 /// # Safeguard
 ///
@@ -95,7 +94,9 @@ pub struct Multigrid<T: Scalar, A, B> {
     /// The sweeps that a cycle of the given kind is worth, and a W-cycle.
     sweeps: [usize; 2],
     levels: Vec<Level<T>>,
-    work: Work<T>,
+    /// The Ω of cycles, unless it is the problem's own.
+    scaling: Option<Omega<T>>,
+    between: Vec<T>,
     /// The sweeps since the restart.
     taken: usize,
     pace: Pace,
@@ -128,20 +129,34 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         coarsen: &impl Coarsen<T>,
     ) -> Result<Self, Error> {
         let grid = problem.grid()?;
-        Pair::new(&problem, grid).ok_or(Error::NotFivePoint { what: "B" })?.positive()?;
+        let scaling = Smoother::scaling(&problem)?;
         let mut levels = vec![];
-        let mut next = coarser(&problem, grid, coarsen)?;
+        let mut next = coarser(&problem, &scaling, grid, coarsen)?;
         while let Some(level) = next {
-            next = coarser(&level.problem, level.grid(), coarsen)?;
+            let Level { problem, transfer, .. } = &level;
+            next = coarser(problem, problem.omega(), transfer.coarse(), coarsen)?;
             levels.push(level);
         }
         let points = |grid: [usize; 2]| grid[0] * grid[1];
-        let sizes = [grid].into_iter().chain(levels.iter().map(Level::grid)).map(points);
-        let sizes: Vec<_> = sizes.collect();
+        let grids = levels.iter().map(|level: &Level<T>| level.transfer.coarse());
+        let sizes: Vec<_> = [grid].into_iter().chain(grids).map(points).collect();
         let sweeps = [cycle, Cycle::W].map(|kind| kind.walks(&sizes).div_ceil(points(grid)));
-        let (taken, pace, kept, work) = (0, Pace::new(), vec![], Work::new(grid));
-        let escalated = false;
-        Ok(Self { problem, grid, cycle, escalated, sweeps, levels, work, taken, pace, kept })
+        let scaling = (scaling != *problem.omega()).then_some(scaling);
+        let (pace, kept, between) = (Pace::new(), vec![], vec![T::zero(); points(grid)]);
+        let (escalated, taken) = (false, 0);
+        Ok(Self {
+            problem,
+            grid,
+            cycle,
+            escalated,
+            sweeps,
+            levels,
+            scaling,
+            between,
+            taken,
+            pace,
+            kept,
+        })
     }
 
     /// The `[nx, ny]` of the grids, from the problem's own to the coarsest.
@@ -157,7 +172,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn grids(&self) -> impl Iterator<Item = [usize; 2]> {
-        [self.grid].into_iter().chain(self.levels.iter().map(Level::grid))
+        [self.grid].into_iter().chain(self.levels.iter().map(|level| level.transfer.coarse()))
     }
 
     /// Whether iterations are cycles, since they gain more than sweeps do; `None` before the first
@@ -203,20 +218,39 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         equation.nested(cycle, x, clock);
         equation.smooth(x, clock);
         equation.cycle(cycle, x, clock);
+        self.rescale(x, true);
     }
 
     /// The norms of `A z − B r + q` at `x`.
-    fn norms(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
-        let gamma = self.problem.gamma();
-        Norms::of(self.equation(q).defect(x)).divided_by(gamma)
+    fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
+        self.smoother(self.problem.omega()).norms(q, x)
+    }
+
+    fn smoother<'e>(&'e self, omega: &'e Omega<T>) -> Smoother<'e, T> {
+        let parallel = self.problem.is_parallel();
+        Smoother::new(&self.problem, omega, parallel).expect("five-point operators, as before")
+    }
+
+    /// Takes `x` from the problem's Ω to that of cycles, or back.
+    fn rescale(&self, x: &mut [T], back: bool) {
+        let Some(scaling) = &self.scaling else { return };
+        for (k, x) in x.iter_mut().enumerate() {
+            let (own, of_cycles) = (self.problem.omega().entry(k), scaling.entry(k));
+            *x = rescaled(*x, if back { of_cycles / own } else { own / of_cycles });
+        }
     }
 
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
+        let Self { problem, scaling, levels, between, .. } = self;
+        let (omega, parallel) =
+            (scaling.as_ref().unwrap_or(problem.omega()), problem.is_parallel());
+        let smoother = Smoother::new(problem, omega, parallel);
         Equation {
-            pair: Pair::new(&self.problem, self.grid).expect("five-point operators, as before"),
-            f: Source { factor: self.problem.q_factor(), entries: q.entries() },
-            coarser: &mut self.levels,
-            work: &mut self.work,
+            smoother: smoother.expect("five-point operators, as before"),
+            f: (problem.q_factor(), q.entries()),
+            coarser: levels,
+            between,
+            parallel,
         }
     }
 
@@ -248,8 +282,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
-        let gamma = self.problem.gamma();
-        let norms = Norms::of(self.equation(q).defect(x));
+        // Every kind of iteration begins with a pair of sweeps.
+        let norms = if self.scaling.is_none() {
+            self.equation(q).smooth_measured(q, x, y)
+        } else {
+            let norms = self.norms(q, x);
+            y.copy_from_slice(x);
+            self.rescale(y, false);
+            self.equation(q).smooth(y, clock);
+            norms
+        };
         let mut pace = self.pace;
         let mut turn = pace.turn(norms.l2);
         if turn == Turn::Keep && self.cycle == Cycle::F && !self.escalated {
@@ -260,34 +302,33 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         let sweeps = self.sweeps[usize::from(self.escalated)];
         self.taken += sweeps;
         let pairs = sweeps.div_ceil(2);
-        let mut kept = std::mem::take(&mut self.kept);
-        let mut equation = self.equation(q);
-        let sweep = |equation: &mut Equation<'_, T>, x: &[T], y: &mut [T], clock: &mut Clock| {
-            y.copy_from_slice(x);
-            (0..pairs).for_each(|_| equation.smooth(y, clock));
-        };
         if turn == Turn::Keep {
-            kept.clear();
-            kept.extend_from_slice(x);
+            self.kept.clear();
+            self.kept.extend_from_slice(x);
         }
+        if turn == Turn::Return {
+            y.copy_from_slice(&self.kept);
+            self.rescale(y, false);
+        }
+        let mut equation = self.equation(q);
         match turn {
-            Turn::Sweep => sweep(&mut equation, x, y, clock),
-            Turn::Return => sweep(&mut equation, &kept, y, clock),
-            Turn::Cycle | Turn::Keep => {
-                y.copy_from_slice(x);
-                equation.cycle(kind, y, clock);
-            }
+            Turn::Sweep => (1..pairs).for_each(|_| equation.smooth(y, clock)),
+            Turn::Return => (0..pairs).for_each(|_| equation.smooth(y, clock)),
+            Turn::Cycle | Turn::Keep => equation.cycle_from_smooth(kind, y, clock),
             Turn::Compare => {
-                y.copy_from_slice(x);
-                let [before, swept, cycled] = compare(&mut equation, kind, y, clock);
+                let [before, swept, cycled] = compare(&mut equation, kind, q, y, clock);
                 pace.compared(cycled / before, (swept / before).powi(pairs as i32));
                 if cycled.is_nan() || cycled > swept {
-                    sweep(&mut equation, x, y, clock);
+                    y.copy_from_slice(x);
+                    self.rescale(y, false);
+                    let mut equation = self.equation(q);
+                    (0..pairs).for_each(|_| equation.smooth(y, clock));
                 }
             }
         }
-        (self.pace, self.kept) = (pace, kept);
-        norms.divided_by(gamma)
+        self.rescale(y, true);
+        self.pace = pace;
+        norms
     }
 }
 
@@ -299,51 +340,59 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
 fn compare<T: Scalar>(
     equation: &mut Equation<'_, T>,
     kind: Cycle,
+    q: &Rhs<'_, T>,
     x: &mut [T],
     clock: &mut Clock<'_>,
 ) -> [f64; 3] {
+    let smoother = equation.smoother;
     equation.smooth(x, clock);
+    let before = smoother.norms(q, x).l2;
     equation.smooth(x, clock);
-    let before = Norms::of(equation.defect(x)).l2;
-    equation.smooth(x, clock);
-    let swept = Norms::of(equation.defect(x)).l2;
+    let swept = smoother.norms(q, x).l2;
     equation.correct(kind, x, clock);
     equation.smooth(x, clock);
-    [before, swept, Norms::of(equation.defect(x)).l2]
+    [before, swept, smoother.norms(q, x).l2]
 }
 
-/// The next coarser grid and the problem there, if there is one with positive diagonals.
+/// The next coarser grid and the problem there, if there is one with positive diagonals; `scaling`
+/// is that of the fine grid.
 fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
+    scaling: &Omega<T>,
     fine: [usize; 2],
     coarsen: &impl Coarsen<T>,
 ) -> Result<Option<Level<T>>, Error> {
-    let axes = fine.map(Axis::new);
-    let coarse = axes.each_ref().map(Axis::coarse);
+    let round = problem.round();
+    let transfer = Transfer::new(fine, round);
+    let coarse = transfer.coarse();
     let (Some(a), Some(b)) = (problem.a().as_five_point(), problem.b().as_five_point()) else {
         return Ok(None);
     };
     if coarse == fine {
         return Ok(None);
     }
-    let [a, b] = coarsen.coarsen([a, b], &Grids { fine, coarse, axes: &axes })?;
+    let [a, b] = coarsen.coarsen([a, b], &Grids { fine, coarse, round, transfer: &transfer })?;
     let n = coarse[0] * coarse[1];
-    let omega = match problem.omega() {
-        Omega::Uniform(omega) => Omega::Uniform(*omega),
-        Omega::Each(omega) => {
-            let mut nearest = vec![T::zero(); n];
-            transfer::inject(&axes, omega, |k, omega| nearest[k] = omega);
-            Omega::Each(nearest)
-        }
-    };
     if a.order() != n {
         return Err(Error::Order { what: "A of a coarser grid", found: a.order(), expected: n });
     }
-    let problem = Hlcp::new(a, b, omega)?;
-    let what = "an operator of a coarser grid";
-    let sound = Pair::new(&problem, coarse).ok_or(Error::NotFivePoint { what })?.positive().is_ok();
-    let zeros = vec![T::zero(); n];
-    Ok(sound.then(|| Level { axes, problem, x: zeros.clone(), f: zeros }))
+    let unscaled = Hlcp::new(&a, &b, Omega::Uniform(T::one()))?;
+    if unscaled.grid()? != coarse || unscaled.round() != round {
+        return Err(Error::NotFivePoint { what: "an operator of a coarser grid" });
+    }
+    let Ok(own) = Smoother::scaling(&unscaled) else { return Ok(None) };
+    let ratio = match (scaling, &own) {
+        (Omega::Uniform(fine), Omega::Uniform(own)) => Omega::Uniform(*fine / *own),
+        _ => {
+            let [columns, rows] = transfer.nearest();
+            let nearest = rows.iter().flat_map(|j| columns.iter().map(move |i| j * fine[0] + i));
+            let ratios = nearest.zip(0..).map(|(k, i)| scaling.entry(k) / own.entry(i));
+            Omega::Each(ratios.collect())
+        }
+    };
+    let (x, f) = (vec![T::zero(); n], vec![T::zero(); n]);
+    let problem = Hlcp::new(a, b, own)?;
+    Ok(Some(Level { transfer, problem, ratio, x, f }))
 }
 
 #[cfg(test)]

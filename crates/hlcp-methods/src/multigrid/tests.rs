@@ -1,17 +1,15 @@
-//! Transfer, sweep and cycle against dense matrices written down from their definitions.
+//! Sweeps and cycles against dense matrices written down from their definitions.
 
 use hlcp_core::{
-    FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
+    FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, Smoother, Transfer,
+    VaryingFivePoint,
 };
 
 use crate::{Clock, Method, Work as Count};
 
 use super::{
-    Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise, coarser,
-    cycle::{Equation, Work},
+    Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise, coarser, cycle::Equation,
     pace::Turn,
-    smoother::{Pair, Source},
-    transfer::{self, Axis},
 };
 
 type Dense = Vec<Vec<f64>>;
@@ -53,15 +51,6 @@ fn close(u: &[f64], v: &[f64], tolerance: f64) {
     }
 }
 
-/// How many points per side the next coarser grid has.
-fn half(m: usize) -> usize {
-    match m {
-        1 | 2 => m,
-        m if m % 2 == 1 => (m - 1) / 2,
-        m => m / 2 - 1,
-    }
-}
-
 /// Bilinear interpolation on the unit square: hats over the coarse spacings.
 fn hats([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Dense {
     let hat = |i: usize, fine: usize, j: usize, coarse: usize| {
@@ -79,80 +68,6 @@ fn nearest([nx, ny]: [usize; 2], [cx, cy]: [usize; 2]) -> Vec<usize> {
         (0..fine).min_by_key(|&i| (distance(i), std::cmp::Reverse(i))).unwrap()
     };
     (0..cx * cy).map(|l| axis(ny, cy, l / cx) * nx + axis(nx, cx, l % cx)).collect()
-}
-
-const GRIDS: [[usize; 2]; 12] = [
-    [1, 1],
-    [2, 1],
-    [3, 1],
-    [3, 3],
-    [4, 3],
-    [5, 6],
-    [7, 4],
-    [8, 9],
-    [10, 2],
-    [16, 15],
-    [1, 12],
-    [13, 20],
-];
-
-#[test]
-fn transfers_are_those_matrices() {
-    for (seed, fine) in GRIDS.into_iter().enumerate() {
-        let axes = fine.map(Axis::<f64>::new);
-        let coarse = axes.each_ref().map(Axis::coarse);
-        assert_eq!(coarse, fine.map(half));
-        let (n, c) = (fine[0] * fine[1], coarse[0] * coarse[1]);
-        let (x, xc, mut line) = (list(n, seed), list(c, seed + 1), vec![f64::NAN; fine[0] * 4]);
-        let p = hats(fine, coarse);
-
-        let mut interpolated = x.clone();
-        transfer::interpolate(&axes, &xc, &mut interpolated, &mut line);
-        let expected: Vec<f64> = times(&p, &xc).iter().zip(&x).map(|(p, x)| x + p).collect();
-        close(&interpolated, &expected, 1e-14);
-
-        let cells = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
-        let mut restricted = vec![f64::NAN; c];
-        transfer::restrict(&axes, &x, &mut restricted, &mut line);
-        close(&restricted, &times(&transposed(&p, cells[0] * cells[1]), &x), 1e-14);
-
-        let mut injected = vec![f64::NAN; c];
-        transfer::inject(&axes, &x, |k, fine| injected[k] = fine);
-        let places = nearest(fine, coarse);
-        for (k, &place) in places.iter().enumerate() {
-            assert_eq!(injected[k], x[place], "{fine:?} {k}");
-        }
-    }
-}
-
-/// Through four points a cubic is exact, whatever it is at the boundary.
-#[test]
-fn nested_interpolation_is_exact_for_cubics() {
-    for fine in [[9, 13], [10, 12], [11, 16], [27, 14]] {
-        let axes = fine.map(Axis::<f64>::new);
-        let [cx, cy] = axes.each_ref().map(Axis::coarse);
-        let cubic = |x: f64, y: f64| (1.0 + x - 3.0 * x * x * x) * (0.7 - y * y + 2.0 * y * y * y);
-        let on = |[nx, ny]: [usize; 2]| -> Vec<f64> {
-            let at = |i: usize, n: usize| (i + 1) as f64 / (n + 1) as f64;
-            (0..nx * ny).map(|k| cubic(at(k % nx, nx), at(k / nx, ny))).collect()
-        };
-        let mut interpolated = vec![f64::NAN; fine[0] * fine[1]];
-        let mut line = vec![f64::NAN; cx];
-        transfer::interpolate_smooth(&axes, &on([cx, cy]), &mut interpolated, &mut line);
-        close(&interpolated, &on(fine), 1e-13);
-    }
-}
-
-/// Half-way between two inner nodes the four around have the weights −1, 9, 9, −1 over 16.
-#[test]
-fn nested_interpolation_is_centred() {
-    let axes = [27, 1].map(Axis::<f64>::new);
-    let mut unit = vec![0.0; 13];
-    unit[4] = 16.0;
-    let mut fine = vec![f64::NAN; 27];
-    transfer::interpolate_smooth(&axes, &unit, &mut fine, &mut [f64::NAN; 13]);
-    let around: Vec<f64> = (6..13).step_by(2).map(|k| fine[k]).collect();
-    close(&around, &[-1.0, 9.0, 9.0, -1.0], 1e-13);
 }
 
 /// The problem on a grid, dense, with what its cycles need.
@@ -196,14 +111,22 @@ fn cycle(grids: &[([usize; 2], Oracle)], visits: usize, f: &[f64], x: &mut [f64]
     let cells = [0, 1].map(|d| (coarse[d] + 1) as f64 / (fine[d] + 1) as f64);
     let defect: Vec<f64> = problem.k(x).iter().zip(f).map(|(k, f)| k + f).collect();
     let restricted = times(&transposed(&p, cells[0] * cells[1]), &defect);
-    let injected: Vec<f64> = nearest(*fine, *coarse).iter().map(|&k| x[k]).collect();
+    // In the scale of the coarse grid's Ω, and back.
+    let rescaled = |x: f64, ratio: f64| if x > 0.0 { x } else { x * ratio };
+    let nearest = nearest(*fine, *coarse);
+    let ratios = nearest.iter().zip(&below.omega).map(|(&k, own)| problem.omega[k] / own);
+    let ratios: Vec<f64> = ratios.collect();
+    let injected: Vec<f64> =
+        nearest.iter().zip(&ratios).map(|(&k, &ratio)| rescaled(x[k], ratio)).collect();
     let f_coarse: Vec<f64> =
         restricted.iter().zip(below.k(&injected)).map(|(d, k)| d - k).collect();
     let mut x_coarse = injected.clone();
     for _ in 0..if rest.len() == 1 { 1 } else { visits } {
         cycle(rest, visits, &f_coarse, &mut x_coarse);
     }
-    let correction: Vec<f64> = x_coarse.iter().zip(&injected).map(|(x, old)| x - old).collect();
+    let corrections = x_coarse.iter().zip(&ratios).zip(&nearest);
+    let correction: Vec<f64> =
+        corrections.map(|((&new, ratio), &k)| rescaled(new, ratio.recip()) - x[k]).collect();
     x.iter_mut().zip(times(&p, &correction)).for_each(|(x, p)| *x += p);
     problem.smooth(f, x);
 }
@@ -240,42 +163,42 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     seed: usize,
 ) {
     let n = grid[0] * grid[1];
+    let scaling = Smoother::scaling(problem).unwrap();
     let mut levels = vec![];
-    let mut next = coarser(problem, grid, &Rediscretise).unwrap();
+    let mut next = coarser(problem, &scaling, grid, &Rediscretise).unwrap();
     while let Some(level) = next {
-        next = coarser(&level.problem, level.grid(), &Rediscretise).unwrap();
+        let (p, grid) = (&level.problem, level.transfer.coarse());
+        next = coarser(p, p.omega(), grid, &Rediscretise).unwrap();
         levels.push(level);
     }
-    let omega = (0..n).map(|i| problem.omega().entry(i)).collect();
-    let mut grids = vec![(grid, Oracle { a: dense(problem.a()), b: dense(problem.b()), omega })];
+    let each = |omega: &Omega<f64>, n: usize| (0..n).map(|k| omega.entry(k)).collect();
+    let (a, b) = (dense(problem.a()), dense(problem.b()));
+    let mut grids = vec![(grid, Oracle { a, b, omega: each(&scaling, n) })];
     for level in &levels {
-        let (p, (fine, above)) = (&level.problem, &grids[grids.len() - 1]);
-        let omega = nearest(*fine, level.grid()).iter().map(|&k| above.omega[k]).collect();
-        grids.push((level.grid(), Oracle { a: dense(p.a()), b: dense(p.b()), omega }));
+        let (p, omega) = (&level.problem, each(level.problem.omega(), level.x.len()));
+        grids.push((level.transfer.coarse(), Oracle { a: dense(p.a()), b: dense(p.b()), omega }));
     }
     let (q, start) = (list(n, seed + 5), list(n, seed + 6));
     let f: Vec<f64> = q.iter().map(|q| 0.7 * q).collect();
-    let mut work = Work::new(grid);
+    let mut between = vec![f64::NAN; n];
     for (kind, visits) in [(Cycle::V, 1), (Cycle::W, 2)] {
         let (mut x, mut expected) = (start.clone(), start.clone());
-        let pair = Pair::new(problem, grid).unwrap();
-        let source = Source { factor: 0.7, entries: &q };
-        let mut equation = Equation { pair, f: source, coarser: &mut levels, work: &mut work };
+        let smoother = Smoother::new(problem, &scaling, false).unwrap();
+        let (coarser, between) = (&mut levels[..], &mut between[..]);
+        let mut equation = Equation { smoother, f: (0.7, &q), coarser, between, parallel: false };
         for _ in 0..2 {
             equation.cycle(kind, &mut x, &mut Clock::endless());
             cycle(&grids, visits, &f, &mut expected);
             close(&x, &expected, 1e-12);
         }
-        let defect: Vec<f64> = grids[0].1.k(&x).iter().zip(&f).map(|(k, f)| k + f).collect();
-        close(equation.defect(&x), &defect, 1e-12);
     }
 }
 
 /// Of constant coefficients: differences scale, the rest stays.
 #[test]
 fn constants_are_discretised_again() {
-    let axes = [15, 10].map(Axis::<f64>::new);
-    let grids = Grids { fine: [15, 10], coarse: [7, 4], axes: &axes };
+    let (round, transfer) = ([false; 2], Transfer::new([15, 10], [false; 2]));
+    let grids = Grids { fine: [15, 10], coarse: [7, 4], round, transfer: &transfer };
     let row = |[south, west, centre, east, north]: [f64; 5]| {
         let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
         let view: FivePointView<'_, f64> = a.as_five_point().unwrap();

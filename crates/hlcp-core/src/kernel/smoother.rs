@@ -1,0 +1,417 @@
+//! What multigrid needs of one grid: sweeps that solve each scalar equation, and defects.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{
+    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer, coefficients::Source, tile::Around,
+    transfer::FineRows,
+};
+use crate::{
+    Coefficients, Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
+    norms::{Meter, Stretches, Tallies},
+    omega::positive_entry,
+    team::{self, Claims, Sum},
+};
+
+/// A vector `f`, as a factor and what it multiplies.
+type Multiple<'a, T> = (T, &'a [T]);
+
+/// The equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|` and Ω = D_A D_B⁻¹, for
+/// five-point operators on one grid.
+///
+/// With this Ω the diagonal of K is linear, and so a sweep of the accelerated method AMGS
+/// ([`Aor::accelerated`](crate::Aor::accelerated)) solves each scalar equation exactly. The sweeps
+/// here are that method without the norms of its input: half the arithmetic. They share the fused
+/// kernel of [`Aor`](crate::Aor), its dispatch and its threads.
+///
+/// # Cost
+///
+/// Everything walks the grid once and allocates nothing but what threads take, with the same bits
+/// for any number of them.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Hlcp, Norms, Smoother};
+///
+/// let problem = Hlcp::lcp(FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+/// let omega = Smoother::scaling(&problem)?;
+/// let smoother = Smoother::new(&problem, &omega, false)?;
+/// let (f, mut x, mut y) = ([-1.0, 2.0, -3.0, 4.0, -5.0, 6.0], [0.0; 6], [0.0; 6]);
+/// for _ in 0..20 {
+///     smoother.relax(false, (1.0, &f), &x, &mut y);
+///     smoother.relax(true, (1.0, &f), &y, &mut x);
+/// }
+/// let mut defect = f.map(|f| -f);
+/// smoother.subtract(&x, &mut defect);
+/// assert!(Norms::of(&defect).linf < 1e-14);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Smoother<'a, T> {
+    sweep: Sweep<'a, T>,
+}
+
+impl<'a, T: Scalar> Smoother<'a, T> {
+    /// Returns the Ω = D_A D_B⁻¹ that belongs to a problem's operators.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
+    /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
+    ///
+    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 9 }, Omega::Uniform(0.3))?;
+    /// assert_eq!(Smoother::scaling(&problem)?, Omega::Uniform(4.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
+        problem: &Hlcp<T, A, B>,
+    ) -> Result<Omega<T>, Error> {
+        problem.grid()?;
+        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
+        let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
+        let ratio = |k: usize| {
+            let a = positive_entry("diagonal of A", k, a.at(k))?;
+            let b = positive_entry("diagonal of B", k, b.at(k))?;
+            positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
+            positive_entry("ratio of the diagonals", k, a / b)
+        };
+        let first = ratio(0)?;
+        if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
+            return Ok(Omega::Uniform(first));
+        }
+        let mut each = Vec::new();
+        for k in 1..problem.order() {
+            let value = ratio(k)?;
+            if each.is_empty() && value != first {
+                each = vec![first; k];
+            }
+            if !each.is_empty() {
+                each.push(value);
+            }
+        }
+        Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
+    }
+
+    /// The equation of a problem's operators, with the problem's [`scaling`](Self::scaling) for Ω,
+    /// on the threads of rayon's current pool if `parallel`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`].
+    pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
+        problem: &'a Hlcp<T, A, B>,
+        scaling: &'a Omega<T>,
+        parallel: bool,
+    ) -> Result<Self, Error> {
+        problem.grid()?;
+        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
+        Ok(Self { sweep: sweep.scaled(scaling, parallel) })
+    }
+
+    /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
+    /// multiplies.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grid's order.
+    pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
+        self.assert_orders([f.1.len(), x.len(), y.len()]);
+        self.sweep.directed(backward, false).smooth_on(Arch::new(), f, x, y);
+    }
+
+    /// A forward sweep with the problem's γ and `q` for `f` that also returns the norms of
+    /// `A z − B r + q` at its input; its result is that of [`relax`](Self::relax) up to rounding.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grid's order.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega, Rhs, Smoother};
+    ///
+    /// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
+    /// let smoother = Smoother::new(&problem, problem.omega(), false)?;
+    /// let (q, mut y) = (Rhs::new(&[-6.0, 8.0])?, [f64::NAN; 2]);
+    /// assert_eq!(smoother.relax_measured(&q, &[0.0; 2], &mut y).l2, 10.0);
+    /// assert_eq!((y, smoother.norms(&q, &y).l2), ([3.0, -4.0], 0.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn relax_measured(&self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+        self.assert_orders([q.entries().len(), x.len(), y.len()]);
+        self.sweep.run::<true>(gauss_seidel(), q, x, y)
+    }
+
+    /// The norms of `A z − B r + q` at `x`.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grid's order.
+    pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
+        self.assert_orders([q.entries().len(), x.len()]);
+        let Sweep { grid, gamma, q_factor, .. } = self.sweep;
+        let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
+        let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
+        let measure = Measure { bands, stretches, meter, sum: Sum::new() };
+        self.walk(Some((q_factor, q.entries())), x, &measure);
+        meter.norms_of(measure.sum.total().sum(None), gamma)
+    }
+
+    /// Takes `K(x)` off `f`.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grid's order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Smoother};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
+    /// let mut f = [5.0; 3];
+    /// // x = (1, 1, −1) is z = (2, 2, 0), r = (0, 0, 4).
+    /// Smoother::new(&problem, problem.omega(), false)?.subtract(&[1.0, 1.0, -1.0], &mut f);
+    /// assert_eq!(f, [5.0 - 2.0, 5.0 - 2.0, 5.0 - (-2.0 - 4.0)]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn subtract(&self, x: &[T], f: &mut [T]) {
+        self.assert_orders([x.len(), f.len()]);
+        let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
+        self.walk(None, x, &Subtract(bands));
+    }
+
+    /// Overwrites `coarse` with the full weighting of the defect `K(x) + f`: the transpose of
+    /// [`Transfer::interpolate`] over the ratio of the cells' areas.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grids' orders.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Smoother, Transfer};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
+    /// let smoother = Smoother::new(&problem, problem.omega(), false)?;
+    /// let mut coarse = [f64::NAN];
+    /// let f = [1.0, 2.0, 4.0];
+    /// smoother.restrict((1.0, &f), &[0.0; 3], &Transfer::new([3, 1], [false; 2]), &mut coarse);
+    /// assert_eq!(coarse, [(0.5 * 1.0 + 2.0 + 0.5 * 4.0) / 2.0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
+        self.assert_orders([f.1.len(), x.len()]);
+        transfer.assert_orders(x.len(), coarse.len());
+        let bands = Claims::new(transfer.bands(coarse));
+        self.walk(Some(f), x, &Restrict { bands, transfer });
+    }
+
+    fn walk(&self, f: Option<Multiple<'_, T>>, x: &[T], pass: &impl Pass<T>) {
+        match self.sweep.constant::<true, true>(gauss_seidel()) {
+            Some(source) => self.walk_by(&source, f, x, pass),
+            None => self.walk_by(&self.sweep.varying::<true>(gauss_seidel()), f, x, pass),
+        }
+    }
+
+    fn walk_by<S: Source<T>>(
+        &self,
+        source: &S,
+        f: Option<Multiple<'_, T>>,
+        x: &[T],
+        pass: &impl Pass<T>,
+    ) {
+        let Sweep { grid, parallel, .. } = self.sweep;
+        team::spread(team::threads(parallel, x.len()), &|| {
+            Arch::new().dispatch(Share { grid, source, f, x, pass });
+        });
+    }
+
+    fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {
+        let [nx, ny] = self.sweep.grid();
+        assert_eq!(lengths, [nx * ny; K], "vectors of the grid's order");
+    }
+}
+
+pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
+    [Relaxation::new([T::one(); 2]); 2]
+}
+
+impl<T: Scalar> Sweep<'_, T> {
+    /// The sweep of the smoother.
+    pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
+        let Self { grid, gamma, parallel, .. } = *self;
+        let meter = Meter::for_size(1.0, x.len()); // it measures nothing
+        let (stretches, nothing) = (self.stretches(), [&[][..]; 2]);
+        let old = Old {
+            grid,
+            q: f,
+            x,
+            gamma,
+            q_factor: factor,
+            meter,
+            parallel,
+            strip: None,
+            stretches,
+            beside: nothing,
+            new: nothing,
+        };
+        match self.constant::<true, true>(gauss_seidel()) {
+            Some(source) => old.lexicographic::<_, true>(arch, &source, y),
+            None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
+        };
+    }
+}
+
+/// The defect of one thread, row by row.
+struct Defects<'a, T, S: Source<T>> {
+    nx: usize,
+    source: &'a S,
+    loaded: S::Loaded,
+    around: Around<'a, T>,
+    f: Option<Multiple<'a, T>>,
+    zeros: [T; COLUMNS],
+}
+
+impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
+    #[inline(always)]
+    fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]) {
+        for start in columns.clone().step_by(S::CHUNK) {
+            let stretch = start..columns.end.min(start + S::CHUNK);
+            let n = stretch.len();
+            let d = &mut d[start - columns.start..][..n];
+            let (factor, f) = match self.f {
+                Some((factor, f)) => (factor, &f[j * self.nx + start..][..n]),
+                None => (T::zero(), &self.zeros[..n]),
+            };
+            self.source.load(j, stretch.clone(), &mut self.loaded);
+            let ends = self.around.ends(j, &stretch);
+            let around = self.around.stretch(j, stretch);
+            defect_phase(self.source, &self.loaded, around, ends, f, factor, d);
+        }
+    }
+}
+
+/// The defect of a stretch of a row, given its five neighbours and the values beyond the ends of
+/// the row.
+#[inline(always)]
+fn defect_phase<T: Scalar, S: Source<T>>(
+    source: &S,
+    loaded: &S::Loaded,
+    [south, west, here, east, north]: [&[T]; 5],
+    [to_west, to_east]: [Option<T>; 2],
+    f: &[T],
+    factor: T,
+    d: &mut [T],
+) {
+    let n = d.len().min(S::CHUNK);
+    let (south, west, here, east, north) =
+        (&south[..n], &west[..n], &here[..n], &east[..n], &north[..n]);
+    let (f, d) = (&f[..n], &mut d[..n]);
+    for i in 0..n {
+        let x = [south[i], west[i], here[i], east[i], north[i]];
+        d[i] = source.row::<true>(loaded, i).defect(x, factor * f[i]);
+    }
+    let mut edge = |i: usize| {
+        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
+        let x = [south[i], west, here[i], east, north[i]];
+        d[i] = source.row::<true>(loaded, i).defect(x, factor * f[i]);
+    };
+    if to_west.is_some() {
+        edge(0);
+    }
+    if to_east.is_some() {
+        edge(n - 1);
+    }
+}
+
+/// Work on the rows of a defect, which threads share.
+trait Pass<T>: Sync {
+    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>);
+}
+
+/// One thread's share of a pass.
+struct Share<'a, T, S, P> {
+    grid: Grid,
+    source: &'a S,
+    f: Option<Multiple<'a, T>>,
+    x: &'a [T],
+    pass: &'a P,
+}
+
+impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let Self { grid, source, f, x, pass } = self;
+        let around = Around::new(grid, x, [&[]; 2]);
+        let (nx, loaded, zeros) = (grid.nx, source.loaded(), [T::zero(); COLUMNS]);
+        pass.work(&mut Defects { nx, source, loaded, around, f, zeros });
+    }
+}
+
+/// The norms of the defect, by bands of rows.
+struct Measure<I> {
+    bands: Claims<I>,
+    stretches: Stretches,
+    meter: Meter,
+    sum: Sum,
+}
+
+impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<I> {
+    #[inline(always)]
+    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
+        let Grid { nx, ny, .. } = defects.around.grid;
+        let (mut d, mut tallies) = ([T::zero(); COLUMNS], Tallies::new(self.stretches));
+        while let Some((number, first)) = self.bands.next() {
+            for j in first..ny.min(first + ROWS) {
+                for start in (0..nx).step_by(COLUMNS) {
+                    let d = &mut d[..COLUMNS.min(nx - start)];
+                    defects.row(j, start..start + d.len(), d);
+                    tallies.add(self.meter, start, d);
+                }
+            }
+            self.sum.add(number, tallies.take(0..nx));
+        }
+    }
+}
+
+/// Takes K(x) off the bands of rows of a vector.
+struct Subtract<I>(Claims<I>);
+
+impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for Subtract<I> {
+    #[inline(always)]
+    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
+        let nx = defects.nx;
+        let mut d = [T::zero(); COLUMNS];
+        while let Some((number, band)) = self.0.next() {
+            for (j, f) in (number * ROWS..).zip(band.chunks_exact_mut(nx)) {
+                for (k, f) in f.chunks_mut(COLUMNS).enumerate() {
+                    let d = &mut d[..f.len()];
+                    defects.row(j, k * COLUMNS..k * COLUMNS + f.len(), d);
+                    f.iter_mut().zip(d).for_each(|(f, &mut d)| *f -= d);
+                }
+            }
+        }
+    }
+}
+
+/// Restricts the defect to bands of coarse rows.
+struct Restrict<'a, T, I> {
+    bands: Claims<I>,
+    transfer: &'a Transfer<T>,
+}
+
+impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T>
+    for Restrict<'_, T, I>
+{
+    #[inline(always)]
+    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
+        while let Some((number, band)) = self.bands.next() {
+            self.transfer.restrict(number, band, defects);
+        }
+    }
+}

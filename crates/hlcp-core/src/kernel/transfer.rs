@@ -1,0 +1,490 @@
+//! Between a grid and the next coarser one.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::COLUMNS;
+use crate::{
+    Scalar,
+    team::{self, Claims},
+};
+
+/// Coarse columns that are done in one go.
+const WIDTH: usize = COLUMNS / 2;
+/// Rows of a grid that a thread claims at once.
+const HEIGHT: usize = 16;
+
+/// The nodes of one axis on two grids over one interval, whose ends are the grids' nodes 0 and
+/// `m + 1`.
+///
+/// Fine node `p` lies between the coarse nodes `p/2 − 1` and `p/2`, those beyond the ends among
+/// them: of odd `m` every other node is a coarse one, and of even `m` the coarse spacing is a
+/// little more than twice the fine one. Of an axis that closes round, with an even number of nodes,
+/// every other one is a coarse one.
+#[derive(Debug, Clone)]
+struct Axis<T> {
+    fine: usize,
+    coarse: usize,
+    round: bool,
+    /// For each coarse node the fine one nearest to it.
+    nearest: Vec<usize>,
+    /// For each fine node the weight of the later of the two coarse ones beside it, and then ones
+    /// up to an even number and two more; empty where both grids have the same nodes.
+    weights: Vec<T>,
+    /// For each fine node the first of the four coarse ones nearest to it, and their weights in the
+    /// polynomial through them.
+    cubic: Vec<(usize, [T; 4])>,
+    /// The fine spacing over the coarse one.
+    ratio: T,
+}
+
+impl<T: Scalar> Axis<T> {
+    fn new(fine: usize, round: bool) -> Self {
+        let coarse = match (fine - 1) / 2 {
+            // Three points at least, as of any direction that closes.
+            _ if round && fine.is_multiple_of(2) && fine >= 6 => fine / 2,
+            _ if round => fine,
+            0 => fine,
+            half if fine % 2 == 1 => half,
+            _ => fine / 2 - 1,
+        };
+        // Of the one spacing beyond the last node an axis that closes has none.
+        let end = usize::from(!round);
+        let (fine_cells, coarse_cells) = (fine + end, coarse + end);
+        let number = |v: usize| T::of(v as f64);
+        // Fine node p is (p + 1)/fine_cells along.
+        let nearest = |i: usize| (i * fine_cells + coarse_cells / 2) / coarse_cells - 1;
+        let weight = |p: usize| {
+            let along = (p + 1) * coarse_cells - p / 2 * fine_cells;
+            number(along) / number(fine_cells)
+        };
+        let padded = 2 * coarse + 4;
+        let weights = (0..padded).map(|p| match p {
+            p if p < fine => weight(p),
+            p if round => weight(p - fine),
+            _ => T::one(),
+        });
+        let mut axis = Self {
+            fine,
+            coarse,
+            round,
+            nearest: (1..=coarse).map(nearest).collect(),
+            weights: if coarse < fine { weights.collect() } else { vec![] },
+            cubic: vec![],
+            ratio: number(coarse_cells) / number(fine_cells),
+        };
+        axis.cubic = (0..fine).map(|p| axis.lagrange(p)).collect();
+        axis
+    }
+
+    fn halves(&self) -> bool {
+        self.coarse < self.fine
+    }
+
+    /// The four coarse nodes nearest to fine node `p`, by the first of them, or all where there are
+    /// fewer, and their weights in the polynomial through them.
+    fn lagrange(&self, p: usize) -> (usize, [T; 4]) {
+        if self.round {
+            let parts = match p % 2 {
+                _ if !self.halves() => return (p, [1.0, 0.0, 0.0, 0.0].map(T::of)),
+                0 => [-1.0, 9.0, 9.0, -1.0].map(|part| T::of(part / 16.0)),
+                _ => [0.0, 0.0, 1.0, 0.0].map(T::of),
+            };
+            return ((p / 2 + self.coarse - 2) % self.coarse, parts);
+        }
+        let (fine_cells, coarse_cells) = (self.fine + 1, self.coarse + 1);
+        let count = self.coarse.min(4);
+        let number = |v: usize| T::of(v as f64);
+        let below = (p + 1) * coarse_cells / fine_cells;
+        let rest = (p + 1) * coarse_cells % fine_cells;
+        let first = below.saturating_sub(2).min(self.coarse - count);
+        let at = number(below) + number(rest) / number(fine_cells);
+        let mut weights = [T::zero(); 4];
+        for (k, weight) in weights.iter_mut().enumerate().take(count) {
+            let place = |k: usize| number(first + k + 1);
+            let others = (0..count).filter(|&other| other != k);
+            *weight = others.fold(T::one(), |weight, other| {
+                weight * (at - place(other)) / (place(k) - place(other))
+            });
+        }
+        (first, weights)
+    }
+
+    /// The coarse rows beside fine row `p`, and the weight of the later one.
+    fn beside(&self, p: usize) -> ([Option<usize>; 2], T) {
+        if !self.halves() {
+            return ([None, Some(p)], T::one());
+        }
+        let k = p / 2;
+        let before = if k > 0 { Some(k - 1) } else { self.round.then_some(self.coarse - 1) };
+        ([before, (k < self.coarse).then_some(k)], self.weights[p])
+    }
+
+    /// How many of the four coarse nodes nearest to a fine one there are.
+    fn taps(&self) -> usize {
+        if self.round { 4 } else { self.coarse.min(4) }
+    }
+
+    /// The coarse columns of a stretch beginning at `start`, and the fine ones that lie between
+    /// them and the next one.
+    fn stretch(&self, start: usize) -> [Range<usize>; 2] {
+        let end = self.coarse.min(start + WIDTH);
+        let fine = |at: usize| match at {
+            at if at == self.coarse => self.fine,
+            at if self.halves() => 2 * at,
+            at => at,
+        };
+        [start..end, fine(start)..fine(end)]
+    }
+}
+
+/// A grid and the next coarser one over the same domain, and how numbers go from one to the other.
+///
+/// Both hold the inner points of a rectangle whose boundary lies one spacing outside. From `m`
+/// points per side the coarse grid has `(m − 1)/2` for odd `m`, every other fine one, and `m/2 − 1`
+/// for even `m`, at a spacing a little more than twice the fine one; a side of one or two points
+/// stays. A direction that closes round has half as many points where their number is even and 6 or
+/// more, and stays otherwise.
+///
+/// # Cost
+///
+/// Eight numbers for each column and each row of the fine grid. What works on vectors walks them
+/// once, on the threads of the current pool if it is told `parallel` and the grid has 16384 points
+/// or more, with the same bits for any number of them.
+///
+/// ```
+/// use hlcp_core::Transfer;
+///
+/// let transfer = Transfer::<f64>::new([5, 3], [false; 2]);
+/// assert_eq!(transfer.coarse(), [2, 1]);
+/// let mut fine = [0.0; 15];
+/// transfer.interpolate(&[1.0, 2.0], &mut fine, false);
+/// assert_eq!(fine[5..10], [0.5, 1.0, 1.5, 2.0, 1.0]); // the middle row
+/// ```
+#[derive(Debug, Clone)]
+pub struct Transfer<T> {
+    axes: [Axis<T>; 2],
+}
+
+impl<T: Scalar> Transfer<T> {
+    /// The transfer from a fine grid of `[nx, ny]` points that closes along the `[x, y]` that say
+    /// so.
+    ///
+    /// # Panics
+    ///
+    /// For a grid without points.
+    pub fn new([nx, ny]: [usize; 2], round: [bool; 2]) -> Self {
+        Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])] }
+    }
+
+    /// The fine grid's `[nx, ny]`.
+    pub fn fine(&self) -> [usize; 2] {
+        self.axes.each_ref().map(|axis| axis.fine)
+    }
+
+    /// The coarse grid's `[nx, ny]`.
+    pub fn coarse(&self) -> [usize; 2] {
+        self.axes.each_ref().map(|axis| axis.coarse)
+    }
+
+    /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
+    ///
+    /// ```
+    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
+    /// assert_eq!(transfer.ratio(), [3.0 / 6.0, 3.0 / 7.0]);
+    /// ```
+    pub fn ratio(&self) -> [T; 2] {
+        self.axes.each_ref().map(|axis| axis.ratio)
+    }
+
+    /// For each coarse column the nearest fine one, and for each coarse row.
+    ///
+    /// ```
+    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
+    /// assert_eq!(transfer.nearest(), [&[1, 3], &[1, 4]]);
+    /// ```
+    pub fn nearest(&self) -> [&[usize]; 2] {
+        self.axes.each_ref().map(|axis| &axis.nearest[..])
+    }
+
+    /// Calls `each` with every coarse point and the value of `fine` at the fine point nearest to
+    /// it.
+    ///
+    /// # Panics
+    ///
+    /// When `fine` is shorter than the fine grid.
+    ///
+    /// ```
+    /// let transfer = hlcp_core::Transfer::new([3, 3], [false; 2]);
+    /// transfer.inject(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], |_, fine| {
+    ///     assert_eq!(fine, 4.0);
+    /// });
+    /// ```
+    #[inline]
+    pub fn inject(&self, fine: &[T], mut each: impl FnMut(usize, T)) {
+        let [x_axis, y_axis] = &self.axes;
+        for (row, &j) in y_axis.nearest.iter().enumerate() {
+            let fine = &fine[j * x_axis.fine..(j + 1) * x_axis.fine];
+            for (i, &nearest) in x_axis.nearest.iter().enumerate() {
+                each(row * x_axis.coarse + i, fine[nearest]);
+            }
+        }
+    }
+
+    /// Adds to `fine` the bilinear interpolation of `coarse`, with zeros around the grid.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grids' orders.
+    pub fn interpolate(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
+        self.run(Order::Linear, coarse, fine, parallel);
+    }
+
+    /// Overwrites `fine` with an interpolation of `coarse` through the nearest four columns and
+    /// rows, which asks for nothing beyond the grid.
+    ///
+    /// # Panics
+    ///
+    /// Unless the vectors have the grids' orders.
+    ///
+    /// ```
+    /// let transfer = hlcp_core::Transfer::new([5, 1], [false; 2]);
+    /// let mut fine = [f64::NAN; 5];
+    /// transfer.interpolate_smooth(&[1.0, 2.0], &mut fine, false);
+    /// assert_eq!(fine, [0.5, 1.0, 1.5, 2.0, 2.5]);
+    /// ```
+    pub fn interpolate_smooth(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
+        self.run(Order::Cubic, coarse, fine, parallel);
+    }
+
+    fn run(&self, order: Order, coarse: &[T], fine: &mut [T], parallel: bool) {
+        self.assert_orders(fine.len(), coarse.len());
+        let threads = team::threads(parallel, fine.len());
+        let bands = Claims::new(fine.chunks_mut(self.axes[0].fine * HEIGHT).enumerate());
+        team::spread(threads, &|| {
+            Arch::new().dispatch(Interpolation { order, transfer: self, coarse, bands: &bands });
+        });
+    }
+
+    pub(super) fn assert_orders(&self, fine: usize, coarse: usize) {
+        let orders = [self.fine(), self.coarse()].map(|[nx, ny]| nx * ny);
+        assert_eq!([fine, coarse], orders, "vectors of the grids' orders");
+    }
+
+    /// The full weighting's portions of coarse rows: one of the coarse vector's bands.
+    pub(super) fn bands<'v>(
+        &self,
+        coarse: &'v mut [T],
+    ) -> impl ExactSizeIterator<Item = (usize, &'v mut [T])> + Send + use<'v, T> {
+        coarse.chunks_mut(self.axes[0].coarse * HEIGHT).enumerate()
+    }
+
+    /// Overwrites band `number` of a coarse vector with the full weighting of a fine one: the
+    /// transpose of the bilinear interpolation over the ratio of the cells' areas.
+    ///
+    /// `rows` writes the fine vector's rows, in stretches of at most [`COLUMNS`] columns.
+    #[inline(always)]
+    pub(super) fn restrict<R: FineRows<T>>(&self, number: usize, band: &mut [T], rows: &mut R) {
+        let [x_axis, y_axis] = &self.axes;
+        let width = x_axis.coarse;
+        let first = number * HEIGHT;
+        let height = band.len() / width;
+        let scale = x_axis.ratio * y_axis.ratio;
+        let lines = if y_axis.halves() {
+            let end = 2 * (first + height) + 2;
+            2 * first..if y_axis.round { end } else { y_axis.fine.min(end) }
+        } else {
+            first..first + height
+        };
+        // One coarse column less than fits, whose last fine neighbours are the next one's first.
+        for start in (0..width).step_by(WIDTH - 2) {
+            let columns = start..width.min(start + WIDTH - 2);
+            let fine = if x_axis.halves() {
+                2 * columns.start..x_axis.fine.min(2 * columns.end + 2)
+            } else {
+                columns.clone()
+            };
+            // Across the end of rows that close.
+            let beyond =
+                if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
+            let (inside, n) = (fine.len(), fine.len() + beyond);
+            let mut d = [T::zero(); COLUMNS];
+            // What has come together for one coarse row and for the next.
+            let mut sums = [[T::zero(); COLUMNS]; 2];
+            for j in lines.clone() {
+                let j = j % y_axis.fine;
+                rows.row(j, fine.clone(), &mut d[..inside]);
+                if beyond > 0 {
+                    rows.row(j, 0..beyond, &mut d[inside..n]);
+                }
+                let ([before, after], weight) = y_axis.beside(j);
+                let [sum, next] = &mut sums;
+                let earlier = T::one() - weight;
+                if earlier == T::zero() {
+                    next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
+                } else {
+                    for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
+                        *sum += earlier * d;
+                        *next += weight * d;
+                    }
+                }
+                let (complete, sum) = if y_axis.halves() {
+                    (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)
+                } else {
+                    (after, &*next)
+                };
+                if let Some(k) = complete.filter(|k| (first..first + height).contains(k)) {
+                    let out = &mut band[(k - first) * width..][columns.clone()];
+                    x_axis.weigh(columns.start, scale, sum, out);
+                }
+                if complete.is_some() || j % 2 == 1 {
+                    let next = if y_axis.halves() { sums[1] } else { [T::zero(); COLUMNS] };
+                    sums = [next, [T::zero(); COLUMNS]];
+                }
+            }
+        }
+    }
+}
+
+/// Where a restriction has the rows of a fine vector from.
+pub(super) trait FineRows<T> {
+    /// Overwrites `d` with a stretch of row `j`.
+    fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]);
+}
+
+impl<T: Scalar> Axis<T> {
+    /// Overwrites a stretch of coarse columns from `start` with the weighted sums of the fine ones,
+    /// of which `fine` holds those from the first that belongs to the stretch.
+    #[inline(always)]
+    fn weigh(&self, start: usize, scale: T, fine: &[T], coarse: &mut [T]) {
+        if !self.halves() {
+            for (coarse, &fine) in coarse.iter_mut().zip(fine) {
+                *coarse = scale * fine;
+            }
+            return;
+        }
+        let n = coarse.len();
+        let (fine, _) = fine[..2 * n + 2].as_chunks::<2>();
+        let (weights, _) = self.weights[2 * start..][..2 * n + 2].as_chunks::<2>();
+        for i in 0..n {
+            let ([a, b], [c, d]) = (fine[i], fine[i + 1]);
+            let ([wa, wb], [wc, wd]) = (weights[i], weights[i + 1]);
+            let after = (T::one() - wc) * c + (T::one() - wd) * d;
+            coarse[i] = scale * (wa * a + wb * b + after);
+        }
+    }
+
+    /// Adds to a stretch of fine columns the interpolation of a padded stretch of coarse ones.
+    #[inline(always)]
+    fn interpolate(&self, start: usize, padded: &[T], fine: &mut [T]) {
+        if !self.halves() {
+            for (fine, &coarse) in fine.iter_mut().zip(&padded[1..]) {
+                *fine += coarse;
+            }
+            return;
+        }
+        let weights = &self.weights[start..start + fine.len()];
+        let (pairs, rest) = fine.as_chunks_mut::<2>();
+        let (weights, last) = weights.as_chunks::<2>();
+        let n = pairs.len();
+        let (padded, weights) = (&padded[..n + 2], &weights[..n]);
+        for i in 0..n {
+            let (left, right) = (padded[i], padded[i + 1]);
+            for (fine, &weight) in pairs[i].iter_mut().zip(&weights[i]) {
+                *fine += (T::one() - weight) * left + weight * right;
+            }
+        }
+        for (fine, &weight) in rest.iter_mut().zip(last) {
+            *fine += (T::one() - weight) * padded[n] + weight * padded[n + 1];
+        }
+    }
+}
+
+/// How an interpolation goes.
+#[derive(Clone, Copy)]
+enum Order {
+    /// Adds the bilinear one.
+    Linear,
+    /// Overwrites by cubics.
+    Cubic,
+}
+
+/// One thread's share of an interpolation.
+struct Interpolation<'a, T, I> {
+    order: Order,
+    transfer: &'a Transfer<T>,
+    coarse: &'a [T],
+    bands: &'a Claims<I>,
+}
+
+impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Interpolation<'_, T, I> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let nx = self.transfer.axes[0].fine;
+        while let Some((number, band)) = self.bands.next() {
+            for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
+                match self.order {
+                    Order::Linear => self.linear(j, fine),
+                    Order::Cubic => self.cubic(j, fine),
+                }
+            }
+        }
+    }
+}
+
+impl<T: Scalar, I> Interpolation<'_, T, I> {
+    #[inline(always)]
+    fn linear(&self, j: usize, fine: &mut [T]) {
+        let [x_axis, y_axis] = &self.transfer.axes;
+        let width = x_axis.coarse;
+        let (rows, weight) = y_axis.beside(j);
+        let rows = rows.map(|row| row.map(|k| &self.coarse[k * width..(k + 1) * width]));
+        let mut start = 0;
+        while start < width {
+            let [columns, points] = x_axis.stretch(start);
+            // With the columns to either side, zero beyond the grid.
+            let mut line = [T::zero(); WIDTH + 2];
+            let (from, until) = (columns.start.max(1) - 1, width.min(columns.end + 1));
+            let inner = &mut line[from + 1 - columns.start..until + 1 - columns.start];
+            let mut to_west = T::zero();
+            for (row, weight) in rows.into_iter().zip([T::one() - weight, weight]) {
+                if let Some(row) = row.filter(|_| weight > T::zero()) {
+                    for (v, &coarse) in inner.iter_mut().zip(&row[from..until]) {
+                        *v += weight * coarse;
+                    }
+                    to_west += weight * row[width - 1];
+                }
+            }
+            if x_axis.round && start == 0 {
+                line[0] = to_west;
+            }
+            x_axis.interpolate(points.start, &line, &mut fine[points]);
+            start = columns.end;
+        }
+    }
+
+    #[inline(always)]
+    fn cubic(&self, j: usize, fine: &mut [T]) {
+        let [x_axis, y_axis] = &self.transfer.axes;
+        let width = x_axis.coarse;
+        let (row, of_rows) = y_axis.cubic[j];
+        let place = |first: usize, axis: &Axis<T>, k: usize| match first + k {
+            at if at < axis.coarse => at,
+            at => (at - axis.coarse) % axis.coarse,
+        };
+        for (i, fine) in fine.iter_mut().enumerate() {
+            let (column, of_columns) = x_axis.cubic[i];
+            let mut sum = T::zero();
+            for (k, &weight) in of_rows.iter().enumerate().take(y_axis.taps()) {
+                let coarse = &self.coarse[place(row, y_axis, k) * width..][..width];
+                let parts = of_columns.iter().enumerate().take(x_axis.taps());
+                let value = |(k, &weight): (usize, &T)| weight * coarse[place(column, x_axis, k)];
+                sum += weight * parts.map(value).fold(T::zero(), |line, part| line + part);
+            }
+            *fine = sum;
+        }
+    }
+}
