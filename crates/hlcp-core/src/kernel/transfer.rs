@@ -43,7 +43,7 @@ impl<T: Scalar> Axis<T> {
     fn new(fine: usize, round: bool) -> Self {
         let coarse = match (fine - 1) / 2 {
             // Three points at least, as of any direction that closes.
-            _ if round && fine % 2 == 0 && fine >= 6 => fine / 2,
+            _ if round && fine.is_multiple_of(2) && fine >= 6 => fine / 2,
             _ if round => fine,
             0 => fine,
             half if fine % 2 == 1 => half,
