@@ -17,9 +17,12 @@
 
 mod chart;
 mod comparison;
+#[cfg(feature = "faer")]
+mod direct;
 mod families;
 mod figures;
 mod film;
+mod films;
 mod gallery;
 mod paper;
 mod print;
@@ -61,6 +64,7 @@ enum Command {
     StabilityMap(stability_map::Arguments),
     Comparison(comparison::Arguments),
     Families(families::Arguments),
+    Films(films::Arguments),
     Gallery(gallery::Arguments),
     Scenes(figures::Arguments),
 }
@@ -104,6 +108,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
         Command::StabilityMap(arguments) => stability_map::run(&arguments)?,
         Command::Comparison(arguments) => comparison::run(&arguments)?,
         Command::Families(arguments) => families::run(&arguments)?,
+        Command::Films(arguments) => films::run(&arguments)?,
         Command::Gallery(arguments) => gallery::run(&arguments)?,
         Command::Scenes(_) => figures::run()?,
     }

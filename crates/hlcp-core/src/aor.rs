@@ -249,13 +249,8 @@ impl<T: Scalar> Aor<T> {
         y: &mut [T],
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
-        // Across the seam of a grid that closes, points of one colour may be neighbours.
-        let fits = |sweep: &Sweep<'_, T>| {
-            let open = problem.round() == [false; 2];
-            self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0] && open)
-        };
-        if let Some(fused) = problem.sweep().filter(fits) {
-            let fused = fused.directed(self.backward, self.red_black.is_some());
+        problem.assert_whole(q);
+        if let Some(fused) = self.fused(problem) {
             return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
         }
         let relaxed = self.relaxed(problem, q, x);
@@ -266,10 +261,22 @@ impl<T: Scalar> Aor<T> {
                 self.walk::<ACCELERATED>(&relaxed, a, b, q, y)
             }
         }
-        .divided_by(problem.gamma())
     }
 
-    /// The sweep over rows, in the splitting's order, and the norms of F(x).
+    /// The fused sweep, where the operators and the order have one.
+    fn fused<'p, A, B>(&self, problem: &'p Hlcp<T, A, B>) -> Option<Sweep<'p, T>>
+    where
+        A: LinearOperator<T>,
+        B: LinearOperator<T>,
+    {
+        let sweep = problem.sweep()?;
+        // Across the seam of a grid that closes, points of one colour may be neighbours.
+        let open = problem.round() == [false; 2];
+        let fits = self.red_black.is_none_or(|nx| nx.get() == sweep.grid()[0] && open);
+        fits.then(|| sweep.directed(self.backward, self.red_black.is_some()))
+    }
+
+    /// The sweep over rows, in the splitting's order, and the norms of F(x)/γ.
     fn walk<const ACCELERATED: bool>(
         &self,
         relaxed: &Relaxed<'_, T>,
@@ -330,6 +337,9 @@ fn is_black(i: usize, nx: usize) -> bool {
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+        if self.fused(problem).is_none() {
+            problem.on_one_rank("a sweep over rows that are not five-point ones on one grid")?;
+        }
         let [of_a, of_b] = self.relaxations();
         let check = |i| {
             positive_pivot(problem, i, of_a.diagonal, of_b.diagonal)?;

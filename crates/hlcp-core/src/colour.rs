@@ -1,6 +1,8 @@
+use std::iter;
+
 use crate::{
     Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step,
-    norms::{Meter, Tally},
+    norms::{BLOCK, Meter, Part, Tally},
     rows::{Relaxed, Source, Visited},
     team::{self, Claims, Sum},
 };
@@ -112,7 +114,7 @@ impl<T: Scalar> Multicolour<T> {
                 self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch, threads)
             }
         };
-        meter.norms_of(&sum, problem.gamma())
+        meter.norms_of(sum, problem.gamma())
     }
 
     /// The sweep over rows, colour by colour, and the sums of the norms of F(x).
@@ -124,11 +126,11 @@ impl<T: Scalar> Multicolour<T> {
         y: &mut [T],
         scratch: &mut Vec<T>,
         threads: usize,
-    ) -> Tally<T> {
+    ) -> Part {
         if scratch.len() < y.len() {
             scratch.resize(y.len(), T::zero());
         }
-        let mut total = Tally::zero();
+        let mut total = Part::default();
         for step in 0..self.colours() {
             let colour = if self.aor.is_backward() { self.colours() - 1 - step } else { step };
             let rows = &self.rows[self.starts[colour]..self.starts[colour + 1]];
@@ -147,11 +149,11 @@ impl<T: Scalar> Multicolour<T> {
                         (*f, *value) = relaxed.row::<ACCELERATED>(i, &mut a, &mut b, old, passed);
                     }
                     let mut tally = Tally::zero();
-                    meter.add_to(&mut tally, &f[..rows.len()]);
-                    sum.add(number, tally);
+                    f[..rows.len()].chunks(BLOCK).for_each(|block| tally.add(meter, block));
+                    sum.add(number, iter::once((0, tally.part())));
                 }
             });
-            total.add(&sum.total());
+            total.add(sum.total().sum(None));
             for (&i, &value) in rows.iter().zip(&scratch[..rows.len()]) {
                 y[i] = value;
             }
@@ -169,6 +171,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
         if found != expected {
             return Err(Error::Order { what: "the multicolour order", found, expected });
         }
+        problem.on_one_rank("a sweep in multicolour order")?;
         self.aor.check(problem)
     }
 

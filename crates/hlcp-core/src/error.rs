@@ -134,6 +134,31 @@ pub enum Error {
         /// What the row makes it.
         expected: f64,
     },
+    /// A method, or an order of its sweeps, that one rank alone can work with.
+    #[error(
+        "{what} works on one rank, but {ranks} share the problem; take MMS, AMMS, TMMS, adaptive \
+         SOR or Anderson on five-point operators, or one rank"
+    )]
+    OneRank {
+        /// What works on one rank.
+        what: &'static str,
+        /// How many there are.
+        ranks: usize,
+    },
+    /// Another rank was refused.
+    #[error("on rank {rank}, {error}")]
+    Rank {
+        /// The rank.
+        rank: usize,
+        /// Its error.
+        error: &'static str,
+    },
+    /// The ranks were given different things.
+    #[error("{what} differ between the ranks, but each must be given the same")]
+    Differ {
+        /// What differs.
+        what: &'static str,
+    },
     /// A parameter is outside its range.
     #[error("{name} is {value}, but it must be {range}")]
     Parameter {

@@ -110,6 +110,8 @@
 //!   residual that a step measures.
 //! * One thread works unless the problem asks for more by `in_parallel` (feature `rayon`, on by
 //!   default).
+//! * Several processes share a problem by [`Hlcp::shared_by`], each on its [`Strip`] of the grid, and
+//!   come to the bits of one (`World`, feature `mpi`).
 //! * Wrong input is an [`Error`] with its numbers.
 //!
 //! # Not supported
@@ -131,10 +133,13 @@ pub mod files;
 mod forward;
 mod kernel;
 pub mod market;
+#[cfg(feature = "mpi")]
+mod mpi;
 mod norms;
 mod omega;
 mod operator;
 mod problem;
+mod ranks;
 mod rounding;
 mod rows;
 mod scalar;
@@ -142,6 +147,7 @@ mod scalar;
 mod sparse;
 mod splitting;
 mod stencil;
+mod strip;
 mod team;
 mod tridiagonal;
 mod varying;
@@ -155,13 +161,17 @@ pub use csr::{Csr, Index};
 pub use dense::RowMajor;
 pub use error::Error;
 pub use kernel::{Smoother, Transfer};
+#[cfg(feature = "mpi")]
+pub use mpi::{NotJoined, World};
 pub use norms::{Norms, Rhs, all_finite};
 pub use omega::Omega;
 pub use operator::{Diagonal, LinearOperator, Rows};
 pub use problem::Hlcp;
+pub use ranks::{Ranks, ranks_as_threads};
 pub use scalar::Scalar;
 pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
 pub use stencil::FivePoint;
+pub use strip::Strip;
 pub use tridiagonal::Tridiagonal;
 pub use varying::{VaryingFivePoint, recognise_grid};
 pub use view::{Coefficients, FivePointView};

@@ -1,4 +1,11 @@
-use crate::{Error, Scalar};
+use std::ops::Range;
+
+use pulp::Arch;
+
+use crate::{
+    Error, Scalar, Strip,
+    team::{self, Claims, Sum},
+};
 
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
@@ -29,10 +36,10 @@ impl Norms {
     /// assert!((norms.l2 / 5e200 - 1.0).abs() < 1e-15);
     /// ```
     pub fn of<T: Scalar>(v: &[T]) -> Self {
-        let largest = v.iter().fold(T::zero(), |max, &v| max.max(v.abs()));
-        let mut meter = Meter::for_size(largest.wide(), v.len());
-        v.iter().for_each(|&v| meter.add(v));
-        meter.norms()
+        Meter::measured(1.0, v.len(), |meter| {
+            let add = |tally: &mut Tally<T>, at: Range<usize>| tally.add(meter, &v[at]);
+            meter.norms_of(totals(Stretches::of([v.len(), 1]), false, add).sum(None), T::one())
+        })
     }
 
     /// The norms of the vector divided by γ: those of `A z − B r + q` from those of
@@ -49,47 +56,31 @@ impl Norms {
     }
 }
 
-/// Sums squares in units of a power of two, so that neither 1e±150 nor 1e±300 is lost.
+/// Squares numbers in units of a power of two, so that neither 1e±150 nor 1e±300 is lost.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Meter {
     unit: f64,
     inverse: f64,
     order: usize,
-    squares: f64,
-    largest: f64,
 }
 
 impl Meter {
-    fn new(unit: f64, order: usize) -> Self {
-        Self { unit, inverse: unit.recip(), order, squares: 0.0, largest: 0.0 }
-    }
-
     /// A meter for vectors of `order` entries of at most about this size.
     pub(crate) fn for_size(size: f64, order: usize) -> Self {
-        Self::new(power_of_two_near(size), order)
+        let unit = power_of_two_near(size);
+        Self { unit, inverse: unit.recip(), order }
     }
 
-    #[inline(always)]
-    pub(crate) fn add<T: Scalar>(&mut self, v: T) {
-        self.squares += self.square(v);
-        // A NaN is dropped here and kept by the sum.
-        self.largest = self.largest.max(v.wide().abs());
-    }
-
-    /// Adds the squares of a stretch, and compares its entries with the largest.
-    #[inline(always)]
-    pub(crate) fn add_to<T: Scalar>(&self, sum: &mut Tally<T>, v: &[T]) {
-        let (chunks, rest) = v.as_chunks::<LANES>();
-        for chunk in chunks {
-            for (l, &v) in chunk.iter().enumerate() {
-                sum.squares[l] += self.square(v);
-                sum.largest[l] = larger(sum.largest[l], v.abs());
-            }
+    /// Measures a vector that is expected to be of this size, and once more with a meter of its own
+    /// size where its squares would overflow or vanish in the units of the first.
+    pub(crate) fn measured(size: f64, order: usize, measure: impl Fn(Self) -> Norms) -> Norms {
+        let meter = Self::for_size(size, order);
+        let norms = measure(meter);
+        let ratio = norms.linf / meter.unit;
+        if (1e-140..=1e150).contains(&ratio) || norms.linf == 0.0 || !norms.linf.is_finite() {
+            return norms;
         }
-        for (l, &v) in rest.iter().enumerate() {
-            sum.squares[l] += self.square(v);
-            sum.largest[l] = larger(sum.largest[l], v.abs());
-        }
+        measure(Self::for_size(norms.linf, order))
     }
 
     /// The square in units of the meter.
@@ -100,28 +91,18 @@ impl Meter {
     }
 
     /// The norms of what was summed, divided by γ.
-    pub(crate) fn norms_of<T: Scalar>(&self, sum: &Tally<T>, gamma: T) -> Norms {
-        let squares: f64 = sum.squares.iter().sum();
-        let largest = sum.largest.iter().copied().fold(T::zero(), larger);
-        self.finish(squares, largest.wide()).divided_by(gamma)
-    }
-
-    pub(crate) fn norms(&self) -> Norms {
-        self.finish(self.squares, self.largest)
-    }
-
-    /// The norms, from the sum of squares in units and the largest value.
     ///
     /// Where squares overflow or vanish, because a vector is 10¹⁵⁰ times as large or as small as
     /// the unit promised, the 2-norm is an upper bound.
-    fn finish(&self, squares: f64, largest: f64) -> Norms {
+    pub(crate) fn norms_of<T: Scalar>(&self, sum: Part, gamma: T) -> Norms {
+        let Part { sum: squares, largest } = sum;
         let vanishing = largest > 0.0 && squares < 1e-280;
         let l2 = if squares == f64::INFINITY || vanishing {
             largest * (self.order as f64).sqrt()
         } else {
             squares.sqrt() * self.unit
         };
-        Norms { l2, linf: if squares.is_nan() { f64::NAN } else { largest } }
+        Norms { l2, linf: if squares.is_nan() { f64::NAN } else { largest } }.divided_by(gamma)
     }
 }
 
@@ -133,27 +114,218 @@ fn larger<T: Scalar>(max: T, v: T) -> T {
     if v > max { v } else { max }
 }
 
-/// Sums side by side; a fixed number, so that every processor adds in the same order.
-const LANES: usize = 64;
+/// A sum, of squares in units of a [`Meter`] or of products, and the largest absolute value.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Part {
+    pub(crate) sum: f64,
+    pub(crate) largest: f64,
+}
 
-/// Sums of squares in units of a [`Meter`], and the largest absolute values.
+impl Part {
+    /// Adds one value, in the order of a walk.
+    #[inline(always)]
+    pub(crate) fn see<T: Scalar>(&mut self, meter: Meter, v: T) {
+        self.sum += meter.square(v);
+        self.largest = self.largest.max(v.wide().abs());
+    }
+
+    pub(crate) fn add(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.largest = larger(self.largest, other.largest);
+    }
+}
+
+/// Sums side by side while a block is added, and those that are kept; fixed numbers, so that every
+/// processor adds in the same order.
+const LANES: usize = 32;
+const KEPT: usize = 8;
+
+/// The sum over some blocks of a row, or of several rows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tally<T> {
-    squares: [f64; LANES],
-    largest: [T; LANES],
+    sums: [f64; KEPT],
+    largest: [T; KEPT],
 }
 
 impl<T: Scalar> Tally<T> {
     pub(crate) fn zero() -> Self {
-        Self { squares: [0.0; LANES], largest: [T::zero(); LANES] }
+        Self { sums: [0.0; KEPT], largest: [T::zero(); KEPT] }
     }
 
-    pub(crate) fn add(&mut self, other: &Self) {
-        for l in 0..LANES {
-            self.squares[l] += other.squares[l];
-            self.largest[l] = larger(self.largest[l], other.largest[l]);
+    /// Adds the squares of a block, and compares its entries with the largest.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, meter: Meter, block: &[T]) {
+        let (mut sums, mut largest) = ([0.0; LANES], [T::zero(); LANES]);
+        let (chunks, rest) = block.as_chunks::<LANES>();
+        for chunk in chunks {
+            for l in 0..LANES {
+                sums[l] += meter.square(chunk[l]);
+                largest[l] = larger(largest[l], chunk[l].abs());
+            }
+        }
+        for (l, &v) in rest.iter().enumerate() {
+            sums[l] += meter.square(v);
+            largest[l] = larger(largest[l], v.abs());
+        }
+        self.fold(&sums);
+        for l in 0..KEPT {
+            for k in 0..LANES / KEPT {
+                self.largest[l] = larger(self.largest[l], largest[l + k * KEPT]);
+            }
         }
     }
+
+    /// Adds the products of the entries of two blocks.
+    #[inline(always)]
+    pub(crate) fn add_products(&mut self, u: &[T], v: &[T]) {
+        let mut sums = [0.0; LANES];
+        let ((us, u), (vs, v)) = (u.as_chunks::<LANES>(), v.as_chunks::<LANES>());
+        for (u, v) in us.iter().zip(vs) {
+            for l in 0..LANES {
+                sums[l] += u[l].wide() * v[l].wide();
+            }
+        }
+        for (l, (u, v)) in u.iter().zip(v).enumerate() {
+            sums[l] += u.wide() * v.wide();
+        }
+        self.fold(&sums);
+    }
+
+    #[inline(always)]
+    fn fold(&mut self, sums: &[f64; LANES]) {
+        for l in 0..KEPT {
+            let pairs = [0, 1].map(|k| sums[l + 2 * k * KEPT] + sums[l + (2 * k + 1) * KEPT]);
+            self.sums[l] += pairs[0] + pairs[1];
+        }
+    }
+
+    pub(crate) fn part(&self) -> Part {
+        Part {
+            sum: self.sums.iter().sum(),
+            largest: self.largest.iter().copied().fold(T::zero(), larger).wide(),
+        }
+    }
+}
+
+/// The points of a row that are added to a [`Tally`] at one go.
+pub(crate) const BLOCK: usize = 256;
+/// The most stretches that the columns of a grid fall into.
+const STRETCHES: usize = 64;
+
+/// The columns of a grid, as stretches of whole blocks.
+///
+/// Each stretch is summed on its own, its rows in order, and the stretches are added from west to
+/// east. So a sum does not depend on who takes which part of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stretches {
+    pub(crate) nx: usize,
+    pub(crate) ny: usize,
+    /// The columns of a stretch.
+    pub(crate) width: usize,
+}
+
+impl Stretches {
+    pub(crate) fn of([nx, ny]: [usize; 2]) -> Self {
+        Self { nx, ny, width: BLOCK * nx.div_ceil(BLOCK * STRETCHES).max(1) }
+    }
+
+    /// The number of stretches.
+    pub(crate) fn count(&self) -> usize {
+        self.nx.div_ceil(self.width)
+    }
+}
+
+/// The sums of one thread over some rows, by stretches.
+pub(crate) struct Tallies<T> {
+    width: usize,
+    tallies: [Tally<T>; STRETCHES],
+}
+
+impl<T: Scalar> Tallies<T> {
+    pub(crate) fn new(stretches: Stretches) -> Self {
+        Self { width: stretches.width, tallies: [Tally::zero(); STRETCHES] }
+    }
+
+    /// Adds the squares of values of a row from a column on, which begins a block unless all values
+    /// are of one.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, meter: Meter, column: usize, values: &[T]) {
+        for (k, block) in values.chunks(BLOCK).enumerate() {
+            self.tallies[(column + k * BLOCK) / self.width].add(meter, block);
+        }
+    }
+
+    /// The sums over the stretches that a range of columns meets, which begin again at zero.
+    pub(crate) fn take(&mut self, columns: Range<usize>) -> impl Iterator<Item = (usize, Part)> {
+        let stretches = columns.start / self.width..columns.end.div_ceil(self.width);
+        let tallies = self.tallies[stretches.clone()].iter_mut();
+        stretches.zip(tallies.map(|tally| std::mem::replace(tally, Tally::zero()).part()))
+    }
+}
+
+/// The sums over the stretches of a grid, in their order.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Totals([Part; STRETCHES]);
+
+impl Totals {
+    pub(crate) fn zero() -> Self {
+        Self([Part::default(); STRETCHES])
+    }
+
+    pub(crate) fn add(&mut self, stretch: usize, part: Part) {
+        self.0[stretch].add(part);
+    }
+
+    /// The sum over the whole grid, which ranks may share.
+    pub(crate) fn sum(&self, strip: Option<&Strip>) -> Part {
+        if let Some(strip) = strip {
+            return strip.sum(self);
+        }
+        let mut sum = Part::default();
+        self.parts().for_each(|part| sum.add(part));
+        sum
+    }
+
+    pub(crate) fn parts(&self) -> impl Iterator<Item = Part> {
+        self.0.into_iter()
+    }
+}
+
+/// Rows that are summed before their sum is added to that of the rows before.
+const ROWS: usize = 8;
+
+/// Sums over the points of a grid: `add` takes the indices of a block of a row.
+pub(crate) fn totals<T: Scalar>(
+    stretches: Stretches,
+    parallel: bool,
+    add: impl Fn(&mut Tally<T>, Range<usize>) + Sync,
+) -> Totals {
+    let Stretches { nx, ny, width } = stretches;
+    // Threads share bands of rows; the stretches where there is one band alone.
+    let portions = if ny <= ROWS { stretches.count() } else { 1 };
+    let claims = Claims::new(0..ny.div_ceil(ROWS) * portions);
+    let sum = Sum::new();
+    team::spread(team::threads(parallel, nx * ny), &|| {
+        Arch::new().dispatch(|| {
+            let mut tallies = Tallies::new(stretches);
+            while let Some(number) = claims.next() {
+                let (first, portion) = (number / portions * ROWS, number % portions);
+                let columns = if portions == 1 {
+                    0..nx
+                } else {
+                    portion * width..nx.min((portion + 1) * width)
+                };
+                for j in first..ny.min(first + ROWS) {
+                    for start in columns.clone().step_by(BLOCK) {
+                        let block = j * nx + start..j * nx + columns.end.min(start + BLOCK);
+                        add(&mut tallies.tallies[start / width], block);
+                    }
+                }
+                sum.add(number, tallies.take(columns));
+            }
+        });
+    });
+    sum.total()
 }
 
 /// A power of two within a factor of two of `v`, kept where it and its reciprocal are normal; 1
@@ -177,6 +349,8 @@ fn power_of_two_near(v: f64) -> f64 {
 pub struct Rhs<'q, T> {
     q: &'q [T],
     norms: Norms,
+    /// The order of the problem, of which `q` may be a part.
+    order: usize,
 }
 
 impl<'q, T: Scalar> Rhs<'q, T> {
@@ -197,7 +371,12 @@ impl<'q, T: Scalar> Rhs<'q, T> {
             return Err(Error::Empty { what: "q" });
         }
         all_finite("q", q)?;
-        Ok(Self { q, norms: Norms::of(q) })
+        Ok(Self::measured_as(q, Norms::of(q), q.len()))
+    }
+
+    /// A part `q` of a right-hand side of this order and these norms.
+    pub(crate) fn measured_as(q: &'q [T], norms: Norms, order: usize) -> Self {
+        Self { q, norms, order }
     }
 
     /// The entries.
@@ -205,26 +384,24 @@ impl<'q, T: Scalar> Rhs<'q, T> {
         self.q
     }
 
+    /// The order of the whole, of which ranks may have a part each.
+    pub(crate) fn order(&self) -> usize {
+        self.order
+    }
+
     /// Their norms.
     pub fn norms(&self) -> Norms {
         self.norms
     }
 
-    /// Measures a vector that is expected to be of the size of `q`, and once more with a meter of
-    /// its own size where its squares would overflow or vanish in the units of `q`.
+    /// Measures a vector that is expected to be of the size of `q`.
     pub(crate) fn measured(&self, measure: impl Fn(Meter) -> Norms) -> Norms {
-        let meter = self.meter(T::one());
-        let norms = measure(meter);
-        let ratio = norms.linf / meter.unit;
-        if (1e-140..=1e150).contains(&ratio) || norms.linf == 0.0 || !norms.linf.is_finite() {
-            return norms;
-        }
-        measure(Meter::for_size(norms.linf, self.q.len()))
+        Meter::measured(self.norms.linf, self.order, measure)
     }
 
     /// A meter for vectors of the size of `γ q`.
     pub(crate) fn meter(&self, gamma: T) -> Meter {
-        Meter::for_size(self.norms.linf * gamma.wide(), self.q.len())
+        Meter::for_size(self.norms.linf * gamma.wide(), self.order)
     }
 }
 

@@ -1,9 +1,12 @@
+use std::{iter, ops::Range, sync::Arc};
+
 use crate::{
-    Diagonal, Error, FivePointView, Identity, LinearOperator, Norms, Omega, Rhs, Scalar,
+    Diagonal, Error, FivePointView, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Strip,
     error::positive,
     kernel::Sweep,
-    norms::{Meter, Tally},
+    norms::{BLOCK, Meter, Part, Stretches, Tally, all_finite, totals},
     rows::{Known, RowsOf, Source},
+    strip::Shared,
     team::{self, Claims},
 };
 
@@ -57,6 +60,8 @@ pub struct Hlcp<T, A, B> {
     exchanged: bool,
     // Whether the threads of rayon's current pool share the work.
     parallel: bool,
+    // The ranks that share the work, of which this one has a part.
+    shared: Option<Arc<Shared<T>>>,
 }
 
 impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
@@ -110,7 +115,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             }
         }
         omega.check(n)?;
-        Ok(Self { a, b, omega, gamma: T::one(), exchanged: false, parallel: false })
+        Ok(Self { a, b, omega, gamma: T::one(), exchanged: false, parallel: false, shared: None })
     }
 
     /// The same problem with another γ.
@@ -168,8 +173,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             Omega::Each(omega) => Omega::Each(omega.into_iter().map(T::recip).collect()),
         };
         omega.check(self.a.order())?;
-        let Self { a, b, gamma, exchanged, parallel, .. } = self;
-        Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel })
+        let Self { a, b, gamma, exchanged, parallel, shared, .. } = self;
+        let shared = shared.map(|shared| {
+            let reciprocals = |column: &Vec<T>| column.iter().map(|omega| omega.recip()).collect();
+            let omega = shared.omega.each_ref().map(reciprocals);
+            Arc::new(Shared { omega, strip: shared.strip.clone(), ..*shared })
+        });
+        Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel, shared })
     }
 
     /// The same problem, worked on by the threads of rayon's current pool; without this call, by
@@ -199,6 +209,160 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     #[cfg(feature = "rayon")]
     pub fn in_parallel(self) -> Self {
         Self { parallel: true, ..self }
+    }
+
+    /// The same problem, of which the ranks of `strip` have a part each: the operators, Ω and all
+    /// vectors are those of this rank's columns. All ranks call it.
+    ///
+    /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
+    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included. Five-
+    /// point operators of the strip's grid are given the columns beside it; any other operator maps
+    /// this rank's part of a vector and fetches what it needs of others itself. All ranks make the
+    /// same calls in the same order.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] unless the operators have the strip's order, [`Error::NotFivePoint`] for a
+    /// grid that is not the strip's, and for an operator that knows its rows and is no five-point
+    /// one; on all ranks if on one.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Step, Strip, ranks_as_threads};
+    ///
+    /// let norms = |ranks| {
+    ///     ranks_as_threads(ranks, |ranks| {
+    ///         let strip = Strip::new(ranks, [600, 40])?;
+    ///         let [nx, ny] = strip.grid();
+    ///         let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    ///         let b = Identity { order: nx * ny };
+    ///         let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?.shared_by(&strip)?;
+    ///         let q = strip.vector(|i, j| (i as f64).sin() - (j as f64).cos());
+    ///         let (x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
+    ///         let (sor, q) = (Aor::sor(1.5)?, problem.rhs(&q)?);
+    ///         sor.step(&problem, &q, &x, &mut y, &mut vec![]);
+    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut vec![0.0; y.len()], &mut vec![]))
+    ///     })
+    /// };
+    /// let whole = norms(1)[0];
+    /// assert_eq!(norms(2), [whole; 2]);
+    /// ```
+    pub fn shared_by(self, strip: &Strip) -> Result<Self, Error> {
+        let (n, [nx, ny]) = (self.order(), strip.grid());
+        let views = [self.a.as_five_point(), self.b.as_five_point()];
+        let fits = || {
+            if n != nx * ny {
+                return Err(Error::Order { what: "the strip", found: nx * ny, expected: n });
+            }
+            let is_own =
+                |operator: &dyn LinearOperator<T>| operator.try_visit_row(0, &mut |_, _| ());
+            let own = [is_own(&self.a), is_own(&self.b)];
+            for ((what, view), own) in ["A", "B"].into_iter().zip(&views).zip(own) {
+                // Rows of its own columns alone cannot be all of the whole operator's.
+                let fits = view.map_or(!own, |view| {
+                    view.grid().is_none_or(|grid| grid == [nx, ny]) && view.round() == [false; 2]
+                });
+                if !fits {
+                    return Err(Error::NotFivePoint { what });
+                }
+            }
+            Ok(())
+        };
+        strip.agree(fits())?;
+        let mut own = [f64::NAN; 11];
+        if let Omega::Uniform(omega) = self.omega {
+            own[10] = omega.wide();
+        }
+        if let [Some(a), Some(b)] = views.map(|view| view.and_then(|view| view.constants())) {
+            let coefficients = a.into_iter().chain(b);
+            own.iter_mut().zip(coefficients).for_each(|(own, number)| *own = number.wide());
+        }
+        let all = strip.joined(&own, |_| own.len());
+        let mut rows = all.chunks(own.len());
+        let uniform = rows.clone().all(|row| row[10] == all[10]);
+        let constant = rows.all(|row| row == &all[..own.len()]);
+        let omega = match self.omega {
+            Omega::Uniform(omega) if !uniform => Omega::Each(vec![omega; n]),
+            omega => omega,
+        };
+        let column = |i| (0..ny).map(|j| omega.entry(j * nx + i).wide()).collect();
+        let beside = strip.exchange([column(0), column(nx - 1)]);
+        let shared = Some(Arc::new(Shared { strip: strip.clone(), omega: beside, constant }));
+        Ok(Self { omega, shared, ..self })
+    }
+
+    /// The strip of the ranks that share the problem, if any do.
+    pub fn strip(&self) -> Option<&Strip> {
+        self.shared.as_ref().map(|shared| &shared.strip)
+    }
+
+    /// Returns whether something is so on any of the ranks that share the problem. All ranks call
+    /// it.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert!(problem.any(true) && !problem.any(false)); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn any(&self, own: bool) -> bool {
+        self.largest([if own { 1.0 } else { 0.0 }])[0] > 0.0
+    }
+
+    /// Returns, of each place, the largest number that a rank which shares the problem has there:
+    /// [`Strip::largest`]. All ranks call it.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert_eq!(problem.largest([3.0, -1.0]), [3.0, -1.0]); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn largest<const K: usize>(&self, own: [f64; K]) -> [f64; K] {
+        self.strip().map_or(own, |strip| strip.largest(own))
+    }
+
+    /// Makes one result of those of all ranks that share the problem: [`Strip::agree`]. All ranks
+    /// call it.
+    ///
+    /// # Errors
+    ///
+    /// The error, if a rank has one.
+    ///
+    /// ```
+    /// use hlcp_core::{Error, FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// let own: Result<(), _> = Err(Error::Empty { what: "a list" });
+    /// assert_eq!(problem.agree(own), own); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn agree<V>(&self, own: Result<V, Error>) -> Result<V, Error> {
+        match self.strip() {
+            Some(strip) => strip.agree(own),
+            None => own,
+        }
+    }
+
+    /// Refuses a problem that ranks share, for something that works on one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OneRank`].
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert_eq!(problem.on_one_rank("a method"), Ok(()));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn on_one_rank(&self, what: &'static str) -> Result<(), Error> {
+        match self.strip() {
+            Some(strip) => Err(Error::OneRank { what, ranks: strip.size() }),
+            None => Ok(()),
+        }
     }
 
     /// Returns whether the sweeps of an [`Aor`](crate::Aor) share their work when threads are asked
@@ -254,7 +418,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let b = shape(self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?);
         match (a, b) {
             (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
-            _ => Ok(a.or(b).map_or([self.order(), 1], |(grid, _)| grid)),
+            _ => Ok(a.or(b).map_or_else(|| self.own_grid(), |(grid, _)| grid)),
         }
     }
 
@@ -273,12 +437,18 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         [0, 1].map(|axis| rounds.iter().any(|round| round[axis]))
     }
 
+    /// The strip's grid, or all unknowns as one row.
+    fn own_grid(&self) -> [usize; 2] {
+        self.strip().map_or([self.order(), 1], Strip::grid)
+    }
+
     /// The sweep over both operators, if they are five-point ones on one grid.
     pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
-        let (grid, round) = (self.grid().ok()?, self.round());
-        Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel))
+        let grid = (self.grid().ok()?, self.round());
+        let shared = self.shared.as_deref();
+        Some(Sweep::new(grid, views, &self.omega, factors, self.parallel, shared))
     }
 
     /// The rows of both operators, if these have them assembled or are diagonal.
@@ -402,13 +572,26 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         for (u, &x) in part.iter_mut().zip(x) {
             *u = x.abs() + x;
         }
-        self.a.apply(part, f);
+        self.product(false, part, f);
         for (i, (v, &x)) in part.iter_mut().zip(x).enumerate() {
             *v = self.omega.entry(i) * (x.abs() - x);
         }
-        self.b.apply(part, product);
+        self.product(true, part, product);
         for ((f, &bv), &q) in f.iter_mut().zip(&*product).zip(q) {
             *f = *f - bv + self.q_factor() * q;
+        }
+    }
+
+    /// Overwrites `y` with the product of `A` with `x`, or of `B` if `of_b`; ranks that share five-point
+    /// operators give each other the columns that these need.
+    pub(crate) fn product(&self, of_b: bool, x: &[T], y: &mut [T]) {
+        let view = if of_b { self.b.as_five_point() } else { self.a.as_five_point() };
+        match (self.strip(), view) {
+            (Some(strip), Some(view)) => strip.product(view, x, y),
+            // As the ranks do it, with the same rounding.
+            (None, Some(view)) => view.apply(view.grid().unwrap_or([x.len(), 1]), x, y),
+            (_, None) if of_b => self.b.apply(x, y),
+            (_, None) => self.a.apply(x, y),
         }
     }
 
@@ -441,26 +624,22 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
+        self.assert_whole(q);
         if let Some(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
-        if let Some([a, b]) = self.known() {
+        if let Some([a, b]) = self.known()
+            && self.shared.is_none()
+        {
             return q.measured(|meter| self.row_residual([a.rows(), b.rows()], q, z, r, meter));
         }
         let (az, br) = halves(scratch, z.len());
-        if self.exchanged {
-            self.b.apply(z, az);
-            self.a.apply(r, br);
-        } else {
-            self.a.apply(z, az);
-            self.b.apply(r, br);
+        self.product(self.exchanged, z, az);
+        self.product(!self.exchanged, r, br);
+        for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q.entries()) {
+            *az = *az - br + q;
         }
-        q.measured(|mut meter| {
-            for ((&az, &br), &q) in az.iter().zip(&*br).zip(q.entries()) {
-                meter.add(az - br + q);
-            }
-            meter.norms()
-        })
+        q.measured(|meter| self.measure(meter, az, T::one()))
     }
 
     /// The norms of the residual of operators whose rows are known, in one pass.
@@ -486,11 +665,131 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                     *residual = az - br + sign * q;
                 }
                 let mut tally = Tally::zero();
-                meter.add_to(&mut tally, residual);
-                sum.add(number, tally);
+                residual.chunks(BLOCK).for_each(|block| tally.add(meter, block));
+                sum.add(number, iter::once((0, tally.part())));
             }
         });
-        meter.norms_of(&sum.total(), T::one())
+        meter.norms_of(sum.total().sum(None), T::one())
+    }
+
+    /// Checks `q` for this problem, and measures it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] unless `q` has length `n`, [`Error::NotFinite`] for the first entry that is
+    /// NaN or infinite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.rhs(&[3.0, -4.0])?.norms().l2, 5.0);
+    /// assert!(problem.rhs(&[3.0]).is_err());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn rhs<'q>(&self, q: &'q [T]) -> Result<Rhs<'q, T>, Error> {
+        self.check_vector("q", q)?;
+        Ok(Rhs::measured_as(q, self.norms(q), self.whole_order()))
+    }
+
+    /// Refuses a vector that has not length `n`, or an entry that is NaN or infinite.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] or [`Error::NotFinite`], with `what`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.check_vector("x0", &[3.0, -4.0]), Ok(()));
+    /// assert!(problem.check_vector("x0", &[3.0, f64::NAN]).is_err());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn check_vector(&self, what: &'static str, v: &[T]) -> Result<(), Error> {
+        self.agree(if v.len() == self.order() {
+            all_finite(what, v)
+        } else {
+            Err(Error::Order { what, found: v.len(), expected: self.order() })
+        })
+    }
+
+    /// The order of the whole, of which this rank may have a part.
+    pub(crate) fn whole_order(&self) -> usize {
+        self.strip().map_or(self.order(), |strip| strip.whole().into_iter().product())
+    }
+
+    /// Returns the norms of a vector of the problem's order, in one pass that threads share.
+    ///
+    /// # Panics
+    ///
+    /// Unless `v` has length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.norms(&[3.0, -4.0]).linf, 4.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn norms(&self, v: &[T]) -> Norms {
+        Meter::measured(1.0, self.whole_order(), |meter| self.measure(meter, v, T::one()))
+    }
+
+    /// Returns the inner product of two vectors of the problem's order, summed in double precision
+    /// in one pass that threads share.
+    ///
+    /// # Panics
+    ///
+    /// Unless both have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert_eq!(problem.dot(&[3.0, -4.0], &[2.0, 1.0]), 2.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn dot(&self, u: &[T], v: &[T]) -> f64 {
+        self.assert_orders([u.len(), v.len()]);
+        self.total(|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
+    }
+
+    /// The norms of a vector in units of a meter, divided by γ.
+    pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
+        self.assert_orders([v.len()]);
+        meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
+    }
+
+    /// The norms of a vector that `fill` makes, some entries of one row at a time.
+    pub(crate) fn measured_entries(&self, fill: impl Fn(Range<usize>, &mut [T]) + Sync) -> Norms {
+        Meter::measured(1.0, self.whole_order(), |meter| {
+            let sum = self.total(|tally, at| {
+                let mut entries = [T::zero(); BLOCK];
+                let entries = &mut entries[..at.len()];
+                fill(at, entries);
+                tally.add(meter, entries);
+            });
+            meter.norms_of(sum, T::one())
+        })
+    }
+
+    /// Sums over all points: `add` takes the indices of some of one row.
+    fn total(&self, add: impl Fn(&mut Tally<T>, Range<usize>) + Sync) -> Part {
+        totals(self.stretches(), self.parallel, add).sum(self.strip())
+    }
+
+    /// The stretches of the grid, or of all unknowns as one row where there is none.
+    fn stretches(&self) -> Stretches {
+        match self.strip() {
+            Some(strip) => strip.stretches(),
+            None => Stretches::of(self.grid().unwrap_or([self.order(), 1])),
+        }
+    }
+
+    /// Refuses a right-hand side that was measured as if this rank were all there is.
+    pub(crate) fn assert_whole(&self, q: &Rhs<'_, T>) {
+        assert_eq!(q.order(), self.whole_order(), "a right-hand side that `Hlcp::rhs` has made");
     }
 
     pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {

@@ -3,8 +3,12 @@
 use std::ops::Range;
 
 use crate::{
-    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar, kernel::Sweep, norms::Tally,
-    problem::halves, rows::Source,
+    Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar,
+    kernel::Sweep,
+    norms::{Meter, Part, Tallies, Totals},
+    problem::halves,
+    rows::Source,
+    view::beyond,
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
@@ -54,32 +58,49 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
         // An entry that overflows does not show in the terms where its column is zero.
         let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
-        if x.iter().enumerate().any(overflows) {
+        if self.any(x.iter().enumerate().any(overflows)) {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
         }
         if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
-            let (meter, mut sums) = (q.meter(T::one()), [Tally::zero(), Tally::zero()]);
-            let mut entries = [[T::zero(); STRETCH]; 2];
-            for (start, x) in x.chunks(STRETCH).enumerate().map(|(k, x)| (k * STRETCH, x)) {
-                for (i, &x) in x.iter().enumerate() {
-                    entries[0][i] = self.z_entry(x);
-                    entries[1][i] = self.r_entry(start + i, x);
-                }
-                meter.add_to(&mut sums[0], &entries[0][..x.len()]);
-                meter.add_to(&mut sums[1], &entries[1][..x.len()]);
-            }
-            let [z, r] = sums.map(|sum| meter.norms_of(&sum, T::one()));
-            let q = q.norms();
+            let ([z, r], q) = (self.factor_norms(x), q.norms());
             let bound = |of: fn(Norms) -> f64| {
                 (10.0 + 8.0) * unit(of(q) + rows[0] * of(z) + rows[1] * of(r))
             };
             return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
         }
-        let mut meter = q.meter(T::one());
-        let walked = self.sum_rows(q, x, |sums: &Sums, count| {
-            meter.add((count + 8.0) * unit(sums.terms));
-        });
-        if walked { meter.norms() } else { self.estimated_rounding(q, x, scratch) }
+        let meter = q.meter(T::one());
+        let bound = |sums: &Sums, count: f64| (count + 8.0) * unit(sums.terms);
+        match self.sum_rows(q, x, meter, bound) {
+            Some(sum) => meter.norms_of(sum, T::one()),
+            None => self.estimated_rounding(q, x, scratch),
+        }
+    }
+
+    /// Returns the norms of `(|x| + x)/γ` and `Ω(|x| − x)/γ`, which `A` and `B` multiply: of the
+    /// `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`, after an exchange
+    /// of `r` and `z`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `x` has length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega};
+    ///
+    /// let identity = Identity { order: 2 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.5))?;
+    /// let [z, r] = problem.factor_norms(&[1.0, -2.0]);
+    /// assert_eq!((z.l2, r.l2), (2.0, 6.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
+        self.assert_orders([x.len()]);
+        let norms = |entry: &(dyn Fn(usize) -> T + Sync)| {
+            self.measured_entries(|at, entries| {
+                at.zip(entries).for_each(|(k, to)| *to = entry(k));
+            })
+        };
+        [norms(&|k| self.z_entry(x[k])), norms(&|k| self.r_entry(k, x[k]))]
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
@@ -110,13 +131,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        let mut meter = q.meter(T::one());
-        if !self.sum_rows(q, x, |sums: &ExactSums, count| meter.add(sums.bound(count))) {
-            return None;
-        }
-        let n = x.len() as f64;
+        let meter = q.meter(T::one());
+        let sum = self.sum_rows(q, x, meter, |sums: &ExactSums, count| sums.bound(count))?;
+        let n = self.whole_order() as f64;
         // The sum of n squares and its root are rounded, too.
-        let Norms { l2, linf } = meter.norms();
+        let Norms { l2, linf } = meter.norms_of(sum, T::one());
         Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
     }
 
@@ -144,11 +163,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
-        let (mut at, epsilon) = (true, T::epsilon().wide());
-        self.sum_rows(q, x, |sums: &ExactSums, count| {
-            at &= sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
-        })
-        .then_some(at)
+        let epsilon = T::epsilon().wide();
+        let is_above = |sums: &ExactSums, count: f64| {
+            let within = sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
+            if within { 0.0 } else { 1.0 }
+        };
+        Some(
+            self.sum_rows(q, x, Meter::for_size(1.0, self.whole_order()), is_above)?.largest == 0.0,
+        )
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -170,22 +192,46 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
         let (signs, product) = halves(scratch, n);
-        signs.iter_mut().zip(random_signs()).for_each(|(entry, sign)| *entry = sign);
-        let mut length = |operator: &dyn LinearOperator<T>| {
-            operator.apply(signs, product);
-            Norms::of(product).l2 / (n as f64).sqrt()
-        };
-        [length(self.a()), length(self.b())]
+        self.signs(|k, sign| signs[k] = sign);
+        [false, true].map(|of_b| {
+            self.product(of_b, signs, product);
+            self.norms(product).l2 / (self.whole_order() as f64).sqrt()
+        })
     }
 
-    /// Calls `take` with the sum over each row and the number of its products; returns whether the
-    /// rows are known.
-    fn sum_rows<S: RowSum>(&self, q: &Rhs<'_, T>, x: &[T], mut take: impl FnMut(&S, f64)) -> bool {
+    /// Gives each of this rank's indices a random sign, the same each time and on any number of
+    /// ranks: the top bit of a generator that has come to the index in the whole grid.
+    fn signs(&self, mut give: impl FnMut(usize, T)) {
+        let (length, [skipped, all]) = match self.strip() {
+            Some(strip) => (strip.columns().len(), [strip.columns().start, strip.whole()[0]]),
+            None => (self.order(), [0, self.order()]),
+        };
+        let mut bits = Steps::of(skipped).take(0x9e37_79b9_7f4a_7c15);
+        let skip = Steps::of(all - length);
+        for row in (0..self.order()).step_by(length) {
+            for k in row..row + length {
+                bits = Steps::ONE.take(bits);
+                give(k, if bits >> 63 == 0 { T::one() } else { -T::one() });
+            }
+            bits = skip.take(bits);
+        }
+    }
+
+    /// Measures a vector whose entries are made `of` the sum over each row and the number of its
+    /// products; `None` if the rows are not known.
+    fn sum_rows<S: RowSum>(
+        &self,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        meter: Meter,
+        of: impl Fn(&S, f64) -> f64,
+    ) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            sweep.sum_terms(self, q, x, |sums| take(sums, 10.0));
-            return true;
+            return Some(sweep.sum_terms(self, q, x, meter, |sums| of(sums, 10.0)));
         }
+        let mut sum = Part::default();
+        let mut take = |sums: &S, count| sum.see(meter, of(sums, count));
         let sign = self.q_factor() / self.gamma();
         let first = |i: usize| (S::new((sign * q.entries()[i]).wide()), 0.0);
         if let Some([a, b]) = self.known() {
@@ -200,9 +246,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                     b.fold(i, sums, |sums, j, b| added(sums, -b, self.r_entry(j, x[j])));
                 take(&sums, count);
             }
-            return true;
+            return Some(sum);
         }
-        (0..x.len()).all(|i| {
+        let known = (0..x.len()).all(|i| {
             let (mut sums, mut count) = first(i);
             let known = self.terms(i, x, |entry, value| {
                 sums.add(entry.wide(), value.wide());
@@ -210,7 +256,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             });
             take(&sums, count);
             known
-        })
+        });
+        known.then_some(sum)
     }
 
     /// Calls `visit` with the entries of row `i` of `A` and of `−B`, and with what they multiply;
@@ -229,7 +276,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
     /// an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
-        self.omega().entry(j) * (x.abs() - x) / self.gamma()
+        self.scaled(self.omega().entry(j), x)
+    }
+
+    fn scaled(&self, omega: T, x: T) -> T {
+        omega * (x.abs() - x) / self.gamma()
     }
 
     /// The rounding as the terms' root mean squares have it, which random signs show.
@@ -240,19 +291,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };
             for probe in 0..=BITS {
-                for (j, ((part, &x), sign)) in
-                    part.iter_mut().zip(x).zip(random_signs::<T>()).enumerate()
-                {
-                    let entry = if of_a { self.z_entry(x) } else { self.r_entry(j, x) };
-                    let turned = probe > 0 && (j >> (probe - 1)) & 1 == 1;
-                    *part = if turned { -sign * entry } else { sign * entry };
-                }
-                if of_a {
-                    self.a().apply(part, product);
-                } else {
-                    self.b().apply(part, product);
-                }
-                let norms = Norms::of(product);
+                self.signs(|k, sign: T| {
+                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    let index = self.strip().map_or(k, |strip| strip.index(k));
+                    let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
+                    part[k] = if turned { -sign * entry } else { sign * entry };
+                });
+                self.product(!of_a, part, product);
+                let norms = self.norms(product);
                 // A NaN must survive.
                 let larger = |old: f64, new: f64| if new <= old { old } else { new };
                 largest = Norms {
@@ -267,14 +313,28 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// Returns ones with random signs, the same ones each time.
-fn random_signs<T: Scalar>() -> impl Iterator<Item = T> {
-    let mut bits = 0x9e37_79b9_7f4a_7c15_u64;
-    std::iter::repeat_with(move || {
-        // Knuth's linear congruential generator; its top bit.
-        bits = bits.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        if bits >> 63 == 0 { T::one() } else { -T::one() }
-    })
+/// `bits ↦ m bits + c`, a number of steps of Knuth's linear congruential generator.
+#[derive(Clone, Copy)]
+struct Steps(u64, u64);
+
+impl Steps {
+    const ONE: Self = Self(6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
+
+    /// So many steps, by squaring.
+    fn of(count: usize) -> Self {
+        let (mut all, mut square) = (Self(1, 0), Self::ONE);
+        for bit in 0..usize::BITS {
+            if count >> bit & 1 == 1 {
+                all = Self(square.0.wrapping_mul(all.0), square.take(all.1));
+            }
+            square = Self(square.0.wrapping_mul(square.0), square.take(square.1));
+        }
+        all
+    }
+
+    fn take(self, bits: u64) -> u64 {
+        self.0.wrapping_mul(bits).wrapping_add(self.1)
+    }
 }
 
 /// A sum of products as a walk over one row makes it.
@@ -362,37 +422,64 @@ fn exact_product(a: f64, b: f64) -> (f64, f64) {
 const STRETCH: usize = 64;
 
 impl<T: Scalar> Sweep<'_, T> {
-    /// Calls `take` with the sum over each row, point by point.
+    /// Measures a vector whose entries are made `of` the sum over each row.
     fn sum_terms<A: LinearOperator<T>, B: LinearOperator<T>, S: RowSum>(
         &self,
         problem: &Hlcp<T, A, B>,
         q: &Rhs<'_, T>,
         x: &[T],
-        mut take: impl FnMut(&S),
-    ) {
+        meter: Meter,
+        of: impl Fn(&S) -> f64,
+    ) -> Part {
         let ([nx, ny], sign) = (self.grid(), problem.q_factor() / problem.gamma());
-        let [a, b] = self.views();
-        let mut sums = [S::new(0.0); STRETCH];
+        let ([a, b], stretches) = (self.views(), self.stretches());
+        let beside = self.beside(x);
+        let omega_beside = self.omega_beside();
+        let (mut sums, mut entries) = ([S::new(0.0); STRETCH], [0.0; STRETCH]);
+        let (mut tallies, mut totals) = (Tallies::new(stretches), Totals::zero());
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
             let (from, length) = (j * nx + start, STRETCH.min(nx - start));
             for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
                 *sum = S::new((sign * q).wide());
             }
-            for (c, points, neighbours) in a.directions(nx, j, start, length, x.len()) {
+            let ends = [start == 0, start + length == nx];
+            let x_beside = [0, 1].map(|k| beside[k].get(j).copied().filter(|_| ends[k]));
+            let z_beside = x_beside.map(|x| Some(problem.z_entry(x?)));
+            let r_beside =
+                [0, 1].map(|k| Some(problem.scaled(*omega_beside[k].get(j)?, x_beside[k]?)));
+            let directions = a.directions(nx, j, start, length, x.len());
+            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
                 let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
                 add_products(&mut sums[points.start - from..], c, points, T::one(), z);
+                if let Some((at, z)) = beyond(d, length, z_beside) {
+                    let point = from + at..from + at + 1;
+                    add_products(&mut sums[at..], c, point, T::one(), [z].into_iter());
+                }
             }
-            for (c, points, neighbours) in b.directions(nx, j, start, length, x.len()) {
+            let directions = b.directions(nx, j, start, length, x.len());
+            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
                 let r = neighbours.map(|k| problem.r_entry(k, x[k]));
                 add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
+                if let Some((at, r)) = beyond(d, length, r_beside) {
+                    let point = from + at..from + at + 1;
+                    add_products(&mut sums[at..], c, point, -T::one(), [r].into_iter());
+                }
             }
-            sums[..length].iter().for_each(&mut take);
+            sums.iter().zip(&mut entries).for_each(|(sum, entry)| *entry = of(sum));
+            tallies.add(meter, start, &entries[..length]);
+            if start + length == nx {
+                tallies.take(0..nx).for_each(|(stretch, part)| totals.add(stretch, part));
+            }
         }
+        totals.sum(self.strip())
     }
 
     /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.
     fn row_sums(&self) -> Option<[f64; 2]> {
         let sum = |row: [T; 5]| row.into_iter().map(|c| c.abs().wide()).sum::<f64>();
+        if !self.is_constant() {
+            return None;
+        }
         let [a, b] = self.views().map(|view| view.constants().map(sum));
         Some([a?, b?])
     }

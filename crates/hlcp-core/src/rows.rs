@@ -1,8 +1,11 @@
 //! Rows that are known at set-up, walked without a call for each entry.
 
 use crate::{
-    Coefficients, Csr, LinearOperator, Norms, Rows, Scalar, check::outside, csr::Index,
-    kernel::Relaxation, norms::Meter,
+    Coefficients, Csr, LinearOperator, Norms, Rows, Scalar,
+    check::outside,
+    csr::Index,
+    kernel::Relaxation,
+    norms::{Meter, Part},
 };
 
 /// Where a sweep has the rows of an operator from.
@@ -173,7 +176,7 @@ impl<T: Scalar> Relaxed<'_, T> {
     #[inline(always)]
     pub(crate) fn walk<const ACCELERATED: bool>(
         &self,
-        mut meter: Meter,
+        meter: Meter,
         mut a: impl Source<T>,
         mut b: impl Source<T>,
         y: &mut [T],
@@ -182,12 +185,13 @@ impl<T: Scalar> Relaxed<'_, T> {
     ) -> Norms {
         // Of one length, so that an index is compared with it once.
         let y = &mut y[..self.x.len()];
+        let mut sum = Part::default();
         for i in rows {
             let (f, value) = self.row::<ACCELERATED>(i, &mut a, &mut b, y, |j| passed(j, i));
-            meter.add(f);
+            sum.see(meter, f);
             y[i] = value;
         }
-        meter.norms()
+        meter.norms_of(sum, self.gamma)
     }
 
     /// The entry of F(x) and the new value of row `i`, where `passed(j)` says whether `y[j]` is

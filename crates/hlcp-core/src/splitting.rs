@@ -190,16 +190,16 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     solve: impl FnOnce(&[T], &mut [T]),
 ) -> Norms {
     problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+    problem.assert_whole(q);
     problem.defect(q.entries(), x, y, scratch);
     let f = &mut scratch[..x.len()];
     f.copy_from_slice(y);
-    let mut meter = q.meter(problem.gamma());
-    f.iter().for_each(|&f| meter.add(f));
+    let norms = problem.measure(q.meter(problem.gamma()), f, problem.gamma());
     solve(f, y);
     for (y, &x) in y.iter_mut().zip(x) {
         *y = x - *y;
     }
-    meter.norms().divided_by(problem.gamma())
+    norms
 }
 
 /// A closure `(rhs, y)` as a [`Splitting`].

@@ -15,7 +15,7 @@ use std::{
     thread,
 };
 
-use crate::{Scalar, norms::Tally};
+use crate::norms::{Part, Totals};
 
 /// The fewest unknowns that are worth waking a second thread for; tests of this crate share any
 /// number.
@@ -120,39 +120,39 @@ impl<V> Turn<'_, V> {
     }
 }
 
-/// A sum over all portions of the work, in their order; a thread that comes early leaves its part
-/// and goes on.
-pub(crate) struct Sum<T>(Mutex<Parts<T>>);
+/// Sums by stretches over all portions of the work, in their order; a thread that comes early
+/// leaves its parts and goes on.
+pub(crate) struct Sum(Mutex<Parts>);
 
-struct Parts<T> {
+struct Parts {
     next: usize,
-    sum: Tally<T>,
-    early: Vec<(usize, Tally<T>)>,
+    totals: Totals,
+    early: Vec<(usize, Vec<(usize, Part)>)>,
 }
 
-impl<T: Scalar> Sum<T> {
+impl Sum {
     pub(crate) fn new() -> Self {
-        Self(Mutex::new(Parts { next: 0, sum: Tally::zero(), early: Vec::new() }))
+        Self(Mutex::new(Parts { next: 0, totals: Totals::zero(), early: Vec::new() }))
     }
 
-    /// Adds the part of portion `number`.
-    pub(crate) fn add(&self, number: usize, part: Tally<T>) {
-        let parts = &mut *self.0.lock().expect("no addition panics");
-        if number != parts.next {
-            parts.early.push((number, part));
+    /// Adds what portion `number` has summed, by stretches.
+    pub(crate) fn add(&self, number: usize, parts: impl Iterator<Item = (usize, Part)>) {
+        let Parts { next, totals, early } = &mut *self.0.lock().expect("no addition panics");
+        if number != *next {
+            early.push((number, parts.collect()));
             return;
         }
-        let mut following = Some(part);
-        while let Some(part) = following {
-            parts.sum.add(&part);
-            parts.next += 1;
-            let found = parts.early.iter().position(|(number, _)| *number == parts.next);
-            following = found.map(|at| parts.early.swap_remove(at).1);
+        parts.for_each(|(stretch, part)| totals.add(stretch, part));
+        *next += 1;
+        while let Some(at) = early.iter().position(|(number, _)| number == next) {
+            let (_, parts) = early.swap_remove(at);
+            parts.into_iter().for_each(|(stretch, part)| totals.add(stretch, part));
+            *next += 1;
         }
     }
 
-    /// The whole sum.
-    pub(crate) fn total(self) -> Tally<T> {
-        self.0.into_inner().expect("no addition panics").sum
+    /// The whole sums.
+    pub(crate) fn total(self) -> Totals {
+        self.0.into_inner().expect("no addition panics").totals
     }
 }

@@ -163,8 +163,22 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
     /// `start`, on a grid of `nx` columns.
     pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        self.product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    /// The same, given the values of `x` west and east of the stretch where the grid goes on beyond
+    /// what `x` holds of it.
+    pub(crate) fn product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
         y.fill(T::zero());
-        self.add_product(nx, j, start, x, y);
+        self.add_product_beside(nx, j, start, x, beside, y);
     }
 
     /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a
@@ -187,10 +201,27 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// assert_eq!(y, [110.0, 108.0, 116.0]);
     /// ```
     pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
-        let from = j * nx + start;
-        for (coefficients, points, neighbours) in self.directions(nx, j, start, y.len(), x.len()) {
-            let y = &mut y[points.start - from..points.end - from];
-            coefficients.add_product(points.start, &x[neighbours], y);
+        self.add_product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    fn add_product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
+        let (from, length) = (j * nx + start, y.len());
+        let directions = self.directions(nx, j, start, length, x.len());
+        for (d, (coefficients, points, neighbours)) in directions.into_iter().enumerate() {
+            let part = &mut y[points.start - from..points.end - from];
+            coefficients.add_product(points.start, &x[neighbours], part);
+            // In its turn, so that the bits are those of the whole grid.
+            if let Some((at, value)) = beyond(d, length, beside) {
+                coefficients.add_product(from + at, &[value], &mut y[at..=at]);
+            }
         }
     }
 
@@ -239,6 +270,21 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
             (west, to_west.0, to_west.1),
             (east, to_east.0, to_east.1),
         ]
+    }
+}
+
+/// Returns, of the direction `d` in the order of [`FivePointView::directions`], the place in a
+/// stretch of the point whose neighbour lies beyond it, and the neighbour's value.
+#[inline(always)]
+pub(crate) fn beyond<T: Copy>(
+    d: usize,
+    length: usize,
+    [west, east]: [Option<T>; 2],
+) -> Option<(usize, T)> {
+    match d {
+        1 => west.map(|value| (0, value)),
+        2 => east.map(|value| (length - 1, value)),
+        _ => None,
     }
 }
 

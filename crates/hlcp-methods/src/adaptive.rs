@@ -55,7 +55,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> AdaptiveSor<T, A, B> {
     ///
     /// Those of the [`check`](Step::check) of [`Aor`].
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        Aor::gauss_seidel().check(&problem)?;
+        problem.agree(Aor::gauss_seidel().check(&problem))?;
         Ok(Self { problem, search: Search::default() })
     }
 
@@ -83,6 +83,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for AdaptiveSor<T, A, B> {
     }
 
     fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn works_on_ranks(&self) -> bool {
         true
     }
 

@@ -1,10 +1,6 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Scalar};
 
-use crate::{
-    Clock, Method, Work,
-    krylov::{add, dot},
-    method::iterate,
-};
+use crate::{Clock, Method, Work, krylov::add, method::iterate};
 
 /// A residual that grows by more than this factor in one iteration ends the window.
 ///
@@ -135,9 +131,9 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
     /// Takes the differences to `G(x)`, which is in `y`, and returns how many are in the window.
     fn difference(&mut self, x: &[T], y: &[T]) -> usize {
         let n = x.len();
-        let moved = x.iter().zip(y).zip(&self.f).any(|((&x, &y), &f)| y - x != f);
+        let moved = || x.iter().zip(y).zip(&self.f).any(|((&x, &y), &f)| y - x != f);
         // A step that is taken again tells nothing new.
-        if self.history.follows && moved {
+        if self.history.follows && self.base.problem().any(moved()) {
             let slot = self.history.differences % self.window;
             let (dg, df) = (&mut self.dg[slot * n..][..n], &mut self.df[slot * n..][..n]);
             for i in 0..n {
@@ -145,7 +141,8 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
             }
             self.history.differences += 1;
             for j in 0..self.history.differences.min(self.window) {
-                let product = dot(&self.df[j * n..][..n], &self.df[slot * n..][..n]);
+                let product =
+                    self.base.problem().dot(&self.df[j * n..][..n], &self.df[slot * n..][..n]);
                 self.mixing.set_product(slot, j, product);
             }
         }
@@ -178,6 +175,10 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         true
     }
 
+    fn works_on_ranks(&self) -> bool {
+        self.base.works_on_ranks()
+    }
+
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         let norms = iterate(&mut self.base, q, x, y, &mut self.between, clock);
         let (n, residual, history) = (x.len(), norms.l2, &mut self.history);
@@ -197,8 +198,8 @@ impl<T: Scalar, M: Method<T>> Method<T> for Anderson<T, M> {
         let count = self.difference(x, y);
         let newest = self.history.differences + self.window - 1;
         let slots = (0..count).map(|age| (newest - age) % self.window);
-        let (df, f) = (&self.df, &self.f);
-        let mixture = self.mixing.solve(slots, |j| dot(&df[j * n..][..n], f));
+        let (problem, df, f) = (self.base.problem(), &self.df, &self.f);
+        let mixture = self.mixing.solve(slots, |j| problem.dot(&df[j * n..][..n], f));
         self.history.mixed = !mixture.is_empty();
         for &(j, c) in mixture {
             add(y, -c, &self.dg[j * n..][..n]);

@@ -371,9 +371,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
+    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses; [`Error::OneRank`] for a problem
+    /// that ranks share.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
+        problem.on_one_rank("AUTO")?;
         Aor::gauss_seidel().check(&problem)?;
         let tridiagonal = TridiagonalPart::is_all(&problem);
         let has_grid = problem.grid().is_ok();
@@ -440,7 +442,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
         let last = self.opening.take()?;
         self.problem.defect(q.entries(), x, y, &mut self.scratch);
-        let norms = Norms::of(y).divided_by(self.problem.gamma());
+        let norms = self.problem.norms(y).divided_by(self.problem.gamma());
         self.opened += 1;
         y.copy_from_slice(x);
         if norms.l2 <= OPENING * last {
@@ -474,7 +476,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         !calm && {
             let mut f = vec![T::zero(); y.len()];
             self.problem.defect(q.entries(), y, &mut f, &mut self.scratch);
-            let residual = Norms::of(&f).divided_by(self.problem.gamma()).l2;
+            let residual = self.problem.norms(&f).divided_by(self.problem.gamma()).l2;
             residual.is_nan() || residual > GROWN * self.scale
         }
     }

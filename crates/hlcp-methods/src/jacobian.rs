@@ -27,8 +27,10 @@ impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, 
     ///
     /// # Panics
     ///
-    /// Unless `x` has the problem's order.
+    /// Unless `x` has the problem's order, and when ranks share the problem: a product needs what
+    /// the others have.
     pub fn new(problem: &'p Hlcp<T, A, B>, x: &'p [T]) -> Self {
+        assert!(problem.strip().is_none(), "a Jacobian of a problem that ranks share");
         assert_eq!(x.len(), problem.order(), "a vector of the problem's order");
         Self { problem, x }
     }

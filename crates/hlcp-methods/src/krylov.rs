@@ -1,6 +1,6 @@
 //! Linear systems with J(x): the inner solver of Newton's method, and what may precondition it.
 
-use hlcp_core::{Hlcp, LinearOperator, Norms, Rows, Scalar, Splitting, SplittingStep};
+use hlcp_core::{Hlcp, LinearOperator, Rows, Scalar, Splitting, SplittingStep};
 
 use crate::{Clock, Jacobian};
 
@@ -236,8 +236,9 @@ impl<T: Scalar> BiCgStab<T> {
         clock: &mut Clock<'_>,
     ) -> Inner {
         let Self { residual, shadow, p, v, t, hat, scratch } = self;
+        let problem = jacobian.problem();
         // In units of the right-hand side, whose squares might overflow or vanish.
-        let unit = T::of(Norms::of(rhs).l2);
+        let unit = T::of(problem.norms(rhs).l2);
         if unit == T::zero() {
             s.fill(T::zero());
             return Inner { iterations: 0, residual: 0.0 };
@@ -252,7 +253,7 @@ impl<T: Scalar> BiCgStab<T> {
         let (mut rho, mut alpha, mut omega) = (1.0, 1.0, 1.0);
         let mut inner = Inner { iterations: 0, residual: 1.0 };
         while inner.iterations < limit && inner.residual > tolerance && !clock.is_up() {
-            let next = dot(shadow, residual);
+            let next = problem.dot(shadow, residual);
             let beta = T::of(next / rho * (alpha / omega));
             let old = T::of(omega);
             for ((p, &residual), &v) in p.iter_mut().zip(&*residual).zip(&*v) {
@@ -260,14 +261,14 @@ impl<T: Scalar> BiCgStab<T> {
             }
             preconditioner.solve(jacobian, p, hat);
             jacobian.apply(hat, v, scratch);
-            (rho, alpha) = (next, next / dot(shadow, v));
+            (rho, alpha) = (next, next / problem.dot(shadow, v));
             if !alpha.is_normal() {
                 break;
             }
             inner.iterations += 1;
             add(s, alpha, hat);
             add(residual, -alpha, v);
-            inner.residual = dot(residual, residual).sqrt();
+            inner.residual = problem.dot(residual, residual).sqrt();
             if inner.residual <= tolerance {
                 break;
             }
@@ -276,13 +277,13 @@ impl<T: Scalar> BiCgStab<T> {
             }
             preconditioner.solve(jacobian, residual, hat);
             jacobian.apply(hat, t, scratch);
-            omega = dot(t, residual) / dot(t, t);
+            omega = problem.dot(t, residual) / problem.dot(t, t);
             if !omega.is_normal() {
                 break;
             }
             add(s, omega, hat);
             add(residual, -omega, t);
-            inner.residual = dot(residual, residual).sqrt();
+            inner.residual = problem.dot(residual, residual).sqrt();
         }
         s.iter_mut().for_each(|s| *s *= unit);
         inner

@@ -77,6 +77,15 @@ pub trait Method<T: Scalar> {
         None
     }
 
+    /// Returns whether the method works on a problem that ranks share
+    /// ([`Hlcp::shared_by`]); a [`Solver`](crate::Solver) refuses one that does not.
+    ///
+    /// Such a method takes norms, inner products and decisions through the problem, and makes the
+    /// same calls on all ranks.
+    fn works_on_ranks(&self) -> bool {
+        false
+    }
+
     /// Returns the norms of `A z − B r + q` at `x`, of a method whose steps cost much more; a
     /// [`Solver`](crate::Solver) then takes no step from the iterate that is its answer.
     fn residual(&mut self, _q: &Rhs<'_, T>, _x: &[T]) -> Option<Norms> {
@@ -165,6 +174,10 @@ impl<T: Scalar, P: DerefMut<Target: Method<T>>> Method<T> for P {
 
     fn work(&self) -> Option<Work> {
         (**self).work()
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        (**self).works_on_ranks()
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {

@@ -66,14 +66,19 @@ pub struct Mms<T, A, B, S> {
     scratch: Vec<T>,
 }
 
-impl<T: Scalar, A, B, S: Step<T, A, B>> Mms<T, A, B, S> {
+impl<T: Scalar, A, B, S> Mms<T, A, B, S>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S: Step<T, A, B>,
+{
     /// The method on `problem` with the splitting of `step`.
     ///
     /// # Errors
     ///
     /// Those of [`Step::check`].
     pub fn new(problem: Hlcp<T, A, B>, step: S) -> Result<Self, Error> {
-        step.check(&problem)?;
+        problem.agree(step.check(&problem))?;
         Ok(Self { problem, step, sweeps: 0, scratch: Vec::new() })
     }
 }
@@ -98,6 +103,10 @@ where
 
     fn restart(&mut self) {
         self.sweeps = 0;
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        true
     }
 
     fn work(&self) -> Option<Work> {

@@ -1,6 +1,6 @@
 //! Detects divergence, stagnation and cycles.
 
-use hlcp_core::Scalar;
+use hlcp_core::{Hlcp, LinearOperator, Scalar};
 
 use crate::Divergence;
 
@@ -114,12 +114,25 @@ impl<T: Scalar> Monitor<T> {
     }
 
     /// Looks at iterate `k`, its residual and the step that leads on from it.
-    pub(crate) fn stop(&mut self, k: usize, residual: f64, x: &[T], next: &[T]) -> Option<Stop> {
+    ///
+    /// The ranks that share the `problem` compare their parts.
+    pub(crate) fn stop<A: LinearOperator<T>, B: LinearOperator<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        k: usize,
+        residual: f64,
+        x: &[T],
+        next: &[T],
+    ) -> Option<Stop> {
         if !residual.is_finite() {
             let entry = x.iter().position(|x| !x.is_finite());
-            let divergence =
-                entry.map_or(Divergence::Residual, |index| Divergence::Entry { index });
-            return Some(Stop::Diverging(divergence));
+            let index = entry.map(|k| problem.strip().map_or(k, |strip| strip.index(k)));
+            let [first] = problem.largest([index.map_or(f64::NEG_INFINITY, |k| -(k as f64))]);
+            return Some(Stop::Diverging(if first.is_finite() {
+                Divergence::Entry { index: -first as usize }
+            } else {
+                Divergence::Residual
+            }));
         }
         if residual > GROWTH * self.scale {
             return Some(Stop::Diverging(Divergence::Growth));
@@ -127,14 +140,15 @@ impl<T: Scalar> Monitor<T> {
         let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
             if k == at + 1 {
-                self.moved = !moves_by_rounding(&self.anchor, x, ROUNDING);
+                self.moved = !moves_by_rounding(problem, &self.anchor, x, ROUNDING);
             }
             // Also within an iteration: two steps may undo each other.
-            let resting = || !self.moved && moves_by_rounding(x, next, ROUNDING);
-            if x == self.anchor && resting() {
+            let resting = || !self.moved && moves_by_rounding(problem, x, next, ROUNDING);
+            let back = !problem.any(x != self.anchor);
+            if back && resting() {
                 return Some(Stop::Resting);
             }
-            if x == self.anchor && !self.remembers {
+            if back && !self.remembers {
                 return Some(Stop::Repeating { period: k - at });
             }
             if quiet > PATIENCE && k == at + 1 && resting() {
@@ -155,9 +169,15 @@ impl<T: Scalar> Monitor<T> {
 }
 
 /// Whether `units` of rounding, ε times the largest unknown, explain the step from `x` to `next`.
-pub(crate) fn moves_by_rounding<T: Scalar>(x: &[T], next: &[T], units: f64) -> bool {
+pub(crate) fn moves_by_rounding<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    x: &[T],
+    next: &[T],
+    units: f64,
+) -> bool {
     let largest = |max: T, v: T| max.max(v.abs());
     let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
     let size = x.iter().copied().fold(T::zero(), largest);
-    moved <= T::of(units) * T::epsilon() * size
+    let [moved, size] = problem.largest([moved.wide(), size.wide()]);
+    T::of(moved) <= T::of(units) * T::epsilon() * T::of(size)
 }

@@ -129,7 +129,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.base.problem();
         problem.defect(q.entries(), &self.at, &mut self.f, &mut self.krylov.scratch);
-        Norms::of(&self.f).divided_by(problem.gamma())
+        problem.norms(&self.f).divided_by(problem.gamma())
     }
 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether

@@ -100,6 +100,9 @@ impl<'o, T> Options<'o, T> {
     /// Within a long step (an inner solve, nested iteration) the observer sees the iterate that the
     /// step sets out from again and again, about fifty times per second. An iterate that meets the
     /// tolerance has converged even where the observer says stop.
+    ///
+    /// Where ranks share the problem, each may have an observer of its own, which sees the rank's
+    /// part of the iterate; one that says stop stops all.
     pub fn observer(self, observer: &'o mut Observer<'o, T>) -> Self {
         Self { observer: Some(Watched(observer)), ..self }
     }
@@ -153,17 +156,24 @@ pub struct Progress<'s, T> {
 pub struct Clock<'c> {
     ask: Option<&'c mut dyn FnMut() -> bool>,
     up: bool,
+    /// The residual at which the solve ends, where it is known: less is of no use.
+    pub(crate) goal: f64,
 }
 
 impl<'c> Clock<'c> {
     /// A clock that is up as soon as `ask` returns true.
     pub fn new(ask: &'c mut dyn FnMut() -> bool) -> Self {
-        Self { ask: Some(ask), up: false }
+        Self { ask: Some(ask), up: false, goal: 0.0 }
     }
 
     /// A clock that is never up.
     pub fn endless() -> Self {
-        Self { ask: None, up: false }
+        Self { ask: None, up: false, goal: 0.0 }
+    }
+
+    /// The same clock of a solve that ends at this residual.
+    pub(crate) fn towards(self, goal: f64) -> Self {
+        Self { goal, ..self }
     }
 
     /// Returns whether the step should end as soon as it can; once true, always true.

@@ -199,12 +199,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         self.problem.defect(q.entries(), x, &mut self.f, &mut self.scratch);
-        Some(Norms::of(&self.f).divided_by(self.problem.gamma()))
+        Some(self.problem.norms(&self.f).divided_by(self.problem.gamma()))
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.problem.defect(q.entries(), x, &mut self.f, &mut self.scratch);
-        let norms = Norms::of(&self.f).divided_by(self.problem.gamma());
+        let norms = self.problem.norms(&self.f).divided_by(self.problem.gamma());
         y.copy_from_slice(x);
         if clock.is_up() {
             return norms;

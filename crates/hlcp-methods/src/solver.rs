@@ -1,9 +1,9 @@
 use std::time::{Duration, Instant};
 
-use hlcp_core::{Error, Norms, Rhs, Scalar, all_finite};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Strip};
 
 use crate::{
-    Clock, Limits, Method, Observer, Options, Outcome, Progress, Status, Work,
+    Clock, Limits, Method, Norm, Observer, Options, Outcome, Progress, Status, Tolerance, Work,
     monitor::{Monitor, Stop},
     options::Start,
     tolerance::Test,
@@ -147,16 +147,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         q: &[T],
         options: impl Into<Options<'o, T>>,
     ) -> Result<Outcome, Error> {
-        let n = self.method.problem().order();
-        let check = |what, entries: &[T]| {
-            if entries.len() != n {
-                return Err(Error::Order { what, found: entries.len(), expected: n });
-            }
-            all_finite(what, entries)
-        };
-        check("q", q)?;
-        let q = Rhs::new(q)?;
         let Options { start, limits, observer } = options.into();
+        let problem = self.method.problem();
+        if !self.method.works_on_ranks() {
+            problem.on_one_rank("this method")?;
+        }
+        let watched = agreed(problem, &start, &limits, observer.is_some())?;
+        let q = problem.rhs(q)?;
+        let check = |what, entries: &[T]| problem.check_vector(what, entries);
         match start {
             Start::Zero => self.x.fill(T::zero()),
             Start::Last => check("x0", &self.x)?,
@@ -167,17 +165,19 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             Start::Solution([z, r]) => {
                 check("z0", z)?;
                 check("r0", r)?;
-                self.method.problem().x_from_solution(z, r, &mut self.x);
+                problem.x_from_solution(z, r, &mut self.x);
                 check("x0", &self.x)?;
             }
         }
         let begun = Instant::now();
-        let mut test = Test::new(&limits, self.method.problem(), &q, &mut self.scratch)?;
+        let mut test = Test::new(&limits, problem, &q, &mut self.scratch)?;
         if q.norms().linf == 0.0 {
             self.x.fill(T::zero());
         }
         let observer = observer.map(|observer| observer.0);
-        let mut pace = Pace { limits: &limits, begun, observer, ended: None };
+        let ranks = if watched { problem.strip().cloned() } else { None };
+        let goal = limits.asked(&q)?;
+        let mut pace = Pace { limits: &limits, goal, begun, observer, ended: None, ranks };
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);
         let Work { sweeps, linear_iterations } = work;
@@ -297,7 +297,11 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace: &Pace<'_, '_, T>,
     ) -> Option<Status> {
         let residual = pace.limits.norm.of(norms);
-        let alarm = if cut { None } else { self.monitor.stop(k, residual, &self.x, &self.next) };
+        let alarm = if cut {
+            None
+        } else {
+            self.monitor.stop(self.method.problem(), k, residual, &self.x, &self.next)
+        };
         match alarm {
             Some(Stop::Diverging(divergence)) => Some(Status::Diverged(divergence)),
             Some(Stop::Resting) => Some(Status::Stagnated),
@@ -332,6 +336,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace: &mut Pace<'_, '_, T>,
     ) -> Norms {
         let Self { method, x, next, .. } = self;
+        let goal = pace.goal;
         let mut beat = Instant::now();
         let mut ask = || {
             if beat.elapsed() >= BEAT {
@@ -340,7 +345,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             }
             pace.is_up()
         };
-        method.step(q, x, next, &mut Clock::new(&mut ask))
+        method.step(q, x, next, &mut Clock::new(&mut ask).towards(goal))
     }
 
     /// Shows the iterate `x` to the observer, and keeps its residual.
@@ -376,11 +381,47 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     fn recover(&mut self, q: &Rhs<'_, T>) -> Norms {
         let problem = self.method.problem();
         problem.solution_from_x(&self.x, &mut self.next, &mut self.best);
-        if [&self.next, &self.best].into_iter().flatten().any(|entry| entry.is_infinite()) {
+        let mut entries = [&self.next, &self.best].into_iter().flatten();
+        if problem.any(entries.any(|entry| entry.is_infinite())) {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
         }
         problem.residual(q, &self.next, &self.best, &mut self.scratch)
     }
+}
+
+/// Refuses ranks that would not go the same way; returns whether one of them may end the solve
+/// early.
+fn agreed<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    start: &Start<'_, T>,
+    limits: &Limits,
+    observed: bool,
+) -> Result<bool, Error> {
+    let Limits { tolerance, rounding, norm, iterations, time } = *limits;
+    let (relative, tolerance) = match tolerance {
+        Tolerance::Relative(value) => (true, value),
+        Tolerance::Absolute(value) => (false, value),
+    };
+    let start = match start {
+        Start::Zero => 0.0,
+        Start::Last => 1.0,
+        Start::X(_) => 2.0,
+        Start::Solution(_) => 3.0,
+    };
+    let own = [
+        start,
+        f64::from(relative),
+        tolerance,
+        rounding.unwrap_or(-1.0),
+        f64::from(norm == Norm::L2),
+        iterations as f64,
+        time.map_or(-1.0, |time| time.as_secs_f64()),
+    ];
+    let most = problem.largest(own);
+    if problem.any(own != most && !tolerance.is_nan()) {
+        return Err(Error::Differ { what: "the start or the limits" });
+    }
+    Ok(problem.any(observed || time.is_some()))
 }
 
 /// The result of examining an iterate.
@@ -405,9 +446,13 @@ struct End {
 /// The limits and the observer of one solve, and whether one of them has ended it.
 struct Pace<'p, 'o, T> {
     limits: &'p Limits,
+    /// The residual that is asked for, apart from rounding.
+    goal: f64,
     begun: Instant,
     observer: Option<&'p mut Observer<'o, T>>,
     ended: Option<Status>,
+    /// The ranks that end together, where one may end a solve early.
+    ranks: Option<Strip>,
 }
 
 impl<T> Pace<'_, '_, T> {
@@ -425,6 +470,15 @@ impl<T> Pace<'_, '_, T> {
     fn is_up(&mut self) -> bool {
         if self.limits.time.is_some_and(|time| self.begun.elapsed() >= time) {
             self.ended = self.ended.or(Some(Status::TimeLimit));
+        }
+        if let Some(ranks) = &self.ranks {
+            let own = match self.ended {
+                None => 0.0,
+                Some(Status::TimeLimit) => 1.0,
+                Some(_) => 2.0,
+            };
+            let [most] = ranks.largest([own]);
+            self.ended = [None, Some(Status::TimeLimit), Some(Status::Stopped)][most as usize];
         }
         self.ended.is_some()
     }

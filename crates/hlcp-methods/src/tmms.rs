@@ -55,15 +55,20 @@ pub struct Tmms<T, A, B, S1, S2> {
     scratch: Vec<T>,
 }
 
-impl<T: Scalar, A, B, S1: Step<T, A, B>, S2: Step<T, A, B>> Tmms<T, A, B, S1, S2> {
+impl<T: Scalar, A, B, S1, S2> Tmms<T, A, B, S1, S2>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S1: Step<T, A, B>,
+    S2: Step<T, A, B>,
+{
     /// The method on `problem` with any two steps.
     ///
     /// # Errors
     ///
     /// Those of [`Step::check`] of either step.
     pub fn new(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
-        first.check(&problem)?;
-        second.check(&problem)?;
+        problem.agree(first.check(&problem).and_then(|()| second.check(&problem)))?;
         Ok(Self { problem, first, second, sweeps: 0, scratch: Vec::new() })
     }
 }
@@ -107,6 +112,10 @@ where
 
     fn restart(&mut self) {
         self.sweeps = 0;
+    }
+
+    fn works_on_ranks(&self) -> bool {
+        true
     }
 
     fn work(&self) -> Option<Work> {

@@ -64,23 +64,8 @@ impl Test {
         if self.roundings == 0.0 {
             return;
         }
-        // Lanes side by side, which a processor sums at once.
-        let (mut z, mut r) = ([[0.0; 8]; 2], [[0.0; 8]; 2]);
-        for (i, x) in x.chunks(8).enumerate() {
-            for (l, &x) in x.iter().enumerate() {
-                let (x, omega) = (x.wide(), problem.omega().entry(8 * i + l).wide());
-                for (sums, v) in [(&mut z, x.max(0.0)), (&mut r, omega * (-x).max(0.0))] {
-                    sums[0][l] += v * v;
-                    sums[1][l] = f64::max(sums[1][l], v);
-                }
-            }
-        }
-        let [z, r] = [z, r].map(|[squares, largest]| match self.norm {
-            Norm::L2 => squares.iter().sum::<f64>().sqrt(),
-            Norm::LInf => largest.into_iter().fold(0.0, f64::max),
-        });
-        let terms = 2.0 * (self.rows[0] * z + self.rows[1] * r) / problem.gamma().wide();
-        let size = self.norm.of(q.norms()) + terms;
+        let [z, r] = problem.factor_norms(x).map(|norms| self.norm.of(norms));
+        let size = self.norm.of(q.norms()) + self.rows[0] * z + self.rows[1] * r;
         self.size = if size.is_finite() { size } else { 0.0 };
     }
 

@@ -2,6 +2,8 @@
 
 mod problem;
 
+use std::ops::Range;
+
 use clap::{
     Arg, ArgMatches, Command, FromArgMatches,
     builder::{PossibleValue, PossibleValuesParser, TypedValueParser},
@@ -13,8 +15,8 @@ use hlcp_methods::{Limits, Tolerance};
 
 pub(crate) use self::problem::{Boxed, Problem};
 use self::problem::{
-    american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, journal_bearing, obstacle,
-    slider,
+    american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, film, journal_bearing,
+    obstacle, slider,
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -51,7 +53,7 @@ const ABSOLUTE: Tolerance = Tolerance::Absolute(1e-10);
 const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
-pub(crate) static SCENES: [Scene; 9] = [
+pub(crate) static SCENES: [Scene; 10] = [
     Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example1, narrow: example1,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
@@ -105,6 +107,10 @@ pub(crate) static SCENES: [Scene; 9] = [
             Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
                 numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] },
         ] },
+    Scene { name: "film", family: "applications", tolerance: RELATIVE, wide: film, narrow: film,
+        about: "A slider with square dimples and mass-conserving cavitation",
+        numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
+        ladders: &[] },
     Scene { name: "slider", family: "applications", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
@@ -130,7 +136,7 @@ enum Kind {
 }
 
 /// The options that define scenes: name, kind and help.
-const OPTIONS: [(&str, Kind, &str); 15] = [
+const OPTIONS: [(&str, Kind, &str); 17] = [
     (
         "m",
         Kind::Whole(1, 32768),
@@ -144,8 +150,10 @@ const OPTIONS: [(&str, Kind, &str); 15] = [
         Kind::Word(&["default", "generic"]),
         "The planted 0, 1, 0, 1, … or generic numbers in the same pattern",
     ),
-    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing"),
-    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing"),
+    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing; the film's cells along x"),
+    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing; the film's cells along y"),
+    ("dimples", Kind::Whole(0, 32768), "Dimples along x, and as many for the same length along y"),
+    ("depth", Kind::Real, "The depth of the dimples over the least gap"),
     ("ecc", Kind::Real, "The eccentricity"),
     ("b-length", Kind::Real, "Half the length over the radius"),
     ("aspect", Kind::Real, "The length over the diameter"),
@@ -159,17 +167,31 @@ const OPTIONS: [(&str, Kind, &str); 15] = [
 
 /// The numbers that define a scene.
 #[derive(Debug, Clone)]
-pub(crate) struct Numbers(Vec<(&'static str, f64)>);
+pub(crate) struct Numbers {
+    given: Vec<(&'static str, f64)>,
+    /// The columns of the grid that are posed, where ranks have some each.
+    columns: Option<Range<usize>>,
+}
 
 impl Numbers {
     /// The number of an option that the scene has.
     pub(crate) fn get(&self, name: &str) -> f64 {
-        let number = self.0.iter().find(|(known, _)| *known == name);
+        let number = self.given.iter().find(|(known, _)| *known == name);
         number.unwrap_or_else(|| panic!("the scene has no option {name}")).1
     }
 
     fn size(&self, name: &str) -> usize {
         self.get(name) as usize
+    }
+
+    /// The same scene, of which these columns are posed.
+    pub(crate) fn of_columns(&self, columns: Range<usize>) -> Self {
+        Self { columns: Some(columns), ..self.clone() }
+    }
+
+    /// The columns that are posed, of `nx`.
+    fn columns(&self, nx: usize) -> Range<usize> {
+        self.columns.clone().unwrap_or(0..nx)
     }
 }
 
@@ -188,9 +210,9 @@ impl Scene {
 
     /// The scene's numbers: its defaults, apart from those given.
     pub(crate) fn numbers(&self, given: &[(&'static str, f64)]) -> Numbers {
-        let mut numbers = Numbers(self.numbers.to_vec());
+        let mut numbers = Numbers { given: self.numbers.to_vec(), columns: None };
         for &(name, value) in given {
-            let number = numbers.0.iter_mut().find(|(known, _)| *known == name);
+            let number = numbers.given.iter_mut().find(|(known, _)| *known == name);
             number.unwrap_or_else(|| panic!("{} has no option {name}", self.name)).1 = value;
         }
         numbers
@@ -202,6 +224,18 @@ impl Scene {
         given: &[(&'static str, f64)],
     ) -> Result<Problem<f64>, hlcp_core::Error> {
         (self.wide)(&self.numbers(given))
+    }
+
+    /// The grid of a scene that has one.
+    pub(crate) fn grid(&self, numbers: &Numbers) -> Option<[usize; 2]> {
+        if self.takes("nx") {
+            return Some(["nx", "ny"].map(|side| numbers.size(side)));
+        }
+        match self.name {
+            "obstacle" => Some([numbers.size("m").saturating_sub(2); 2]),
+            "slider" | "american-put" => None,
+            _ => Some([numbers.size("m"); 2]),
+        }
     }
 
     /// Limits with the scene's tolerance.

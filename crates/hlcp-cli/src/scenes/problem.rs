@@ -2,14 +2,15 @@
 
 use std::{error::Error, f64::consts::PI};
 
-use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, VaryingFivePoint};
 use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
-    Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, FilmOperator, JournalBearing,
+    Obstacle, Posed, Slider,
 };
 
 use super::Numbers;
+use crate::films;
 
 /// An operator of any kind.
 pub(crate) type Operator<T> = Box<dyn Rows<T>>;
@@ -125,7 +126,14 @@ fn example<T: Scalar>(symmetric: bool, numbers: &Numbers) -> Posing<T> {
     let (mu, nu) = (numbers.get("mu"), numbers.get("nu"));
     let example = Example { symmetric, m: numbers.size("m"), mu, nu };
     let generic = numbers.get("solution") == 1.0;
-    Ok(Problem::planted(if generic { example.pose_generic()? } else { example.pose()? }))
+    Ok(Problem::planted(match (&numbers.columns, generic) {
+        (None, true) => example.pose_generic()?,
+        (Some(_), true) => {
+            let what = "the generic solution of an example";
+            return Err(hlcp_core::Error::OneRank { what, ranks: 2 });
+        }
+        _ => example.pose_columns(numbers.columns(example.m))?,
+    }))
 }
 
 pub(super) fn disc_lcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
@@ -137,7 +145,8 @@ pub(super) fn disc_hlcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
 }
 
 fn disc<T: Scalar>(lcp: bool, numbers: &Numbers) -> Posing<T> {
-    let problem = Problem::planted(Disc { lcp, m: numbers.size("m") }.pose()?);
+    let disc = Disc { lcp, m: numbers.size("m") };
+    let problem = Problem::planted(disc.pose_columns(numbers.columns(disc.m))?);
     Ok(problem.with_proofs("contact", |_| vec![]))
 }
 
@@ -189,14 +198,14 @@ pub(super) fn journal_bearing<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         ecc: numbers.get("ecc"),
         b: numbers.get("b-length"),
     };
-    let (a, b, q) = bearing.pose::<T>()?;
+    let (a, b, q) = bearing.pose_columns::<T>(numbers.columns(bearing.nx))?;
     let problem = Problem::new(a, b, q);
     Ok(problem.with_figures(move |z, _| vec![("objective", bearing.objective(z))]))
 }
 
 pub(super) fn obstacle<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let obstacle = Obstacle { m: numbers.size("m") };
-    let (a, b, q) = obstacle.pose::<T>()?;
+    let (a, b, q) = obstacle.pose_columns::<T>(numbers.columns(obstacle.m.saturating_sub(2)))?;
     let problem = Problem::new(a, b, q).with_figures(move |z, _| {
         let [mean, largest] = obstacle.errors(z);
         vec![("discretisation_error_mean", mean), ("discretisation_error_linf", largest)]
@@ -212,7 +221,7 @@ pub(super) fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         aspect: numbers.get("aspect"),
         groove: numbers.get("groove").to_radians(),
     };
-    let (a, b, q) = bearing.pose::<T>()?;
+    let (a, b, q) = bearing.pose_columns::<T>(numbers.columns(bearing.nx))?;
     let problem = Problem::new(a, b, q).with_figures(move |z, r| {
         let [drawn, returned, ends] = bearing.flows(z, r);
         vec![
@@ -288,6 +297,23 @@ fn bearing2d_proofs(
         ),
         ("flow_ends", sum(&ends, &zeros, 0.0)),
     ]
+}
+
+pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let cells = ["nx", "ny"].map(|name| numbers.size(name));
+    let film = films::slider(cells, numbers.size("dimples"), numbers.get("depth"));
+    let (a, b, q) = film.pose()?;
+    let of = |operator: &FilmOperator| {
+        let view = operator.as_five_point().expect("no side is periodic");
+        let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
+        VaryingFivePoint::from_fn(cells[0], cells[1], row)
+    };
+    let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());
+    Ok(problem.with_figures(move |z, r| {
+        let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect::<Vec<_>>();
+        let figures = film.figures(&wide(z), &wide(r), 0.0);
+        vec![("load_n", figures.load), ("broken_share", figures.broken_share)]
+    }))
 }
 
 pub(super) fn american_put<T: Scalar>(numbers: &Numbers) -> Posing<T> {

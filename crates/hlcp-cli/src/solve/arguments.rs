@@ -51,6 +51,12 @@ pub(crate) struct Arguments {
     /// The start x⁰ [default: all ones]
     #[arg(long, help_heading = FILES)]
     pub(crate) x0: Option<PathBuf>,
+    /// Start from this z and --r0, which an earlier solve has written
+    #[arg(long, help_heading = FILES, requires = "r0", conflicts_with = "x0")]
+    pub(crate) z0: Option<PathBuf>,
+    /// Start from this r and --z0
+    #[arg(long, help_heading = FILES, requires = "z0")]
+    pub(crate) r0: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
     /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGV MGW MGF
     /// FMG, multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that
@@ -106,7 +112,7 @@ pub(crate) struct Arguments {
     pub(crate) max_seconds: Option<f64>,
     /// Write z to this file, also of a solve that did not converge; needs --method. A regular file
     /// that exists is replaced; refused are a symbolic link, a device and the like, and the files
-    /// of --a, --b, --q and --x0
+    /// of --a, --b, --q, --x0, --z0 and --r0
     #[arg(long, help_heading = OUTPUT, requires = "method")]
     pub(crate) out_z: Option<PathBuf>,
     /// Write r to this file, as --out-z does
@@ -170,7 +176,14 @@ impl Arguments {
         {
             return Err("--out-z and --out-r name the same file".into());
         }
-        let inputs = [("--a", &self.a), ("--b", &self.b), ("--q", &self.q), ("--x0", &self.x0)];
+        let inputs = [
+            ("--a", &self.a),
+            ("--b", &self.b),
+            ("--q", &self.q),
+            ("--x0", &self.x0),
+            ("--z0", &self.z0),
+            ("--r0", &self.r0),
+        ];
         for (out, path) in [("--out-z", &self.out_z), ("--out-r", &self.out_r)] {
             let Some(path) = path else { continue };
             let read = |(_, input): &&(_, &Option<PathBuf>)| {

@@ -4,17 +4,22 @@ mod arguments;
 mod report;
 
 use std::{
+    borrow::Cow,
     error::Error,
     io::{self, Write},
     ops::ControlFlow,
     path::Path,
+    sync::Arc,
     time::Duration,
 };
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
+#[cfg(feature = "mpi")]
+use hlcp_core::World;
 use hlcp_core::{
-    Identity, LinearOperator, Rows, Scalar, VaryingFivePoint, files, market, recognise_grid,
+    Identity, LinearOperator, Ranks, Rows, Scalar, Strip, VaryingFivePoint, files, market,
+    recognise_grid,
 };
 use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, convergence};
@@ -23,17 +28,40 @@ use serde_json::json;
 use crate::{
     print,
     progress::Way,
-    scenes::{Boxed, Numbers, Problem, goal},
+    scenes::{Boxed, Given, Numbers, Problem, goal},
 };
+
+/// Solves what was asked for with the other processes that `mpirun` has started, of which the first
+/// prints.
+#[cfg(feature = "mpi")]
+pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    let world = World::join()?;
+    let ranks = world.ranks();
+    if ranks.size() == 1 {
+        return run_on(arguments, None);
+    }
+    run_on(arguments, Some(&ranks)).or_else(|error| {
+        // The others may have had no error, and wait; or have the same, which the first says.
+        std::thread::sleep(Duration::from_millis(if ranks.rank() == 0 { 0 } else { 800 }));
+        let _ = writeln!(io::stderr(), "error: {}", files::printable(error));
+        world.end_all(1)
+    })
+}
+
+/// Solves what was asked for.
+#[cfg(not(feature = "mpi"))]
+pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+    run_on(arguments, None)
+}
 
 /// Solves what was asked for, on as many threads as were asked for, and prints it; whether all of
 /// it converged.
-pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+fn run_on(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, Box<dyn Error>> {
     if arguments.threads == 1 {
-        return solve(arguments);
+        return solve(arguments, ranks);
     }
     let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.into()).build()?;
-    Ok(pool.install(|| solve(arguments).map_err(|error| error.to_string()))?)
+    Ok(pool.install(|| solve(arguments, ranks).map_err(|error| error.to_string()))?)
 }
 
 /// The problem that is solved, how often, and what became of it so far.
@@ -44,10 +72,13 @@ struct Run<'r> {
     methods: Vec<(String, Named)>,
     rows: usize,
     all_converged: bool,
+    strip: Option<Strip>,
 }
 
-fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
-    arguments.check()?;
+fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, Box<dyn Error>> {
+    if ranks.is_none_or(|ranks| ranks.rank() == 0) {
+        arguments.check()?;
+    }
     let parse = |name: &str| -> Result<(String, Named), String> {
         let named = Named::parse(name, arguments.parameters()).map_err(in_options)?;
         Ok((name.to_ascii_uppercase(), named))
@@ -58,7 +89,8 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     };
     let scene = arguments.given.scene;
     let name = if arguments.a.is_some() { "file" } else { scene.name };
-    let mut run = Run { arguments, name, methods, rows: 0, all_converged: true };
+    let strip = ranks.map(|ranks| strip(arguments, ranks)).transpose()?;
+    let mut run = Run { arguments, name, methods, rows: 0, all_converged: true, strip };
     for precision in arguments.precisions() {
         match precision {
             Precision::F64 => run.solve(precision, &run.problem(scene.wide)?)?,
@@ -66,6 +98,18 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         }
     }
     Ok(run.all_converged)
+}
+
+/// The strip of a rank in the scene's grid.
+fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn Error>> {
+    let Given { scene, numbers } = &arguments.given;
+    let refused = |what: &str| Err(format!("{what} works on one process; leave mpirun out").into());
+    match scene.grid(numbers) {
+        _ if arguments.a.is_some() => refused("a problem from files"),
+        _ if arguments.certify => refused("--certify"),
+        Some(grid) => Ok(Strip::new(ranks.clone(), grid)?),
+        None => refused(scene.name),
+    }
 }
 
 /// The error in the words of the command line.
@@ -88,7 +132,12 @@ impl Run<'_> {
         pose: fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>,
     ) -> Result<Problem<T>, Box<dyn Error>> {
         let Arguments { a, b, q, given, .. } = self.arguments;
-        let (Some(a), Some(q)) = (a, q) else { return Ok(pose(&given.numbers)?) };
+        let (Some(a), Some(q)) = (a, q) else {
+            return Ok(match &self.strip {
+                Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns())))?,
+                None => pose(&given.numbers)?,
+            });
+        };
         let (path, a) = (a, market::read_matrix::<T>(a)?);
         let q = market::read_vector(q, a.order())?;
         match b {
@@ -121,6 +170,46 @@ impl Run<'_> {
         })
     }
 
+    /// Whether this is the only process, or the one that prints.
+    fn is_first(&self) -> bool {
+        self.strip.as_ref().is_none_or(|strip| strip.rank() == 0)
+    }
+
+    /// The order of the whole problem.
+    fn order<T>(&self, given: &Problem<T>) -> usize {
+        self.strip.as_ref().map_or(given.q.len(), |strip| strip.whole().iter().product())
+    }
+
+    /// Reads a vector of the whole problem's order, of which this process may keep its part.
+    fn read_part<T: Scalar>(
+        &self,
+        path: &Path,
+        given: &Problem<T>,
+    ) -> Result<Vec<T>, Box<dyn Error>> {
+        let whole = market::read_vector(path, self.order(given))?;
+        Ok(match &self.strip {
+            Some(strip) => strip.vector(|i, j| whole[j * strip.whole()[0] + i]),
+            None => whole,
+        })
+    }
+
+    /// The z and r that are reported, on the process that reports them: of ranks the whole vectors
+    /// where they are written or have figures.
+    fn gathered<'s, T: Scalar>(
+        &self,
+        given: &Problem<T>,
+        solver: &'s Solver<T, Boxed<'_, T>>,
+    ) -> Option<[Cow<'s, [T]>; 2]> {
+        let own = [solver.z(), solver.r()].map(Cow::Borrowed);
+        let Some(strip) = &self.strip else { return Some(own) };
+        let written = self.arguments.out_z.is_some() || self.arguments.out_r.is_some();
+        if !written && given.known.is_some() {
+            return self.is_first().then_some(own);
+        }
+        let [z, r] = own.map(|vector| strip.gather(&vector).map(Cow::Owned));
+        Some([z?, r?])
+    }
+
     fn solve<T: Scalar>(
         &mut self,
         precision: Precision,
@@ -128,10 +217,6 @@ impl Run<'_> {
     ) -> Result<(), Box<dyn Error>> {
         let arguments = self.arguments;
         let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let x0 = match &arguments.x0 {
-            Some(path) => market::read_vector(path, given.q.len())?,
-            None => vec![T::one(); given.q.len()],
-        };
         let norm = match arguments.norm {
             NormName::L2 => Norm::L2,
             NormName::Linf => Norm::LInf,
@@ -147,8 +232,19 @@ impl Run<'_> {
         let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
         let limits = Limits { tolerance, rounding, norm, iterations, time };
         let mut problem = given.hlcp(to(arguments.tau)?)?.with_gamma(to(arguments.gamma)?)?;
+        if let Some(strip) = &self.strip {
+            problem = problem.shared_by(strip)?;
+        }
+        let mut x0 = match &arguments.x0 {
+            Some(path) => self.read_part(path, given)?,
+            None => vec![T::one(); given.q.len()],
+        };
+        if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
+            let [z, r] = [self.read_part(z, given)?, self.read_part(r, given)?];
+            problem.x_from_solution(&z, &r, &mut x0);
+        }
         if arguments.threads > 1 {
-            if !problem.has_shared_sweeps() {
+            if self.is_first() && !problem.has_shared_sweeps() {
                 let _ = writeln!(
                     io::stderr(),
                     "note: --threads does not speed up the sweeps of this problem, which are \
@@ -163,7 +259,15 @@ impl Run<'_> {
             let mut q = given.q.to_vec();
             let mut solves = Vec::new();
             for _ in 0..arguments.repeats {
-                solves.push(march(name, &mut solver, given, &mut q, &x0, &limits)?);
+                solves.push(march(
+                    self.is_first(),
+                    name,
+                    &mut solver,
+                    given,
+                    &mut q,
+                    &x0,
+                    &limits,
+                )?);
             }
             solves.sort_by_key(|outcome| outcome.elapsed);
             let outcome = &solves[solves.len() / 2];
@@ -171,21 +275,27 @@ impl Run<'_> {
                 .known
                 .as_ref()
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
-            let figures = (given.figures)(solver.z(), solver.r());
+            let error = error.map(|error| problem.largest([error])[0]);
+            let Some([z, r]) = self.gathered(given, &solver) else {
+                self.all_converged &= outcome.converged();
+                continue;
+            };
+            let figures = (given.figures)(&z, &r);
             let certificate = if arguments.certify {
                 Some(report::certify(given, &q, solver.z(), solver.r())?)
             } else {
                 None
             };
             // Before anything is printed, because a reader that goes away ends the program.
-            let outputs = [(&arguments.out_z, solver.z()), (&arguments.out_r, solver.r())];
+            let outputs = [(&arguments.out_z, &z), (&arguments.out_r, &r)];
             let outputs: Vec<_> = outputs
                 .iter()
-                .filter_map(|(path, vector)| Some((path.as_deref()?, *vector)))
+                .filter_map(|(path, vector)| Some((path.as_deref()?, &vector[..])))
                 .collect();
             market::write_vectors(&outputs)?;
             if arguments.json {
-                let mut object = report::object(self, given, method, precision, outcome, error);
+                let mut object =
+                    report::object(self, self.order(given), method, precision, outcome, error);
                 for (key, value) in figures {
                     object[key] = value.into();
                 }
@@ -197,7 +307,7 @@ impl Run<'_> {
                 print::line(&object)?;
             } else {
                 if self.rows == 0 {
-                    report::head(self, given.q.len())?;
+                    report::head(self, self.order(given))?;
                 }
                 report::row(name, precision, outcome, error)?;
                 for (key, value) in &figures {
@@ -225,6 +335,7 @@ impl Run<'_> {
 /// not converge, and leaves the last right-hand side in `q`; the outcome is that of all of them,
 /// with the residual of the last.
 fn march<'p, T: Scalar>(
+    shown: bool,
     name: &str,
     solver: &mut Solver<T, Boxed<'p, T>>,
     given: &'p Problem<T>,
@@ -238,7 +349,8 @@ fn march<'p, T: Scalar>(
         ControlFlow::Continue(())
     };
     q.copy_from_slice(&given.q);
-    let options = Options::from_x(x0).limits(*limits).observer(&mut show);
+    let options = Options::from_x(x0).limits(*limits);
+    let options = if shown { options.observer(&mut show) } else { options };
     let mut outcome = solver.solve(q, options)?;
     let (count, next) = &given.march;
     for k in 1..*count {

@@ -14,9 +14,9 @@ use super::{
 use crate::{print, scenes::Problem};
 
 /// The JSON object of one solve.
-pub(crate) fn object<T>(
+pub(crate) fn object(
     Run { arguments, name: scene, .. }: &Run<'_>,
-    problem: &Problem<T>,
+    order: usize,
     (method, named): &(String, Named),
     precision: Precision,
     outcome: &Outcome,
@@ -26,7 +26,7 @@ pub(crate) fn object<T>(
     let [alpha, beta] = named.first().map_or([None; 2], |pair| pair.map(Some));
     json!({
         "scene": scene,
-        "n": problem.q.len(),
+        "n": order,
         "method": method,
         "alpha": alpha,
         "beta": beta,

@@ -4,13 +4,11 @@
 //! Every method runs over a ladder of tolerances; what is drawn is the largest error of a component
 //! of (z, r) against the known solution, not the residual. Charts and the data of each as CSV go to
 //! `docs/charts`: the methods, those beyond the paper, the precisions, certified bounds against
-//! errors, and performance profiles over many problems. The feature `faer` adds semismooth Newton
-//! with a library's sparse LU to the methods. Ends with an error if a series has no point or a
+//! errors, and performance profiles over many problems. The feature `faer` adds the modulus Newton
+//! and Fischer–Burmeister–Newton–Schur, both with a library's sparse LU. Ends with an error if a series has no point or a
 //! certified bound is below the error it bounds.
 
 mod added;
-#[cfg(feature = "faer")]
-mod newton;
 mod problem;
 mod profile;
 mod projected;
@@ -85,7 +83,7 @@ fn names(order: &[Series]) -> Vec<&str> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let Arguments { charts: Charts { quick, out }, add } = arguments;
     let quick = *quick;
-    let [m, disc, cells] = if quick { [32, 24, 24] } else { [512, 128, 100] };
+    let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
     let repeats = if quick { 1 } else { 3 };
     let paper = |symmetric, generic| Posed::example(symmetric, m, [4.0, 4.0], generic);
     let scenes = [
@@ -96,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         Posed::plain("slider", cells),
         Posed::plain("disc-lcp", disc),
         Posed::plain("disc-hlcp", disc),
+        Posed::film(film),
     ];
     let titles: Vec<&str> = scenes.iter().map(|scene| scene.title.as_str()).collect();
     let added = added::read(add, &titles)?;
@@ -106,7 +105,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let command = format!("cargo run --release {features}-- speed-vs-accuracy{flags}");
     let caption = format!(
         "stopping at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; medians of {repeats}, bars from the fastest to the slowest; \
-         open: tolerance not reached;\nan error of 0 is drawn at 10⁻¹⁷ · {}",
+         open: tolerance not reached;\nan error of 0 is drawn at 10⁻¹⁷{} · {}",
+        if cfg!(feature = "faer") { "" } else { "; without the methods of --features faer" },
         provenance(&command)
     );
     let bar = counting(scenes.len() * (METHODS.len() + BEYOND.len() + PRECISIONS.len()) * repeats);
@@ -165,6 +165,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     profile::draw(out, "profile", METHODS, quick, &bar, &provenance(&command))?;
     profile::draw(out, "profile-beyond", BEYOND, quick, &bar, &provenance(&command))?;
     bar.finish_and_clear();
+    if !cfg!(feature = "faer") {
+        print::line(
+            "left out: the modulus Newton and FBNS by sparse LU, which need --features faer",
+        )?;
+    }
     print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
     Ok(())
 }

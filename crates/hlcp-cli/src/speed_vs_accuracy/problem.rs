@@ -57,6 +57,14 @@ impl Posed {
         Self { title, scene: Scene::of(scene), numbers, generic: false }
     }
 
+    /// A film of m × m cells, with a dimple for each 32 × 32, but 2 × 2 at least.
+    pub(crate) fn film(m: usize) -> Self {
+        let (side, k) = (m as f64, (m / 31).max(2));
+        let title = format!("film, {m} × {m} cells, {k} × {k} dimples");
+        let numbers = vec![("nx", side), ("ny", side), ("dimples", k as f64)];
+        Self { title, scene: Scene::of("film"), numbers, generic: false }
+    }
+
     /// The problem in both precisions.
     pub(crate) fn pose(&self) -> Result<Problem, Box<dyn Error>> {
         let numbers = self.scene.numbers(&self.numbers);
@@ -84,11 +92,10 @@ impl Posed {
     }
 }
 
-/// The solution of a problem that has none planted: MSOR until it rests.
+/// The solution of a problem that has none planted: Newton's method until it rests.
 fn to_the_floor(problem: &scenes::Problem<f64>) -> Result<[Vec<f64>; 2], Box<dyn Error>> {
-    let parameters = Parameters { alpha: Some(1.2), ..Parameters::default() };
-    let mut solver = problem.solver("MSOR", parameters, 1.0)?;
-    let limits = Limits { iterations: 1_000_000, ..Limits::absolute(0.0) };
+    let mut solver = problem.solver("AMG", Parameters::default(), 1.0)?;
+    let limits = Limits { iterations: 60, ..Limits::absolute(0.0) };
     let start = problem.start();
     let _ = solver.solve(&problem.q, Options::from_x(&start).limits(limits))?;
     Ok([solver.z().to_vec(), solver.r().to_vec()])

@@ -1,54 +1,72 @@
 //! Projected SOR, an outside anchor: Cryer's method for the LCP, of the family that reference 22
-//! of the paper extends.
+//! of the paper extends, and what users of films have made of it.
 
 use std::{error::Error, time::Instant};
 
-use hlcp_core::LinearOperator;
+use hlcp_core::Rows;
 
 use super::{problem::Problem, series::Run};
 
-/// `zᵢ ← max(0, zᵢ − α(A z + q)ᵢ/aᵢᵢ)` over the grid, to `‖min(z, A z + q)‖₂ ≤ tolerance·‖q‖₂`; on
-/// LCP scenes alone.
+/// `zᵢ ← max(0, zᵢ − α(A z − B r + q)ᵢ/aᵢᵢ)` with `rᵢ = 0`, over the grid; where that leaves `zᵢ = 0`,
+/// `rᵢ` is what solves the row, if that is positive. Until `‖A z − B r + q‖₂ ≤ tolerance·‖q‖₂`, as
+/// measured row by row on the way; on `disc-lcp` and on films alone.
+///
+/// With `B = I`, where `r` follows from `z`, that is projected SOR. With transport in `B` it is the
+/// relaxation of R. Ausas, M. Jai and G. Buscaglia (J. Tribology 131, 2009), pressure relaxed and
+/// film content not.
 pub(crate) fn solve(problem: &Problem, tolerance: f64) -> Result<Option<Run>, Box<dyn Error>> {
-    if problem.posed.scene.name != "disc-lcp" {
-        return Ok(None);
-    }
-    let m = problem.m() as usize;
+    let alpha = match problem.posed.scene.name {
+        "disc-lcp" => 2.0 - 6.4 / problem.m(),
+        "film" => 1.5,
+        _ => return Ok(None),
+    };
     let q = &problem.wide.q;
+    let n = q.len();
     let begin = Instant::now();
-    // A frame of zeros, so that no point asks where it is.
-    let width = m + 2;
-    let mut z = vec![0.0; width * width];
-    let squares = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>();
-    let goal = tolerance * squares(q).sqrt();
-    let alpha = 2.0 - 6.4 / m as f64;
+    let [a, b] = [&problem.wide.a, &problem.wide.b].map(|operator| {
+        let mut entries = Assembled { diagonal: vec![0.0; n], starts: vec![0], off: vec![] };
+        for i in 0..n {
+            operator.visit_row(i, &mut |j, entry| {
+                if j == i {
+                    entries.diagonal[i] = entry;
+                } else {
+                    entries.off.push((j as u32, entry));
+                }
+            });
+            entries.starts.push(entries.off.len());
+        }
+        entries
+    });
+    let (mut z, mut r) = (vec![2.0_f64; n], vec![0.0_f64; n]);
+    let goal = tolerance * q.iter().map(|q| q * q).sum::<f64>().sqrt();
     let (mut sweeps, mut residual) = (0, f64::INFINITY);
     while residual > goal && sweeps < 60_000 {
-        let mut sum = 0.0;
-        for j in 0..m {
-            let row = (j + 1) * width + 1;
-            for i in 0..m {
-                let k = row + i;
-                let around = z[k - 1] + z[k + 1] + z[k - width] + z[k + width];
-                let r = 4.0 * z[k] - around + q[j * m + i];
-                let natural = z[k].min(r);
-                sum += natural * natural;
-                z[k] = (z[k] - alpha * 0.25 * r).max(0.0);
-            }
+        let mut squares = 0.0;
+        for i in 0..n {
+            let t = q[i] + a.off(i, &z) - b.off(i, &r);
+            let left = t + a.diagonal[i] * z[i] - b.diagonal[i] * r[i];
+            squares += left * left;
+            z[i] = ((1.0 - alpha) * z[i] - alpha * t / a.diagonal[i]).max(0.0);
+            r[i] = if z[i] > 0.0 { 0.0 } else { (t / b.diagonal[i]).max(0.0) };
         }
-        residual = sum.sqrt();
+        residual = squares.sqrt();
         sweeps += 1;
-    }
-    let inner = |v: &[f64]| -> Vec<f64> {
-        v.chunks(width).skip(1).take(m).flat_map(|row| row[1..=m].to_vec()).collect()
-    };
-    let z = inner(&z);
-    let mut r = vec![0.0; z.len()];
-    problem.wide.a.apply(&z, &mut r);
-    // r = A z + q where z rests on its bound; elsewhere what is left of it is the error.
-    for ((r, &q), &z) in r.iter_mut().zip(q).zip(&z) {
-        *r = if z > 0.0 { 0.0 } else { (*r + q).max(0.0) };
     }
     let seconds = begin.elapsed().as_secs_f64();
     Ok(Some(Run { seconds, sweeps: Some(sweeps), reached: residual <= goal, z, r }))
+}
+
+/// An operator by rows.
+struct Assembled {
+    diagonal: Vec<f64>,
+    starts: Vec<usize>,
+    off: Vec<(u32, f64)>,
+}
+
+impl Assembled {
+    /// What row `i` makes of a vector beside the diagonal.
+    fn off(&self, i: usize, v: &[f64]) -> f64 {
+        let row = &self.off[self.starts[i]..self.starts[i + 1]];
+        row.iter().map(|&(j, entry)| entry * v[j as usize]).sum()
+    }
 }

@@ -1,17 +1,21 @@
 //! The series of the charts: one line each.
 
-use std::error::Error;
+#[cfg(feature = "faer")]
+use std::time::Instant;
+use std::{error::Error, time::Duration};
 
 use Precision::{Double, Mixed, Single};
 use Tuning::{Aor, GaussSeidel, Own, Sor};
+#[cfg(feature = "faer")]
+use hlcp_core::Norms;
 use hlcp_core::Scalar;
 use hlcp_methods::{
     Limits, Named, Newton, Options, Outcome, Parameters, Solver, Ssor, TridiagonalPart, solve_mixed,
 };
 
-#[cfg(feature = "faer")]
-use super::newton;
 use super::{problem::Problem, projected};
+#[cfg(feature = "faer")]
+use crate::direct::{self, Form};
 use crate::scenes::{self, Boxed, where_it_applies};
 
 /// What became of one solve.
@@ -35,6 +39,9 @@ pub(crate) enum Solve {
     Named(&'static str, Tuning, Precision),
     /// Newton's method with the given preconditioner, which the name would choose.
     Newton { lines: bool },
+    /// Newton's method of others.
+    #[cfg(feature = "faer")]
+    Direct(Form),
     /// Something else; nothing where it does not apply.
     Anchor(Anchor),
 }
@@ -73,7 +80,9 @@ pub(crate) const METHODS: &[Series] = &[
     ("TMAOR, best", Solve::Named("TMAOR", Aor(2), Double)),
     ("projected SOR", Solve::Anchor(projected::solve)),
     #[cfg(feature = "faer")]
-    ("Newton, sparse LU", Solve::Anchor(newton::solve)),
+    ("Newton, sparse LU", Solve::Direct(Form::Modulus)),
+    #[cfg(feature = "faer")]
+    ("FBNS, sparse LU", Solve::Direct(Form::FischerBurmeister)),
 ];
 
 /// Methods beyond the paper, with the paper's plainest and fastest for comparison, and the anchors.
@@ -83,12 +92,15 @@ pub(crate) const BEYOND: &[Series] = &[
     ("Anderson (10), TMGS", Solve::Named("ANDERSON", Own, Double)),
     ("Newton, lines", Solve::Newton { lines: true }),
     ("Newton, SSOR", Solve::Newton { lines: false }),
+    ("Newton, AMG", Solve::Named("AMG", Own, Double)),
     ("multigrid, W", Solve::Named("MGW", Own, Double)),
     ("full multigrid", Solve::Named("FMG", Own, Double)),
     ("auto", Solve::Named("AUTO", Own, Double)),
     ("projected SOR", Solve::Anchor(projected::solve)),
     #[cfg(feature = "faer")]
-    ("Newton, sparse LU", Solve::Anchor(newton::solve)),
+    ("Newton, sparse LU", Solve::Direct(Form::Modulus)),
+    #[cfg(feature = "faer")]
+    ("FBNS, sparse LU", Solve::Direct(Form::FischerBurmeister)),
 ];
 
 /// Two methods in double, single and mixed precision.
@@ -125,6 +137,7 @@ fn best(problem: &Problem) -> [[[f64; 3]; 2]; 3] {
             [[1.5, 1.5, 0.6], [1.3, 1.5, 0.6]],
             [[1.3, 1.3, 0.8], [1.1, 1.5, 0.4]],
         ],
+        "film" => [[[1.2, 1.2, 1.0]; 2], [[1.4, 1.4, 0.5]; 2], [[1.3, 1.3, 0.8]; 2]],
         "disc-lcp" => [
             [[1.1, 1.1, 0.6], [1.1, 1.5, 0.4]],
             [[sor, sor, 1.0], [1.6, 1.6, 0.8]],
@@ -138,8 +151,9 @@ fn best(problem: &Problem) -> [[[f64; 3]; 2]; 3] {
     }
 }
 
-/// More sweeps than any series needs that gets there at all.
+/// More sweeps, and more time, than any series needs that gets there at all.
 const SWEEPS: usize = 60_000;
+const LONGEST: Duration = Duration::from_secs(10);
 
 impl Solve {
     /// What became of one solve; nothing where the method does not take such operators.
@@ -150,6 +164,8 @@ impl Solve {
     ) -> Result<Option<Run>, Box<dyn Error>> {
         let (name, tuning, precision) = match self {
             Self::Anchor(solve) => return solve(problem, tolerance),
+            #[cfg(feature = "faer")]
+            Self::Direct(form) => return factorised(*form, &problem.wide, tolerance).map(Some),
             Self::Newton { lines } => return newton_on_tmgs(&problem.wide, *lines, tolerance),
             Self::Named(name, tuning, precision) => (*name, tuning, precision),
         };
@@ -179,6 +195,20 @@ impl Solve {
     }
 }
 
+/// Assembling and factorising are part of the time.
+#[cfg(feature = "faer")]
+fn factorised(
+    form: Form,
+    problem: &scenes::Problem<f64>,
+    tolerance: f64,
+) -> Result<Run, Box<dyn Error>> {
+    let goal = tolerance * Norms::of(&problem.q).l2;
+    let begin = Instant::now();
+    let run = direct::solve(form, [&problem.a, &problem.b], &problem.q, goal, LONGEST)?;
+    let direct::Run { reached, z, r, .. } = run;
+    Ok(Run { seconds: begin.elapsed().as_secs_f64(), sweeps: None, reached, z, r })
+}
+
 /// The parameters and τ of a splitting.
 fn open([alpha, beta, tau]: [f64; 3]) -> (Parameters<'static>, f64) {
     (Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() }, tau)
@@ -201,7 +231,8 @@ fn newton_on_tmgs(
 /// Half as many iterations where one is two sweeps, or counts as so many.
 fn limits(two: bool, tolerance: f64) -> Limits {
     let iterations = if two { SWEEPS / 2 } else { SWEEPS };
-    Limits { rounding: Some(0.0), iterations, ..Limits::relative(tolerance) }
+    let time = Some(LONGEST);
+    Limits { rounding: Some(0.0), iterations, time, ..Limits::relative(tolerance) }
 }
 
 fn solved<T: Scalar>(

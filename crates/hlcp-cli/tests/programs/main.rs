@@ -10,5 +10,7 @@ mod folder;
 mod gallery;
 mod outputs;
 mod paper;
+#[cfg(feature = "mpi")]
+mod ranks;
 mod siconos;
 mod solve;

@@ -221,6 +221,8 @@ pub(super) struct Varying<'a, T, const LEAN: bool> {
     pub(super) a: [Coefficients<'a, T>; 5],
     pub(super) b: [Coefficients<'a, T>; 5],
     pub(super) omega: Coefficients<'a, T>,
+    /// Ω west and east of the grid, where other ranks have it go on.
+    pub(super) omega_beside: [&'a [T]; 2],
 }
 
 /// Columns of varying coefficients that are done in one go: what is kept of them must fit the
@@ -290,6 +292,10 @@ impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
                 if round[0] && columns.end == nx {
                     to[columns.len() + 1] = row[0];
                 }
+            }
+            let at = [(columns.start == 0, 0), (columns.end == nx, stretch.len() + 1)];
+            for (beside, (_, place)) in self.omega_beside.iter().zip(at).filter(|(_, at)| at.0) {
+                beside.get(j).into_iter().for_each(|&omega| loaded.omega[1][place] = omega);
             }
         }
     }

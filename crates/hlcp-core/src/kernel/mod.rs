@@ -41,6 +41,8 @@ mod smoother;
 mod tile;
 mod transfer;
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use self::{
@@ -48,8 +50,9 @@ use self::{
     tile::{Edge, Worker},
 };
 use crate::{
-    Coefficients, FivePointView, Norms, Omega, Rhs, Scalar,
-    norms::{Meter, Tally},
+    Coefficients, FivePointView, Norms, Omega, Rhs, Scalar, Strip,
+    norms::{Meter, Stretches, Tallies, Totals},
+    strip::Shared,
     team::{self, Breaker, Claims, Sum, Turns},
 };
 
@@ -74,6 +77,7 @@ pub(crate) struct Sweep<'a, T> {
     gamma: T,
     q_factor: T,
     parallel: bool,
+    shared: Option<&'a Shared<T>>,
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
@@ -85,10 +89,11 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         omega: &'a Omega<T>,
         [gamma, q_factor]: [T; 2],
         parallel: bool,
+        shared: Option<&'a Shared<T>>,
     ) -> Self {
         let omega = omega.view();
         let grid = Grid { nx, ny, backward: false, red_black: false, round };
-        Self { grid, a, b, omega, gamma, q_factor, parallel }
+        Self { grid, a, b, omega, gamma, q_factor, parallel, shared }
     }
 
     /// The same sweep in the given direction, in lexicographic or in red–black order.
@@ -105,6 +110,27 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     pub(crate) fn is_constant(&self) -> bool {
         matches!(self.omega, Coefficients::Constant(_))
             && self.views().into_iter().all(|view| view.constants().is_some())
+            && self.shared.is_none_or(|shared| shared.constant)
+    }
+
+    /// The ranks that share the grid.
+    pub(crate) fn strip(&self) -> Option<&'a Strip> {
+        self.shared.map(|shared| &shared.strip)
+    }
+
+    /// The stretches of the grid's columns.
+    pub(crate) fn stretches(&self) -> Stretches {
+        self.strip().map_or(Stretches::of(self.grid()), Strip::stretches)
+    }
+
+    /// The columns of a vector west and east of the grid, where other ranks have it go on.
+    pub(crate) fn beside(&self, v: &[T]) -> [Vec<T>; 2] {
+        self.strip().map_or([vec![], vec![]], |strip| strip.beside(v))
+    }
+
+    /// Ω there.
+    pub(crate) fn omega_beside(&self) -> [&'a [T]; 2] {
+        self.shared.map_or([&[]; 2], |shared| shared.omega.each_ref().map(Vec::as_slice))
     }
 
     /// The operators `A` and `B`.
@@ -123,29 +149,34 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
+        let (stretches, z_beside, r_beside) = (self.stretches(), self.beside(z), self.beside(r));
         let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
         let sum = Sum::new();
         team::spread(team::threads(self.parallel, nx * ny), &|| {
             let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
+            let mut tallies = Tallies::new(stretches);
             while let Some((number, first)) = bands.next() {
-                let mut tally = Tally::zero();
                 for j in first..ny.min(first + ROWS) {
                     for start in (0..nx).step_by(COLUMNS) {
                         let length = COLUMNS.min(nx - start);
                         let (az, br) = (&mut az[..length], &mut br[..length]);
-                        self.a.product(nx, j, start, z, az);
-                        self.b.product(nx, j, start, r, br);
+                        let at = [start == 0, start + length == nx];
+                        let ends = |beside: &[Vec<T>; 2]| {
+                            [0, 1].map(|side| beside[side].get(j).copied().filter(|_| at[side]))
+                        };
+                        self.a.product_beside(nx, j, start, z, ends(&z_beside), az);
+                        self.b.product_beside(nx, j, start, r, ends(&r_beside), br);
                         let q = &q.entries()[j * nx + start..][..length];
                         for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
                             *az = *az - br + sign * q;
                         }
-                        meter.add_to(&mut tally, az);
+                        tallies.add(meter, start, az);
                     }
                 }
-                sum.add(number, tally);
+                sum.add(number, tallies.take(0..nx));
             }
         });
-        meter.norms_of(&sum.total(), T::one())
+        meter.norms_of(sum.total().sum(self.strip()), T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
@@ -169,7 +200,21 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     ) -> Norms {
         let Self { grid, gamma, q_factor, parallel, .. } = *self;
         let (q, meter) = (q.entries(), q.meter(gamma));
-        let old = Old { grid, q, x, gamma, q_factor, meter, parallel };
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
+        let beside = beside.each_ref().map(Vec::as_slice);
+        let old = Old {
+            grid,
+            q,
+            x,
+            gamma,
+            q_factor,
+            meter,
+            parallel,
+            strip,
+            stretches,
+            beside,
+            new: [&[]; 2],
+        };
         match self.constant::<ACCELERATED, false>(relaxation) {
             Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
             None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
@@ -183,12 +228,16 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     ) -> Option<Constant<T, LEAN>> {
         let (a, b) = (self.a.constants()?, self.b.constants()?);
         let Coefficients::Constant(omega) = self.omega else { return None };
+        if !self.is_constant() {
+            return None;
+        }
         Some(Constant::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
     }
 
     fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
-        Varying { grid: self.grid, relaxation, a, b, omega: self.omega }
+        let (grid, omega, omega_beside) = (self.grid, self.omega, self.omega_beside());
+        Varying { grid, relaxation, a, b, omega, omega_beside }
     }
 }
 
@@ -202,9 +251,23 @@ struct Old<'a, T> {
     q_factor: T,
     meter: Meter,
     parallel: bool,
+    strip: Option<&'a Strip>,
+    stretches: Stretches,
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: [&'a [T]; 2],
+    /// The first colour of the new iterate there.
+    new: [&'a [T]; 2],
 }
 
 impl<T: Scalar> Old<'_, T> {
+    /// The values of row `j` west and east of some columns that reach to the grid's western or
+    /// eastern edge.
+    #[inline(always)]
+    fn ends(&self, beside: [&[T]; 2], j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
+        let at = [columns.start == 0, columns.end == self.grid.nx];
+        [0, 1].map(|k| at[k].then(|| beside[k].get(j).copied().unwrap_or(T::zero())))
+    }
+
     fn sweep<S: Source<T>, const ACCELERATED: bool>(
         &self,
         arch: Arch,
@@ -216,7 +279,7 @@ impl<T: Scalar> Old<'_, T> {
         } else {
             self.lexicographic::<_, ACCELERATED>(arch, source, y)
         };
-        self.meter.norms_of(&sum, self.gamma)
+        self.meter.norms_of(sum.sum(self.strip), self.gamma)
     }
 
     /// Relaxes all of `y` in lexicographic order, and sums the squares of F(x).
@@ -225,7 +288,7 @@ impl<T: Scalar> Old<'_, T> {
         arch: Arch,
         source: &S,
         y: &mut [T],
-    ) -> Tally<T> {
+    ) -> Totals {
         let Grid { nx, backward, .. } = self.grid;
         if backward {
             self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
@@ -240,14 +303,13 @@ impl<T: Scalar> Old<'_, T> {
         arch: Arch,
         source: &S,
         bands: I,
-    ) -> Tally<T>
+    ) -> Totals
     where
         S: Source<T>,
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let handed_on = threads > 1 || self.grid.round[1];
-        let stretches = if handed_on { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
         let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
@@ -268,13 +330,17 @@ impl<T: Scalar> Old<'_, T> {
         arch: Arch,
         source: &S,
         y: &mut [T],
-    ) -> Tally<T> {
+    ) -> Totals {
+        let new = self.strip.map_or([vec![], vec![]], |strip| {
+            strip.exchange(red_black::first_colours::<_, _, ACCELERATED>(self, source))
+        });
+        let old = &Old { new: new.each_ref().map(Vec::as_slice), ..*self };
         let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
             arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
-                old: self,
+                old,
                 source,
                 bands: &bands,
                 sum: &sum,
@@ -290,7 +356,7 @@ struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
     source: &'a S,
     bands: &'a Claims<I>,
     edges: &'a [Turns<[[T; COLUMNS]; 2]>],
-    sum: &'a Sum<T>,
+    sum: &'a Sum,
 }
 
 impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
@@ -308,15 +374,20 @@ where
         let Grid { nx, ny, .. } = old.grid;
         let _breaker = Breaker(edges);
         let mut worker = Worker::new(old, source);
-        let mut passed: &[T] = &[];
+        let mut rows: [&[T]; 2] = [&[]; 2];
         while let Some((number, band)) = bands.next() {
             let (done, height) = (number * ROWS, band.len() / nx);
             let first = if BACKWARD { ny - done - height } else { done };
-            let edge =
-                if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
-            let tally = worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            sum.add(number, tally);
-            passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
+            let edge = if edges.is_empty() {
+                Edge::Own { rows, number }
+            } else {
+                Edge::Passed { edges, number }
+            };
+            worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+            sum.add(number, worker.tallies.take(0..nx));
+            let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
+            let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
+            rows = [last, if number == 0 { first } else { rows[1] }];
         }
     }
 }

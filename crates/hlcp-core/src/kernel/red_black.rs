@@ -14,7 +14,7 @@ use pulp::{Simd, WithSimd};
 use super::{COLUMNS, Grid, Old, coefficients::Source};
 use crate::{
     Scalar,
-    norms::Tally,
+    norms::Tallies,
     team::{Claims, Sum},
 };
 
@@ -26,7 +26,7 @@ pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
     pub(super) old: &'a Old<'a, T>,
     pub(super) source: &'a S,
     pub(super) bands: &'a Claims<I>,
-    pub(super) sum: &'a Sum<T>,
+    pub(super) sum: &'a Sum,
 }
 
 impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>
@@ -40,12 +40,10 @@ where
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
         let Self { old, source, bands, sum } = self;
-        let zeros = [T::zero(); COLUMNS];
-        let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
-        let mut worker = Worker { old, source, loaded, padded, defect: zeros, zeros };
+        let (mut worker, nx) = (Worker::new(old, source), old.grid.nx);
         while let Some((number, band)) = bands.next() {
-            let tally = worker.relax::<ACCELERATED>(number * HEIGHT, band);
-            sum.add(number, tally);
+            worker.relax::<ACCELERATED>(number * HEIGHT, band);
+            sum.add(number, worker.tallies.take(0..nx));
         }
     }
 }
@@ -57,15 +55,48 @@ struct Worker<'a, T, S: Source<T>> {
     padded: [T; COLUMNS + 2],
     defect: [T; COLUMNS],
     zeros: [T; COLUMNS],
+    tallies: Tallies<T>,
 }
 
-impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
+/// The first colour of the new iterate in the first and in the last column; the numbers at points
+/// of the second colour mean nothing.
+pub(super) fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
+    old: &Old<'_, T>,
+    source: &S,
+) -> [Vec<f64>; 2] {
+    let Grid { nx, ny, .. } = old.grid;
+    let mut worker = Worker::new(old, source);
+    [0, nx - 1].map(|i| {
+        let mut first = |j| {
+            let mut t = [T::zero()];
+            worker.prepare::<ACCELERATED>(j, i..i + 1, &mut t);
+            t[0].wide()
+        };
+        (0..ny).map(&mut first).collect()
+    })
+}
+
+impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
+    #[inline(always)]
+    fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
+        let zeros = [T::zero(); COLUMNS];
+        let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
+        Self {
+            old,
+            source,
+            loaded,
+            padded,
+            defect: zeros,
+            zeros,
+            tallies: Tallies::new(old.stretches),
+        }
+    }
+
     /// Relaxes the rows of `band`, the first of which is row `first` of the grid.
     #[inline(always)]
-    fn relax<const ACCELERATED: bool>(&mut self, first: usize, band: &mut [T]) -> Tally<T> {
+    fn relax<const ACCELERATED: bool>(&mut self, first: usize, band: &mut [T]) {
         let Grid { nx, ny, .. } = self.old.grid;
         let height = band.len() / nx;
-        let mut sum = Tally::zero();
         let mut beside = [self.zeros; 2];
         // One row behind, so that the row after it has its first colour.
         for k in 0..=height {
@@ -74,7 +105,7 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
                     let columns = start..nx.min(start + S::CHUNK);
                     let t = &mut band[k * nx..][columns.clone()];
                     self.prepare::<ACCELERATED>(first + k, columns, t);
-                    self.old.meter.add_to(&mut sum, &self.defect[..t.len()]);
+                    self.tallies.add(self.old.meter, start, &self.defect[..t.len()]);
                 }
             }
             if k == 0 {
@@ -92,7 +123,6 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
                 self.finish::<ACCELERATED>(first, k - 1, columns, band, [before, after]);
             }
         }
-        sum
     }
 
     /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour
@@ -106,7 +136,8 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
         let row = |j: usize| &x[j * grid.nx..(j + 1) * grid.nx];
         let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..n] };
         let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..n] };
-        pad(row(j), columns.clone(), &mut self.padded);
+        let ends = self.old.ends(self.old.beside, j, &columns);
+        pad(row(j), columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, start, j);
         self.source.load(j, columns, &mut self.loaded);
         first_phase::<T, S, ACCELERATED>(
@@ -139,7 +170,8 @@ impl<T: Scalar, S: Source<T>> Worker<'_, T, S> {
             None => &*before_band,
         };
         let north = if after.is_empty() { &*after_band } else { &after[columns.clone()] };
-        pad(row, columns.clone(), &mut self.padded);
+        let ends = self.old.ends(self.old.new, first + k, &columns);
+        pad(row, columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, columns.start, first + k);
         self.source.load(first + k, columns.clone(), &mut self.loaded);
         second_phase::<T, S, ACCELERATED>(
@@ -158,13 +190,18 @@ fn second_colour(grid: Grid, start: usize, j: usize) -> usize {
     (start + j + usize::from(grid.backward)) % 2
 }
 
-/// The columns of a row with their neighbours to either side, zero beyond the grid.
+/// The columns of a row with their neighbours to either side: those given where the row ends.
 #[inline(always)]
-fn pad<T: Scalar>(row: &[T], columns: Range<usize>, padded: &mut [T; COLUMNS + 2]) {
+fn pad<T: Scalar>(
+    row: &[T],
+    columns: Range<usize>,
+    [west, east]: [Option<T>; 2],
+    padded: &mut [T; COLUMNS + 2],
+) {
     let Range { start, end } = columns;
-    padded[0] = if start > 0 { row[start - 1] } else { T::zero() };
+    padded[0] = west.unwrap_or_else(|| row[start - 1]);
     padded[1..=end - start].copy_from_slice(&row[start..end]);
-    padded[end - start + 1] = row.get(end).copied().unwrap_or(T::zero());
+    padded[end - start + 1] = east.unwrap_or_else(|| row[end]);
 }
 
 /// The first phase of a stretch, given the rows around it, the middle one padded.

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     Coefficients, Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
-    norms::{Meter, Tally},
+    norms::{Meter, Stretches, Tallies},
     omega::positive_entry,
     team::{self, Claims, Sum},
 };
@@ -57,7 +57,8 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
+    /// [`Error::OneRank`] for a problem that ranks share; [`Error::NotFivePoint`] as by
+    /// [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
     /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
     ///
     /// ```
@@ -71,6 +72,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {
+        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
@@ -102,12 +104,13 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`].
+    /// As [`scaling`](Self::scaling), but for the diagonals.
     pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &'a Hlcp<T, A, B>,
         scaling: &'a Omega<T>,
         parallel: bool,
     ) -> Result<Self, Error> {
+        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         Ok(Self { sweep: sweep.scaled(scaling, parallel) })
@@ -155,9 +158,10 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         self.assert_orders([q.entries().len(), x.len()]);
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
         let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
-        let measure = Measure { bands, meter: q.meter(gamma), sum: Sum::new() };
+        let (meter, stretches) = (q.meter(gamma), self.sweep.stretches());
+        let measure = Measure { bands, meter, stretches, sum: Sum::new() };
         self.walk(Some((q_factor, q.entries())), x, &measure);
-        measure.meter.norms_of(&measure.sum.total(), gamma)
+        meter.norms_of(measure.sum.total().sum(None), gamma)
     }
 
     /// Takes `K(x)` off `f`.
@@ -242,7 +246,10 @@ impl<T: Scalar> Sweep<'_, T> {
     pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
-        let old = Old { grid, q: f, x, gamma, q_factor: factor, meter, parallel };
+        let (q, q_factor, stretches) = (f, factor, self.stretches());
+        let (strip, beside, new) = (None, [&[][..]; 2], [&[][..]; 2]);
+        let old =
+            Old { grid, q, x, gamma, q_factor, meter, parallel, strip, stretches, beside, new };
         match self.constant::<true, true>(gauss_seidel()) {
             Some(source) => old.lexicographic::<_, true>(arch, &source, y),
             None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
@@ -333,34 +340,35 @@ impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
         let Self { grid, source, f, x, pass } = self;
-        let around = Around::new(grid, x);
+        let around = Around::new(grid, x, [&[]; 2]);
         let (nx, loaded, zeros) = (grid.nx, source.loaded(), [T::zero(); COLUMNS]);
         pass.work(&mut Defects { nx, source, loaded, around, f, zeros });
     }
 }
 
 /// The norms of the defect, by bands of rows.
-struct Measure<T, I> {
+struct Measure<I> {
     bands: Claims<I>,
     meter: Meter,
-    sum: Sum<T>,
+    stretches: Stretches,
+    sum: Sum,
 }
 
-impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<T, I> {
+impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<I> {
     #[inline(always)]
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
         let Grid { nx, ny, .. } = defects.around.grid;
         let mut d = [T::zero(); COLUMNS];
+        let mut tallies = Tallies::new(self.stretches);
         while let Some((number, first)) = self.bands.next() {
-            let mut tally = Tally::zero();
             for j in first..ny.min(first + ROWS) {
                 for start in (0..nx).step_by(COLUMNS) {
                     let d = &mut d[..COLUMNS.min(nx - start)];
                     defects.row(j, start..start + d.len(), d);
-                    self.meter.add_to(&mut tally, d);
+                    tallies.add(self.meter, start, d);
                 }
             }
-            self.sum.add(number, tally);
+            self.sum.add(number, tallies.take(0..nx));
         }
     }
 }

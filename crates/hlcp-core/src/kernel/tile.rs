@@ -4,13 +4,13 @@ use super::{
     COLUMNS, Grid, Old, PAD, ROWS,
     coefficients::{Pair, Source, part},
 };
-use crate::{Scalar, norms::Tally, team::Turns};
+use crate::{Scalar, norms::Tallies, team::Turns};
 
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
 pub(super) enum Edge<'a, T> {
-    /// A row of the only worker, empty at the grid's edge.
-    Own(&'a [T]),
+    /// The last row of the only worker and its first one, empty before there is one.
+    Own { rows: [&'a [T]; 2], number: usize },
     /// The last values in each stretch of columns, which band after band overwrites, this one as
     /// `number`; and those of the sweep's first row.
     Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
@@ -28,12 +28,18 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     along: [Pair<T>; ROWS],
     /// What each point of the last row takes from the first row, where columns close.
     across: [[T; COLUMNS + PAD]; 2],
+    /// The new values beside each row of the band, where the sweep enters it.
+    before: [T; ROWS],
+    /// The sums of squares of F(x).
+    pub(super) tallies: Tallies<T>,
 }
 
 /// The old iterate around a stretch of a row.
 pub(super) struct Around<'a, T> {
     pub(super) grid: Grid,
     x: &'a [T],
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: [&'a [T]; 2],
     west: [T; COLUMNS + PAD],
     east: [T; COLUMNS + PAD],
     zeros: [T; COLUMNS + PAD],
@@ -41,9 +47,9 @@ pub(super) struct Around<'a, T> {
 
 impl<'a, T: Scalar> Around<'a, T> {
     #[inline(always)]
-    pub(super) fn new(grid: Grid, x: &'a [T]) -> Self {
+    pub(super) fn new(grid: Grid, x: &'a [T], beside: [&'a [T]; 2]) -> Self {
         let zeros = [T::zero(); COLUMNS + PAD];
-        Self { grid, x, west: zeros, east: zeros, zeros }
+        Self { grid, x, beside, west: zeros, east: zeros, zeros }
     }
 
     /// The values beyond the western and the eastern end of row `j`, as far as the stretch reaches
@@ -51,8 +57,13 @@ impl<'a, T: Scalar> Around<'a, T> {
     #[inline(always)]
     pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
         let Grid { nx, round: [round, _], .. } = self.grid;
-        let value = |i: usize| if round { self.x[j * nx + i] } else { T::zero() };
-        [(columns.start == 0).then(|| value(nx - 1)), (columns.end == nx).then(|| value(0))]
+        let [at_west, at_east] = [columns.start == 0, columns.end == nx];
+        let value = |side: usize, i: usize| match self.beside[side].get(j) {
+            Some(&beside) => beside,
+            None if round => self.x[j * nx + i],
+            None => T::zero(),
+        };
+        [at_west.then(|| value(0, nx - 1)), at_east.then(|| value(1, 0))]
     }
 
     /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
@@ -88,9 +99,19 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     #[inline(always)]
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
-        let (around, defect) = (Around::new(old.grid, old.x), [T::zero(); COLUMNS + PAD]);
-        let (along, across) = ([[T::zero(); 2]; ROWS], [defect; 2]);
-        Self { old, source, loaded, kept, around, defect, along, across }
+        let defect = [T::zero(); COLUMNS + PAD];
+        Self {
+            old,
+            source,
+            loaded,
+            kept,
+            around: Around::new(old.grid, old.x, old.beside),
+            defect,
+            along: [[T::zero(); 2]; ROWS],
+            across: [defect; 2],
+            before: [T::zero(); ROWS],
+            tallies: Tallies::new(old.stretches),
+        }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -102,31 +123,23 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         first: usize,
         band: &mut [T],
         edge: Edge<'_, T>,
-    ) -> Tally<T> {
+    ) {
         let nx = self.old.grid.nx;
         let height = band.len() / nx;
-        let mut sum = Tally::zero();
-        let mut done = 0;
-        while done < nx {
-            let tile = done..nx.min(done.saturating_add(S::WIDTH));
+        for tile in pieces::<BACKWARD>(0..nx, S::WIDTH) {
             // Northwards and eastwards in either direction: backward sweeps of large grids take
             // 0.83 of the time that a walk the other way takes.
             for row in 0..height {
                 let k = if BACKWARD { height - 1 - row } else { row };
                 let y = &mut band[row * nx..(row + 1) * nx];
-                let columns = mirrored::<BACKWARD>(nx, tile.clone());
-                for start in columns.clone().step_by(S::CHUNK) {
-                    let columns = start..columns.end.min(start + S::CHUNK);
-                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y, &mut sum);
+                for columns in pieces::<false>(tile.clone(), S::CHUNK) {
+                    self.prepare::<BACKWARD, ACCELERATED>(first + row, k, columns, y);
                 }
             }
-            for start in tile.clone().step_by(S::CHUNK) {
-                let columns = mirrored::<BACKWARD>(nx, start..tile.end.min(start + S::CHUNK));
+            for columns in pieces::<BACKWARD>(tile, S::CHUNK) {
                 self.recur::<BACKWARD, ACCELERATED>(band, edge, columns);
             }
-            done = tile.end;
         }
-        sum
     }
 
     /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
@@ -137,7 +150,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         k: usize,
         columns: Range<usize>,
         y: &mut [T],
-        sum: &mut Tally<T>,
     ) {
         let Old { grid, q, q_factor, meter, .. } = *self.old;
         let Range { start, end } = columns.clone();
@@ -175,7 +187,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             defect,
             &mut y[start..end],
         );
-        meter.add_to(sum, defect);
+        self.tallies.add(meter, start, defect);
         if grid.round != [false; 2] {
             self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
         }
@@ -237,19 +249,30 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // The band's row that comes last in the sweep, and whether it is the grid's last.
         let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let mut closes = false;
+        let (Edge::Own { number, .. } | Edge::Passed { number, .. }) = edge;
+        let closes = round[1] && (number + 1) * ROWS >= ny;
         let (passed, opening) = match edge {
-            Edge::Own([]) => (&self.around.zeros[..length], None),
-            Edge::Own(row) => (&row[columns.clone()], None),
+            Edge::Own { rows, .. } => {
+                let [passed, first] = rows.map(|row| row.get(columns.clone()));
+                (passed.unwrap_or(&self.around.zeros[..length]), first)
+            }
             Edge::Passed { edges, number } => {
-                let turn = turn.insert(edges[columns.start.div_ceil(S::CHUNK)].wait(number));
+                let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
                 let [passed, first] = &*turn.value;
-                closes = round[1] && (number + 1) * ROWS >= ny;
                 (&passed[..length], Some(&first[..length]))
             }
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
-        let before = |row: &[T]| row.get(side).copied().unwrap_or(T::zero());
+        // Messages go one way during a sweep: a rank enters a band when the one before has left it.
+        let (from, to) = if BACKWARD { (1, 0) } else { (0, 1) };
+        let ends = [columns.start == 0, columns.end == nx];
+        if let Some(strip) = self.old.strip.filter(|_| ends[from]) {
+            strip.take(from, &mut self.before);
+        }
+        let beside = self.before;
+        let before = |k: usize, row: &[T]| {
+            row.get(side).copied().unwrap_or(beside[if BACKWARD { height - 1 - k } else { k }])
+        };
         let alone = closes && height == ny;
         if let Some(first) = opening.filter(|_| closes && !alone) {
             let row = &mut band[last * nx..(last + 1) * nx][columns.clone()];
@@ -266,12 +289,12 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             if BACKWARD {
                 rows.reverse();
             }
-            let start = std::array::from_fn(|k| before(rows[k]));
+            let start = std::array::from_fn(|k| before(k, rows[k]));
             let opened = std::array::from_fn(|k| rows[k][first]);
             let whole = length == nx;
-            let ends = closing.map(|pairs| Ends { pairs, opened, whole });
+            let closed = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, ends);
+            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, closed);
         } else {
             let mut across = self.around.zeros;
             across[..length].copy_from_slice(passed);
@@ -285,7 +308,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                     subtract::<_, ACCELERATED>(&self.across, &opened, row);
                 }
                 let line = &mut band[row * nx..(row + 1) * nx];
-                let start = before(line);
+                let start = before(k, line);
                 let stretch = &mut line[columns.clone()];
                 link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, stretch);
                 if let Some(pairs) = closing {
@@ -294,11 +317,17 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 across[..length].copy_from_slice(&line[columns.clone()]);
             }
         }
+        if let Some(strip) = self.old.strip.filter(|_| ends[to]) {
+            let column = if to == 0 { 0 } else { nx - 1 };
+            let mut values = [T::zero(); ROWS];
+            values.iter_mut().zip(band.iter().skip(column).step_by(nx)).for_each(|(l, &v)| *l = v);
+            strip.pass(to, &values);
+        }
         if let Some(mut turn) = turn {
             let [passed, first] = &mut *turn.value;
             let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
             passed[..length].copy_from_slice(row(last));
-            if round[1] && matches!(edge, Edge::Passed { number: 0, .. }) {
+            if round[1] && number == 0 {
                 first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
             }
             turn.pass();
@@ -326,14 +355,21 @@ struct Ends<'a, T, const R: usize> {
     whole: bool,
 }
 
-/// The columns `columns` in sweep order, by their place in the grid.
+/// Pieces of `width` columns, the last one narrower, in the order of the sweep.
 #[inline(always)]
-fn mirrored<const BACKWARD: bool>(nx: usize, columns: Range<usize>) -> Range<usize> {
-    if BACKWARD { nx - columns.end..nx - columns.start } else { columns }
+fn pieces<const BACKWARD: bool>(
+    columns: Range<usize>,
+    width: usize,
+) -> impl Iterator<Item = Range<usize>> {
+    let count = columns.len().div_ceil(width);
+    (0..count).map(move |k| {
+        let start = columns.start + width * if BACKWARD { count - 1 - k } else { k };
+        start..columns.end.min(start.saturating_add(width))
+    })
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and the values beyond the ends
-/// of the row.
+/// The first phase of a stretch of a row, given its five neighbours, and the values to its west and
+/// east where it is at the grid's edge.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -341,7 +377,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [south, west, here, east, north]: [&[T]; 5],
-    [to_west, to_east]: [Option<T>; 2],
+    [western, eastern]: [Option<T>; 2],
     q: &[T],
     q_factor: T,
     defect: &mut [T],
@@ -358,16 +394,16 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
-        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
-        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
+        let west = western.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = eastern.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
-    if to_west.is_some() {
+    if western.is_some() {
         edge(0);
     }
-    if to_east.is_some() {
+    if eastern.is_some() {
         edge(n - 1);
     }
 }

@@ -31,7 +31,7 @@ const DRY: f64 = 1e-6;
 
 /// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
 /// since they were built, and until a linear solve takes so many iterations.
-const FEW: f64 = 0.01;
+const FEW: f64 = 0.003;
 const STALE: usize = 10;
 
 /// The directions that the outer iteration keeps.
@@ -75,8 +75,8 @@ const ROUGH: usize = 8;
 ///
 /// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
 /// `x` have changed: some 25 to 30 walks over the rows of J. [`AmgNewton`] keeps the coarser levels
-/// while a hundredth of the signs have changed at most, and linear solves take ten iterations at
-/// most: that takes five walks. A cycle takes about five, however
+/// while three thousandths of the signs have changed at most, and linear solves take ten iterations
+/// at most: that takes five walks. A cycle takes about five, however
 /// large the problem.
 ///
 /// # Storage

@@ -17,6 +17,9 @@ const INNER: usize = 300;
 /// The inner tolerance while signs change, and once they do not.
 const FORCING: [f64; 2] = [1e-2, 1e-5];
 
+/// The part of the residual that ends the solve to which a linear system is solved at most.
+const ENOUGH: f64 = 0.3;
+
 /// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise
 /// one.
 const PAIRS: usize = 4;
@@ -84,7 +87,7 @@ impl<T: Scalar> Steps<T> {
     {
         self.sweeps += 1;
         problem.defect(q, x, &mut self.f, &mut self.scratch);
-        Norms::of(&self.f)
+        problem.norms(&self.f)
     }
 
     /// Takes a step from `x`; whether it got anywhere before the clock was up.
@@ -111,9 +114,11 @@ impl<T: Scalar> Steps<T> {
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
         // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
-        // where it was.
+        // where it was; and no residual need be smaller than the one that ends the solve.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
-        let goal = (forcing.max(T::epsilon().to_f64().unwrap_or(0.0)), INNER);
+        let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / size;
+        let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
+        let goal = (forcing.min(ENOUGH), INNER);
         let jacobian = Jacobian::new(problem, x);
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
@@ -277,8 +282,9 @@ where
     ///
     /// # Errors
     ///
-    /// As [`Amg::new`].
+    /// As [`Amg::new`]; [`Error::OneRank`] for a problem that ranks share.
     pub fn new(base: M) -> Result<Self, Error> {
+        base.problem().on_one_rank("algebraic multigrid")?;
         let steps = Steps::new(base.problem())?;
         let n = steps.f.len();
         Ok(Self {
@@ -379,7 +385,7 @@ where
         let is_patient = self.safeguard.see(norms.l2, x, true) < patience;
         let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
-        if steps && !moves_by_rounding(x, y, ROUNDING) {
+        if steps && !moves_by_rounding(self.base.problem(), x, y, ROUNDING) {
             if self.steps.flips < self.fewest {
                 self.fewest = self.steps.flips;
                 self.safeguard.forgive();

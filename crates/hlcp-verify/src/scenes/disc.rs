@@ -1,4 +1,6 @@
-use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
+use std::ops::Range;
+
+use hlcp_core::{Error, FivePoint, Scalar};
 
 use super::Posed;
 
@@ -39,19 +41,38 @@ impl Disc {
     ///
     /// [`Error`] for a grid without nodes.
     pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
-        let stencil =
-            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(T::of));
-        let a = stencil([-1.0, -1.0, 4.0, -1.0, -1.0])?;
+        self.pose_columns(0..self.m)
+    }
+
+    /// Some columns of the scene, for a rank that has those; the operators are those of a grid of as
+    /// many columns.
+    ///
+    /// # Errors
+    ///
+    /// As [`pose`](Self::pose).
+    ///
+    /// ```
+    /// use hlcp_verify::Disc;
+    ///
+    /// let disc = Disc { lcp: true, m: 7 };
+    /// let (whole, part) = (disc.pose::<f64>()?, disc.pose_columns::<f64>(2..5)?);
+    /// assert_eq!(part.q[3..6], whole.q[9..12]); // of the second row
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn pose_columns<T: Scalar>(
+        &self,
+        columns: Range<usize>,
+    ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        let a = [-1.0, -1.0, 4.0, -1.0, -1.0];
         let b = if self.lcp { [0.0, 0.0, 1.0, 0.0, 0.0] } else { [0.0, -1.0, 4.0, -1.0, 0.0] };
-        let b = stencil(b)?;
         let h = 1.0 / (self.m + 1) as f64;
         let disc = |k: usize| {
             let [x, y] = [k % self.m, k / self.m].map(|i| (i + 1) as f64 * h - 0.5);
             0.16 - x * x - y * y
         };
         let force = if self.lcp { 10.0 * h * h } else { 1.0 };
-        let z = (0..a.order()).map(|k| T::of(20.0 * disc(k).max(0.0).powi(2))).collect();
-        let r = (0..a.order()).map(|k| T::of(force * (-disc(k)).max(0.0))).collect();
-        Ok(Posed::new(a, b, z, r))
+        let z = |k| T::of(20.0 * disc(k).max(0.0).powi(2));
+        let r = |k| T::of(force * (-disc(k)).max(0.0));
+        Posed::columns(self.m, columns, [a, b], z, r)
     }
 }

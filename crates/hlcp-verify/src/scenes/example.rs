@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 
 /// The paper's Examples 1 and 2: a pair of stencils on an `m × m` grid.
@@ -65,6 +67,37 @@ pub struct Posed<T, A, B> {
     pub r: Vec<T>,
 }
 
+impl<T: Scalar> Posed<T, FivePoint<T>, FivePoint<T>> {
+    /// Columns of the problem of constant operators on an `m × m` grid whose solution at point `k`
+    /// is `z(k)` and `r(k)`.
+    pub(crate) fn columns(
+        m: usize,
+        columns: Range<usize>,
+        [a, b]: [[f64; 5]; 2],
+        z: impl Fn(usize) -> T,
+        r: impl Fn(usize) -> T,
+    ) -> Result<Self, Error> {
+        // With the columns beside them, which their products need.
+        let wide = columns.start.saturating_sub(1)..m.min(columns.end + 1);
+        let stencil = |nx, row: [f64; 5]| FivePoint::new(nx, m, row.map(T::of));
+        let at = |k: usize| k / wide.len() * m + wide.start + k % wide.len();
+        let points = 0..wide.len() * m;
+        let (a_wide, b_wide) = (stencil(wide.len(), a)?, stencil(wide.len(), b)?);
+        let z = points.clone().map(|k| z(at(k))).collect();
+        let Self { q, z, r, .. } = Self::new(a_wide, b_wide, z, points.map(|k| r(at(k))).collect());
+        if wide == columns {
+            return Ok(Self { a: a_wide, b: b_wide, q, z, r });
+        }
+        let own = |v: Vec<T>| {
+            let rows = v.chunks(wide.len());
+            let from = columns.start - wide.start;
+            rows.flat_map(|row| &row[from..from + columns.len()]).copied().collect()
+        };
+        let [a, b] = [stencil(columns.len(), a)?, stencil(columns.len(), b)?];
+        Ok(Self { a, b, q: own(q), z: own(z), r: own(r) })
+    }
+}
+
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Posed<T, A, B> {
     /// The problem whose solution is `(z, r)`.
     pub(crate) fn new(a: A, b: B, z: Vec<T>, r: Vec<T>) -> Self {
@@ -85,7 +118,29 @@ impl Example {
     ///
     /// [`Error`] for a grid without points, and for μ or ν that are not finite.
     pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
-        self.planted(|_| 1.0)
+        self.planted(0..self.m, |_| 1.0)
+    }
+
+    /// Some columns of the example, for a rank that has those; the operators are those of a grid of
+    /// as many columns.
+    ///
+    /// # Errors
+    ///
+    /// As [`pose`](Self::pose).
+    ///
+    /// ```
+    /// use hlcp_verify::Example;
+    ///
+    /// let example = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 };
+    /// let (whole, part) = (example.pose::<f64>()?, example.pose_columns::<f64>(2..4)?);
+    /// assert_eq!((part.q[1], part.q[2]), (whole.q[3], whole.q[6]));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn pose_columns<T: Scalar>(
+        &self,
+        columns: Range<usize>,
+    ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        self.planted(columns, |_| 1.0)
     }
 
     /// The example with a generic solution of the same pattern: the entry `i` of `z*` or `r*` that
@@ -109,25 +164,20 @@ impl Example {
     /// ```
     pub fn pose_generic<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         const GOLDEN: f64 = 0.618_033_988_749_894_9;
-        self.planted(|i| 0.5 + ((i + 1) as f64 * GOLDEN).fract())
+        self.planted(0..self.m, |i| 0.5 + ((i + 1) as f64 * GOLDEN).fract())
     }
 
     /// The example whose solution has the entries `value` gives, in `z*` where the index is odd and
     /// in `r*` elsewhere.
     fn planted<T: Scalar>(
         &self,
+        columns: Range<usize>,
         value: impl Fn(usize) -> f64,
     ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         let [lower, upper] = if self.symmetric { [-1.0, -1.0] } else { [-1.5, -0.5] };
-        let stencil =
-            |coefficients: [f64; 5]| FivePoint::new(self.m, self.m, coefficients.map(T::of));
-        let a = stencil([lower, lower, 4.0 + self.mu, upper, upper])?;
-        let b = stencil([0.0, lower, 4.0 + self.nu, upper, 0.0])?;
-        let alternating = |odd| {
-            let entry = |i| if (i % 2 == 1) == odd { T::of(value(i)) } else { T::zero() };
-            (0..a.order()).map(entry).collect::<Vec<T>>()
-        };
-        let (z, r) = (alternating(true), alternating(false));
-        Ok(Posed::new(a, b, z, r))
+        let a = [lower, lower, 4.0 + self.mu, upper, upper];
+        let b = [0.0, lower, 4.0 + self.nu, upper, 0.0];
+        let entry = |odd, i| if (i % 2 == 1) == odd { T::of(value(i)) } else { T::zero() };
+        Posed::columns(self.m, columns, [a, b], |i| entry(true, i), |i| entry(false, i))
     }
 }

@@ -941,8 +941,25 @@ impl FilmOperator {
         Self { nx, ny, periodic, each: [(); 5].map(|()| vec![0.0; nx * ny]) }
     }
 
+    /// Visits the entries of row `k` by increasing column.
+    #[inline(always)]
+    fn visit(&self, k: usize, mut visit: impl FnMut(usize, f64)) {
+        if self.periodic == [false; 2] {
+            // They are in order, and zero where they lead outside.
+            let columns = [k.wrapping_sub(self.nx), k.wrapping_sub(1), k, k + 1, k + self.nx];
+            for (column, each) in columns.into_iter().zip(&self.each) {
+                let entry = each[k];
+                if entry != 0.0 {
+                    visit(column, entry);
+                }
+            }
+        } else {
+            let (row, count) = self.row(k);
+            row[..count].iter().for_each(|&(j, a)| visit(j, a));
+        }
+    }
+
     /// The entries of row `k` by increasing column, and how many there are.
-    #[inline]
     fn row(&self, k: usize) -> ([(usize, f64); 5], usize) {
         let (nx, n) = (self.nx, self.each[2].len());
         let i = k % nx;
@@ -983,8 +1000,9 @@ impl LinearOperator<f64> for FilmOperator {
         let n = self.each[2].len();
         assert_eq!([x.len(), y.len()], [n; 2], "vectors of the operator's order");
         for (k, y) in y.iter_mut().enumerate() {
-            let (row, count) = self.row(k);
-            *y = row[..count].iter().map(|&(j, a)| a * x[j]).sum();
+            let mut sum = 0.0;
+            self.visit(k, |j, a| sum += a * x[j]);
+            *y = sum;
         }
     }
 
@@ -1010,7 +1028,6 @@ impl Diagonal<f64> for FilmOperator {
 
 impl Rows<f64> for FilmOperator {
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, f64)) {
-        let (row, count) = self.row(k);
-        row[..count].iter().for_each(|&(j, a)| visit(j, a));
+        self.visit(k, visit);
     }
 }

@@ -1,4 +1,4 @@
-use std::f64::consts::TAU;
+use std::{f64::consts::TAU, ops::Range};
 
 use hlcp_core::{Error, Identity, Scalar, VaryingFivePoint};
 
@@ -65,14 +65,38 @@ impl JournalBearing {
     pub fn pose<T: Scalar>(
         &self,
     ) -> Result<(VaryingFivePoint<'static, T>, Identity, Vec<T>), Error> {
+        self.pose_columns(0..self.nx)
+    }
+
+    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a grid
+    /// of as many columns.
+    ///
+    /// # Errors
+    ///
+    /// As [`pose`](Self::pose).
+    ///
+    /// ```
+    /// use hlcp_verify::JournalBearing;
+    ///
+    /// let scene = JournalBearing { nx: 6, ny: 4, ecc: 0.1, b: 10.0 };
+    /// let (whole, part) = (scene.pose::<f64>()?.2, scene.pose_columns::<f64>(2..5)?.2);
+    /// assert_eq!(part[..3], whole[2..5]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn pose_columns<T: Scalar>(
+        &self,
+        columns: Range<usize>,
+    ) -> Result<(VaryingFivePoint<'static, T>, Identity, Vec<T>), Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
         positive("b", self.b)?;
-        let a = VaryingFivePoint::from_fn(self.nx, self.ny, |i, _| {
+        let a = VaryingFivePoint::from_fn(columns.len(), self.ny, |i, _| {
+            let i = columns.start + i;
             let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
             [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
         })?;
-        let order = self.nx * self.ny;
-        let q = (0..order).map(|k| T::of(-self.push(k % self.nx))).collect();
+        let order = columns.len() * self.ny;
+        let push = |k: usize| self.push(columns.start + k % columns.len());
+        let q = (0..order).map(|k| T::of(-push(k))).collect();
         Ok((a, Identity { order }, q))
     }
 

@@ -1,0 +1,548 @@
+//! Ranks that share a problem come to the bits of one process.
+
+use std::{
+    fmt,
+    ops::ControlFlow,
+    panic,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering::Relaxed},
+    },
+    thread,
+    time::Duration,
+};
+
+use hlcp_core::{
+    Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
+    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, VaryingFivePoint,
+    ranks_as_threads,
+};
+use hlcp_methods::{
+    Anderson, Divergence, Limits, Method, Mms, Named, Norm, Options, Parameters, Progress, Solver,
+    Status,
+};
+
+/// A number in −1..1 without pattern.
+fn noise(seed: usize) -> f64 {
+    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    ((mixed ^ mixed >> 31).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1_u64 << 52) as f64
+        - 1.0
+}
+
+/// Which problem, on which grid.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    grid: [usize; 2],
+    varying: bool,
+    threads: usize,
+}
+
+/// The part of a solve that does not depend on who makes it.
+#[derive(Debug, PartialEq)]
+struct Course<T> {
+    history: Vec<Norms>,
+    status: Status,
+    iterations: usize,
+    residual: Norms,
+    x: Option<Vec<T>>,
+}
+
+/// The strip, or the whole grid.
+fn vector<T: Scalar>(
+    strip: Option<&Strip>,
+    [nx, ny]: [usize; 2],
+    entry: impl Fn(usize, usize) -> f64,
+) -> Vec<T> {
+    match strip {
+        Some(strip) => strip.vector(|i, j| T::of(entry(i, j))),
+        None => (0..nx * ny).map(|k| T::of(entry(k % nx, k / nx))).collect(),
+    }
+}
+
+fn course<T: Scalar>(strip: Option<&Strip>, case: Case, name: &str) -> Course<T> {
+    let to = |row: [f64; 5]| row.map(T::of);
+    let ([nx, ny], first) = strip.map_or((case.grid, 0), |s| (s.grid(), s.columns().start));
+    let omega = |i, j| 0.9 + 0.2 * noise(5 * i + 7 * j);
+    if case.varying {
+        let row = |sign: f64| {
+            move |i: usize, j: usize| {
+                let n = noise(3 * (i + first) + 11 * j);
+                to([-0.9 + 0.1 * n, -0.8, 4.0 + sign * n, -1.1 - 0.2 * n, -0.7])
+            }
+        };
+        let a = VaryingFivePoint::from_fn(nx, ny, row(0.7)).unwrap();
+        let b = VaryingFivePoint::from_fn(nx, ny, row(-0.5)).unwrap();
+        let omega = Omega::Each(vector(strip, case.grid, omega));
+        solved(strip, case, name, a, b, omega)
+    } else {
+        let a = FivePoint::new(nx, ny, to([-1.1, -0.9, 4.3, -1.3, -0.7])).unwrap();
+        let b = Shifted {
+            by: T::of(0.5),
+            of: FivePoint::new(nx, ny, to([0.0, -0.8, 3.6, -0.6, 0.0])).unwrap(),
+        };
+        solved(strip, case, name, a, b, Omega::Uniform(T::of(1.1)))
+    }
+}
+
+fn solved<T, A, B>(
+    strip: Option<&Strip>,
+    case: Case,
+    name: &str,
+    a: A,
+    b: B,
+    omega: Omega<T>,
+) -> Course<T>
+where
+    T: Scalar,
+    A: Rows<T> + Clone + Send + Sync + 'static,
+    B: Rows<T> + Clone + Send + Sync + 'static,
+{
+    let mut problem = Hlcp::new(a, b, omega).unwrap().with_gamma(T::of(1.7)).unwrap();
+    if name.contains("exchanged") {
+        return followed(strip, case, "TMGS", shared(strip, problem).exchanged().unwrap());
+    }
+    if case.threads > 1 {
+        problem = problem.in_parallel();
+    }
+    followed(strip, case, name, shared(strip, problem))
+}
+
+fn shared<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    strip: Option<&Strip>,
+    problem: Hlcp<T, A, B>,
+) -> Hlcp<T, A, B> {
+    match strip {
+        Some(strip) => problem.shared_by(strip).unwrap(),
+        None => problem,
+    }
+}
+
+fn followed<T, A, B>(
+    strip: Option<&Strip>,
+    case: Case,
+    name: &str,
+    problem: Hlcp<T, A, B>,
+) -> Course<T>
+where
+    T: Scalar,
+    A: Rows<T> + Clone + 'static,
+    B: Rows<T> + Clone + 'static,
+{
+    let open = name.ends_with("SOR") || name.ends_with("AOR");
+    let parameters = Parameters {
+        alpha: open.then_some(1.2),
+        beta: name.ends_with("AOR").then_some(0.8),
+        ..Parameters::default()
+    };
+    let method: Box<dyn Method<T, A = A, B = B>> = match name {
+        "Anderson on AMGS" => {
+            let base = Aor::gauss_seidel().accelerated();
+            Box::new(Anderson::new(Mms::new(problem, base).unwrap(), 4).unwrap())
+        }
+        "by the diagonal" => Box::new(Mms::new(problem, Jacobi).unwrap()),
+        name => Named::parse(name, parameters).unwrap().on(problem).unwrap(),
+    };
+    let q = vector(strip, case.grid, |i, j| noise(13 * i + 5 * j + 2));
+    let start = vector(strip, case.grid, |i, j| noise(i + 17 * j));
+    let mut solver = Solver::new(method).with_history(100);
+    let limits = Limits { iterations: 14, ..Limits::relative(1e-6) };
+    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
+    let x = match strip {
+        Some(strip) => strip.gather(solver.x()),
+        None => Some(solver.x().to_vec()),
+    };
+    let history = solver.history().to_vec();
+    let (status, iterations, residual) = (outcome.status, outcome.iterations, outcome.residual);
+    Course { history, status, iterations, residual, x }
+}
+
+const NAMES: [&str; 12] = [
+    "MJ",
+    "TMGS",
+    "TMAOR",
+    "AMGS",
+    "AMSOR",
+    "MRBGS",
+    "TMRBSOR",
+    "AMRBGS",
+    "ADAPTIVE",
+    "ANDERSON",
+    "Anderson on AMGS",
+    "by the diagonal",
+];
+
+fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
+    let alone = course::<T>(None, Case { threads: 1, ..case }, name);
+    let together = ranks_as_threads(ranks, |ranks| {
+        let strip = Strip::new(ranks, case.grid).unwrap();
+        if case.threads == 1 {
+            return course::<T>(Some(&strip), case, name);
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(case.threads).build().unwrap();
+        pool.install(|| course::<T>(Some(&strip), case, name))
+    });
+    assert!(alone.history.len() > 5, "{name}: {alone:?}");
+    for (rank, course) in together.into_iter().enumerate() {
+        assert_eq!(course.history, alone.history, "{name}, {case:?}, {rank} of {ranks}");
+        let expected = [alone.status == course.status, alone.iterations == course.iterations];
+        assert_eq!(expected, [true; 2], "{name}, {case:?}, {rank} of {ranks}");
+        assert_eq!(course.residual, alone.residual, "{name}, {case:?}, {rank} of {ranks}");
+        assert!(rank > 0 || course.x == alone.x, "{name}, {case:?}, {ranks} ranks");
+    }
+}
+
+#[test]
+fn any_number_of_ranks_comes_to_the_bits_of_one_process() {
+    for (k, name) in NAMES.into_iter().chain(["exchanged"]).enumerate() {
+        for ranks in [1, 2, 3, 5] {
+            let grid = [[1300, 19], [1025, 9], [1111, 1], [1281, 8]][(k + ranks) % 4];
+            let varying = (k + ranks / 2).is_multiple_of(2);
+            agrees::<f64>(Case { grid, varying, threads: 1 }, name, ranks);
+            agrees::<f32>(Case { grid, varying: !varying, threads: 1 }, name, ranks);
+        }
+    }
+}
+
+#[test]
+fn threads_inside_ranks_change_no_bit() {
+    for (name, ranks, varying) in [("TMAOR", 1, true), ("AMRBGS", 2, false), ("ANDERSON", 3, true)]
+    {
+        agrees::<f64>(Case { grid: [1300, 70], varying, threads: 2 }, name, ranks);
+    }
+}
+
+type Laplacian = Hlcp<f64, FivePoint<f64>, FivePoint<f64>>;
+
+const GRID: [usize; 2] = [700, 6];
+
+/// A small problem that ranks share, with its right-hand side.
+fn small(ranks: Arc<dyn Ranks>) -> (Strip, Laplacian, Vec<f64>) {
+    let strip = Strip::new(ranks, GRID).unwrap();
+    let [nx, ny] = strip.grid();
+    let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+    let q = strip.vector(|i, j| noise(i + GRID[0] * j));
+    (strip, problem, q)
+}
+
+/// All ranks have the same, and this is it.
+fn same<V: PartialEq + fmt::Debug>(found: Vec<V>, expected: &V) {
+    found.iter().for_each(|found| assert_eq!(found, expected));
+}
+
+#[test]
+fn a_bad_entry_on_one_rank_is_one_error_on_all() {
+    let solved = |[i, j]: [usize; 2], value: f64| {
+        ranks_as_threads(2, |ranks| {
+            let (strip, problem, mut q) = small(ranks);
+            let mut start = vec![1.0; q.len()];
+            let at = (0..q.len()).find(|&k| strip.index(k) == i + GRID[0] * j);
+            let vector = if value.is_nan() { &mut q } else { &mut start };
+            at.into_iter().for_each(|at| vector[at] = value);
+            let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+            solver.solve(&q, Options::from_x(&start)).unwrap_err().to_string()
+        })
+    };
+    same(solved([300, 2], f64::NAN), &"q[1700] is NaN, which is not a finite number".into());
+    same(solved([5, 1], f64::INFINITY), &"x0[705] is inf, which is not a finite number".into());
+
+    // A pivot of M that is not positive, and an error that only one rank has.
+    let pivots = ranks_as_threads(2, |ranks| {
+        let strip = Strip::new(ranks, GRID).unwrap();
+        let [nx, ny] = strip.grid();
+        let first = strip.columns().start;
+        let row = |i, j| [0.0, 0.0, if (i + first, j) == (400, 3) { -1.0 } else { 2.0 }, 0.0, 0.0];
+        let a = VaryingFivePoint::from_fn(nx, ny, row).unwrap();
+        let b = FivePoint::new(nx, ny, [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
+        let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+        Mms::new(problem, Aor::gauss_seidel()).map(drop).unwrap_err()
+    });
+    same(pivots, &Error::NotPositive { what: "diagonal of M", index: 2500, value: 0.0 });
+    let files = ranks_as_threads(3, |ranks| {
+        let strip = Strip::new(ranks, [800, 2]).unwrap();
+        let own = if strip.rank() == 1 { Err(Error::Empty { what: "A" }) } else { Ok(()) };
+        strip.agree(own).unwrap_err().to_string()
+    });
+    assert!(files.iter().all(|error| error.ends_with(&files[1])), "{files:?}");
+    assert!(files[0].starts_with("on rank 1, "), "{files:?}");
+}
+
+#[test]
+fn ranks_that_are_given_different_limits_are_refused() {
+    let errors = ranks_as_threads(2, |ranks| {
+        let (strip, problem, q) = small(ranks);
+        let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+        let limits = Limits { iterations: 5 + strip.rank(), ..Limits::default() };
+        solver.solve(&q, limits).unwrap_err()
+    });
+    same(errors, &Error::Differ { what: "the start or the limits" });
+}
+
+#[test]
+fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
+    let ended = |limits: Limits, stop: Option<usize>| {
+        let outcomes = ranks_as_threads(2, |ranks| {
+            let (strip, problem, q) = small(ranks);
+            let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+            let mut stop = |progress: &Progress<'_, f64>| match stop {
+                Some(k) if strip.rank() == 1 && progress.iteration == k => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            };
+            let options = Options::default().limits(limits);
+            let outcome = if strip.rank() == 1 {
+                solver.solve(&q, options.observer(&mut stop)).unwrap()
+            } else {
+                solver.solve(&q, options).unwrap()
+            };
+            (outcome.status, outcome.iterations, outcome.residual)
+        });
+        assert_eq!(outcomes[0], outcomes[1]);
+        (outcomes[0].0, outcomes[0].1)
+    };
+    assert_eq!(ended(Limits::default(), Some(3)), (Status::Stopped, 3));
+    let time = Some(Duration::ZERO);
+    assert_eq!(ended(Limits { time, ..Limits::default() }, None), (Status::TimeLimit, 0));
+    assert_eq!(ended(Limits { norm: Norm::LInf, ..Limits::default() }, None).0, Status::Converged);
+    // Rest, which is found by comparing iterates, at a tolerance that nothing meets.
+    assert_eq!(ended(Limits::absolute(0.0), None).0, Status::Stagnated);
+
+    // A splitting of one's own that divides by zero on the second rank.
+    let indices = ranks_as_threads(2, |ranks| {
+        let (strip, problem, q) = small(ranks);
+        let pivot = move |k: usize| if strip.index(k) == 1400 + 256 { 0.0 } else { 20.0 };
+        let splitting = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+            y.iter_mut().zip(rhs).enumerate().for_each(|(k, (y, rhs))| *y = rhs / pivot(k));
+        });
+        let mut solver = Solver::new(Mms::new(problem, SplittingStep(splitting)).unwrap());
+        solver.solve(&q, Limits::default()).unwrap().status
+    });
+    same(indices, &Status::Diverged(Divergence::Entry { index: 1656 }));
+}
+
+#[test]
+fn a_panic_on_one_rank_ends_all() {
+    let ended = panic::catch_unwind(|| {
+        ranks_as_threads(3, |ranks| {
+            let strip = Strip::new(ranks, [800, 9]).unwrap();
+            let [nx, ny] = strip.grid();
+            let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
+            let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+            let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+            let mut observer = |progress: &Progress<'_, f64>| {
+                assert!(strip.rank() != 1 || progress.iteration < 4, "as it was to");
+                ControlFlow::Continue(())
+            };
+            let q = vec![-1.0; nx * ny];
+            solver.solve(&q, Options::default().observer(&mut observer)).unwrap()
+        })
+    });
+    assert!(ended.is_err());
+}
+
+/// Every method agrees with one process, which is tested above, or refuses.
+#[test]
+fn methods_that_work_on_one_rank_say_so_on_all() {
+    for name in ["MGV", "MGW", "MGF", "FMG", "NEWTON", "AMG", "AUTO"] {
+        let errors = ranks_as_threads(2, |ranks| {
+            let (_, problem, q) = small(ranks);
+            let method = Named::parse(name, Parameters::default()).unwrap().on(problem);
+            method.and_then(|method| Solver::new(method).solve(&q, Limits::default())).unwrap_err()
+        });
+        for error in errors {
+            assert!(matches!(error, Error::OneRank { ranks: 2, .. }), "{name}: {error}");
+        }
+    }
+    let errors = ranks_as_threads(2, |ranks| {
+        let (strip, problem, _) = small(ranks);
+        let order = problem.order();
+        let multicolour = Multicolour::new(Aor::gauss_seidel(), &problem);
+        let assembled = Csr::from_rows(problem.a());
+        let identity = Identity { order };
+        let rows = Hlcp::new(&assembled, identity, Omega::Uniform(1.0)).unwrap();
+        [
+            Mms::new(problem.clone(), multicolour).map(drop).unwrap_err(),
+            rows.shared_by(&strip).map(drop).unwrap_err(),
+        ]
+    });
+    for [multicolour, rows] in errors {
+        assert!(matches!(multicolour, Error::OneRank { .. }));
+        assert_eq!(rows, Error::NotFivePoint { what: "A" });
+    }
+    let many = Strip::new(ranks_as_threads(3, |ranks| ranks).swap_remove(0), [512, 900]);
+    assert!(matches!(many, Err(Error::Parameter { .. })));
+}
+
+/// −x of the neighbours on a ring, which a rank fetches from its neighbours.
+#[derive(Debug)]
+struct Ring(Arc<dyn Ranks>, Strip);
+
+impl LinearOperator<f64> for Ring {
+    fn order(&self) -> usize {
+        self.1.columns().len()
+    }
+
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let (Self(ranks, _), n) = (self, x.len());
+        let (size, rank) = (ranks.size(), ranks.rank());
+        let (west, east) = ((rank + size - 1) % size, (rank + 1) % size);
+        let shift = |to, from, own: f64| {
+            let mut theirs = [own];
+            match rank {
+                _ if size == 1 => {}
+                0 => {
+                    ranks.send(to, &[own]);
+                    ranks.receive(from, &mut theirs);
+                }
+                _ => {
+                    ranks.receive(from, &mut theirs);
+                    ranks.send(to, &[own]);
+                }
+            }
+            theirs[0]
+        };
+        let (before, after) = (shift(east, west, x[n - 1]), shift(west, east, x[0]));
+        for i in 0..n {
+            let beside = [if i > 0 { x[i - 1] } else { before }, *x.get(i + 1).unwrap_or(&after)];
+            y[i] = 2.5 * x[i] - beside[0] - beside[1];
+        }
+    }
+}
+
+#[test]
+fn an_operator_of_ones_own_fetches_what_it_needs() {
+    let solved = |size| {
+        let solutions = ranks_as_threads(size, |ranks| {
+            let strip = Strip::new(ranks.clone(), [900, 1]).unwrap();
+            let q = strip.vector(|i, _| noise(i));
+            let (ring, b) = (Ring(ranks, strip.clone()), Identity { order: q.len() });
+            let problem = Hlcp::new(ring, b, Omega::Uniform(2.5)).unwrap();
+            let fifth = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+                y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 5.0);
+            });
+            let method = Mms::new(problem.shared_by(&strip).unwrap(), SplittingStep(fifth));
+            let mut solver = Solver::new(Anderson::new(method.unwrap(), 5).unwrap());
+            let outcome = solver.solve(&q, Limits::default()).unwrap();
+            assert!(outcome.converged(), "{outcome}");
+            (outcome.iterations, outcome.residual, strip.gather(solver.z()))
+        });
+        solutions.into_iter().next()
+    };
+    let alone = solved(1);
+    assert_eq!([solved(2), solved(3)], [alone.clone(), alone]);
+}
+
+/// Ranks that count what they send.
+#[derive(Debug)]
+struct Counting(Arc<dyn Ranks>, [AtomicU64; 2]);
+
+impl Ranks for Counting {
+    fn size(&self) -> usize {
+        self.0.size()
+    }
+
+    fn rank(&self) -> usize {
+        self.0.rank()
+    }
+
+    fn send(&self, to: usize, numbers: &[f64]) {
+        self.1[0].fetch_add(1, Relaxed);
+        self.1[1].fetch_add(8 * numbers.len() as u64, Relaxed);
+        self.0.send(to, numbers);
+    }
+
+    fn receive(&self, from: usize, numbers: &mut [f64]) {
+        self.0.receive(from, numbers);
+    }
+}
+
+/// A column to either neighbour, eight values for each band of eight rows to the next rank, and a
+/// sum and a largest value of each stretch to rank 0 and back; in red–black order a column of the
+/// first colour in the place of the bands.
+#[test]
+fn a_sweep_sends_what_the_documents_say() {
+    const RANKS: usize = 3;
+    const NY: usize = 41;
+    for red_black in [false, true] {
+        let sent = ranks_as_threads(RANKS, |ranks| {
+            let counting = Arc::new(Counting(ranks, [0, 0].map(AtomicU64::new)));
+            let strip = Strip::new(counting.clone(), [1300, NY]).unwrap();
+            let [nx, ny] = strip.grid();
+            let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
+            let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+            let q = vec![-1.0; nx * ny];
+            let (q, x) = (problem.rhs(&q).unwrap(), vec![1.0; nx * ny]);
+            let aor = Aor::gauss_seidel();
+            let aor = if red_black { aor.red_black(nx).unwrap() } else { aor };
+            let count = || counting.1.each_ref().map(|count| count.load(Relaxed));
+            let before = count();
+            aor.step(&problem, &q, &x, &mut vec![0.0; nx * ny], &mut vec![]);
+            let after = count();
+            [after[0] - before[0], after[1] - before[1]]
+        });
+        let (column, stretches) = (8 * NY as u64, [2, 2, 2]);
+        let whole: u64 = stretches.iter().sum();
+        for (rank, sent) in sent.into_iter().enumerate() {
+            let neighbours = u64::from(rank > 0) + u64::from(rank + 1 < RANKS);
+            let columns = if red_black { 2 * neighbours } else { neighbours };
+            let bands = if red_black || rank + 1 == RANKS { 0 } else { NY.div_ceil(8) as u64 };
+            let (sums, bytes) = match rank {
+                0 => (RANKS as u64 - 1, 16 * whole * (RANKS as u64 - 1)),
+                _ => (1, 16 * stretches[rank]),
+            };
+            let expected = [columns + bands + sums, columns * column + bands * 64 + bytes];
+            assert_eq!(sent, expected, "rank {rank}, red–black {red_black}");
+        }
+    }
+}
+
+/// Ranks that send and receive after pauses without pattern.
+#[derive(Debug)]
+struct Slow(Arc<dyn Ranks>, AtomicU64);
+
+impl Slow {
+    fn pause(&self) {
+        let turn = self.1.fetch_add(1, Relaxed) as usize;
+        match (noise(turn + 1_000_003 * self.0.rank()) * 50.0) as i64 {
+            ..40 => {}
+            40..48 => thread::yield_now(),
+            tens => thread::sleep(Duration::from_micros(tens as u64)),
+        }
+    }
+}
+
+impl Ranks for Slow {
+    fn size(&self) -> usize {
+        self.0.size()
+    }
+
+    fn rank(&self) -> usize {
+        self.0.rank()
+    }
+
+    fn send(&self, to: usize, numbers: &[f64]) {
+        self.pause();
+        self.0.send(to, numbers);
+    }
+
+    fn receive(&self, from: usize, numbers: &mut [f64]) {
+        self.pause();
+        self.0.receive(from, numbers);
+    }
+}
+
+/// As often as `HLCP_RANKS_RUNS` says, without a deadlock or another course.
+#[test]
+fn delays_change_nothing() {
+    let runs = std::env::var("HLCP_RANKS_RUNS").map_or(1, |runs| runs.parse().expect("a number"));
+    for run in 0..runs {
+        let (name, ranks) = (NAMES[run % NAMES.len()], 2 + run % 4);
+        let case = Case { grid: [1100, 10 + run % 30], varying: run % 2 == 1, threads: 1 };
+        let alone = course::<f64>(None, case, name);
+        let courses = ranks_as_threads(ranks, |ranks| {
+            let seed = AtomicU64::new(run as u64 * 7919);
+            let strip = Strip::new(Arc::new(Slow(ranks, seed)), case.grid).unwrap();
+            course::<f64>(Some(&strip), case, name)
+        });
+        assert_eq!(courses[0], alone, "{name}, {case:?}");
+    }
+}
