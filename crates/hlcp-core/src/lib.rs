@@ -110,8 +110,8 @@
 //!   residual that a step measures.
 //! * One thread works unless the problem asks for more by `in_parallel` (feature `rayon`, on by
 //!   default).
-//! * Several processes share a problem by [`Hlcp::shared_by`], each on its [`Strip`] of the grid, and
-//!   come to the bits of one (`World`, feature `mpi`).
+//! * Several processes share a problem by [`Hlcp::shared_by`], each on its [`Strip`] of the grid,
+//!   and come to the bits of one (`World`, feature `mpi`).
 //! * Wrong input is an [`Error`] with its numbers.
 //!
 //! # Not supported

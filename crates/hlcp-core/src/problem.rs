@@ -215,16 +215,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// vectors are those of this rank's columns. All ranks call it.
     ///
     /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
-    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included. Five-
-    /// point operators of the strip's grid are given the columns beside it; any other operator maps
-    /// this rank's part of a vector and fetches what it needs of others itself. All ranks make the
-    /// same calls in the same order.
+    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included.
+    /// Five-point operators of the strip's grid are given the columns beside it; any other operator
+    /// maps this rank's part of a vector and fetches what it needs of others itself. All ranks make
+    /// the same calls in the same order.
     ///
     /// # Errors
     ///
     /// [`Error::Order`] unless the operators have the strip's order, [`Error::NotFivePoint`] for a
     /// grid that is not the strip's, and for an operator that knows its rows and is no five-point
-    /// one; on all ranks if on one.
+    /// one, [`Error::OneRank`] for a grid that closes round; on all ranks if on one.
     ///
     /// ```
     /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Step, Strip, ranks_as_threads};
@@ -240,7 +240,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///         let (x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
     ///         let (sor, q) = (Aor::sor(1.5)?, problem.rhs(&q)?);
     ///         sor.step(&problem, &q, &x, &mut y, &mut vec![]);
-    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut vec![0.0; y.len()], &mut vec![]))
+    ///         let mut next = y.clone();
+    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut next, &mut vec![]))
     ///     })
     /// };
     /// let whole = norms(1)[0];
@@ -253,14 +254,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             if n != nx * ny {
                 return Err(Error::Order { what: "the strip", found: nx * ny, expected: n });
             }
+            if self.round() != [false; 2] {
+                let what = "a sweep over a grid that closes round";
+                return Err(Error::OneRank { what, ranks: strip.size() });
+            }
             let is_own =
                 |operator: &dyn LinearOperator<T>| operator.try_visit_row(0, &mut |_, _| ());
             let own = [is_own(&self.a), is_own(&self.b)];
             for ((what, view), own) in ["A", "B"].into_iter().zip(&views).zip(own) {
                 // Rows of its own columns alone cannot be all of the whole operator's.
-                let fits = view.map_or(!own, |view| {
-                    view.grid().is_none_or(|grid| grid == [nx, ny]) && view.round() == [false; 2]
-                });
+                let fits =
+                    view.map_or(!own, |view| view.grid().is_none_or(|grid| grid == [nx, ny]));
                 if !fits {
                     return Err(Error::NotFivePoint { what });
                 }
@@ -422,6 +426,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
+    /// The strip's grid, or all unknowns as one row.
+    fn own_grid(&self) -> [usize; 2] {
+        self.strip().map_or([self.order(), 1], Strip::grid)
+    }
+
     /// Whether the grid of the operators closes round along `[x, y]`.
     ///
     /// ```
@@ -437,18 +446,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         [0, 1].map(|axis| rounds.iter().any(|round| round[axis]))
     }
 
-    /// The strip's grid, or all unknowns as one row.
-    fn own_grid(&self) -> [usize; 2] {
-        self.strip().map_or([self.order(), 1], Strip::grid)
-    }
-
     /// The sweep over both operators, if they are five-point ones on one grid.
     pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
-        let grid = (self.grid().ok()?, self.round());
-        let shared = self.shared.as_deref();
-        Some(Sweep::new(grid, views, &self.omega, factors, self.parallel, shared))
+        let (grid, round, shared) = (self.grid().ok()?, self.round(), self.shared.as_deref());
+        Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel, shared))
     }
 
     /// The rows of both operators, if these have them assembled or are diagonal.
@@ -582,8 +585,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// Overwrites `y` with the product of `A` with `x`, or of `B` if `of_b`; ranks that share five-point
-    /// operators give each other the columns that these need.
+    /// Overwrites `y` with the product of `A` with `x`, or of `B` if `of_b`; ranks that share
+    /// five-point operators give each other the columns that these need.
     pub(crate) fn product(&self, of_b: bool, x: &[T], y: &mut [T]) {
         let view = if of_b { self.b.as_five_point() } else { self.a.as_five_point() };
         match (self.strip(), view) {

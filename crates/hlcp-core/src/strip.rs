@@ -131,8 +131,8 @@ impl Strip {
         Some(whole)
     }
 
-    /// Returns, of each place, the largest number that a rank has there; NaN is no number. All ranks
-    /// call it.
+    /// Returns, of each place, the largest number that a rank has there; NaN is no number. All
+    /// ranks call it.
     ///
     /// ```
     /// use hlcp_core::{Strip, ranks_as_threads};

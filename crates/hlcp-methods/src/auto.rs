@@ -371,8 +371,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses; [`Error::OneRank`] for a problem
-    /// that ranks share.
+    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses; [`Error::OneRank`] for a
+    /// problem that ranks share.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
         problem.on_one_rank("AUTO")?;

@@ -226,18 +226,18 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         &self,
         relaxation: [Relaxation<T>; 2],
     ) -> Option<Constant<T, LEAN>> {
-        let (a, b) = (self.a.constants()?, self.b.constants()?);
-        let Coefficients::Constant(omega) = self.omega else { return None };
-        if !self.is_constant() {
+        if self.shared.is_some_and(|shared| !shared.constant) {
             return None;
         }
+        let (a, b) = (self.a.constants()?, self.b.constants()?);
+        let Coefficients::Constant(omega) = self.omega else { return None };
         Some(Constant::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
     }
 
     fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
-        let (grid, omega, omega_beside) = (self.grid, self.omega, self.omega_beside());
-        Varying { grid, relaxation, a, b, omega, omega_beside }
+        let omega_beside = self.omega_beside();
+        Varying { grid: self.grid, relaxation, a, b, omega: self.omega, omega_beside }
     }
 }
 
@@ -309,7 +309,8 @@ impl<T: Scalar> Old<'_, T> {
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let handed_on = threads > 1 || self.grid.round[1];
+        let stretches = if handed_on { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
         let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
@@ -374,20 +375,17 @@ where
         let Grid { nx, ny, .. } = old.grid;
         let _breaker = Breaker(edges);
         let mut worker = Worker::new(old, source);
-        let mut rows: [&[T]; 2] = [&[]; 2];
+        let mut passed: &[T] = &[];
         while let Some((number, band)) = bands.next() {
             let (done, height) = (number * ROWS, band.len() / nx);
             let first = if BACKWARD { ny - done - height } else { done };
-            let edge = if edges.is_empty() {
-                Edge::Own { rows, number }
-            } else {
-                Edge::Passed { edges, number }
-            };
+            let edge =
+                if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
             worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            sum.add(number, worker.tallies.take(0..nx));
-            let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
-            let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
-            rows = [last, if number == 0 { first } else { rows[1] }];
+            if !S::LEAN {
+                sum.add(number, worker.tallies.take(0..nx));
+            }
+            passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
         }
     }
 }

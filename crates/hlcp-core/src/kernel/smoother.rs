@@ -57,8 +57,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::OneRank`] for a problem that ranks share; [`Error::NotFivePoint`] as by
-    /// [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
     /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
     ///
     /// ```
@@ -72,7 +71,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {
-        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
@@ -104,13 +102,12 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// As [`scaling`](Self::scaling), but for the diagonals.
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`].
     pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &'a Hlcp<T, A, B>,
         scaling: &'a Omega<T>,
         parallel: bool,
     ) -> Result<Self, Error> {
-        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         Ok(Self { sweep: sweep.scaled(scaling, parallel) })
@@ -157,9 +154,9 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
+        let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
         let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
-        let (meter, stretches) = (q.meter(gamma), self.sweep.stretches());
-        let measure = Measure { bands, meter, stretches, sum: Sum::new() };
+        let measure = Measure { bands, stretches, meter, sum: Sum::new() };
         self.walk(Some((q_factor, q.entries())), x, &measure);
         meter.norms_of(measure.sum.total().sum(None), gamma)
     }
@@ -246,10 +243,20 @@ impl<T: Scalar> Sweep<'_, T> {
     pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
-        let (q, q_factor, stretches) = (f, factor, self.stretches());
-        let (strip, beside, new) = (None, [&[][..]; 2], [&[][..]; 2]);
-        let old =
-            Old { grid, q, x, gamma, q_factor, meter, parallel, strip, stretches, beside, new };
+        let (stretches, nothing) = (self.stretches(), [&[][..]; 2]);
+        let old = Old {
+            grid,
+            q: f,
+            x,
+            gamma,
+            q_factor: factor,
+            meter,
+            parallel,
+            strip: None,
+            stretches,
+            beside: nothing,
+            new: nothing,
+        };
         match self.constant::<true, true>(gauss_seidel()) {
             Some(source) => old.lexicographic::<_, true>(arch, &source, y),
             None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
@@ -349,8 +356,8 @@ impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
 /// The norms of the defect, by bands of rows.
 struct Measure<I> {
     bands: Claims<I>,
-    meter: Meter,
     stretches: Stretches,
+    meter: Meter,
     sum: Sum,
 }
 
@@ -358,8 +365,7 @@ impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<I
     #[inline(always)]
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
         let Grid { nx, ny, .. } = defects.around.grid;
-        let mut d = [T::zero(); COLUMNS];
-        let mut tallies = Tallies::new(self.stretches);
+        let (mut d, mut tallies) = ([T::zero(); COLUMNS], Tallies::new(self.stretches));
         while let Some((number, first)) = self.bands.next() {
             for j in first..ny.min(first + ROWS) {
                 for start in (0..nx).step_by(COLUMNS) {

@@ -9,8 +9,8 @@ use crate::{Scalar, norms::Tallies, team::Turns};
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
 pub(super) enum Edge<'a, T> {
-    /// The last row of the only worker and its first one, empty before there is one.
-    Own { rows: [&'a [T]; 2], number: usize },
+    /// A row of the only worker, empty at the grid's edge.
+    Own(&'a [T]),
     /// The last values in each stretch of columns, which band after band overwrites, this one as
     /// `number`; and those of the sweep's first row.
     Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
@@ -57,13 +57,13 @@ impl<'a, T: Scalar> Around<'a, T> {
     #[inline(always)]
     pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
         let Grid { nx, round: [round, _], .. } = self.grid;
-        let [at_west, at_east] = [columns.start == 0, columns.end == nx];
-        let value = |side: usize, i: usize| match self.beside[side].get(j) {
+        let value = |side: usize| match self.beside[side].get(j) {
             Some(&beside) => beside,
-            None if round => self.x[j * nx + i],
+            None if round => self.x[j * nx + [nx - 1, 0][side]],
             None => T::zero(),
         };
-        [at_west.then(|| value(0, nx - 1)), at_east.then(|| value(1, 0))]
+        let at = [columns.start == 0, columns.end == nx];
+        [0, 1].map(|side| at[side].then(|| value(side)))
     }
 
     /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
@@ -99,19 +99,11 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     #[inline(always)]
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
+        let around = Around::new(old.grid, old.x, old.beside);
         let defect = [T::zero(); COLUMNS + PAD];
-        Self {
-            old,
-            source,
-            loaded,
-            kept,
-            around: Around::new(old.grid, old.x, old.beside),
-            defect,
-            along: [[T::zero(); 2]; ROWS],
-            across: [defect; 2],
-            before: [T::zero(); ROWS],
-            tallies: Tallies::new(old.stretches),
-        }
+        let (along, across) = ([[T::zero(); 2]; ROWS], [defect; 2]);
+        let (before, tallies) = ([T::zero(); ROWS], Tallies::new(old.stretches));
+        Self { old, source, loaded, kept, around, defect, along, across, before, tallies }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -249,16 +241,14 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // The band's row that comes last in the sweep, and whether it is the grid's last.
         let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let (Edge::Own { number, .. } | Edge::Passed { number, .. }) = edge;
-        let closes = round[1] && (number + 1) * ROWS >= ny;
+        let mut closes = false;
         let (passed, opening) = match edge {
-            Edge::Own { rows, .. } => {
-                let [passed, first] = rows.map(|row| row.get(columns.clone()));
-                (passed.unwrap_or(&self.around.zeros[..length]), first)
-            }
+            Edge::Own([]) => (&self.around.zeros[..length], None),
+            Edge::Own(row) => (&row[columns.clone()], None),
             Edge::Passed { edges, number } => {
                 let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
                 let [passed, first] = &*turn.value;
+                closes = round[1] && (number + 1) * ROWS >= ny;
                 (&passed[..length], Some(&first[..length]))
             }
         };
@@ -319,15 +309,15 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         }
         if let Some(strip) = self.old.strip.filter(|_| ends[to]) {
             let column = if to == 0 { 0 } else { nx - 1 };
-            let mut values = [T::zero(); ROWS];
-            values.iter_mut().zip(band.iter().skip(column).step_by(nx)).for_each(|(l, &v)| *l = v);
-            strip.pass(to, &values);
+            let mut last = [T::zero(); ROWS];
+            last.iter_mut().zip(band.iter().skip(column).step_by(nx)).for_each(|(l, &v)| *l = v);
+            strip.pass(to, &last);
         }
         if let Some(mut turn) = turn {
             let [passed, first] = &mut *turn.value;
             let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
             passed[..length].copy_from_slice(row(last));
-            if round[1] && number == 0 {
+            if round[1] && matches!(edge, Edge::Passed { number: 0, .. }) {
                 first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
             }
             turn.pass();
@@ -368,8 +358,8 @@ fn pieces<const BACKWARD: bool>(
     })
 }
 
-/// The first phase of a stretch of a row, given its five neighbours, and the values to its west and
-/// east where it is at the grid's edge.
+/// The first phase of a stretch of a row, given its five neighbours and the values beyond the ends
+/// of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -377,7 +367,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     loaded: &S::Loaded,
     kept: &mut S::Kept,
     [south, west, here, east, north]: [&[T]; 5],
-    [western, eastern]: [Option<T>; 2],
+    [to_west, to_east]: [Option<T>; 2],
     q: &[T],
     q_factor: T,
     defect: &mut [T],
@@ -394,16 +384,16 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
     }
     let mut edge = |i: usize| {
-        let west = western.filter(|_| i == 0).unwrap_or(west[i]);
-        let east = eastern.filter(|_| i + 1 == n).unwrap_or(east[i]);
+        let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
+        let east = to_east.filter(|_| i + 1 == n).unwrap_or(east[i]);
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west, here[i], east, north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
     };
-    if western.is_some() {
+    if to_west.is_some() {
         edge(0);
     }
-    if eastern.is_some() {
+    if to_east.is_some() {
         edge(n - 1);
     }
 }

@@ -44,8 +44,8 @@ impl Disc {
         self.pose_columns(0..self.m)
     }
 
-    /// Some columns of the scene, for a rank that has those; the operators are those of a grid of as
-    /// many columns.
+    /// Some columns of the scene, for a rank that has those; the operators are those of a grid of
+    /// as many columns.
     ///
     /// # Errors
     ///

@@ -68,8 +68,8 @@ impl JournalBearing {
         self.pose_columns(0..self.nx)
     }
 
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a grid
-    /// of as many columns.
+    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
+    /// grid of as many columns.
     ///
     /// # Errors
     ///

@@ -73,8 +73,8 @@ impl Obstacle {
         self.pose_columns(0..self.m.saturating_sub(2))
     }
 
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a grid
-    /// of as many columns.
+    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
+    /// grid of as many columns.
     ///
     /// # Errors
     ///
