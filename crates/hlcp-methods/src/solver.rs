@@ -248,17 +248,17 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         test: &mut Test,
         pace: &mut Pace<'_, '_, T>,
     ) -> Look {
-        // Between powers of four an older size of the terms serves, until something passes.
+        // Between powers of four an older size of the terms serves, until something nearly passes.
         if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
             test.renew(self.method.problem(), q, &self.x);
         }
         // A method whose steps are long may know the residual beforehand.
         let known = self.method.residual(q, &self.x);
-        let (mut norms, stepped) = match known.filter(|&norms| test.is_near(k, norms)) {
+        let (mut norms, stepped) = match known.filter(|&norms| self.is_near(k, q, norms, test)) {
             Some(norms) => (norms, false),
             None => (self.step(k, q, known.unwrap_or(UNKNOWN), pace), true),
         };
-        if !test.is_near(k, norms) {
+        if !self.is_near(k, q, norms, test) {
             return Look { norms, accepted: None, lost: false };
         }
         let problem = self.method.problem();
@@ -284,6 +284,15 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let _ = self.step(k, q, norms, pace);
         }
         Look { norms, accepted: None, lost }
+    }
+
+    /// Returns whether the residual of `x` seems good enough, for the size of the terms at `x` if
+    /// that might matter.
+    fn is_near(&self, k: usize, q: &Rhs<'_, T>, norms: Norms, test: &mut Test) -> bool {
+        if test.is_doubtful(k, norms) {
+            test.renew(self.method.problem(), q, &self.x);
+        }
+        test.is_near(k, norms)
     }
 
     /// Returns how the iteration ends at iterate `k`, if it does.

@@ -8,6 +8,9 @@ use crate::{Limits, Norm, limits::FRACTION};
 /// ends as stagnated.
 const HIDDEN: usize = 24;
 
+/// A residual of so many times what rounding may excuse is near it.
+const NEAR: f64 = 100.0;
+
 /// The test that a residual must pass.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Test {
@@ -27,6 +30,10 @@ pub(crate) struct Test {
     /// The iteration from which on another iterate may be judged, and the distance to the next.
     due: usize,
     gap: usize,
+    /// The smallest residual that was refused.
+    refused: f64,
+    /// The iteration before which `size` is not measured for a residual that is near it.
+    next: usize,
 }
 
 impl Test {
@@ -51,6 +58,8 @@ impl Test {
             hidden: 0,
             due: 0,
             gap: 1,
+            refused: f64::INFINITY,
+            next: 0,
         })
     }
 
@@ -69,9 +78,21 @@ impl Test {
         self.size = if size.is_finite() { size } else { 0.0 };
     }
 
+    /// Returns whether the size of the terms, if it has grown since it was measured, might excuse a
+    /// residual; true ever more seldom, so that slow iterations do not pay for it.
+    pub(crate) fn is_doubtful(&mut self, iteration: usize, norms: Norms) -> bool {
+        let near = self.norm.of(norms) <= NEAR * self.roundings * self.size;
+        let is_doubtful = near && iteration >= self.next && !self.seems_within(norms);
+        if is_doubtful {
+            self.next = iteration + iteration / 4 + 1;
+        }
+        is_doubtful
+    }
+
     /// Returns whether a residual seems good enough, so that a judgement is worth its cost.
     pub(crate) fn is_near(&self, iteration: usize, norms: Norms) -> bool {
-        iteration >= self.due && self.seems_within(norms)
+        let is_due = iteration >= self.due || self.norm.of(norms) <= 0.5 * self.refused;
+        is_due && self.seems_within(norms)
     }
 
     fn seems_within(&self, norms: Norms) -> bool {
@@ -133,9 +154,11 @@ impl Test {
     }
 
     /// Notes that an iterate with a `measured` residual was refused for `bound`, and puts off the
-    /// next judgement, each time for longer, unless rounding hides the residual.
+    /// next judgement, each time for longer, unless rounding hides the residual; one of half the
+    /// residual is judged all the same.
     pub(crate) fn refused(&mut self, iteration: usize, measured: Norms, bound: Norms) {
         let [measured, bound] = [measured, bound].map(|norms| self.norm.of(norms));
+        self.refused = self.refused.min(measured);
         if bound > self.cap.max(self.asked).max(2.0 * measured) {
             self.hidden += 1;
         } else {

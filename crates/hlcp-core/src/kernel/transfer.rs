@@ -191,7 +191,8 @@ impl<T: Scalar> Transfer<T> {
     /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
     ///
     /// ```
-    /// assert_eq!(hlcp_core::Transfer::new([5, 6], [false; 2]).ratio(), [3.0 / 6.0, 3.0 / 7.0]);
+    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
+    /// assert_eq!(transfer.ratio(), [3.0 / 6.0, 3.0 / 7.0]);
     /// ```
     pub fn ratio(&self) -> [T; 2] {
         self.axes.each_ref().map(|axis| axis.ratio)
