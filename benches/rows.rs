@@ -123,8 +123,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let wide = [&a, &b].map(Arrays::<usize>::of);
     let [wide_a, wide_b] = wide.each_ref().map(|of| Csr::new(&of.offsets, &of.columns, &of.values));
     let wide = Hlcp::new(wide_a?, wide_b?, omega.clone())?;
-    let round = |of: FivePoint<f64>| of.periodic([true, true]);
-    let periodic = Hlcp::new(round(a)?, round(b)?, omega.clone())?;
     let grid = Hlcp::new(a, b, omega.clone())?;
     let aor = Aor::gauss_seidel();
 
@@ -161,12 +159,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         n,
         &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
         &mut || done(aor.step(&grid, &rhs, &x, &mut other, &mut vec![]).l2),
-    );
-    row(
-        ["grid closed round, MMS", "assembled rows", ""],
-        n,
-        &mut || done(aor.step(&periodic, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
     );
     let coloured = Multicolour::new(aor, &rows);
     let (mut scratch, mut more) = (vec![], vec![]);

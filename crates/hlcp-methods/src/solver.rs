@@ -427,7 +427,8 @@ fn agreed<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
         time.map_or(-1.0, |time| time.as_secs_f64()),
     ];
     let most = problem.largest(own);
-    if problem.any(own != most && !tolerance.is_nan()) {
+    // By bits, so that NaN, which is refused later, is the same as NaN.
+    if problem.any(own.map(f64::to_bits) != most.map(f64::to_bits)) {
         return Err(Error::Differ { what: "the start or the limits" });
     }
     Ok(problem.any(observed || time.is_some()))

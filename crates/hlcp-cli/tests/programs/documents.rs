@@ -9,7 +9,8 @@ use std::{
 use crate::{command::hlcp, examples};
 
 /// Commands whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 5] = ["paper", "speed-vs-accuracy", "stability-map", "comparison", "families"];
+const LONG: [&str; 6] =
+    ["paper", "speed-vs-accuracy", "stability-map", "comparison", "families", "films"];
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {

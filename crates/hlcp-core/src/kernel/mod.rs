@@ -309,8 +309,7 @@ impl<T: Scalar> Old<'_, T> {
         I: ExactSizeIterator<Item = &'y mut [T]> + Send,
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let handed_on = threads > 1 || self.grid.round[1];
-        let stretches = if handed_on { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
         let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());
         team::spread(threads, &|| {
@@ -375,17 +374,22 @@ where
         let Grid { nx, ny, .. } = old.grid;
         let _breaker = Breaker(edges);
         let mut worker = Worker::new(old, source);
-        let mut passed: &[T] = &[];
+        let mut rows: [&[T]; 2] = [&[]; 2];
         while let Some((number, band)) = bands.next() {
             let (done, height) = (number * ROWS, band.len() / nx);
             let first = if BACKWARD { ny - done - height } else { done };
-            let edge =
-                if edges.is_empty() { Edge::Own(passed) } else { Edge::Passed { edges, number } };
+            let edge = if edges.is_empty() {
+                Edge::Own { rows, number }
+            } else {
+                Edge::Passed { edges, number }
+            };
             worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
             if !S::LEAN {
                 sum.add(number, worker.tallies.take(0..nx));
             }
-            passed = if BACKWARD { &band[..nx] } else { &band[(height - 1) * nx..] };
+            let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
+            let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
+            rows = [last, if number == 0 { first } else { rows[1] }];
         }
     }
 }

@@ -57,8 +57,9 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
-    /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
+    /// [`Error::OneRank`] for a problem that ranks share; [`Error::NotFivePoint`] as by
+    /// [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal entry of `A` or `B`, or ratio
+    /// of both, that is not positive and finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
@@ -71,6 +72,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {
+        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
@@ -102,12 +104,13 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`].
+    /// As [`scaling`](Self::scaling), but for the diagonals.
     pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &'a Hlcp<T, A, B>,
         scaling: &'a Omega<T>,
         parallel: bool,
     ) -> Result<Self, Error> {
+        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         Ok(Self { sweep: sweep.scaled(scaling, parallel) })

@@ -9,8 +9,8 @@ use crate::{Scalar, norms::Tallies, team::Turns};
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]
 pub(super) enum Edge<'a, T> {
-    /// A row of the only worker, empty at the grid's edge.
-    Own(&'a [T]),
+    /// The last row of the only worker and its first one, empty before there is one.
+    Own { rows: [&'a [T]; 2], number: usize },
     /// The last values in each stretch of columns, which band after band overwrites, this one as
     /// `number`; and those of the sweep's first row.
     Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
@@ -241,14 +241,16 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // The band's row that comes last in the sweep, and whether it is the grid's last.
         let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let mut closes = false;
+        let (Edge::Own { number, .. } | Edge::Passed { number, .. }) = edge;
+        let closes = round[1] && (number + 1) * ROWS >= ny;
         let (passed, opening) = match edge {
-            Edge::Own([]) => (&self.around.zeros[..length], None),
-            Edge::Own(row) => (&row[columns.clone()], None),
+            Edge::Own { rows, .. } => {
+                let [passed, first] = rows.map(|row| row.get(columns.clone()));
+                (passed.unwrap_or(&self.around.zeros[..length]), first)
+            }
             Edge::Passed { edges, number } => {
                 let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
                 let [passed, first] = &*turn.value;
-                closes = round[1] && (number + 1) * ROWS >= ny;
                 (&passed[..length], Some(&first[..length]))
             }
         };
@@ -317,7 +319,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let [passed, first] = &mut *turn.value;
             let row = |row: usize| &band[row * nx..(row + 1) * nx][columns.clone()];
             passed[..length].copy_from_slice(row(last));
-            if round[1] && matches!(edge, Edge::Passed { number: 0, .. }) {
+            if round[1] && number == 0 {
                 first[..length].copy_from_slice(row(if BACKWARD { height - 1 } else { 0 }));
             }
             turn.pass();

@@ -122,12 +122,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// # Errors
     ///
     /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first
-    /// diagonal entry that is not positive, which a sweep divides by; and what `coarsen` refuses.
+    /// diagonal entry that is not positive, which a sweep divides by; [`Error::OneRank`] for a
+    /// problem that ranks share; and what `coarsen` refuses.
     pub fn with_levels(
         problem: Hlcp<T, A, B>,
         cycle: Cycle,
         coarsen: &impl Coarsen<T>,
     ) -> Result<Self, Error> {
+        problem.on_one_rank("multigrid")?;
         let grid = problem.grid()?;
         let scaling = Smoother::scaling(&problem)?;
         let mut levels = vec![];
