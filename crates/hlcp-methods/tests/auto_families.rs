@@ -139,6 +139,20 @@ fn every_family_is_solved_at_a_fair_price() {
     }
 }
 
+/// The terms of the residual grow with the iterate, and with them what rounding explains of it.
+#[test]
+fn rounding_is_recognised_while_the_iterate_grows() {
+    let limits = Limits { rounding: Some(4.0), ..Limits::default() };
+    for seed in [5029, 5032] {
+        let ([a, b], q) = families::draw("single", seed).unwrap().pose::<f32>();
+        let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
+        let auto = Solver::new(Auto::new(problem.clone()).unwrap()).solve(&q, limits).unwrap();
+        let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+        let amg = Solver::new(AmgNewton::new(base).unwrap()).solve(&q, limits).unwrap();
+        assert!(auto.converged() && auto.sweeps <= 2 * amg.sweeps, "{auto} {amg}");
+    }
+}
+
 /// A row of `A` that is zero has no pivot for algebraic multigrid; sweeps divide by that of `B`.
 #[test]
 fn a_method_that_is_refused_is_left_out() {
