@@ -19,8 +19,8 @@ type Fallible<T> = Result<T, String>;
 pub(crate) enum Form {
     /// The modulus equation, without damping.
     Modulus,
-    /// `z + r − √(z² + r²)` beside `A z − B r + q`: the Fischer–Burmeister–Newton–Schur method of T.
-    /// Woloszynski, P. Podsiadlo and G. W. Stachowiak (Tribology Letters 58, 2015). In each column
+    /// `z + r − √(z² + r²)` beside `A z − B r + q`: the Fischer–Burmeister–Newton–Schur method of
+    /// T. Woloszynski, P. Podsiadlo and G. W. Stachowiak (Tribology Letters 58, 2015). In each column
     /// the unknown that the linearised function gives the better is eliminated; a step is halved
     /// until it decreases the sum of squares, ten times at most.
     FischerBurmeister,
@@ -110,8 +110,8 @@ fn residual([a, b]: [&dyn Rows<f64>; 2], q: &[f64], z: &[f64], r: &[f64]) -> Vec
 
 /// The step `[δz, δr]` from `(z, r)`, by the Schur complement.
 ///
-/// With `f = z + r − √(z² + r²)` and its derivatives `f_z` and `f_r`, `δr = −(f + f_z δz)/f_r` where
-/// `f_r ≥ f_z`, and the reverse elsewhere.
+/// With `f = z + r − √(z² + r²)` and its derivatives `f_z` and `f_r`, `δr = −(f + f_z δz)/f_r`
+/// where `f_r ≥ f_z`, and the reverse elsewhere.
 fn newton(
     [a, b]: [&dyn Rows<f64>; 2],
     columns: &Columns,

@@ -5,8 +5,8 @@
 //! of (z, r) against the known solution, not the residual. Charts and the data of each as CSV go to
 //! `docs/charts`: the methods, those beyond the paper, the precisions, certified bounds against
 //! errors, and performance profiles over many problems. The feature `faer` adds the modulus Newton
-//! and Fischer–Burmeister–Newton–Schur, both with a library's sparse LU. Ends with an error if a series has no point or a
-//! certified bound is below the error it bounds.
+//! and Fischer–Burmeister–Newton–Schur, both with a library's sparse LU. Ends with an error if a
+//! series has no point or a certified bound is below the error it bounds.
 
 mod added;
 mod problem;

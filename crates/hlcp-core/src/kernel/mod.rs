@@ -27,8 +27,8 @@
 //! [`red_black`], bands wait for nothing.
 //!
 //! Where the grid closes, the point at either end of a row is the other one's neighbour. What the
-//! first point of a sweep takes from the last is old, and what the last takes from the first is new:
-//! the first phase puts the old values into the place of those beyond the edge and moves both
+//! first point of a sweep takes from the last is old, and what the last takes from the first is
+//! new: the first phase puts the old values into the place of those beyond the edge and moves both
 //! shares to the side of M or N that they belong to, and the recurrence ends a row, and the last
 //! row, with the new one.
 //!

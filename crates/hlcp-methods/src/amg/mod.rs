@@ -347,12 +347,13 @@ impl<T: Scalar> Amg<T> {
     /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
     /// K-cycles, and returns the norm of its residual in units of that of `rhs`.
     ///
-    /// Ends when that is at most `tolerance`, after about `limit` iterations, or where rounding lets
-    /// nothing be gained.
+    /// Ends when that is at most `tolerance`, after about `limit` iterations, or where rounding
+    /// lets nothing be gained.
     ///
     /// # Panics
     ///
-    /// Unless the problem is of the order of that given to [`new`](Self::new), and `rhs` and `y` are.
+    /// Unless the problem, `rhs` and `y` are of the order of the problem given to
+    /// [`new`](Self::new).
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -360,9 +361,10 @@ impl<T: Scalar> Amg<T> {
     ///
     /// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
-    /// let (full, mut y) = ([1.0; 1600], [0.0; 1600]);
+    /// let (x, rhs, mut y) = ([1.0; 1600], [1.0; 1600], [0.0; 1600]);
+    /// let jacobian = Jacobian::new(&problem, &x);
     /// let mut amg = Amg::new(&problem)?;
-    /// let residual = amg.solve_to(&Jacobian::new(&problem, &full), &[1.0; 1600], &mut y, 1e-12, 50);
+    /// let residual = amg.solve_to(&jacobian, &rhs, &mut y, 1e-12, 50);
     /// assert!(residual <= 1e-12 && y.iter().all(|&y| y > 0.0));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```

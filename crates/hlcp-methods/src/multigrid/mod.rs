@@ -28,8 +28,8 @@ use crate::{Clock, Method, Work as Count};
 /// nearest point, `P` is bilinear, `R` is the transpose of `P` up to a factor. On each grid Ω is
 /// `D_A D_B⁻¹` of the operators there, whatever the problem's own, since with it the accelerated
 /// Gauss–Seidel sweep of [`Smoother`] is exact in each equation; between grids the negative part of
-/// `x` is scaled to match. The coarse grid's equation is itself an HLCP's and is solved by cycles in
-/// turn.
+/// `x` is scaled to match. The coarse grid's equation is itself an HLCP's and is solved by cycles
+/// in turn.
 ///
 /// # Safeguard
 ///
