@@ -37,7 +37,7 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// Colour, dash and marker of each method, by the names it has on the charts.
-pub(crate) const STYLES: [(&[&str], [usize; 3]); 25] = [
+pub(crate) const STYLES: [(&[&str], [usize; 3]); 26] = [
     (&["MGS"], [0, 0, 0]),
     (&["MSOR, best"], [0, 1, 1]),
     (&["MAOR, best"], [0, 2, 2]),
@@ -62,7 +62,8 @@ pub(crate) const STYLES: [(&[&str], [usize; 3]); 25] = [
     (&["FMG", "full multigrid"], [5, 2, 2]),
     (&["AUTO", "auto"], [6, 0, 3]),
     (&["ADAPTIVE"], [6, 1, 4]),
-    (&["AMG"], [6, 2, 5]),
+    (&["AMG", "Newton, AMG"], [6, 2, 5]),
+    (&["FBNS, sparse LU"], [4, 0, 0]),
 ];
 
 /// A named line with its colour, dash and marker, the same on every chart.

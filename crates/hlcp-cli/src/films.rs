@@ -18,7 +18,8 @@ use crate::{chart::provenance, print, progress::counting};
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp films --quick";
+  hlcp films --quick
+  hlcp films --threads 2 --out target/films";
 
 /// Measure the solve of textured films of growing size
 #[derive(Debug, Args)]
