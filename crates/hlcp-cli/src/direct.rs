@@ -20,9 +20,9 @@ pub(crate) enum Form {
     /// The modulus equation, without damping.
     Modulus,
     /// `z + r − √(z² + r²)` beside `A z − B r + q`: the Fischer–Burmeister–Newton–Schur method of
-    /// T. Woloszynski, P. Podsiadlo and G. W. Stachowiak (Tribology Letters 58, 2015). In each column
-    /// the unknown that the linearised function gives the better is eliminated; a step is halved
-    /// until it decreases the sum of squares, ten times at most.
+    /// T. Woloszynski, P. Podsiadlo and G. W. Stachowiak (Tribology Letters 58, 2015). In each
+    /// column the unknown that the linearised function gives the better is eliminated; a step is
+    /// halved until it decreases the sum of squares, ten times at most.
     FischerBurmeister,
 }
 

@@ -8,8 +8,8 @@ use hlcp_core::Rows;
 use super::{problem::Problem, series::Run};
 
 /// `zᵢ ← max(0, zᵢ − α(A z − B r + q)ᵢ/aᵢᵢ)` with `rᵢ = 0`, over the grid; where that leaves
-/// `zᵢ = 0`, `rᵢ` is what solves the row, if that is positive. Until the residual, as measured row by
-/// row on the way, is at most `tolerance·‖q‖₂`; on `disc-lcp` and on films alone.
+/// `zᵢ = 0`, `rᵢ` is what solves the row, if that is positive. Until the residual, as measured row
+/// by row on the way, is at most `tolerance·‖q‖₂`; on `disc-lcp` and on films alone.
 ///
 /// With `B = I`, where `r` follows from `z`, that is projected SOR. With transport in `B` it is the
 /// relaxation of R. Ausas, M. Jai and G. Buscaglia (J. Tribology 131, 2009), pressure relaxed and
