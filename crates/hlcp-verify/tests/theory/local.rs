@@ -230,6 +230,8 @@ fn no_claim_near_an_answer_is_false() {
             at(95),
             ratios.last().copied().unwrap_or(f64::NAN)
         );
-        assert!(10 * *local > *asked, "{name}: only {local} of {asked}");
+        // In 10,000 cases of each family the least share is a ninth, with hostile scales: that 500
+        // of them have less than a fiftieth is less likely than 1e-12.
+        assert!(50 * *local > *asked, "{name}: only {local} of {asked}");
     }
 }
