@@ -1,0 +1,175 @@
+//! A problem of which several ranks have a part each.
+
+use std::sync::Arc;
+
+use crate::{Error, Hlcp, LinearOperator, Omega, Rhs, Scalar, Strip, strip::Shared};
+
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
+    /// The same problem, of which the ranks of `strip` have a part each: the operators, Ω and all
+    /// vectors are those of this rank's columns. All ranks call it.
+    ///
+    /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
+    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included.
+    /// Five-point operators of the strip's grid are given the columns beside it; any other operator
+    /// maps this rank's part of a vector and fetches what it needs of others itself. All ranks make
+    /// the same calls in the same order.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Order`] unless the operators have the strip's order, [`Error::NotFivePoint`] for a
+    /// grid that is not the strip's, and for an operator that knows its rows and is no five-point
+    /// one, [`Error::OneRank`] for a grid that closes round; on all ranks if on one.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Step, Strip, ranks_as_threads};
+    ///
+    /// let norms = |ranks| {
+    ///     ranks_as_threads(ranks, |ranks| {
+    ///         let strip = Strip::new(ranks, [600, 40])?;
+    ///         let [nx, ny] = strip.grid();
+    ///         let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    ///         let b = Identity { order: nx * ny };
+    ///         let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?.shared_by(&strip)?;
+    ///         let q = strip.vector(|i, j| (i as f64).sin() - (j as f64).cos());
+    ///         let (x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
+    ///         let (sor, q) = (Aor::sor(1.5)?, problem.rhs(&q)?);
+    ///         sor.step(&problem, &q, &x, &mut y, &mut vec![]);
+    ///         let mut next = y.clone();
+    ///         Ok::<_, hlcp_core::Error>(sor.step(&problem, &q, &y, &mut next, &mut vec![]))
+    ///     })
+    /// };
+    /// let whole = norms(1)[0];
+    /// assert_eq!(norms(2), [whole; 2]);
+    /// ```
+    pub fn shared_by(self, strip: &Strip) -> Result<Self, Error> {
+        let (n, [nx, ny]) = (self.order(), strip.grid());
+        let views = [self.a.as_five_point(), self.b.as_five_point()];
+        let fits = || {
+            if n != nx * ny {
+                return Err(Error::Order { what: "the strip", found: nx * ny, expected: n });
+            }
+            if self.round() != [false; 2] {
+                let what = "a sweep over a grid that closes round";
+                return Err(Error::OneRank { what, ranks: strip.size() });
+            }
+            let is_own =
+                |operator: &dyn LinearOperator<T>| operator.try_visit_row(0, &mut |_, _| ());
+            let own = [is_own(&self.a), is_own(&self.b)];
+            for ((what, view), own) in ["A", "B"].into_iter().zip(&views).zip(own) {
+                // Rows of its own columns alone cannot be all of the whole operator's.
+                let fits =
+                    view.map_or(!own, |view| view.grid().is_none_or(|grid| grid == [nx, ny]));
+                if !fits {
+                    return Err(Error::NotFivePoint { what });
+                }
+            }
+            Ok(())
+        };
+        strip.agree(fits())?;
+        let mut own = [f64::NAN; 11];
+        if let Omega::Uniform(omega) = self.omega {
+            own[10] = omega.wide();
+        }
+        if let [Some(a), Some(b)] = views.map(|view| view.and_then(|view| view.constants())) {
+            let coefficients = a.into_iter().chain(b);
+            own.iter_mut().zip(coefficients).for_each(|(own, number)| *own = number.wide());
+        }
+        let all = strip.joined(&own, |_| own.len());
+        let mut rows = all.chunks(own.len());
+        let uniform = rows.clone().all(|row| row[10] == all[10]);
+        let constant = rows.all(|row| row == &all[..own.len()]);
+        let omega = match self.omega {
+            Omega::Uniform(omega) if !uniform => Omega::Each(vec![omega; n]),
+            omega => omega,
+        };
+        let column = |i| (0..ny).map(|j| omega.entry(j * nx + i).wide()).collect();
+        let beside = strip.exchange([column(0), column(nx - 1)]);
+        let shared = Some(Arc::new(Shared { strip: strip.clone(), omega: beside, constant }));
+        Ok(Self { omega, shared, ..self })
+    }
+
+    /// The strip of the ranks that share the problem, if any do.
+    pub fn strip(&self) -> Option<&Strip> {
+        self.shared.as_ref().map(|shared| &shared.strip)
+    }
+
+    /// Returns whether something is so on any of the ranks that share the problem. All ranks call
+    /// it.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert!(problem.any(true) && !problem.any(false)); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn any(&self, own: bool) -> bool {
+        self.largest([if own { 1.0 } else { 0.0 }])[0] > 0.0
+    }
+
+    /// Returns, of each place, the largest number that a rank which shares the problem has there:
+    /// [`Strip::largest`]. All ranks call it.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert_eq!(problem.largest([3.0, -1.0]), [3.0, -1.0]); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn largest<const K: usize>(&self, own: [f64; K]) -> [f64; K] {
+        self.strip().map_or(own, |strip| strip.largest(own))
+    }
+
+    /// Makes one result of those of all ranks that share the problem: [`Strip::agree`]. All ranks
+    /// call it.
+    ///
+    /// # Errors
+    ///
+    /// The error, if a rank has one.
+    ///
+    /// ```
+    /// use hlcp_core::{Error, FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// let own: Result<(), _> = Err(Error::Empty { what: "a list" });
+    /// assert_eq!(problem.agree(own), own); // one process is all there is
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn agree<V>(&self, own: Result<V, Error>) -> Result<V, Error> {
+        match self.strip() {
+            Some(strip) => strip.agree(own),
+            None => own,
+        }
+    }
+
+    /// Refuses a problem that ranks share, for something that works on one.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OneRank`].
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// assert_eq!(problem.on_one_rank("a method"), Ok(()));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn on_one_rank(&self, what: &'static str) -> Result<(), Error> {
+        match self.strip() {
+            Some(strip) => Err(Error::OneRank { what, ranks: strip.size() }),
+            None => Ok(()),
+        }
+    }
+
+    /// The order of the whole, of which this rank may have a part.
+    pub(crate) fn whole_order(&self) -> usize {
+        self.strip().map_or(self.order(), |strip| strip.whole().into_iter().product())
+    }
+
+    /// Refuses a right-hand side that was measured as if this rank were all there is.
+    pub(crate) fn assert_whole(&self, q: &Rhs<'_, T>) {
+        assert_eq!(q.order(), self.whole_order(), "a right-hand side that `Hlcp::rhs` has made");
+    }
+}
