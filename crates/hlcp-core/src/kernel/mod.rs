@@ -260,14 +260,6 @@ struct Old<'a, T> {
 }
 
 impl<T: Scalar> Old<'_, T> {
-    /// The values of row `j` west and east of some columns that reach to the grid's western or
-    /// eastern edge.
-    #[inline(always)]
-    fn ends(&self, beside: [&[T]; 2], j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
-        let at = [columns.start == 0, columns.end == self.grid.nx];
-        [0, 1].map(|k| at[k].then(|| beside[k].get(j).copied().unwrap_or(T::zero())))
-    }
-
     fn sweep<S: Source<T>, const ACCELERATED: bool>(
         &self,
         arch: Arch,
@@ -404,6 +396,28 @@ struct Grid {
     red_black: bool,
     /// Whether it closes along a row and along a column.
     round: [bool; 2],
+}
+
+impl Grid {
+    /// The values beyond the western and the eastern end of row `j`, where some columns reach
+    /// these: those `beside` the grid, those across one that closes, or 0.
+    #[inline(always)]
+    fn ends<T: Scalar>(
+        &self,
+        x: &[T],
+        beside: [&[T]; 2],
+        j: usize,
+        columns: &Range<usize>,
+    ) -> [Option<T>; 2] {
+        let Self { nx, round: [round, _], .. } = *self;
+        let value = |side: usize| match beside[side].get(j) {
+            Some(&beside) => beside,
+            None if round => x[j * nx + [nx - 1, 0][side]],
+            None => T::zero(),
+        };
+        let at = [columns.start == 0, columns.end == nx];
+        [0, 1].map(|side| at[side].then(|| value(side)))
+    }
 }
 
 #[cfg(test)]

@@ -134,7 +134,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let row = |j: usize| &x[j * grid.nx..(j + 1) * grid.nx];
         let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..n] };
         let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..n] };
-        let ends = self.old.ends(self.old.beside, j, &columns);
+        let ends = grid.ends(x, self.old.beside, j, &columns);
         pad(row(j), columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, start, j);
         self.source.load(j, columns, &mut self.loaded);
@@ -168,7 +168,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             None => &*before_band,
         };
         let north = if after.is_empty() { &*after_band } else { &after[columns.clone()] };
-        let ends = self.old.ends(self.old.new, first + k, &columns);
+        let ends = grid.ends(self.old.x, self.old.new, first + k, &columns);
         pad(row, columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, columns.start, first + k);
         self.source.load(first + k, columns.clone(), &mut self.loaded);

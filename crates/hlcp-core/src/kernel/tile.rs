@@ -52,18 +52,10 @@ impl<'a, T: Scalar> Around<'a, T> {
         Self { grid, x, beside, west: zeros, east: zeros, zeros }
     }
 
-    /// The values beyond the western and the eastern end of row `j`, as far as the stretch reaches
-    /// these.
+    /// The values beyond the ends of row `j`, as far as the stretch reaches these.
     #[inline(always)]
     pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
-        let Grid { nx, round: [round, _], .. } = self.grid;
-        let value = |side: usize| match self.beside[side].get(j) {
-            Some(&beside) => beside,
-            None if round => self.x[j * nx + [nx - 1, 0][side]],
-            None => T::zero(),
-        };
-        let at = [columns.start == 0, columns.end == nx];
-        [0, 1].map(|side| at[side].then(|| value(side)))
+        self.grid.ends(self.x, self.beside, j, columns)
     }
 
     /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
