@@ -7,8 +7,7 @@
 use std::{error::Error, fmt::Write as _, fs, path::PathBuf, time::Instant};
 
 use clap::Args;
-use hlcp_core::Aor;
-use hlcp_core::{Hlcp, Omega};
+use hlcp_core::{Aor, Hlcp, Omega};
 use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 use hlcp_verify::{Film, Side};
 

@@ -176,7 +176,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         }
         let observer = observer.map(|observer| observer.0);
         let ranks = if watched { problem.strip().cloned() } else { None };
-        let goal = limits.asked(&q)?;
+        let goal = test.asked();
         let mut pace = Pace { limits: &limits, goal, begun, observer, ended: None, ranks };
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);

@@ -63,6 +63,11 @@ impl Test {
         })
     }
 
+    /// The residual that is asked for, apart from rounding.
+    pub(crate) fn asked(&self) -> f64 {
+        self.asked
+    }
+
     /// Measures the size of the residual's terms at `x`, if rounding may excuse a residual.
     pub(crate) fn renew<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
         &mut self,
