@@ -22,29 +22,49 @@ use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// An operator that does not tell that it is a five-point one, as a user's own would not.
-struct Walked<T>(FivePoint<T>);
+/// Five-point rows as a user would write them, on an operator that does not tell of its grid.
+struct Walked<T> {
+    m: usize,
+    row: [T; 5],
+}
 
 impl<T: Scalar> LinearOperator<T> for Walked<T> {
     fn order(&self) -> usize {
-        self.0.order()
+        self.m * self.m
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        self.0.apply(x, y);
+        for (i, y) in y.iter_mut().enumerate() {
+            *y = T::zero();
+            self.visit_row(i, &mut |j, a| *y += a * x[j]);
+        }
     }
 }
 
 impl<T: Scalar> Diagonal<T> for Walked<T> {
-    fn diagonal_entry(&self, i: usize) -> T {
-        self.0.diagonal_entry(i)
+    fn diagonal_entry(&self, _: usize) -> T {
+        self.row[2]
     }
 }
 
 impl<T: Scalar> Rows<T> for Walked<T> {
     #[inline]
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.0.visit_row(i, visit);
+    fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
+        let (m, [south, west, centre, east, north]) = (self.m, self.row);
+        let (i, j) = (k % m, k / m);
+        if j > 0 && south != T::zero() {
+            visit(k - m, south);
+        }
+        if i > 0 && west != T::zero() {
+            visit(k - 1, west);
+        }
+        visit(k, centre);
+        if i + 1 < m && east != T::zero() {
+            visit(k + 1, east);
+        }
+        if j + 1 < m && north != T::zero() {
+            visit(k + m, north);
+        }
     }
 }
 
@@ -85,9 +105,13 @@ impl<T: Scalar> Scene<T> {
         let rhs = Rhs::new(q).expect("finite");
         let problem = Hlcp::new(*a, *b, omega.clone()).expect("a problem");
         let problem = if *parallel { problem.in_parallel() } else { problem };
-        let walked = Hlcp::new(Walked(*a), Walked(*b), omega.clone()).expect("a problem");
-        let boxed = |o| Box::new(Walked(o)) as Box<dyn Rows<T>>;
-        let dynamic = Hlcp::new(boxed(*a), boxed(*b), omega).expect("a problem");
+        let walked = |of: &FivePoint<T>| {
+            let row = of.as_five_point().and_then(|view| view.constants()).expect("five numbers");
+            Walked { m: *m, row }
+        };
+        let boxed = |of: &FivePoint<T>| Box::new(walked(of)) as Box<dyn Rows<T>>;
+        let dynamic = Hlcp::new(boxed(a), boxed(b), omega.clone()).expect("a problem");
+        let walked = Hlcp::new(walked(a), walked(b), omega).expect("a problem");
         let scratch = &mut Vec::new();
         seconds(*m, || match what {
             Sweep::Triad => triad(x, q, y),

@@ -44,10 +44,6 @@ impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for &O {
         (**self).visit_row(i, visit);
     }
 
-    fn is_dynamic(&self) -> bool {
-        is_fat::<O>() || (**self).is_dynamic()
-    }
-
     fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
         (**self).copy_row(i, row)
     }
@@ -88,10 +84,6 @@ impl<T: Scalar, O: Diagonal<T> + ?Sized> Diagonal<T> for Box<O> {
 impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for Box<O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
         (**self).visit_row(i, visit);
-    }
-
-    fn is_dynamic(&self) -> bool {
-        is_fat::<O>() || (**self).is_dynamic()
     }
 
     fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
@@ -136,16 +128,7 @@ impl<T: Scalar, O: Rows<T> + ?Sized> Rows<T> for Arc<O> {
         (**self).visit_row(i, visit);
     }
 
-    fn is_dynamic(&self) -> bool {
-        is_fat::<O>() || (**self).is_dynamic()
-    }
-
     fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
         (**self).copy_row(i, row)
     }
-}
-
-/// Whether a reference to `O` carries a table of functions.
-const fn is_fat<O: ?Sized>() -> bool {
-    size_of::<&O>() > size_of::<usize>()
 }

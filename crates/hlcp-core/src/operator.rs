@@ -148,24 +148,12 @@ pub trait Rows<T: Scalar>: Diagonal<T> {
     ///
     /// May panic unless `i` is below the order.
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T));
-    /// Returns whether calls reach the operator through a table of functions, as behind
-    /// `Box<dyn Rows<T>>`.
-    ///
-    /// Provided, as [`copy_row`](Self::copy_row) is: sweeps then copy a row at one call, in the
-    /// place of a call for each of its entries. An operator that holds one behind `dyn` passes both
-    /// on.
-    ///
-    /// ```
-    /// use hlcp_core::{Identity, Rows};
-    /// let boxed: Box<dyn Rows<f64>> = Box::new(Identity { order: 3 });
-    /// assert!(boxed.is_dynamic() && !Rows::<f64>::is_dynamic(&Identity { order: 3 }));
-    /// ```
-    fn is_dynamic(&self) -> bool {
-        false
-    }
 
     /// Copies the entries of row `i` to `row`, as many as it has room for, and returns how many the
     /// row has.
+    ///
+    /// Provided. Sweeps copy rows of at most 16 entries, so that behind `Box<dyn Rows<T>>` a row
+    /// takes one call and not one for each entry; an operator that holds another passes it on.
     ///
     /// # Panics
     ///

@@ -20,6 +20,10 @@ pub(crate) trait Source<T>: Clone {
 const COPIED: usize = 16;
 
 /// The rows of an operator of any type, from calls of its own.
+///
+/// A row is copied first, so that what its operator calls for each entry is little enough to be
+/// compiled into the operator's code, or takes one call through `dyn` in the place of one for each
+/// entry. A row too long for that is walked as it comes.
 #[derive(Debug)]
 pub(crate) struct Visited<'o, T, O> {
     operator: &'o O,
@@ -41,11 +45,9 @@ impl<T: Copy, O> Clone for Visited<'_, T, O> {
 impl<T: Scalar, O: Rows<T>> Source<T> for Visited<'_, T, O> {
     #[inline(always)]
     fn fold<S: Copy>(&mut self, i: usize, mut sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
-        if self.operator.is_dynamic() {
-            let count = self.operator.copy_row(i, &mut self.row);
-            if let Some(row) = self.row.get(..count) {
-                return row.iter().fold(sums, |sums, &(j, a)| add(sums, j, a));
-            }
+        let count = self.operator.copy_row(i, &mut self.row);
+        if let Some(row) = self.row.get(..count) {
+            return row.iter().fold(sums, |sums, &(j, a)| add(sums, j, a));
         }
         self.operator.visit_row(i, &mut |j, a| sums = add(sums, j, a));
         sums

@@ -319,24 +319,28 @@ pub(crate) fn visit_neighbours<T: Scalar>(
     coefficient: impl Fn(usize) -> T,
     visit: &mut dyn FnMut(usize, T),
 ) {
-    let places = places(grid, round, k);
-    let mut entry = |direction: usize| {
+    let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
+    let mut entry = |inside: bool, direction: usize, place: usize| {
         let a = coefficient(direction);
-        if let Some(place) = places[direction]
-            && a != T::zero()
-        {
+        if inside && a != T::zero() {
             visit(place, a);
         }
     };
-    let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
     let across = round[0] && (i == 0 || i + 1 == nx) || round[1] && (j == 0 || j + 1 == ny);
     if across {
+        let places = places(grid, round, k);
         let mut order = [0, 1, 2, 3, 4];
         order.sort_unstable_by_key(|&direction| places[direction]);
-        order.into_iter().for_each(&mut entry);
-    } else {
-        (0..5).for_each(entry);
+        for direction in order {
+            entry(places[direction].is_some(), direction, places[direction].unwrap_or(k));
+        }
+        return;
     }
+    entry(j > 0, 0, k.wrapping_sub(nx));
+    entry(i > 0, 1, k.wrapping_sub(1));
+    entry(true, 2, k);
+    entry(i + 1 < nx, 3, k + 1);
+    entry(j + 1 < ny, 4, k + nx);
 }
 
 /// Refuses to close a direction with fewer than three points, where a point would be a neighbour
