@@ -156,7 +156,7 @@ where
     Course { history, status, iterations, residual, x }
 }
 
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 16] = [
     "MJ",
     "TMGS",
     "TMAOR",
@@ -169,6 +169,10 @@ const NAMES: [&str; 12] = [
     "ANDERSON",
     "Anderson on AMGS",
     "by the diagonal",
+    "MGV",
+    "MGF",
+    "MGW",
+    "FMG",
 ];
 
 fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
@@ -181,7 +185,7 @@ fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(case.threads).build().unwrap();
         pool.install(|| course::<T>(Some(&strip), case, name))
     });
-    assert!(alone.history.len() > 5, "{name}: {alone:?}");
+    assert!(alone.history.len() > 2, "{name}, {case:?}: {:?}", alone.history);
     for (rank, course) in together.into_iter().enumerate() {
         assert_eq!(course.history, alone.history, "{name}, {case:?}, {rank} of {ranks}");
         let expected = [alone.status == course.status, alone.iterations == course.iterations];
@@ -342,7 +346,7 @@ fn a_panic_on_one_rank_ends_all() {
 /// Every method agrees with one process, which is tested above, or refuses.
 #[test]
 fn methods_that_work_on_one_rank_say_so_on_all() {
-    for name in ["MGV", "MGW", "MGF", "FMG", "NEWTON", "AMG", "AUTO"] {
+    for name in ["NEWTON", "AMG", "AUTO"] {
         let errors = ranks_as_threads(2, |ranks| {
             let (_, problem, q) = small(ranks);
             let method = Named::parse(name, Parameters::default()).unwrap().on(problem);

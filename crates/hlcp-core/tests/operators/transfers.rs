@@ -142,7 +142,7 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
         problem.defect(&q, &x, &mut defect, &mut vec![]);
         let subtracted = on_any_threads(|parallel| {
             let mut f: Vec<f64> = q.iter().map(|q| -q).collect();
-            Smoother::new(&problem, problem.omega(), parallel).unwrap().subtract(&x, &mut f);
+            Smoother::new(&problem, None, parallel).unwrap().subtract(&x, &mut f);
             f.iter().map(|f| -f).collect::<Vec<_>>()
         });
         close(&subtracted, &defect, 1e-13);
@@ -152,7 +152,7 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
         let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
         let restricted = on_any_threads(|parallel| {
             let mut restricted = vec![f64::NAN; c];
-            let smoother = Smoother::new(&problem, problem.omega(), parallel).unwrap();
+            let smoother = Smoother::new(&problem, None, parallel).unwrap();
             smoother.restrict((1.0, &q), &x, &transfer, &mut restricted);
             restricted
         });

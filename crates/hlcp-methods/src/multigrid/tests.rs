@@ -165,10 +165,9 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     let n = grid[0] * grid[1];
     let scaling = Smoother::scaling(problem).unwrap();
     let mut levels = vec![];
-    let mut next = coarser(problem, &scaling, grid, &Rediscretise).unwrap();
+    let mut next = coarser(problem, &scaling, &Rediscretise).unwrap();
     while let Some(level) = next {
-        let (p, grid) = (&level.problem, level.transfer.coarse());
-        next = coarser(p, p.omega(), grid, &Rediscretise).unwrap();
+        next = coarser(&level.problem, level.problem.omega(), &Rediscretise).unwrap();
         levels.push(level);
     }
     let each = |omega: &Omega<f64>, n: usize| (0..n).map(|k| omega.entry(k)).collect();
@@ -183,9 +182,10 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     let mut between = vec![f64::NAN; n];
     for (kind, visits) in [(Cycle::V, 1), (Cycle::W, 2)] {
         let (mut x, mut expected) = (start.clone(), start.clone());
-        let smoother = Smoother::new(problem, &scaling, false).unwrap();
+        let smoother = Smoother::new(problem, Some(&scaling), false).unwrap();
         let (coarser, between) = (&mut levels[..], &mut between[..]);
-        let mut equation = Equation { smoother, f: (0.7, &q), coarser, between, parallel: false };
+        let (of_q, points, parallel) = ((0.7, &q[..]), n, false);
+        let mut equation = Equation { smoother, f: of_q, points, coarser, between, parallel };
         for _ in 0..2 {
             equation.cycle(kind, &mut x, &mut Clock::endless());
             cycle(&grids, visits, &f, &mut expected);
@@ -198,7 +198,8 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
 #[test]
 fn constants_are_discretised_again() {
     let (round, transfer) = ([false; 2], Transfer::new([15, 10], [false; 2]));
-    let grids = Grids { fine: [15, 10], coarse: [7, 4], round, transfer: &transfer };
+    let (fine, coarse, strip) = ([15, 10], [7, 4], None);
+    let grids = Grids { fine, coarse, round, transfer: &transfer, strip };
     let row = |[south, west, centre, east, north]: [f64; 5]| {
         let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
         let view: FivePointView<'_, f64> = a.as_five_point().unwrap();
