@@ -6,8 +6,7 @@ mod hierarchy;
 mod pace;
 
 use hlcp_core::{
-    Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
-    VaryingFivePoint,
+    Error, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
 };
 
 pub use self::{
@@ -442,7 +441,7 @@ fn whole<T: Scalar>(strip: &Strip, part: Option<&Coarse<T>>) -> Result<Coarse<T>
         }
     }
     strip.complete(lists.each_mut().map(Vec::as_mut_slice));
-    VaryingFivePoint::from_fn(nx, ny, |i, j| lists.each_ref().map(|list| list[j * nx + i]))
+    FivePoint::from_fn(nx, ny, |i, j| lists.each_ref().map(|list| list[j * nx + i]))
 }
 
 #[cfg(test)]
