@@ -1,3 +1,4 @@
+mod scalar;
 mod shared;
 
 use std::{iter, ops::Range, sync::Arc};

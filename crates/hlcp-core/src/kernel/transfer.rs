@@ -28,8 +28,8 @@ const CUBIC: usize = 4;
 /// little more than twice the fine one. Of an axis that closes round, with an even number of nodes,
 /// every other one is a coarse one.
 ///
-/// Of an axis that ranks share, all is counted from the fine node before the first own coarse one's
-/// own two: own fine node 0 is node `lead`.
+/// Of an axis that ranks share, the coarse nodes are counted from the first own one on, and the
+/// fine ones from the first of the two before it: `lead` of these are another rank's.
 #[derive(Debug, Clone)]
 struct Axis<T> {
     fine: usize,

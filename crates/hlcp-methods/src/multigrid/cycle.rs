@@ -118,8 +118,9 @@ impl<T: Scalar> Equation<'_, T> {
     /// A forward sweep from `x` and a backward one to `y`, and the norms at `x`, where `f` is the
     /// problem's own.
     pub(super) fn smooth_measured(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        let norms = self.smoother.relax_measured(q, x, self.between);
-        self.smoother.relax(true, self.f, self.between, y);
+        let between = &mut self.between[..x.len()];
+        let norms = self.smoother.relax_measured(q, x, between);
+        self.smoother.relax(true, self.f, between, y);
         norms
     }
 

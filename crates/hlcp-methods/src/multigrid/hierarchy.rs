@@ -165,7 +165,9 @@ impl<T: Scalar> Coarsen<T> for Rediscretise {
         [a, b]: [FivePointView<'_, T>; 2],
         grids: &Grids<'_, T>,
     ) -> Result<[FivePoint<Varying<T>>; 2], Error> {
-        Ok([rediscretised(a, grids)?, rediscretised(b, grids)?])
+        // Both first, since ranks do them together.
+        let [a, b] = [rediscretised(a, grids), rediscretised(b, grids)];
+        Ok([a?, b?])
     }
 }
 
