@@ -71,7 +71,7 @@ fn times([of_x, of_y]: [&Dense; 2], x: &[f64]) -> Vec<f64> {
     of_y.iter().flat_map(|row| columns.iter().map(|column| dot(row, column))).collect()
 }
 
-const GRIDS: [[usize; 2]; 15] = [
+const GRIDS: [[usize; 2]; 16] = [
     [1, 1],
     [2, 1],
     [3, 1],
@@ -88,6 +88,8 @@ const GRIDS: [[usize; 2]; 15] = [
     [1023, 70],
     [1030, 67],
     [70, 1025],
+    // A last stretch of columns that is full, and two more of the fine grid.
+    [514, 3],
 ];
 
 /// What `work` makes on one thread; on others it must be the same bits.
