@@ -154,7 +154,7 @@ mod tridiagonal;
 mod view;
 
 pub use aor::Aor;
-pub use check::check_operator;
+pub use check::{check_operator, check_row};
 pub use colour::Multicolour;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
