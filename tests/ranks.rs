@@ -203,6 +203,8 @@ fn any_number_of_ranks_comes_to_the_bits_of_one_process() {
     for (k, name) in NAMES.into_iter().chain(["exchanged"]).enumerate() {
         for ranks in [1, 2, 3, 5] {
             let grid = [[1300, 19], [1025, 9], [1111, 1], [1281, 8]][(k + ranks) % 4];
+            // Of one row AUTO makes a tridiagonal problem, which one process solves by elimination.
+            let grid = if name == "AUTO" { [grid[0], 7 + ranks] } else { grid };
             let varying = (k + ranks / 2).is_multiple_of(2);
             agrees::<f64>(Case { grid, varying, threads: 1 }, name, ranks);
             agrees::<f32>(Case { grid, varying: !varying, threads: 1 }, name, ranks);

@@ -54,6 +54,9 @@ use crate::{Clock, Method, Work as Count};
 /// and `x` and `f` on the coarser grids); `n` more once cycles are on trial; up to `10n/3` for
 /// coarse coefficients where the problem's own vary.
 ///
+/// Ranks that share the problem ([`Hlcp::shared_by`]) share its finer grids, and have the whole of
+/// those of fewer than 2¹⁴ points.
+///
 /// # Convergence
 ///
 /// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
@@ -352,7 +355,7 @@ fn compare<T: Scalar>(
 /// Where ranks share a problem, each has the whole of coarser grids of fewer points, and of those
 /// of fewer columns for a rank: they cost less than messages.
 const SMALL: usize = if cfg!(test) { 0 } else { 1 << 14 };
-const NARROW: usize = 16;
+const NARROW: usize = 6;
 
 /// The next coarser grid and the problem there, if there is one with positive diagonals; `scaling`
 /// is that of the fine grid.
