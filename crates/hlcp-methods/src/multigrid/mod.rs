@@ -354,7 +354,7 @@ fn compare<T: Scalar>(
 
 /// Where ranks share a problem, each has the whole of coarser grids of fewer points, and of those
 /// of fewer columns for a rank: they cost less than messages.
-const SMALL: usize = if cfg!(test) { 0 } else { 1 << 14 };
+const SMALL: usize = if cfg!(test) { 1 } else { 1 << 14 };
 const NARROW: usize = 6;
 
 /// The next coarser grid and the problem there, if there is one with positive diagonals; `scaling`
