@@ -36,7 +36,8 @@ fn passes<A: Rows<f64>, B: Rows<f64>>(
     let (aor, rhs) = (Aor::gauss_seidel(), Rhs::new(&q)?);
     let mut half =
         || seconds(m, || done(aor.step(&problem, &rhs, &x, &mut y.borrow_mut(), &mut vec![])));
-    let [alone, together] = [false, true].map(|shared| Smoother::new(&problem, &omega, shared));
+    let [alone, together] =
+        [false, true].map(|shared| Smoother::new(&problem, Some(&omega), shared));
     let (alone, together) = (alone?, together?);
     let f = (1.0, &q[..]);
     for (name, backward) in [("forward", false), ("backward", true)] {

@@ -14,11 +14,12 @@ use std::{
 
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
-    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, ranks_as_threads,
+    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, Transfer,
+    ranks_as_threads,
 };
 use hlcp_methods::{
-    Anderson, Divergence, Limits, Method, Mms, Named, Norm, Options, Parameters, Progress, Solver,
-    Status,
+    Anderson, Clock, Cycle, Divergence, Limits, Method, Mms, Multigrid, Named, Norm, Options,
+    Parameters, Progress, Solver, Status,
 };
 
 /// A number in −1..1 without pattern.
@@ -144,7 +145,9 @@ where
     let q = vector(strip, case.grid, |i, j| noise(13 * i + 5 * j + 2));
     let start = vector(strip, case.grid, |i, j| noise(i + 17 * j));
     let mut solver = Solver::new(method).with_history(100);
-    let limits = Limits { iterations: 14, ..Limits::relative(1e-6) };
+    // So many that AUTO gives cycles a turn.
+    let iterations = if name == "AUTO" { 60 } else { 14 };
+    let limits = Limits { iterations, ..Limits::relative(1e-12) };
     let outcome = solver.solve(&q, Options::from_x(&start).limits(limits)).unwrap();
     let x = match strip {
         Some(strip) => strip.gather(solver.x()),
@@ -155,7 +158,7 @@ where
     Course { history, status, iterations, residual, x }
 }
 
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 17] = [
     "MJ",
     "TMGS",
     "TMAOR",
@@ -168,6 +171,11 @@ const NAMES: [&str; 12] = [
     "ANDERSON",
     "Anderson on AMGS",
     "by the diagonal",
+    "MGV",
+    "MGF",
+    "MGW",
+    "FMG",
+    "AUTO",
 ];
 
 fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
@@ -180,7 +188,7 @@ fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(case.threads).build().unwrap();
         pool.install(|| course::<T>(Some(&strip), case, name))
     });
-    assert!(alone.history.len() > 5, "{name}: {alone:?}");
+    assert!(alone.history.len() > 1, "{name}, {case:?}: {:?}", alone.history);
     for (rank, course) in together.into_iter().enumerate() {
         assert_eq!(course.history, alone.history, "{name}, {case:?}, {rank} of {ranks}");
         let expected = [alone.status == course.status, alone.iterations == course.iterations];
@@ -195,6 +203,8 @@ fn any_number_of_ranks_comes_to_the_bits_of_one_process() {
     for (k, name) in NAMES.into_iter().chain(["exchanged"]).enumerate() {
         for ranks in [1, 2, 3, 5] {
             let grid = [[1300, 19], [1025, 9], [1111, 1], [1281, 8]][(k + ranks) % 4];
+            // Of one row AUTO makes a tridiagonal problem, which one process solves by elimination.
+            let grid = if name == "AUTO" { [grid[0], 7 + ranks] } else { grid };
             let varying = (k + ranks / 2).is_multiple_of(2);
             agrees::<f64>(Case { grid, varying, threads: 1 }, name, ranks);
             agrees::<f32>(Case { grid, varying: !varying, threads: 1 }, name, ranks);
@@ -204,8 +214,9 @@ fn any_number_of_ranks_comes_to_the_bits_of_one_process() {
 
 #[test]
 fn threads_inside_ranks_change_no_bit() {
-    for (name, ranks, varying) in [("TMAOR", 1, true), ("AMRBGS", 2, false), ("ANDERSON", 3, true)]
-    {
+    let methods =
+        [("TMAOR", 1, true), ("AMRBGS", 2, false), ("ANDERSON", 3, true), ("FMG", 2, true)];
+    for (name, ranks, varying) in methods {
         agrees::<f64>(Case { grid: [1300, 70], varying, threads: 2 }, name, ranks);
     }
 }
@@ -341,7 +352,7 @@ fn a_panic_on_one_rank_ends_all() {
 /// Every method agrees with one process, which is tested above, or refuses.
 #[test]
 fn methods_that_work_on_one_rank_say_so_on_all() {
-    for name in ["MGV", "MGW", "MGF", "FMG", "NEWTON", "AMG", "AUTO"] {
+    for name in ["NEWTON", "AMG"] {
         let errors = ranks_as_threads(2, |ranks| {
             let (_, problem, q) = small(ranks);
             let method = Named::parse(name, Parameters::default()).unwrap().on(problem);
@@ -491,6 +502,53 @@ fn a_sweep_sends_what_the_documents_say() {
             let expected = [columns + bands + sums, columns * column + bands * 64 + bytes];
             assert_eq!(sent, expected, "rank {rank}, red–black {red_black}");
         }
+    }
+}
+
+/// A V-cycle on three grids: ranks share two, and the third, of fewer than 2¹⁴ points, every rank
+/// has whole. Every number below is one of the table in the documents.
+#[test]
+fn a_cycle_sends_what_the_documents_say() {
+    const RANKS: usize = 3;
+    let sent = ranks_as_threads(RANKS, |ranks| {
+        let counting = Arc::new(Counting(ranks, [0, 0].map(AtomicU64::new)));
+        let strip = Strip::new(counting.clone(), [1300, 103]).unwrap();
+        let [nx, ny] = strip.grid();
+        let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
+        let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+        let mut multigrid = Multigrid::new(problem.clone(), Cycle::V).unwrap();
+        let shared = Transfer::<f64>::shared_by(&strip);
+        let gathered = Transfer::<f64>::shared_by(shared.strip().unwrap());
+        assert_eq!(shared.strip().unwrap().whole(), [649, 51]);
+        assert_eq!(gathered.strip().unwrap().whole(), [324, 25]);
+        let q = vec![-1.0; nx * ny];
+        let (q, mut x) = (problem.rhs(&q).unwrap(), vec![1.0; nx * ny]);
+        let mut y = x.clone();
+        // The first iteration measures more than a cycle.
+        multigrid.step(&q, &x, &mut y, &mut Clock::endless());
+        let count = || counting.1.each_ref().map(|count| count.load(Relaxed));
+        let before = count();
+        multigrid.step(&q, &y, &mut x, &mut Clock::endless());
+        assert_eq!(multigrid.coarse_grids_help(), Some(true));
+        let after = count();
+        let own = gathered.strip().unwrap().grid()[0] as u64;
+        ([after[0] - before[0], after[1] - before[1]], own)
+    });
+    for (rank, (sent, own)) in sent.into_iter().enumerate() {
+        let neighbours = u64::from(rank > 0) + u64::from(rank + 1 < RANKS);
+        let (columns, entries) = (6 + 8 + 1, 7 * 103 + 9 * 51 + 25);
+        let bands = 2 * (103_u64.div_ceil(8) + 51_u64.div_ceil(8));
+        // A norm, two decisions on a correction, and the third grid's x and f.
+        let joined = [[2 * 2, 6 * 2], [1, 3], [1, 3], [2 * 25 * own, 2 * 25 * 324]];
+        let (joins, numbers) = match rank {
+            0 => (2 * joined.len() as u64, 2 * joined.iter().map(|[_, all]| all).sum::<u64>()),
+            _ => (joined.len() as u64, joined.iter().map(|[own, _]| own).sum()),
+        };
+        let expected = [
+            neighbours * (columns + bands) + joins,
+            8 * (neighbours * (entries + 8 * bands) + numbers),
+        ];
+        assert_eq!(sent, expected, "rank {rank}");
     }
 }
 

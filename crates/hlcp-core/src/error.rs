@@ -151,8 +151,8 @@ pub enum Error {
     },
     /// A method, or an order of its sweeps, that one rank alone can work with.
     #[error(
-        "{what} works on one rank, but {ranks} share the problem; take MMS, AMMS, TMMS, adaptive \
-         SOR or Anderson on five-point operators, or one rank"
+        "{what} works on one rank, but {ranks} share the problem; take AUTO, multigrid, adaptive \
+         SOR, Anderson or a method of the paper on five-point operators, or one rank"
     )]
     OneRank {
         /// What works on one rank.

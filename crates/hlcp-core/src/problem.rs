@@ -1,3 +1,4 @@
+mod scalar;
 mod shared;
 
 use std::{iter, ops::Range, sync::Arc};
@@ -170,17 +171,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exchanged(self) -> Result<Hlcp<T, B, A>, Error> {
+        let shared = self.exchanged_shared();
+        let Self { a, b, gamma, exchanged, parallel, .. } = self;
         let omega = match self.omega {
             Omega::Uniform(omega) => Omega::Uniform(omega.recip()),
             Omega::Each(omega) => Omega::Each(omega.into_iter().map(T::recip).collect()),
         };
-        omega.check(self.a.order())?;
-        let Self { a, b, gamma, exchanged, parallel, shared, .. } = self;
-        let shared = shared.map(|shared| {
-            let reciprocals = |column: &Vec<T>| column.iter().map(|omega| omega.recip()).collect();
-            let omega = shared.omega.each_ref().map(reciprocals);
-            Arc::new(Shared { omega, strip: shared.strip.clone(), ..*shared })
-        });
+        omega.check(a.order())?;
         Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel, shared })
     }
 

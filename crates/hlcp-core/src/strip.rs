@@ -26,6 +26,8 @@ use crate::{
 pub struct Strip {
     ranks: Arc<dyn Ranks>,
     whole: [usize; 2],
+    /// The first column of each rank, and the number of columns.
+    cuts: Arc<[usize]>,
 }
 
 impl Strip {
@@ -39,14 +41,26 @@ impl Strip {
         if nx.checked_mul(ny).is_none_or(|n| n == 0) {
             return Err(Error::Grid { nx, ny });
         }
-        if ranks.size() > Stretches::of([nx, ny]).count() {
+        let (stretches, size) = (Stretches::of([nx, ny]), ranks.size());
+        if size > stretches.count() {
             return Err(Error::Parameter {
                 name: "the number of ranks",
-                value: ranks.size() as f64,
+                value: size as f64,
                 range: "at most one for every 256 columns of the grid, and at most 64",
             });
         }
-        Ok(Self { ranks, whole: [nx, ny] })
+        // Whole stretches, as many for each rank as can be.
+        let end = |rank: usize| nx.min(rank * stretches.count() / size * stretches.width);
+        let cuts = (0..size).map(end).chain([nx]).collect();
+        Ok(Self { ranks, whole: [nx, ny], cuts })
+    }
+
+    /// The strips of a coarser grid, where each rank has the columns whose `nearest` on this grid
+    /// are its own.
+    pub(crate) fn coarser(&self, whole: [usize; 2], nearest: &[usize]) -> Self {
+        let first = |&cut: &usize| nearest.partition_point(|&column| column < cut);
+        let cuts = self.cuts.iter().map(first).collect();
+        Self { ranks: self.ranks.clone(), whole, cuts }
     }
 
     /// The number of this rank.
@@ -208,12 +222,23 @@ impl Strip {
         })
     }
 
-    /// The columns of a rank: whole stretches, as many for each as can be.
+    /// The columns of a rank.
     fn columns_of(&self, rank: usize) -> Range<usize> {
-        let [nx, _] = self.whole;
-        let stretches = Stretches::of(self.whole);
-        let end = |rank: usize| nx.min(rank * stretches.count() / self.size() * stretches.width);
-        end(rank)..if rank + 1 == self.size() { nx } else { end(rank + 1) }
+        self.cuts[rank]..self.cuts[rank + 1]
+    }
+
+    /// The fewest columns that a rank has.
+    ///
+    /// ```
+    /// use hlcp_core::{Strip, ranks_as_threads};
+    ///
+    /// let fewest = ranks_as_threads(2, |ranks| {
+    ///     Strip::new(ranks, [600, 4]).map(|strip| strip.narrowest())
+    /// });
+    /// assert_eq!(fewest, [Ok(256); 2]);
+    /// ```
+    pub fn narrowest(&self) -> usize {
+        self.cuts.windows(2).map(|cuts| cuts[1] - cuts[0]).min().unwrap_or(0)
     }
 
     /// The stretches of this rank, which are as wide as those of the whole grid.
@@ -224,23 +249,69 @@ impl Strip {
 
     /// The parts of all ranks one after another, on each of them; that of rank `k` has `length(k)`
     /// numbers.
+    ///
+    /// They go up a binomial tree to rank 0 and down again: log₂ of the number of ranks messages one
+    /// after another each way.
     pub(crate) fn joined(&self, own: &[f64], length: impl Fn(usize) -> usize) -> Vec<f64> {
-        let size = self.size();
-        let mut all = vec![0.0; (0..size).map(&length).sum()];
-        if self.rank() > 0 {
-            self.ranks.send(0, own);
-            self.ranks.receive(0, &mut all);
-            return all;
+        let (size, rank) = (self.size(), self.rank());
+        let starts: Vec<usize> = (0..=size).map(|end| (0..end).map(&length).sum()).collect();
+        let parts = |from: usize, until: usize| starts[from]..starts[size.min(until)];
+        let mut all = vec![0.0; starts[size]];
+        all[parts(rank, rank + 1)].copy_from_slice(own);
+        let mut step = 1;
+        while step < size && rank & step == 0 {
+            if rank + step < size {
+                self.ranks.receive(rank + step, &mut all[parts(rank + step, rank + 2 * step)]);
+            }
+            step *= 2;
         }
-        let mut from = own.len();
-        all[..from].copy_from_slice(own);
-        for rank in 1..size {
-            let until = from + length(rank);
-            self.ranks.receive(rank, &mut all[from..until]);
-            from = until;
+        if rank > 0 {
+            self.ranks.send(rank - step, &all[parts(rank, rank + step)]);
+            self.ranks.receive(rank - step, &mut all);
         }
-        (1..size).for_each(|rank| self.ranks.send(rank, &all));
+        while step > 1 {
+            step /= 2;
+            if rank + step < size {
+                self.ranks.send(rank + step, &all);
+            }
+        }
         all
+    }
+
+    /// Overwrites vectors that begin with this rank's parts with the whole ones. All ranks call it.
+    ///
+    /// # Panics
+    ///
+    /// Unless each vector has an entry for each point of the whole grid.
+    ///
+    /// ```
+    /// use hlcp_core::{Strip, ranks_as_threads};
+    ///
+    /// let whole = ranks_as_threads(2, |ranks| {
+    ///     let strip = Strip::new(ranks, [600, 2]).expect("a grid");
+    ///     let mut whole = strip.vector(|i, j| (i + 600 * j) as f64);
+    ///     whole.resize(1200, 0.0);
+    ///     strip.complete([&mut whole]);
+    ///     whole
+    /// });
+    /// assert_eq!(whole, [(); 2].map(|()| (0..1200).map(f64::from).collect::<Vec<_>>()));
+    /// ```
+    pub fn complete<T: Scalar, const K: usize>(&self, mut vectors: [&mut [T]; K]) {
+        let [nx, ny] = self.whole;
+        let order = |rank| self.columns_of(rank).len() * ny;
+        let own: Vec<f64> = vectors.iter().flat_map(|v| wide(&v[..order(self.rank())])).collect();
+        let all = self.joined(&own, |rank| K * order(rank));
+        let mut ranks = all.as_slice();
+        for columns in (0..self.size()).map(|rank| self.columns_of(rank)) {
+            for whole in &mut vectors {
+                assert_eq!(whole.len(), nx * ny, "an entry for each point of the whole grid");
+                for row in whole.chunks_mut(nx) {
+                    let (part, rest) = ranks.split_at(columns.len());
+                    narrow(part, &mut row[columns.clone()]);
+                    ranks = rest;
+                }
+            }
+        }
     }
 
     /// The sum over the whole grid, from this rank's part of it.
@@ -253,31 +324,49 @@ impl Strip {
         sum
     }
 
-    /// The columns of a vector west and east of this rank's; empty beyond the grid.
-    pub(crate) fn beside<T: Scalar>(&self, own: &[T]) -> [Vec<T>; 2] {
-        let nx = self.columns().len();
-        let column = |i| own.iter().skip(i).step_by(nx).map(|v| v.wide()).collect();
-        self.exchange([column(0), column(nx - 1)])
+    /// Returns the `width` columns of a vector west of this rank's and those east of them, row by
+    /// row; fewer of a rank that has fewer, and nothing beyond the grid. `entry(k)` is that at this
+    /// rank's point `k`. Neighbours call it together.
+    ///
+    /// ```
+    /// use hlcp_core::{Strip, ranks_as_threads};
+    ///
+    /// let beside = ranks_as_threads(2, |ranks| {
+    ///     let strip = Strip::new(ranks, [600, 2]).expect("a grid");
+    ///     let own = strip.vector(|i, j| (i + 1000 * j) as f64);
+    ///     strip.beside(2, |k| own[k])
+    /// });
+    /// assert_eq!(beside[0], [vec![], vec![256.0, 257.0, 1256.0, 1257.0]]);
+    /// assert_eq!(beside[1], [vec![254.0, 255.0, 1254.0, 1255.0], vec![]]);
+    /// ```
+    pub fn beside<T: Scalar>(&self, width: usize, entry: impl Fn(usize) -> T) -> [Vec<T>; 2] {
+        let [nx, ny] = self.grid();
+        let columns = |columns: Range<usize>| {
+            let points = (0..ny).flat_map(|j| columns.clone().map(move |i| j * nx + i));
+            points.map(|k| entry(k).wide()).collect()
+        };
+        self.exchange(width, [columns(0..width.min(nx)), columns(nx.saturating_sub(width)..nx)])
     }
 
     /// Overwrites `y` with the product of a five-point operator on this rank's grid with `x`.
     pub(crate) fn product<T: Scalar>(&self, view: FivePointView<'_, T>, x: &[T], y: &mut [T]) {
-        let ([nx, _], beside) = (self.grid(), self.beside(x));
+        let ([nx, _], beside) = (self.grid(), self.beside(1, |k| x[k]));
         for (j, y) in y.chunks_exact_mut(nx).enumerate() {
             let beside = beside.each_ref().map(|column| column.get(j).copied());
             view.product_beside(nx, j, 0, x, beside, y);
         }
     }
 
-    /// Gives the first and the last column to the ranks west and east, and returns theirs.
-    pub(crate) fn exchange<T: Scalar>(&self, own: [Vec<f64>; 2]) -> [Vec<T>; 2] {
+    /// Gives the first and the last `width` columns to the ranks west and east, and returns theirs;
+    /// fewer of a rank that has fewer.
+    pub(crate) fn exchange<T: Scalar>(&self, width: usize, own: [Vec<f64>; 2]) -> [Vec<T>; 2] {
         let mut theirs = [vec![], vec![]];
         // Of two ranks the western one sends first. Ranks with an even number begin in the east,
         // the others in the west: nobody waits for somebody who waits.
         let even = self.rank().is_multiple_of(2);
         for side in if even { [1, 0] } else { [0, 1] } {
             let Some(other) = self.neighbour(side) else { continue };
-            let mut received = vec![0.0; own[side].len()];
+            let mut received = vec![0.0; width.min(self.columns_of(other).len()) * self.whole[1]];
             if side == 1 {
                 self.ranks.send(other, &own[side]);
             }
@@ -322,7 +411,9 @@ pub(crate) struct Shared<T> {
     pub(crate) strip: Strip,
     /// Ω west and east of this rank's columns.
     pub(crate) omega: [Vec<T>; 2],
-    /// Whether all rows of the whole grid are the same, but for its edge.
+    /// The ratio of the diagonals of five-point operators there.
+    pub(crate) scaling: [Vec<T>; 2],
+    /// Whether `A` has the same row everywhere in the whole grid, but for its edge, and `B`.
     pub(crate) constant: bool,
 }
 

@@ -54,6 +54,9 @@ use crate::{
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
 /// error is not, and from there Newton's method may take many times as long.
 ///
+/// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
+/// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
+///
 /// # Cost
 ///
 /// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, then
@@ -371,13 +374,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses; [`Error::OneRank`] for a
-    /// problem that ranks share.
+    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
-        problem.on_one_rank("AUTO")?;
         Aor::gauss_seidel().check(&problem)?;
-        let tridiagonal = TridiagonalPart::is_all(&problem);
+        let tridiagonal = !problem.any(!TridiagonalPart::is_all(&problem));
         let has_grid = problem.grid().is_ok();
         let order = match (tridiagonal, has_grid) {
             // Elimination is exact, and cycles find long fronts.
@@ -386,12 +387,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
             _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
         };
-        let is_small = problem.order() <= pivoting::SMALL;
+        let alone = problem.strip().is_none();
+        let is_small = alone && problem.order() <= pivoting::SMALL;
         let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
             Pivoting => is_small,
-            _ => true,
+            AmgNewton | Newton => alone,
+            Sor | Anderson => true,
         });
         let mut auto = Self {
             candidates: possible.map(|&choice| Candidate::new(choice, worth)).collect(),
@@ -447,7 +450,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         y.copy_from_slice(x);
         if norms.l2 <= OPENING * last {
             for backward in [false, true] {
-                amg::sweep(&self.problem, q.entries(), y, backward);
+                self.problem.solve_rows(q.entries(), y, backward);
             }
             self.opened += 2;
             self.opening = Some(norms.l2);
@@ -465,7 +468,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             let pivot = problem.a().diagonal_entry(i).min(b);
             x.abs().max((problem.q_factor() * q / (pivot + pivot)).abs())
         });
-        each.fold(0.0, |max, size| size.wide().max(max))
+        let [size] = problem.largest([each.fold(0.0, |max, size| size.wide().max(max))]);
+        size
     }
 
     /// Whether the residual of `y` has grown, of which only entries beyond all measure make sure.
@@ -473,7 +477,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         // All entries are looked at, so that several are at a time. NaN is not calm either.
         let usual = T::of(self.usual);
         let calm = y.iter().fold(true, |calm, y| calm & (y.abs() <= usual));
-        !calm && {
+        self.problem.any(!calm) && {
             let mut f = vec![T::zero(); y.len()];
             self.problem.defect(q.entries(), y, &mut f, &mut self.scratch);
             let residual = self.problem.norms(&f).divided_by(self.problem.gamma()).l2;
@@ -564,6 +568,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn works_on_ranks(&self) -> bool {
         true
     }
 

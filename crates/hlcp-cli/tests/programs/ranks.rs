@@ -41,6 +41,9 @@ fn processes_come_to_the_bits_of_one() {
         ("--scene journal-bearing --nx 1100 --ny 9 --method ADAPTIVE --max-iterations 40", 1),
         ("--scene bearing2d --nx 1100 --ny 21 --method ANDERSON --max-iterations 12", 2),
         ("--scene obstacle --m 1032 --method AMGS --precision f32 --max-iterations 3", 1),
+        ("--scene disc-lcp --m 1030 --method MGW --max-iterations 2", 1),
+        ("--scene bearing2d --nx 1100 --ny 61 --method FMG --max-iterations 3", 2),
+        ("--scene disc-lcp --m 1024 --method AUTO --precision f32", 1),
     ] {
         let arguments = format!("{arguments} --json --threads {threads}");
         let arguments =
@@ -64,7 +67,7 @@ fn processes_come_to_the_bits_of_one() {
 fn what_one_process_alone_can_do_is_refused() {
     for (arguments, reason) in [
         ("--scene disc-lcp --m 600 --method NEWTON", "works on one rank, but 2 share the problem"),
-        ("--scene disc-lcp --m 600 --method MGW", "works on one rank, but 2 share the problem"),
+        ("--scene disc-lcp --m 600 --method AMG", "works on one rank, but 2 share the problem"),
         ("--scene slider --method TMGS", "slider works on one process"),
         ("--scene disc-lcp --m 600 --method TMGS --certify", "--certify works on one process"),
         ("--scene disc-lcp --m 300 --method TMGS", "at most one for every 256 columns"),

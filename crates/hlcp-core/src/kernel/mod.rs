@@ -74,6 +74,8 @@ pub(crate) struct Sweep<'a, T> {
     a: FivePointView<'a, T>,
     b: FivePointView<'a, T>,
     omega: Coefficients<'a, T>,
+    /// Ω west and east of the grid, where other ranks have it go on.
+    omega_beside: [&'a [T]; 2],
     gamma: T,
     q_factor: T,
     parallel: bool,
@@ -92,8 +94,9 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         shared: Option<&'a Shared<T>>,
     ) -> Self {
         let omega = omega.view();
+        let omega_beside = shared.map_or([&[][..]; 2], |shared| columns(&shared.omega));
         let grid = Grid { nx, ny, backward: false, red_black: false, round };
-        Self { grid, a, b, omega, gamma, q_factor, parallel, shared }
+        Self { grid, a, b, omega, omega_beside, gamma, q_factor, parallel, shared }
     }
 
     /// The same sweep in the given direction, in lexicographic or in red–black order.
@@ -101,9 +104,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
     }
 
-    /// The same sweep with another Ω, on several threads or on one.
-    fn scaled(self, omega: &'a Omega<T>, parallel: bool) -> Self {
-        Self { omega: omega.view(), parallel, ..self }
+    /// The same sweep with the ratio of the diagonals for Ω.
+    fn scaled(self, scaling: &'a Omega<T>) -> Self {
+        let omega_beside = self.shared.map_or([&[][..]; 2], |shared| columns(&shared.scaling));
+        Self { omega: scaling.view(), omega_beside, ..self }
     }
 
     /// Whether all rows are the same but for the grid's edge.
@@ -125,12 +129,12 @@ impl<'a, T: Scalar> Sweep<'a, T> {
 
     /// The columns of a vector west and east of the grid, where other ranks have it go on.
     pub(crate) fn beside(&self, v: &[T]) -> [Vec<T>; 2] {
-        self.strip().map_or([vec![], vec![]], |strip| strip.beside(v))
+        self.strip().map_or([vec![], vec![]], |strip| strip.beside(1, |k| v[k]))
     }
 
     /// Ω there.
     pub(crate) fn omega_beside(&self) -> [&'a [T]; 2] {
-        self.shared.map_or([&[]; 2], |shared| shared.omega.each_ref().map(Vec::as_slice))
+        self.omega_beside
     }
 
     /// The operators `A` and `B`.
@@ -201,7 +205,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         let Self { grid, gamma, q_factor, parallel, .. } = *self;
         let (q, meter) = (q.entries(), q.meter(gamma));
         let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
-        let beside = beside.each_ref().map(Vec::as_slice);
+        let beside = columns(&beside);
         let old = Old {
             grid,
             q,
@@ -236,9 +240,13 @@ impl<'a, T: Scalar> Sweep<'a, T> {
 
     fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
-        let omega_beside = self.omega_beside();
-        Varying { grid: self.grid, relaxation, a, b, omega: self.omega, omega_beside }
+        let Self { grid, omega, omega_beside, .. } = *self;
+        Varying { grid, relaxation, a, b, omega, omega_beside }
     }
+}
+
+fn columns<T>(beside: &[Vec<T>; 2]) -> [&[T]; 2] {
+    beside.each_ref().map(Vec::as_slice)
 }
 
 /// The part of the old iterate that a sweep reads.
@@ -324,9 +332,9 @@ impl<T: Scalar> Old<'_, T> {
         y: &mut [T],
     ) -> Totals {
         let new = self.strip.map_or([vec![], vec![]], |strip| {
-            strip.exchange(red_black::first_colours::<_, _, ACCELERATED>(self, source))
+            strip.exchange(1, red_black::first_colours::<_, _, ACCELERATED>(self, source))
         });
-        let old = &Old { new: new.each_ref().map(Vec::as_slice), ..*self };
+        let old = &Old { new: columns(&new), ..*self };
         let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), Sum::new());

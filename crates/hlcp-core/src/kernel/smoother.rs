@@ -5,8 +5,11 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{
-    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer, coefficients::Source, tile::Around,
-    transfer::FineRows,
+    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer,
+    coefficients::Source,
+    columns,
+    tile::Around,
+    transfer::{FineRows, WEIGHTED},
 };
 use crate::{
     Coefficients, Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
@@ -36,7 +39,7 @@ type Multiple<'a, T> = (T, &'a [T]);
 ///
 /// let problem = Hlcp::lcp(FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
 /// let omega = Smoother::scaling(&problem)?;
-/// let smoother = Smoother::new(&problem, &omega, false)?;
+/// let smoother = Smoother::new(&problem, Some(&omega), false)?;
 /// let (f, mut x, mut y) = ([-1.0, 2.0, -3.0, 4.0, -5.0, 6.0], [0.0; 6], [0.0; 6]);
 /// for _ in 0..20 {
 ///     smoother.relax(false, (1.0, &f), &x, &mut y);
@@ -57,9 +60,8 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// # Errors
     ///
-    /// [`Error::OneRank`] for a problem that ranks share; [`Error::NotFivePoint`] as by
-    /// [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal entry of `A` or `B`, or ratio
-    /// of both, that is not positive and finite.
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
+    /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
@@ -72,7 +74,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {
-        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
@@ -82,38 +83,50 @@ impl<'a, T: Scalar> Smoother<'a, T> {
             positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
             positive_entry("ratio of the diagonals", k, a / b)
         };
-        let first = ratio(0)?;
-        if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
-            return Ok(Omega::Uniform(first));
-        }
-        let mut each = Vec::new();
-        for k in 1..problem.order() {
-            let value = ratio(k)?;
-            if each.is_empty() && value != first {
-                each = vec![first; k];
+        let all = || {
+            let first = ratio(0)?;
+            if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
+                return Ok(Omega::Uniform(first));
             }
-            if !each.is_empty() {
-                each.push(value);
+            let mut each = Vec::new();
+            for k in 1..problem.order() {
+                let value = ratio(k)?;
+                if each.is_empty() && value != first {
+                    each = vec![first; k];
+                }
+                if !each.is_empty() {
+                    each.push(value);
+                }
             }
-        }
-        Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
+            Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
+        };
+        // The same on all ranks, if it is on each.
+        let own = problem.agree(all())?;
+        let [most, least] = problem.largest(match own {
+            Omega::Uniform(ratio) => [ratio.wide(), -ratio.wide()],
+            Omega::Each(_) => [f64::INFINITY; 2],
+        });
+        Ok(match own {
+            Omega::Uniform(ratio) if most != -least => Omega::Each(vec![ratio; problem.order()]),
+            own => own,
+        })
     }
 
-    /// The equation of a problem's operators, with the problem's [`scaling`](Self::scaling) for Ω,
-    /// on the threads of rayon's current pool if `parallel`.
+    /// The equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or `None`
+    /// where that is the problem's own; on the threads of rayon's current pool if `parallel`.
     ///
     /// # Errors
     ///
     /// As [`scaling`](Self::scaling), but for the diagonals.
     pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &'a Hlcp<T, A, B>,
-        scaling: &'a Omega<T>,
+        scaling: Option<&'a Omega<T>>,
         parallel: bool,
     ) -> Result<Self, Error> {
-        problem.on_one_rank("multigrid")?;
         problem.grid()?;
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
-        Ok(Self { sweep: sweep.scaled(scaling, parallel) })
+        let sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
+        Ok(Self { sweep: Sweep { parallel, ..sweep } })
     }
 
     /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
@@ -138,7 +151,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// use hlcp_core::{Hlcp, Identity, Omega, Rhs, Smoother};
     ///
     /// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
-    /// let smoother = Smoother::new(&problem, problem.omega(), false)?;
+    /// let smoother = Smoother::new(&problem, None, false)?;
     /// let (q, mut y) = (Rhs::new(&[-6.0, 8.0])?, [f64::NAN; 2]);
     /// assert_eq!(smoother.relax_measured(&q, &[0.0; 2], &mut y).l2, 10.0);
     /// assert_eq!((y, smoother.norms(&q, &y).l2), ([3.0, -4.0], 0.0));
@@ -160,8 +173,8 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
         let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
         let measure = Measure { bands, stretches, meter, sum: Sum::new() };
-        self.walk(Some((q_factor, q.entries())), x, &measure);
-        meter.norms_of(measure.sum.total().sum(None), gamma)
+        self.walk(Some((q_factor, q.entries())), x, &self.sweep.beside(x), &measure);
+        meter.norms_of(measure.sum.total().sum(self.sweep.strip()), gamma)
     }
 
     /// Takes `K(x)` off `f`.
@@ -176,14 +189,14 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
     /// let mut f = [5.0; 3];
     /// // x = (1, 1, −1) is z = (2, 2, 0), r = (0, 0, 4).
-    /// Smoother::new(&problem, problem.omega(), false)?.subtract(&[1.0, 1.0, -1.0], &mut f);
+    /// Smoother::new(&problem, None, false)?.subtract(&[1.0, 1.0, -1.0], &mut f);
     /// assert_eq!(f, [5.0 - 2.0, 5.0 - 2.0, 5.0 - (-2.0 - 4.0)]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
         let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
-        self.walk(None, x, &Subtract(bands));
+        self.walk(None, x, &self.sweep.beside(x), &Subtract(bands));
     }
 
     /// Overwrites `coarse` with the full weighting of the defect `K(x) + f`: the transpose of
@@ -197,7 +210,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// use hlcp_core::{FivePoint, Hlcp, Smoother, Transfer};
     ///
     /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
-    /// let smoother = Smoother::new(&problem, problem.omega(), false)?;
+    /// let smoother = Smoother::new(&problem, None, false)?;
     /// let mut coarse = [f64::NAN];
     /// let f = [1.0, 2.0, 4.0];
     /// smoother.restrict((1.0, &f), &[0.0; 3], &Transfer::new([3, 1], [false; 2]), &mut coarse);
@@ -207,14 +220,29 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());
+        let beside = self.sweep.beside(x);
+        let defects_beside = self.sweep.strip().map_or([vec![], vec![]], |strip| {
+            let [nx, ny] = self.sweep.grid();
+            let width = nx.min(WEIGHTED);
+            let mut ends = vec![T::zero(); 2 * width * ny];
+            let rows = Claims::new(ends.chunks_mut(2 * width).enumerate());
+            self.walk(Some(f), x, &beside, &RowEnds(rows));
+            let column = |side: usize| {
+                let rows = ends.chunks(width).skip(side).step_by(2);
+                rows.flatten().map(|d| d.wide()).collect()
+            };
+            strip.exchange(WEIGHTED, [column(0), column(1)])
+        });
         let bands = Claims::new(transfer.bands(coarse));
-        self.walk(Some(f), x, &Restrict { bands, transfer });
+        let pass = Restrict { bands, transfer, beside: &defects_beside };
+        self.walk(Some(f), x, &beside, &pass);
     }
 
-    fn walk(&self, f: Option<Multiple<'_, T>>, x: &[T], pass: &impl Pass<T>) {
+    /// Hands a pass over the defect to threads, given the columns of `x` beside the grid.
+    fn walk(&self, f: Option<Multiple<'_, T>>, x: &[T], beside: &[Vec<T>; 2], pass: &impl Pass<T>) {
         match self.sweep.constant::<true, true>(gauss_seidel()) {
-            Some(source) => self.walk_by(&source, f, x, pass),
-            None => self.walk_by(&self.sweep.varying::<true>(gauss_seidel()), f, x, pass),
+            Some(source) => self.walk_by(&source, f, x, beside, pass),
+            None => self.walk_by(&self.sweep.varying::<true>(gauss_seidel()), f, x, beside, pass),
         }
     }
 
@@ -223,11 +251,13 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         source: &S,
         f: Option<Multiple<'_, T>>,
         x: &[T],
+        beside: &[Vec<T>; 2],
         pass: &impl Pass<T>,
     ) {
         let Sweep { grid, parallel, .. } = self.sweep;
+        let beside = columns(beside);
         team::spread(team::threads(parallel, x.len()), &|| {
-            Arch::new().dispatch(Share { grid, source, f, x, pass });
+            Arch::new().dispatch(Share { grid, source, f, x, beside, pass });
         });
     }
 
@@ -246,7 +276,8 @@ impl<T: Scalar> Sweep<'_, T> {
     pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
-        let (stretches, nothing) = (self.stretches(), [&[][..]; 2]);
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
+        let beside = columns(&beside);
         let old = Old {
             grid,
             q: f,
@@ -255,10 +286,10 @@ impl<T: Scalar> Sweep<'_, T> {
             q_factor: factor,
             meter,
             parallel,
-            strip: None,
+            strip,
             stretches,
-            beside: nothing,
-            new: nothing,
+            beside,
+            new: [&[]; 2],
         };
         match self.constant::<true, true>(gauss_seidel()) {
             Some(source) => old.lexicographic::<_, true>(arch, &source, y),
@@ -341,6 +372,7 @@ struct Share<'a, T, S, P> {
     source: &'a S,
     f: Option<Multiple<'a, T>>,
     x: &'a [T],
+    beside: [&'a [T]; 2],
     pass: &'a P,
 }
 
@@ -349,8 +381,8 @@ impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
 
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
-        let Self { grid, source, f, x, pass } = self;
-        let around = Around::new(grid, x, [&[]; 2]);
+        let Self { grid, source, f, x, beside, pass } = self;
+        let around = Around::new(grid, x, beside);
         let (nx, loaded, zeros) = (grid.nx, source.loaded(), [T::zero(); COLUMNS]);
         pass.work(&mut Defects { nx, source, loaded, around, f, zeros });
     }
@@ -406,6 +438,8 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for
 struct Restrict<'a, T, I> {
     bands: Claims<I>,
     transfer: &'a Transfer<T>,
+    /// The columns of the defect that other ranks have.
+    beside: &'a [Vec<T>; 2],
 }
 
 impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T>
@@ -414,7 +448,22 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T>
     #[inline(always)]
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
         while let Some((number, band)) = self.bands.next() {
-            self.transfer.restrict(number, band, defects);
+            self.transfer.restrict(number, band, defects, self.beside);
+        }
+    }
+}
+
+/// Overwrites rows of a short vector with the first and as many last entries of the defect's.
+struct RowEnds<I>(Claims<I>);
+
+impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for RowEnds<I> {
+    #[inline(always)]
+    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
+        let nx = defects.nx;
+        while let Some((j, ends)) = self.0.next() {
+            let (first, last) = ends.split_at_mut(ends.len() / 2);
+            defects.row(j, 0..first.len(), first);
+            defects.row(j, nx - last.len()..nx, last);
         }
     }
 }

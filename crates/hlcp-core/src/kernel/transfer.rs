@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::COLUMNS;
 use crate::{
-    Scalar,
+    Scalar, Strip,
     team::{self, Claims},
 };
 
@@ -14,6 +14,11 @@ use crate::{
 const WIDTH: usize = COLUMNS / 2;
 /// Rows of a grid that a thread claims at once.
 const HEIGHT: usize = 16;
+/// Columns of the defect that full weighting takes of other ranks at most, and columns of the
+/// coarse grid that linear and cubic interpolation take, at the end of the grid too.
+pub(super) const WEIGHTED: usize = 2;
+const LINEAR: usize = 1;
+const CUBIC: usize = 4;
 
 /// The nodes of one axis on two grids over one interval, whose ends are the grids' nodes 0 and
 /// `m + 1`.
@@ -22,10 +27,16 @@ const HEIGHT: usize = 16;
 /// them: of odd `m` every other node is a coarse one, and of even `m` the coarse spacing is a
 /// little more than twice the fine one. Of an axis that closes round, with an even number of nodes,
 /// every other one is a coarse one.
+///
+/// Of an axis that ranks share, the coarse nodes are counted from the first own one on, and the
+/// fine ones from the first of the two before it: `lead` of these are another rank's.
 #[derive(Debug, Clone)]
 struct Axis<T> {
     fine: usize,
     coarse: usize,
+    lead: usize,
+    /// The fine nodes that there are: `lead`, the own ones, and at most two more.
+    known: usize,
     round: bool,
     /// For each coarse node the fine one nearest to it.
     nearest: Vec<usize>,
@@ -33,8 +44,9 @@ struct Axis<T> {
     /// up to an even number and two more; empty where both grids have the same nodes.
     weights: Vec<T>,
     /// For each fine node the first of the four coarse ones nearest to it, and their weights in the
-    /// polynomial through them.
-    cubic: Vec<(usize, [T; 4])>,
+    /// polynomial through them, and how many of the four there are.
+    cubic: Vec<(isize, [T; 4])>,
+    taps: usize,
     /// The fine spacing over the coarse one.
     ratio: T,
 }
@@ -68,14 +80,36 @@ impl<T: Scalar> Axis<T> {
         let mut axis = Self {
             fine,
             coarse,
+            lead: 0,
+            known: fine,
             round,
             nearest: (1..=coarse).map(nearest).collect(),
             weights: if coarse < fine { weights.collect() } else { vec![] },
             cubic: vec![],
+            taps: if round { 4 } else { coarse.min(4) },
             ratio: number(coarse_cells) / number(fine_cells),
         };
         axis.cubic = (0..fine).map(|p| axis.lagrange(p)).collect();
         axis
+    }
+
+    /// The part of an axis that halves with these of its nodes.
+    fn part(&self, fine: Range<usize>, coarse: Range<usize>) -> Self {
+        let (first, west) = (2 * coarse.start, coarse.start as isize);
+        let lead = fine.start - first;
+        let cubic = self.cubic[fine.clone()].iter();
+        Self {
+            fine: fine.len(),
+            coarse: coarse.len(),
+            lead,
+            known: (self.fine - first).min(lead + fine.len() + WEIGHTED),
+            round: self.round,
+            nearest: self.nearest[coarse.clone()].iter().map(|node| node - fine.start).collect(),
+            weights: self.weights[first..2 * coarse.end + 4].to_vec(),
+            cubic: cubic.map(|&(first, weights)| (first - west, weights)).collect(),
+            taps: self.taps,
+            ratio: self.ratio,
+        }
     }
 
     fn halves(&self) -> bool {
@@ -84,14 +118,14 @@ impl<T: Scalar> Axis<T> {
 
     /// The four coarse nodes nearest to fine node `p`, by the first of them, or all where there are
     /// fewer, and their weights in the polynomial through them.
-    fn lagrange(&self, p: usize) -> (usize, [T; 4]) {
+    fn lagrange(&self, p: usize) -> (isize, [T; 4]) {
         if self.round {
             let parts = match p % 2 {
-                _ if !self.halves() => return (p, [1.0, 0.0, 0.0, 0.0].map(T::of)),
+                _ if !self.halves() => return (p as isize, [1.0, 0.0, 0.0, 0.0].map(T::of)),
                 0 => [-1.0, 9.0, 9.0, -1.0].map(|part| T::of(part / 16.0)),
                 _ => [0.0, 0.0, 1.0, 0.0].map(T::of),
             };
-            return ((p / 2 + self.coarse - 2) % self.coarse, parts);
+            return (((p / 2 + self.coarse - 2) % self.coarse) as isize, parts);
         }
         let (fine_cells, coarse_cells) = (self.fine + 1, self.coarse + 1);
         let count = self.coarse.min(4);
@@ -108,7 +142,7 @@ impl<T: Scalar> Axis<T> {
                 weight * (at - place(other)) / (place(k) - place(other))
             });
         }
-        (first, weights)
+        (first as isize, weights)
     }
 
     /// The coarse rows beside fine row `p`, and the weight of the later one.
@@ -121,21 +155,12 @@ impl<T: Scalar> Axis<T> {
         ([before, (k < self.coarse).then_some(k)], self.weights[p])
     }
 
-    /// How many of the four coarse nodes nearest to a fine one there are.
-    fn taps(&self) -> usize {
-        if self.round { 4 } else { self.coarse.min(4) }
-    }
-
     /// The coarse columns of a stretch beginning at `start`, and the fine ones that lie between
     /// them and the next one.
     fn stretch(&self, start: usize) -> [Range<usize>; 2] {
         let end = self.coarse.min(start + WIDTH);
-        let fine = |at: usize| match at {
-            at if at == self.coarse => self.fine,
-            at if self.halves() => 2 * at,
-            at => at,
-        };
-        [start..end, fine(start)..fine(end)]
+        let fine = |at: usize| if self.halves() { (2 * at).max(self.lead) - self.lead } else { at };
+        [start..end, fine(start)..if end == self.coarse { self.fine } else { fine(end) }]
     }
 }
 
@@ -165,6 +190,8 @@ impl<T: Scalar> Axis<T> {
 #[derive(Debug, Clone)]
 pub struct Transfer<T> {
     axes: [Axis<T>; 2],
+    /// The coarse grid's, where ranks share it.
+    strip: Option<Strip>,
 }
 
 impl<T: Scalar> Transfer<T> {
@@ -175,7 +202,45 @@ impl<T: Scalar> Transfer<T> {
     ///
     /// For a grid without points.
     pub fn new([nx, ny]: [usize; 2], round: [bool; 2]) -> Self {
-        Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])] }
+        Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])], strip: None }
+    }
+
+    /// The transfer from a fine grid that ranks share; all vectors are those of this rank's
+    /// columns.
+    ///
+    /// A coarse column belongs to the rank that has the nearest fine one, and what works on vectors
+    /// fetches the columns that it needs of others: all ranks make the same calls.
+    ///
+    /// ```
+    /// use hlcp_core::{Strip, Transfer, ranks_as_threads};
+    ///
+    /// let interpolated = |ranks| {
+    ///     let whole = ranks_as_threads(ranks, |ranks| {
+    ///         let strip = Strip::new(ranks, [600, 1]).expect("a grid");
+    ///         let transfer = Transfer::shared_by(&strip);
+    ///         let coarse = transfer.strip().expect("ranks").vector(|i, _| (i as f64).sin());
+    ///         let mut fine = strip.vector(|_, _| 0.0);
+    ///         transfer.interpolate(&coarse, &mut fine, false);
+    ///         strip.gather(&fine)
+    ///     });
+    ///     whole.into_iter().next().expect("rank 0")
+    /// };
+    /// assert_eq!(interpolated(2), interpolated(1));
+    /// ```
+    pub fn shared_by(strip: &Strip) -> Self {
+        let Self { axes: [x_axis, y_axis], .. } = Self::new(strip.whole(), [false; 2]);
+        if !x_axis.halves() {
+            // One column or two, of one rank.
+            return Self { axes: [x_axis, y_axis], strip: Some(strip.clone()) };
+        }
+        let coarse = strip.coarser([x_axis.coarse, y_axis.coarse], &x_axis.nearest);
+        let own = x_axis.part(strip.columns(), coarse.columns());
+        Self { axes: [own, y_axis], strip: Some(coarse) }
+    }
+
+    /// This rank's strip of the coarse grid, if ranks share it.
+    pub fn strip(&self) -> Option<&Strip> {
+        self.strip.as_ref()
     }
 
     /// The fine grid's `[nx, ny]`.
@@ -261,9 +326,16 @@ impl<T: Scalar> Transfer<T> {
     fn run(&self, order: Order, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
         let threads = team::threads(parallel, fine.len());
-        let bands = Claims::new(fine.chunks_mut(self.axes[0].fine * HEIGHT).enumerate());
+        let beside = &self.strip.as_ref().map_or([vec![], vec![]], |strip| {
+            let width = match order {
+                Order::Linear => LINEAR,
+                Order::Cubic => CUBIC,
+            };
+            strip.beside(width, |k| coarse[k])
+        });
+        let bands = &Claims::new(fine.chunks_mut(self.axes[0].fine * HEIGHT).enumerate());
         team::spread(threads, &|| {
-            Arch::new().dispatch(Interpolation { order, transfer: self, coarse, bands: &bands });
+            Arch::new().dispatch(Interpolation { order, transfer: self, coarse, beside, bands });
         });
     }
 
@@ -277,15 +349,23 @@ impl<T: Scalar> Transfer<T> {
         &self,
         coarse: &'v mut [T],
     ) -> impl ExactSizeIterator<Item = (usize, &'v mut [T])> + Send + use<'v, T> {
-        coarse.chunks_mut(self.axes[0].coarse * HEIGHT).enumerate()
+        // A rank may have the last fine column and no coarse one.
+        coarse.chunks_mut((self.axes[0].coarse * HEIGHT).max(1)).enumerate()
     }
 
     /// Overwrites band `number` of a coarse vector with the full weighting of a fine one: the
     /// transpose of the bilinear interpolation over the ratio of the cells' areas.
     ///
-    /// `rows` writes the fine vector's rows, in stretches of at most [`COLUMNS`] columns.
+    /// `rows` writes the fine vector's rows, in stretches of at most [`COLUMNS`] columns; `beside`
+    /// are its columns that other ranks have.
     #[inline(always)]
-    pub(super) fn restrict<R: FineRows<T>>(&self, number: usize, band: &mut [T], rows: &mut R) {
+    pub(super) fn restrict<R: FineRows<T>>(
+        &self,
+        number: usize,
+        band: &mut [T],
+        rows: &mut R,
+        beside: &[Vec<T>; 2],
+    ) {
         let [x_axis, y_axis] = &self.axes;
         let width = x_axis.coarse;
         let first = number * HEIGHT;
@@ -301,10 +381,15 @@ impl<T: Scalar> Transfer<T> {
         for start in (0..width).step_by(WIDTH - 2) {
             let columns = start..width.min(start + WIDTH - 2);
             let fine = if x_axis.halves() {
-                2 * columns.start..x_axis.fine.min(2 * columns.end + 2)
+                2 * columns.start..x_axis.known.min(2 * columns.end + 2)
             } else {
                 columns.clone()
             };
+            // Of these other ranks have `west` and `east`.
+            let lead = x_axis.lead;
+            let own = fine.start.max(lead)..fine.end.min(lead + x_axis.fine);
+            let (west, east) = (own.start - fine.start, fine.end - own.end);
+            let own = own.start - lead..own.end - lead;
             // Across the end of rows that close.
             let beyond =
                 if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
@@ -314,7 +399,14 @@ impl<T: Scalar> Transfer<T> {
             let mut sums = [[T::zero(); COLUMNS]; 2];
             for j in lines.clone() {
                 let j = j % y_axis.fine;
-                rows.row(j, fine.clone(), &mut d[..inside]);
+                rows.row(j, own.clone(), &mut d[west..inside - east]);
+                if west > 0 {
+                    d[..west].copy_from_slice(&beside[0][(j + 1) * WEIGHTED - west..][..west]);
+                }
+                if east > 0 {
+                    let width = beside[1].len() / y_axis.fine;
+                    d[inside - east..inside].copy_from_slice(&beside[1][j * width..][..east]);
+                }
                 if beyond > 0 {
                     rows.row(j, 0..beyond, &mut d[inside..n]);
                 }
@@ -375,20 +467,28 @@ impl<T: Scalar> Axis<T> {
         }
     }
 
-    /// Adds to a stretch of fine columns the interpolation of a padded stretch of coarse ones.
+    /// Adds to a stretch of fine columns the interpolation of a padded stretch of coarse ones,
+    /// given where both begin.
     #[inline(always)]
-    fn interpolate(&self, start: usize, padded: &[T], fine: &mut [T]) {
+    fn interpolate(&self, [start, points]: [usize; 2], padded: &[T], fine: &mut [T]) {
         if !self.halves() {
             for (fine, &coarse) in fine.iter_mut().zip(&padded[1..]) {
                 *fine += coarse;
             }
             return;
         }
-        let weights = &self.weights[start..start + fine.len()];
+        // By pairs that lie between the same coarse columns; the first of a strip may be half one.
+        let (first, ahead) = (points + self.lead, points + self.lead - 2 * start);
+        let (half, fine) = fine.split_at_mut(ahead % 2);
+        let (weight, weights) = self.weights[first..][..ahead % 2 + fine.len()].split_at(ahead % 2);
+        for (fine, &weight) in half.iter_mut().zip(weight) {
+            *fine += (T::one() - weight) * padded[ahead / 2] + weight * padded[ahead / 2 + 1];
+        }
+        let padded = &padded[ahead.div_ceil(2)..];
         let (pairs, rest) = fine.as_chunks_mut::<2>();
         let (weights, last) = weights.as_chunks::<2>();
         let n = pairs.len();
-        let (padded, weights) = (&padded[..n + 2], &weights[..n]);
+        let (padded, weights) = (&padded[..n + 1 + rest.len()], &weights[..n]);
         for i in 0..n {
             let (left, right) = (padded[i], padded[i + 1]);
             for (fine, &weight) in pairs[i].iter_mut().zip(&weights[i]) {
@@ -415,6 +515,8 @@ struct Interpolation<'a, T, I> {
     order: Order,
     transfer: &'a Transfer<T>,
     coarse: &'a [T],
+    /// Its columns that other ranks have.
+    beside: &'a [Vec<T>; 2],
     bands: &'a Claims<I>,
 }
 
@@ -441,48 +543,62 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
         let [x_axis, y_axis] = &self.transfer.axes;
         let width = x_axis.coarse;
         let (rows, weight) = y_axis.beside(j);
-        let rows = rows.map(|row| row.map(|k| &self.coarse[k * width..(k + 1) * width]));
         let mut start = 0;
-        while start < width {
+        loop {
             let [columns, points] = x_axis.stretch(start);
             // With the columns to either side, zero beyond the grid.
             let mut line = [T::zero(); WIDTH + 2];
             let (from, until) = (columns.start.max(1) - 1, width.min(columns.end + 1));
             let inner = &mut line[from + 1 - columns.start..until + 1 - columns.start];
-            let mut to_west = T::zero();
+            let mut ends = [T::zero(); 2];
             for (row, weight) in rows.into_iter().zip([T::one() - weight, weight]) {
-                if let Some(row) = row.filter(|_| weight > T::zero()) {
-                    for (v, &coarse) in inner.iter_mut().zip(&row[from..until]) {
-                        *v += weight * coarse;
-                    }
-                    to_west += weight * row[width - 1];
+                let Some(k) = row.filter(|_| weight > T::zero()) else { continue };
+                let row = &self.coarse[k * width..(k + 1) * width];
+                for (v, &coarse) in inner.iter_mut().zip(&row[from..until]) {
+                    *v += weight * coarse;
+                }
+                if x_axis.round {
+                    ends[0] += weight * row[width - 1];
+                }
+                for (end, beside) in ends.iter_mut().zip(self.beside) {
+                    beside.get(k).into_iter().for_each(|&beside| *end += weight * beside);
                 }
             }
-            if x_axis.round && start == 0 {
-                line[0] = to_west;
+            if start == 0 {
+                line[0] = ends[0];
             }
-            x_axis.interpolate(points.start, &line, &mut fine[points]);
+            if columns.end == width {
+                line[columns.len() + 1] = ends[1];
+            }
+            x_axis.interpolate([start, points.start], &line, &mut fine[points]);
             start = columns.end;
+            if start == width {
+                break;
+            }
         }
     }
 
     #[inline(always)]
     fn cubic(&self, j: usize, fine: &mut [T]) {
         let [x_axis, y_axis] = &self.transfer.axes;
-        let width = x_axis.coarse;
         let (row, of_rows) = y_axis.cubic[j];
-        let place = |first: usize, axis: &Axis<T>, k: usize| match first + k {
-            at if at < axis.coarse => at,
-            at => (at - axis.coarse) % axis.coarse,
-        };
+        let (width, rows) = (x_axis.coarse, y_axis.coarse);
+        let [west, east] = self.beside.each_ref().map(|beside| beside.len() / rows);
         for (i, fine) in fine.iter_mut().enumerate() {
             let (column, of_columns) = x_axis.cubic[i];
             let mut sum = T::zero();
-            for (k, &weight) in of_rows.iter().enumerate().take(y_axis.taps()) {
-                let coarse = &self.coarse[place(row, y_axis, k) * width..][..width];
-                let parts = of_columns.iter().enumerate().take(x_axis.taps());
-                let value = |(k, &weight): (usize, &T)| weight * coarse[place(column, x_axis, k)];
-                sum += weight * parts.map(value).fold(T::zero(), |line, part| line + part);
+            for (k, &weight) in of_rows.iter().enumerate().take(y_axis.taps) {
+                let k = (row as usize + k) % rows;
+                let coarse = &self.coarse[k * width..][..width];
+                let value = |at: isize| match usize::try_from(at) {
+                    Ok(at) if at < width => coarse[at],
+                    Ok(at) if x_axis.round => coarse[at - width],
+                    Ok(at) => self.beside[1][k * east + at - width],
+                    Err(_) => self.beside[0][(k + 1) * west - at.unsigned_abs()],
+                };
+                let parts = (column..).zip(of_columns).take(x_axis.taps);
+                let parts = parts.map(|(at, weight)| weight * value(at));
+                sum += weight * parts.fold(T::zero(), |line, part| line + part);
             }
             *fine = sum;
         }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::{Error, Hlcp, LinearOperator, Omega, Rhs, Scalar, Strip, strip::Shared};
+use crate::{Error, FivePointView, Hlcp, LinearOperator, Omega, Rhs, Scalar, Strip, strip::Shared};
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The same problem, of which the ranks of `strip` have a part each: the operators, Ω and all
@@ -77,15 +77,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let all = strip.joined(&own, |_| own.len());
         let mut rows = all.chunks(own.len());
         let uniform = rows.clone().all(|row| row[10] == all[10]);
-        let constant = rows.all(|row| row == &all[..own.len()]);
+        let constant = rows.all(|row| row[..10] == all[..10]);
         let omega = match self.omega {
             Omega::Uniform(omega) if !uniform => Omega::Each(vec![omega; n]),
             omega => omega,
         };
-        let column = |i| (0..ny).map(|j| omega.entry(j * nx + i).wide()).collect();
-        let beside = strip.exchange([column(0), column(nx - 1)]);
-        let shared = Some(Arc::new(Shared { strip: strip.clone(), omega: beside, constant }));
-        Ok(Self { omega, shared, ..self })
+        let beside = strip.beside(1, |k| omega.entry(k));
+        let scaling = scaling_beside(strip, views);
+        let shared = Shared { strip: strip.clone(), omega: beside, scaling, constant };
+        Ok(Self { omega, shared: Some(Arc::new(shared)), ..self })
     }
 
     /// The strip of the ranks that share the problem, if any do.
@@ -163,6 +163,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
+    /// What ranks share of the exchanged problem.
+    pub(super) fn exchanged_shared(&self) -> Option<Arc<Shared<T>>> {
+        let shared = self.shared.as_ref()?;
+        let strip = shared.strip.clone();
+        let reciprocals = |column: &Vec<T>| column.iter().map(|omega| omega.recip()).collect();
+        let omega = shared.omega.each_ref().map(reciprocals);
+        let scaling = scaling_beside(&strip, [self.b.as_five_point(), self.a.as_five_point()]);
+        Some(Arc::new(Shared { strip, omega, scaling, constant: shared.constant }))
+    }
+
     /// The order of the whole, of which this rank may have a part.
     pub(crate) fn whole_order(&self) -> usize {
         self.strip().map_or(self.order(), |strip| strip.whole().into_iter().product())
@@ -172,4 +182,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub(crate) fn assert_whole(&self, q: &Rhs<'_, T>) {
         assert_eq!(q.order(), self.whole_order(), "a right-hand side that `Hlcp::rhs` has made");
     }
+}
+
+/// The ratios of two operators' diagonals beside this rank's columns; none unless both are
+/// five-point operators.
+fn scaling_beside<T: Scalar>(
+    strip: &Strip,
+    views: [Option<FivePointView<'_, T>>; 2],
+) -> [Vec<T>; 2] {
+    let [Some(a), Some(b)] = views.map(|view| view.map(|view| view.coefficients()[2])) else {
+        return [vec![], vec![]];
+    };
+    strip.beside(1, |k| a.at(k) / b.at(k))
 }

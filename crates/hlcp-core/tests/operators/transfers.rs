@@ -71,7 +71,7 @@ fn times([of_x, of_y]: [&Dense; 2], x: &[f64]) -> Vec<f64> {
     of_y.iter().flat_map(|row| columns.iter().map(|column| dot(row, column))).collect()
 }
 
-const GRIDS: [[usize; 2]; 15] = [
+const GRIDS: [[usize; 2]; 16] = [
     [1, 1],
     [2, 1],
     [3, 1],
@@ -88,6 +88,8 @@ const GRIDS: [[usize; 2]; 15] = [
     [1023, 70],
     [1030, 67],
     [70, 1025],
+    // A last stretch of columns that is full, and two more of the fine grid.
+    [514, 3],
 ];
 
 /// What `work` makes on one thread; on others it must be the same bits.
@@ -142,7 +144,7 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
         problem.defect(&q, &x, &mut defect, &mut vec![]);
         let subtracted = on_any_threads(|parallel| {
             let mut f: Vec<f64> = q.iter().map(|q| -q).collect();
-            Smoother::new(&problem, problem.omega(), parallel).unwrap().subtract(&x, &mut f);
+            Smoother::new(&problem, None, parallel).unwrap().subtract(&x, &mut f);
             f.iter().map(|f| -f).collect::<Vec<_>>()
         });
         close(&subtracted, &defect, 1e-13);
@@ -152,7 +154,7 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
         let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
         let restricted = on_any_threads(|parallel| {
             let mut restricted = vec![f64::NAN; c];
-            let smoother = Smoother::new(&problem, problem.omega(), parallel).unwrap();
+            let smoother = Smoother::new(&problem, None, parallel).unwrap();
             smoother.restrict((1.0, &q), &x, &transfer, &mut restricted);
             restricted
         });

@@ -11,7 +11,7 @@ use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
 
 pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
-pub(crate) use self::newton::{WARM, sweep};
+pub(crate) use self::newton::WARM;
 use self::{
     cycle::{Cycle, Hierarchy, bounded, near_kernel},
     matrix::Matrix,

@@ -107,7 +107,7 @@ impl<T: Scalar> Steps<T> {
             if clock.is_up() {
                 return false;
             }
-            sweep(problem, q, x, k % 2 == 1);
+            problem.solve_rows(q, x, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
         let size = self.measure(problem, q, x).l2;
@@ -133,43 +133,6 @@ impl<T: Scalar> Steps<T> {
         // NaN is not below 1 either; an entry that is not finite has made the residual NaN.
         inner.residual < 1.0 && x.iter().all(|x| x.is_finite())
     }
-}
-
-/// A sweep, backward or not, of exact scalar solves, the nonlinear Gauss–Seidel method.
-pub(crate) fn sweep<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    problem: &Hlcp<T, A, B>,
-    q: &[T],
-    x: &mut [T],
-    backward: bool,
-) {
-    let n = x.len();
-    (0..n).for_each(|k| relax(problem, q, x, if backward { n - 1 - k } else { k }));
-}
-
-/// Solves row `i` for `xᵢ` exactly, whatever its sign.
-fn relax<T, A, B>(problem: &Hlcp<T, A, B>, q: &[T], x: &mut [T], i: usize)
-where
-    T: Scalar,
-    A: Rows<T>,
-    B: Rows<T>,
-{
-    let (mut t, mut pivots) = (problem.q_factor() * q[i], [T::zero(); 2]);
-    problem.a().visit_row(i, &mut |j, a| {
-        if j == i {
-            pivots[0] = a + a;
-        } else {
-            t += a * (x[j].abs() + x[j]);
-        }
-    });
-    problem.b().visit_row(i, &mut |j, b| {
-        let b = problem.omega().entry(j) * b;
-        if j == i {
-            pivots[1] = b + b;
-        } else {
-            t -= b * (x[j].abs() - x[j]);
-        }
-    });
-    x[i] = -t / if t <= T::zero() { pivots[0] } else { pivots[1] };
 }
 
 /// Semismooth Newton on F with algebraic multigrid inside: for jumps, wind and rows without a grid.

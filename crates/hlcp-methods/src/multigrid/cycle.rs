@@ -1,6 +1,6 @@
 //! Cycles of the full approximation scheme.
 
-use hlcp_core::{FivePoint, Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Transfer, Varying};
+use hlcp_core::{FivePoint, Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer, Varying};
 
 use crate::Clock;
 
@@ -55,16 +55,35 @@ impl Cycle {
 pub(super) type Coarse<T> = FivePoint<Varying<T>>;
 
 /// One coarse grid: the problem there, with `f` for `γq`.
+///
+/// Of a grid that ranks share, all is of this rank's columns, but of a small one the problem, `x`
+/// and `f` are of the whole.
 #[derive(Debug, Clone)]
 pub(super) struct Level<T: Scalar> {
     /// From the next finer grid to this one.
     pub(super) transfer: Transfer<T>,
+    /// This rank's part of a grid that every rank has the whole of.
+    pub(super) gathered: Option<Strip>,
     /// With the scaling of its operators for Ω.
     pub(super) problem: Hlcp<T, Coarse<T>, Coarse<T>>,
     /// The next finer grid's Ω at the nearest points over this one's.
     pub(super) ratio: Omega<T>,
     pub(super) x: Vec<T>,
     pub(super) f: Vec<T>,
+}
+
+impl<T: Scalar> Level<T> {
+    /// The whole grid's `[nx, ny]`.
+    pub(super) fn grid(&self) -> [usize; 2] {
+        self.transfer.strip().map_or(self.transfer.coarse(), Strip::whole)
+    }
+}
+
+/// Moves this rank's part of a whole vector to its beginning.
+fn keep_own<T: Scalar>(gathered: Option<&Strip>, own: usize, whole: &mut [T]) {
+    if let Some(strip) = gathered {
+        (0..own).for_each(|k| whole[k] = whole[strip.index(k)]);
+    }
 }
 
 /// The same `(z, r)` for another Ω, which is the old one divided by `ratio`.
@@ -77,6 +96,8 @@ pub(super) struct Equation<'l, T: Scalar> {
     pub(super) smoother: Smoother<'l, T>,
     /// `f` as a factor and a vector.
     pub(super) f: (T, &'l [T]),
+    /// The points of the grid, of which ranks may have a part each.
+    pub(super) points: usize,
     pub(super) coarser: &'l mut [Level<T>],
     /// For the iterate between two sweeps, and on coarser grids.
     pub(super) between: &'l mut [T],
@@ -86,7 +107,7 @@ pub(super) struct Equation<'l, T: Scalar> {
 impl<T: Scalar> Equation<'_, T> {
     /// A forward and a backward sweep.
     pub(super) fn smooth(&mut self, x: &mut [T], clock: &mut Clock<'_>) {
-        if x.len() >= LONG && clock.is_up() {
+        if self.points >= LONG && clock.is_up() {
             return;
         }
         let between = &mut self.between[..x.len()];
@@ -97,8 +118,9 @@ impl<T: Scalar> Equation<'_, T> {
     /// A forward sweep from `x` and a backward one to `y`, and the norms at `x`, where `f` is the
     /// problem's own.
     pub(super) fn smooth_measured(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        let norms = self.smoother.relax_measured(q, x, self.between);
-        self.smoother.relax(true, self.f, self.between, y);
+        let between = &mut self.between[..x.len()];
+        let norms = self.smoother.relax_measured(q, x, between);
+        self.smoother.relax(true, self.f, between, y);
         norms
     }
 
@@ -123,25 +145,32 @@ impl<T: Scalar> Equation<'_, T> {
     /// the scale of `x`.
     pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
-        let Level { transfer, problem, ratio, x: coarse, f } = level;
-        self.smoother.restrict(self.f, x, transfer, f);
+        let points = level.grid().iter().product();
+        let Level { transfer, gathered, problem, ratio, x: coarse, f } = level;
+        let (gathered, own) = (gathered.as_ref(), transfer.coarse().iter().product());
+        self.smoother.restrict(self.f, x, transfer, &mut f[..own]);
         transfer.inject(x, |k, fine| coarse[k] = rescaled(fine, ratio.entry(k)));
+        if let Some(strip) = gathered {
+            strip.complete([f, coarse]);
+        }
         let smoother = of_level(problem, self.parallel);
         smoother.subtract(coarse, f);
         let visits = kind.visits(coarser.is_empty());
         let (between, parallel) = (&mut *self.between, self.parallel);
-        let mut below = Equation { smoother, f: (T::one(), f), coarser, between, parallel };
+        let mut below = Equation { smoother, f: (T::one(), f), points, coarser, between, parallel };
         for &visit in visits {
             below.cycle(visit, coarse, clock);
         }
+        keep_own(gathered, own, coarse);
         let mut finite = true;
         transfer.inject(x, |k, fine| {
             let correction = rescaled(coarse[k], ratio.entry(k).recip()) - fine;
             finite &= correction.is_finite();
             coarse[k] = correction;
         });
-        if finite {
-            transfer.interpolate(coarse, x, self.parallel);
+        let lost = f64::from(!finite);
+        if transfer.strip().map_or([lost], |strip| strip.largest([lost])) == [0.0] {
+            transfer.interpolate(&coarse[..own], x, self.parallel);
         }
     }
 
@@ -150,13 +179,20 @@ impl<T: Scalar> Equation<'_, T> {
     pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
         x.fill(T::zero());
         if let Some((level, coarser)) = self.coarser.split_first_mut() {
-            let Level { transfer, problem, ratio, x: coarse, f } = level;
+            let points = level.grid().iter().product();
+            let Level { transfer, gathered, problem, ratio, x: coarse, f } = level;
+            let (gathered, own) = (gathered.as_ref(), transfer.coarse().iter().product());
             // Of K(0) + f, which is f.
-            self.smoother.restrict(self.f, x, transfer, f);
+            self.smoother.restrict(self.f, x, transfer, &mut f[..own]);
+            if let Some(strip) = gathered {
+                strip.complete([f]);
+            }
             let smoother = of_level(problem, self.parallel);
             let (between, parallel) = (&mut *self.between, self.parallel);
-            Equation { smoother, f: (T::one(), f), coarser, between, parallel }
+            Equation { smoother, f: (T::one(), f), points, coarser, between, parallel }
                 .nested(kind, coarse, clock);
+            keep_own(gathered, own, coarse);
+            let coarse = &mut coarse[..own];
             for (k, coarse) in coarse.iter_mut().enumerate() {
                 *coarse = rescaled(*coarse, ratio.entry(k).recip());
             }
@@ -167,5 +203,5 @@ impl<T: Scalar> Equation<'_, T> {
 }
 
 fn of_level<T: Scalar>(problem: &Hlcp<T, Coarse<T>, Coarse<T>>, parallel: bool) -> Smoother<'_, T> {
-    Smoother::new(problem, problem.omega(), parallel).expect("coarse operators are five-point ones")
+    Smoother::new(problem, None, parallel).expect("coarse operators are five-point ones")
 }

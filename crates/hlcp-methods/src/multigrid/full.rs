@@ -67,6 +67,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for FullMu
         true
     }
 
+    fn works_on_ranks(&self) -> bool {
+        true
+    }
+
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         if std::mem::replace(&mut self.begun, true) {
             return self.multigrid.step(q, x, y, clock);

@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Transfer, Varying};
+use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Transfer, Varying};
 
 /// A grid and the next coarser one over the same domain.
 ///
-/// They are those of [`Transfer`].
+/// They are those of [`Transfer`], and where ranks share the problem, of this rank's columns.
 ///
 /// ```
 /// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying};
@@ -43,6 +43,8 @@ pub struct Grids<'a, T> {
     /// Whether both grids close round along `[x, y]`, as the coarse operators must.
     pub round: [bool; 2],
     pub(super) transfer: &'a Transfer<T>,
+    /// The fine grid's, if ranks share it.
+    pub(super) strip: Option<&'a Strip>,
 }
 
 impl<T: Scalar> Grids<'_, T> {
@@ -104,7 +106,9 @@ pub trait Coarsen<T: Scalar> {
     /// The coarse grid's `A` and `B`, given the fine grid's.
     ///
     /// They are those of [`Hlcp::a`](hlcp_core::Hlcp::a) and [`Hlcp::b`](hlcp_core::Hlcp::b):
-    /// exchanged where the problem is.
+    /// exchanged where the problem is. Ranks that share the problem are each asked for their own
+    /// columns, together, so that they can send each other what they need ([`Strip::beside`]); the
+    /// answer of a rank that has no coarse column is not looked at.
     ///
     /// # Errors
     ///
@@ -161,7 +165,9 @@ impl<T: Scalar> Coarsen<T> for Rediscretise {
         [a, b]: [FivePointView<'_, T>; 2],
         grids: &Grids<'_, T>,
     ) -> Result<[FivePoint<Varying<T>>; 2], Error> {
-        Ok([rediscretised(a, grids)?, rediscretised(b, grids)?])
+        // Both first, since ranks do them together.
+        let [a, b] = [rediscretised(a, grids), rediscretised(b, grids)];
+        Ok([a?, b?])
     }
 }
 
@@ -171,21 +177,40 @@ fn rediscretised<T: Scalar>(
 ) -> Result<FivePoint<Varying<T>>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
+    // By columns of the whole grid, of which a coarse edge may reach three into the next rank's.
+    let whole = grids.strip.map(|strip| Transfer::new(strip.whole(), grids.round));
+    let transfer = whole.as_ref().unwrap_or(grids.transfer);
+    let first = |strip: Option<&Strip>| strip.map_or(0, |strip| strip.columns().start);
+    let [first_fine, first_coarse] = [grids.strip, grids.transfer.strip()].map(first);
+    let beside = |c: Coefficients<'_, T>| {
+        grids.strip.map_or([vec![], vec![]], |strip| strip.beside(3, |k| c.at(k)))
+    };
+    let beside = [beside(west), beside(east)];
+    let along = |d: usize, p: usize, q: usize| {
+        let [before, after] = &beside[d];
+        let own = p.wrapping_sub(first_fine);
+        match first_fine.checked_sub(p + 1) {
+            Some(back) => before[(q + 1) * before.len() / grids.fine[1] - 1 - back],
+            None if own < width => [west, east][d].at(q * width + own),
+            None => after[q * after.len() / grids.fine[1] + own - width],
+        }
+    };
     let axis = |d: usize| Axis {
-        count: grids.fine[d],
-        nearest: grids.transfer.nearest()[d],
+        count: transfer.fine()[d],
+        nearest: transfer.nearest()[d],
         ratio: grids.ratio()[d],
         round: grids.round[d],
     };
     let row = |i, j| {
         let [p, q] = grids.nearest(i, j);
-        let k = q * width + p;
-        let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(k));
-        let [west, east] = couplings([west, east], k, 1, axis(0), i);
-        let [south, north] = couplings([south, north], k, width, axis(1), j);
+        let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(q * width + p));
+        let along = [0, 1].map(|d| move |p: usize| along(d, p, q));
+        let [west, east] = couplings(along, axis(0), first_coarse + i);
+        let across = [south, north].map(|c| move |q: usize| c.at(q * width + p));
+        let [south, north] = couplings(across, axis(1), j);
         [south, west, zero_order - (south + west + east + north), east, north]
     };
-    if fine.constants().is_some() {
+    if grids.strip.is_none() && fine.constants().is_some() {
         let coarse = FivePoint::new(nx, ny, row(0, 0).map(Varying::Constant))?;
         return coarse.periodic(grids.round);
     }
@@ -202,23 +227,18 @@ struct Axis<'a, T> {
 }
 
 /// The coefficients of coarse node `i`'s neighbours before and after it on an axis, given those of
-/// the fine points.
-///
-/// `k` is the index of the nearest fine point, and `stride` the way from one point to the next on
-/// the axis.
+/// the fine nodes.
 fn couplings<T: Scalar>(
-    [back, ahead]: [Coefficients<'_, T>; 2],
-    k: usize,
-    stride: usize,
+    [back, ahead]: [impl Fn(usize) -> T; 2],
     Axis { count, nearest, ratio, round }: Axis<'_, T>,
     i: usize,
 ) -> [T; 2] {
+    let here = nearest[i];
     if nearest.len() == count {
-        return [back.at(k), ahead.at(k)];
+        return [back(here), ahead(here)];
     }
     // The edges to the coarse neighbours, without those to the interval's ends, by the points they
     // lead back from; counted so that what leads across stays positive.
-    let here = nearest[i];
     let [before, after] = match round {
         true => [2, 2],
         false => {
@@ -226,8 +246,7 @@ fn couplings<T: Scalar>(
             [here - if i > 0 { nearest[i - 1] } else { 0 }, last - here]
         }
     };
-    let point = |p: usize| k - here * stride + p % count * stride;
-    let edge = |p: usize| [back.at(point(p)), ahead.at(point(p - 1))];
+    let edge = |p: usize| [back(p % count), ahead((p - 1) % count)];
     let here = here + count;
     let coarse = |points: Range<usize>| coarse_edge(points.map(edge), ratio);
     [coarse(here - before + 1..here + 1)[0], coarse(here + 1..here + after + 1)[1]]

@@ -5,7 +5,9 @@ mod full;
 mod hierarchy;
 mod pace;
 
-use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Transfer};
+use hlcp_core::{
+    Error, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
+};
 
 pub use self::{
     cycle::Cycle,
@@ -13,7 +15,7 @@ pub use self::{
     hierarchy::{Coarsen, Grids, Rediscretise},
 };
 use self::{
-    cycle::{Equation, Level, rescaled},
+    cycle::{Coarse, Equation, Level, rescaled},
     pace::{Pace, Turn},
 };
 use crate::{Clock, Method, Work as Count};
@@ -52,6 +54,9 @@ use crate::{Clock, Method, Work as Count};
 /// and `x` and `f` on the coarser grids); `n` more once cycles are on trial; up to `10n/3` for
 /// coarse coefficients where the problem's own vary.
 ///
+/// Ranks that share the problem ([`Hlcp::shared_by`]) share its finer grids, and have the whole of
+/// those of fewer than 2¹⁴ points.
+///
 /// # Convergence
 ///
 /// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
@@ -87,7 +92,6 @@ use crate::{Clock, Method, Work as Count};
 #[derive(Debug, Clone)]
 pub struct Multigrid<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
-    grid: [usize; 2],
     cycle: Cycle,
     /// Whether F-cycles have given way to W-cycles.
     escalated: bool,
@@ -122,46 +126,35 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// # Errors
     ///
     /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first
-    /// diagonal entry that is not positive, which a sweep divides by; [`Error::OneRank`] for a
-    /// problem that ranks share; and what `coarsen` refuses.
+    /// diagonal entry that is not positive, which a sweep divides by; and what `coarsen` refuses.
     pub fn with_levels(
         problem: Hlcp<T, A, B>,
         cycle: Cycle,
         coarsen: &impl Coarsen<T>,
     ) -> Result<Self, Error> {
-        problem.on_one_rank("multigrid")?;
-        let grid = problem.grid()?;
         let scaling = Smoother::scaling(&problem)?;
         let mut levels = vec![];
-        let mut next = coarser(&problem, &scaling, grid, coarsen)?;
+        let mut next = coarser(&problem, &scaling, coarsen)?;
         while let Some(level) = next {
-            let Level { problem, transfer, .. } = &level;
-            next = coarser(problem, problem.omega(), transfer.coarse(), coarsen)?;
+            next = coarser(&level.problem, level.problem.omega(), coarsen)?;
             levels.push(level);
         }
-        let points = |grid: [usize; 2]| grid[0] * grid[1];
-        let grids = levels.iter().map(|level: &Level<T>| level.transfer.coarse());
-        let sizes: Vec<_> = [grid].into_iter().chain(grids).map(points).collect();
-        let sweeps = [cycle, Cycle::W].map(|kind| kind.walks(&sizes).div_ceil(points(grid)));
-        let scaling = (scaling != *problem.omega()).then_some(scaling);
-        let (pace, kept, between) = (Pace::new(), vec![], vec![T::zero(); points(grid)]);
+        // Some of the ranks that share the problem may have more points of a coarser grid, whole.
+        let most = levels.iter().map(|level: &Level<T>| level.x.len()).chain([problem.order()]);
+        let between = vec![T::zero(); most.max().unwrap_or(0)];
+        // On all ranks, if on one.
+        let scaling = problem.any(scaling != *problem.omega()).then_some(scaling);
+        let (sweeps, pace, kept) = ([0; 2], Pace::new(), vec![]);
         let (escalated, taken) = (false, 0);
-        Ok(Self {
-            problem,
-            grid,
-            cycle,
-            escalated,
-            sweeps,
-            levels,
-            scaling,
-            between,
-            taken,
-            pace,
-            kept,
-        })
+        let mut multigrid =
+            Self { problem, cycle, escalated, sweeps, levels, scaling, between, taken, pace, kept };
+        let sizes: Vec<usize> = multigrid.grids().map(|grid| grid.iter().product()).collect();
+        multigrid.sweeps = [cycle, Cycle::W].map(|kind| kind.walks(&sizes).div_ceil(sizes[0]));
+        Ok(multigrid)
     }
 
-    /// The `[nx, ny]` of the grids, from the problem's own to the coarsest.
+    /// The `[nx, ny]` of the grids, from the problem's own to the coarsest; of the whole grids, where
+    /// ranks share the problem.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -174,7 +167,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn grids(&self) -> impl Iterator<Item = [usize; 2]> {
-        [self.grid].into_iter().chain(self.levels.iter().map(|level| level.transfer.coarse()))
+        let own = || self.problem.grid().expect("a grid, as before");
+        let finest = self.problem.strip().map_or_else(own, Strip::whole);
+        [finest].into_iter().chain(self.levels.iter().map(Level::grid))
     }
 
     /// Whether iterations are cycles, since they gain more than sweeps do; `None` before the first
@@ -225,12 +220,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
 
     /// The norms of `A z − B r + q` at `x`.
     fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
-        self.smoother(self.problem.omega()).norms(q, x)
-    }
-
-    fn smoother<'e>(&'e self, omega: &'e Omega<T>) -> Smoother<'e, T> {
-        let parallel = self.problem.is_parallel();
-        Smoother::new(&self.problem, omega, parallel).expect("five-point operators, as before")
+        let smoother = Smoother::new(&self.problem, None, self.problem.is_parallel());
+        smoother.expect("five-point operators, as before").norms(q, x)
     }
 
     /// Takes `x` from the problem's Ω to that of cycles, or back.
@@ -243,13 +234,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     }
 
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
+        let points = self.grids().next().map_or(0, |grid| grid.iter().product());
         let Self { problem, scaling, levels, between, .. } = self;
-        let (omega, parallel) =
-            (scaling.as_ref().unwrap_or(problem.omega()), problem.is_parallel());
-        let smoother = Smoother::new(problem, omega, parallel);
+        let parallel = problem.is_parallel();
+        let smoother = Smoother::new(problem, scaling.as_ref(), parallel);
         Equation {
             smoother: smoother.expect("five-point operators, as before"),
             f: (problem.q_factor(), q.entries()),
+            points,
             coarser: levels,
             between,
             parallel,
@@ -279,6 +271,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
     }
 
     fn has_memory(&self) -> bool {
+        true
+    }
+
+    fn works_on_ranks(&self) -> bool {
         true
     }
 
@@ -356,45 +352,99 @@ fn compare<T: Scalar>(
     [before, swept, smoother.norms(q, x).l2]
 }
 
+/// Where ranks share a problem, each has the whole of coarser grids of fewer points, and of those
+/// of fewer columns for a rank: they cost less than messages.
+const SMALL: usize = if cfg!(test) { 1 } else { 1 << 14 };
+const NARROW: usize = 6;
+
 /// The next coarser grid and the problem there, if there is one with positive diagonals; `scaling`
 /// is that of the fine grid.
 fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
     scaling: &Omega<T>,
-    fine: [usize; 2],
     coarsen: &impl Coarsen<T>,
 ) -> Result<Option<Level<T>>, Error> {
-    let round = problem.round();
-    let transfer = Transfer::new(fine, round);
+    let (fine, round, strip) = (problem.grid()?, problem.round(), problem.strip());
+    let transfer = strip.map_or_else(|| Transfer::new(fine, round), Transfer::shared_by);
     let coarse = transfer.coarse();
     let (Some(a), Some(b)) = (problem.a().as_five_point(), problem.b().as_five_point()) else {
         return Ok(None);
     };
-    if coarse == fine {
+    if transfer.ratio() == [T::one(); 2] {
         return Ok(None);
     }
-    let [a, b] = coarsen.coarsen([a, b], &Grids { fine, coarse, round, transfer: &transfer })?;
-    let n = coarse[0] * coarse[1];
-    if a.order() != n {
-        return Err(Error::Order { what: "A of a coarser grid", found: a.order(), expected: n });
-    }
-    let unscaled = Hlcp::new(&a, &b, Omega::Uniform(T::one()))?;
-    if unscaled.grid()? != coarse || unscaled.round() != round {
-        return Err(Error::NotFivePoint { what: "an operator of a coarser grid" });
-    }
-    let Ok(own) = Smoother::scaling(&unscaled) else { return Ok(None) };
+    let grids = Grids { fine, coarse, round, transfer: &transfer, strip };
+    let made = coarsen.coarsen([a, b], &grids).and_then(|[a, b]| {
+        let (found, expected) = (a.order(), coarse[0] * coarse[1]);
+        if found != expected {
+            return Err(Error::Order { what: "A of a coarser grid", found, expected });
+        }
+        let posed = Hlcp::new(&a, &b, Omega::Uniform(T::one()))?;
+        if posed.grid()? != coarse || posed.round() != round {
+            return Err(Error::NotFivePoint { what: "an operator of a coarser grid" });
+        }
+        Ok(Some([a, b]))
+    });
+    let made = problem.agree(if coarse[0] > 0 { made } else { Ok(None) })?;
+    let is_small = |strip: &&Strip| {
+        strip.whole().iter().product::<usize>() < SMALL || strip.narrowest() < NARROW
+    };
+    let gathered = transfer.strip().filter(is_small);
+    let [a, b] = match (made, gathered) {
+        (made, Some(strip)) => {
+            let parts = made.as_ref().map_or([None; 2], |made| made.each_ref().map(Some));
+            let [a, b] = parts.map(|part| whole(strip, part));
+            [a?, b?]
+        }
+        (Some(made), None) => made,
+        (None, None) => return Ok(None),
+    };
+    let shared = transfer.strip().filter(|_| gathered.is_none());
+    let Ok(own) = Smoother::scaling(&posed(&a, &b, Omega::Uniform(T::one()), shared)?) else {
+        return Ok(None);
+    };
     let ratio = match (scaling, &own) {
         (Omega::Uniform(fine), Omega::Uniform(own)) => Omega::Uniform(*fine / *own),
         _ => {
             let [columns, rows] = transfer.nearest();
             let nearest = rows.iter().flat_map(|j| columns.iter().map(move |i| j * fine[0] + i));
-            let ratios = nearest.zip(0..).map(|(k, i)| scaling.entry(k) / own.entry(i));
+            let place = |i: usize| gathered.map_or(i, |strip| strip.index(i));
+            let ratios = nearest.zip(0..).map(|(k, i)| scaling.entry(k) / own.entry(place(i)));
             Omega::Each(ratios.collect())
         }
     };
-    let (x, f) = (vec![T::zero(); n], vec![T::zero(); n]);
-    let problem = Hlcp::new(a, b, own)?;
-    Ok(Some(Level { transfer, problem, ratio, x, f }))
+    let (x, f) = (vec![T::zero(); a.order()], vec![T::zero(); a.order()]);
+    let problem = posed(a, b, own, shared)?;
+    let gathered = gathered.cloned();
+    Ok(Some(Level { transfer, gathered, problem, ratio, x, f }))
+}
+
+/// A problem, shared by ranks if there is a strip.
+fn posed<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    a: A,
+    b: B,
+    omega: Omega<T>,
+    strip: Option<&Strip>,
+) -> Result<Hlcp<T, A, B>, Error> {
+    let problem = Hlcp::new(a, b, omega);
+    match strip {
+        Some(strip) => strip.agree(problem)?.shared_by(strip),
+        None => problem,
+    }
+}
+
+/// The whole of an operator of which this rank may have a part.
+fn whole<T: Scalar>(strip: &Strip, part: Option<&Coarse<T>>) -> Result<Coarse<T>, Error> {
+    let [nx, ny] = strip.whole();
+    let mut lists = [(); 5].map(|()| vec![T::zero(); nx * ny]);
+    if let Some(view) = part.and_then(LinearOperator::as_five_point) {
+        for (list, values) in lists.iter_mut().zip(view.coefficients()) {
+            let own = list[..strip.grid().iter().product()].iter_mut();
+            own.enumerate().for_each(|(k, value)| *value = values.at(k));
+        }
+    }
+    strip.complete(lists.each_mut().map(Vec::as_mut_slice));
+    FivePoint::from_fn(nx, ny, |i, j| lists.each_ref().map(|list| list[j * nx + i]))
 }
 
 #[cfg(test)]

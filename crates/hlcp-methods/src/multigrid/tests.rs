@@ -1,8 +1,8 @@
 //! Sweeps and cycles against dense matrices written down from their definitions.
 
 use hlcp_core::{
-    FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, Smoother, Transfer,
-    Varying,
+    FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother,
+    Strip, Transfer, Varying, ranks_as_threads,
 };
 
 use crate::{Clock, Method, Work as Count};
@@ -165,10 +165,9 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     let n = grid[0] * grid[1];
     let scaling = Smoother::scaling(problem).unwrap();
     let mut levels = vec![];
-    let mut next = coarser(problem, &scaling, grid, &Rediscretise).unwrap();
+    let mut next = coarser(problem, &scaling, &Rediscretise).unwrap();
     while let Some(level) = next {
-        let (p, grid) = (&level.problem, level.transfer.coarse());
-        next = coarser(p, p.omega(), grid, &Rediscretise).unwrap();
+        next = coarser(&level.problem, level.problem.omega(), &Rediscretise).unwrap();
         levels.push(level);
     }
     let each = |omega: &Omega<f64>, n: usize| (0..n).map(|k| omega.entry(k)).collect();
@@ -183,9 +182,10 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     let mut between = vec![f64::NAN; n];
     for (kind, visits) in [(Cycle::V, 1), (Cycle::W, 2)] {
         let (mut x, mut expected) = (start.clone(), start.clone());
-        let smoother = Smoother::new(problem, &scaling, false).unwrap();
+        let smoother = Smoother::new(problem, Some(&scaling), false).unwrap();
         let (coarser, between) = (&mut levels[..], &mut between[..]);
-        let mut equation = Equation { smoother, f: (0.7, &q), coarser, between, parallel: false };
+        let (of_q, points, parallel) = ((0.7, &q[..]), n, false);
+        let mut equation = Equation { smoother, f: of_q, points, coarser, between, parallel };
         for _ in 0..2 {
             equation.cycle(kind, &mut x, &mut Clock::endless());
             cycle(&grids, visits, &f, &mut expected);
@@ -198,7 +198,8 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
 #[test]
 fn constants_are_discretised_again() {
     let (round, transfer) = ([false; 2], Transfer::new([15, 10], [false; 2]));
-    let grids = Grids { fine: [15, 10], coarse: [7, 4], round, transfer: &transfer };
+    let (fine, coarse, strip) = ([15, 10], [7, 4], None);
+    let grids = Grids { fine, coarse, round, transfer: &transfer, strip };
     let row = |[south, west, centre, east, north]: [f64; 5]| {
         let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
         let view: FivePointView<'_, f64> = a.as_five_point().unwrap();
@@ -277,4 +278,69 @@ fn a_failed_trial_leaves_no_trace() {
         std::mem::swap(&mut x, &mut y);
     }
     assert!(returns > 0);
+}
+
+/// A start by nested iteration and two steps, on the strip or on the whole grid.
+fn nested_and_two_steps<T: Scalar>(
+    strip: Option<&Strip>,
+    [nx, ny]: [usize; 2],
+    varying: bool,
+    cycle: Cycle,
+) -> (Option<Vec<T>>, [Norms; 2]) {
+    let ([width, _], first) = strip.map_or(([nx, ny], 0), |s| (s.grid(), s.columns().start));
+    let vector = |seed: usize| -> Vec<T> {
+        let of = |i: usize, j: usize| T::of(noise(seed + 7 * i + 1013 * j));
+        (0..width * ny).map(|k| of(first + k % width, k / width)).collect()
+    };
+    let row = |seed: usize, centre: f64| {
+        FivePoint::from_fn(width, ny, move |i, j| {
+            let off = |d: usize| match varying {
+                true => 0.5 * noise(seed + 5 * (i + first) + 911 * j + d) - 0.6,
+                false => -0.7 - 0.1 * d as f64,
+            };
+            [off(0), off(1), centre, off(2), off(3)].map(T::of)
+        })
+    };
+    let (a, b) = (row(1, 4.7).unwrap(), row(3, 3.9).unwrap());
+    let omega = match varying {
+        true => Omega::Each(vector(5).into_iter().map(|v| T::of(1.2 + 0.3 * v.wide())).collect()),
+        false => Omega::Uniform(T::of(4.7) / T::of(3.9)),
+    };
+    let problem = Hlcp::new(a, b, omega).unwrap();
+    let problem = match strip {
+        Some(strip) => problem.shared_by(strip).unwrap(),
+        None => problem,
+    };
+    let q = vector(11);
+    let mut multigrid = Multigrid::new(problem.clone(), cycle).unwrap();
+    let q = problem.rhs(&q).unwrap();
+    let (mut x, mut y) = (vec![T::zero(); width * ny], vec![T::zero(); width * ny]);
+    multigrid.nested(&q, &mut x, &mut Clock::endless());
+    let first = multigrid.step(&q, &x, &mut y, &mut Clock::endless());
+    let second = multigrid.step(&q, &y, &mut x, &mut Clock::endless());
+    (strip.map_or(Some(x.clone()), |strip| strip.gather(&x)), [first, second])
+}
+
+fn ranks_agree<T: Scalar>(ranks: usize, grid: [usize; 2], varying: bool, cycle: Cycle) {
+    let alone = nested_and_two_steps::<T>(None, grid, varying, cycle);
+    let together = ranks_as_threads(ranks, |ranks| {
+        let strip = Strip::new(ranks, grid).unwrap();
+        nested_and_two_steps::<T>(Some(&strip), grid, varying, cycle)
+    });
+    for (rank, (x, norms)) in together.into_iter().enumerate() {
+        assert_eq!(norms, alone.1, "{grid:?}, {varying}, {cycle:?}, {rank} of {ranks}");
+        assert!(rank > 0 || x == alone.0, "{grid:?}, {varying}, {cycle:?}, {ranks} ranks");
+    }
+}
+
+/// Grids whose sides halve and that do not, down to 16 columns a rank, and the last rank of five
+/// with one, two and three columns, the first of them without a coarse one.
+#[test]
+fn ranks_share_every_grid_with_the_bits_of_one_process() {
+    let grids = [[1025, 19], [1026, 6], [1027, 1], [1279, 12], [1300, 33], [1283, 2]];
+    for (k, (grid, ranks)) in grids.into_iter().zip([5, 5, 5, 2, 3, 4]).enumerate() {
+        let kinds = [Cycle::V, Cycle::F, Cycle::W];
+        ranks_agree::<f64>(ranks, grid, k % 2 == 0, kinds[k % 3]);
+        ranks_agree::<f32>(ranks, grid, k % 2 == 1, kinds[(k + 1) % 3]);
+    }
 }
