@@ -11,9 +11,7 @@ mod common;
 use std::{cell::RefCell, error::Error};
 
 use common::{against, done, machine, seconds};
-use hlcp_core::{
-    Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Smoother, Step, Transfer, VaryingFivePoint,
-};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Smoother, Step, Transfer};
 use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Options, Solver};
 use hlcp_verify::Disc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -122,7 +120,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         closed(m, a, b)?;
     }
     let varying = |m: usize, seed: f64| {
-        VaryingFivePoint::from_fn(m, m, |i, j| {
+        FivePoint::from_fn(m, m, |i, j| {
             let v = 0.1 * (seed + (j * m + i) as f64).sin();
             [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
         })

@@ -17,10 +17,7 @@ mod counting;
 use std::{cell::RefCell, error::Error, hint::black_box, path::Path, time::Instant};
 
 use common::{TURNS, against, done, machine, median, seconds};
-use hlcp_core::{
-    Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step,
-    VaryingFivePoint,
-};
+use hlcp_core::{Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step};
 use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -197,7 +194,7 @@ fn varying(m: usize, pool: &ThreadPool) -> Result<[(f64, f64); 2], Box<dyn Error
     let n = m * m;
     let wave = |seed: f64, size: f64| move |k: usize| size * (seed + k as f64).sin();
     let operator = |seed: f64| {
-        VaryingFivePoint::from_fn(m, m, |i, j| {
+        FivePoint::from_fn(m, m, |i, j| {
             let v = wave(seed, 0.1)(j * m + i);
             [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
         })

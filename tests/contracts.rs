@@ -13,7 +13,7 @@ use common::{Lists, from};
 use hlcp_core::{
     Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
     LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingFn,
-    SplittingStep, Step, VaryingFivePoint,
+    SplittingStep, Step,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
@@ -442,7 +442,7 @@ fn keeps_on_threads<T: Scalar>() {
             let v = 0.2 * wave(0.7)(nx * j + i);
             [v - 1.1, v - 0.9, centre - v, v - 1.3, v - 0.7].map(to)
         };
-        VaryingFivePoint::from_fn(nx, ny, row).unwrap()
+        FivePoint::from_fn(nx, ny, row).unwrap()
     };
     let constant = |row: [f64; 5]| FivePoint::new(nx, ny, row.map(to)).unwrap();
     let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| to(1.4 + 0.3 * w)).collect());

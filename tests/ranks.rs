@@ -14,8 +14,7 @@ use std::{
 
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
-    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, VaryingFivePoint,
-    ranks_as_threads,
+    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, ranks_as_threads,
 };
 use hlcp_methods::{
     Anderson, Divergence, Limits, Method, Mms, Named, Norm, Options, Parameters, Progress, Solver,
@@ -70,8 +69,8 @@ fn course<T: Scalar>(strip: Option<&Strip>, case: Case, name: &str) -> Course<T>
                 to([-0.9 + 0.1 * n, -0.8, 4.0 + sign * n, -1.1 - 0.2 * n, -0.7])
             }
         };
-        let a = VaryingFivePoint::from_fn(nx, ny, row(0.7)).unwrap();
-        let b = VaryingFivePoint::from_fn(nx, ny, row(-0.5)).unwrap();
+        let a = FivePoint::from_fn(nx, ny, row(0.7)).unwrap();
+        let b = FivePoint::from_fn(nx, ny, row(-0.5)).unwrap();
         let omega = Omega::Each(vector(strip, case.grid, omega));
         solved(strip, case, name, a, b, omega)
     } else {
@@ -252,7 +251,7 @@ fn a_bad_entry_on_one_rank_is_one_error_on_all() {
         let [nx, ny] = strip.grid();
         let first = strip.columns().start;
         let row = |i, j| [0.0, 0.0, if (i + first, j) == (400, 3) { -1.0 } else { 2.0 }, 0.0, 0.0];
-        let a = VaryingFivePoint::from_fn(nx, ny, row).unwrap();
+        let a = FivePoint::from_fn(nx, ny, row).unwrap();
         let b = FivePoint::new(nx, ny, [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
         let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
         Mms::new(problem, Aor::gauss_seidel()).map(drop).unwrap_err()

@@ -13,11 +13,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_methods::{
-    Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator,
-    Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar,
-    Solver, Splitting, SplittingStep, Tmms, Tolerance, VaryingFivePoint,
-};
+use hlcp_methods::{Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance, FivePoint};
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
     Slider, Supply, TimeStep,
@@ -160,7 +156,7 @@ impl<T: Real> Given<'_, T> {
                         Numbers::Constant(value) => Coefficients::Constant(T::of(*value)),
                     };
                 }
-                Box::new(VaryingFivePoint::new(*nx, *ny, views).map_err(wrong)?)
+                Box::new(FivePoint::new(*nx, *ny, views).map_err(wrong)?)
             }
             Self::Products(rows, columns, call) => {
                 let shape = [*rows, *columns];

@@ -5,7 +5,7 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind},
 };
 
-use hlcp_core::{Hlcp, Omega, Rows, Scalar, VaryingFivePoint};
+use hlcp_core::{FivePoint, Hlcp, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{BoxedMethod, Limits, Named, Options, Parameters, Progress, Solver};
 use num_traits::ToPrimitive;
 
@@ -58,7 +58,7 @@ pub(crate) fn lists<T: Scalar>(matrix: &Matrix) -> Lists<T> {
     Lists(rows)
 }
 
-fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> VaryingFivePoint<'static, T> {
+fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> FivePoint<Varying<T>> {
     let n = matrix.len();
     let row = |i: usize, j: usize| {
         let k = nx * j + i;
@@ -71,7 +71,7 @@ fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> VaryingFivePoint<'static
             entry(k + nx < n, k + nx),
         ]
     };
-    VaryingFivePoint::from_fn(nx, n / nx, row).expect("a finite matrix on its grid")
+    FivePoint::from_fn(nx, n / nx, row).expect("a finite matrix on its grid")
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -37,7 +37,7 @@ const MARKERS: [MarkerShape; 9] = [
 ];
 
 /// Colour, dash and marker of each method, by the names it has on the charts.
-pub(crate) const STYLES: [(&[&str], [usize; 3]); 26] = [
+const STYLES: [(&[&str], [usize; 3]); 26] = [
     (&["MGS"], [0, 0, 0]),
     (&["MSOR, best"], [0, 1, 1]),
     (&["MAOR, best"], [0, 2, 2]),
@@ -66,6 +66,36 @@ pub(crate) const STYLES: [(&[&str], [usize; 3]); 26] = [
     (&["FBNS, sparse LU"], [4, 0, 0]),
 ];
 
+// No two methods have colour and marker in common, and the last two markers are left to others.
+const _: () = {
+    let mut k = 0;
+    while k < STYLES.len() {
+        let [colour, dash, marker] = STYLES[k].1;
+        assert!(colour < COLOURS.len() && dash < DASHES.len() && marker + 2 < MARKERS.len());
+        let mut other = 0;
+        while other < k {
+            assert!(colour != STYLES[other].1[0] || marker != STYLES[other].1[2]);
+            other += 1;
+        }
+        k += 1;
+    }
+};
+
+fn style(name: &str) -> Option<[usize; 3]> {
+    STYLES.iter().find(|(names, _)| names.contains(&name)).map(|(_, style)| *style)
+}
+
+/// Sees that each method of a chart has a style.
+///
+/// # Panics
+///
+/// For the first that has none.
+pub(crate) fn assert_styled(methods: impl IntoIterator<Item = &'static str>) {
+    for name in methods {
+        assert!(style(name).is_some(), "{name} has no row in the table STYLES of chart.rs");
+    }
+}
+
 /// A named line with its colour, dash and marker, the same on every chart.
 pub(crate) struct Series {
     pub(crate) name: String,
@@ -77,8 +107,7 @@ impl Series {
     /// The line of a method, in its style; of others, each with a `place` of its own, in a style
     /// that no method has.
     pub(crate) fn new(name: &str, place: usize, points: Vec<Point>) -> Self {
-        let known = STYLES.iter().find(|(names, _)| names.contains(&name));
-        let style = known.map_or([place, place, 7 + place % 2], |(_, style)| *style);
+        let style = style(name).unwrap_or([place, place, 7 + place % 2]);
         Self { name: name.to_owned(), style, points }
     }
 

@@ -219,7 +219,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let exponents = [&rows, &of_pads]
         .map(|of| [slope(of, |row| row.seconds), slope(of, |row| row.walks as f64 * row.n as f64)]);
     rows.extend(of_pads);
-    let flag = if *quick { " --quick" } else { "" };
+    let mut flag = String::from(if *quick { " --quick" } else { "" });
+    if *threads > 1 {
+        write!(flag, " --threads {threads}")?;
+    }
     let features = if cfg!(feature = "faer") { " --features faer" } else { "" };
     let command = format!("cargo run --release{features} -- films{flag}");
     let mut text = table(&rows, &provenance(&command))?;

@@ -145,27 +145,3 @@ fn refuse(error: &clap::Error) -> ExitCode {
 fn say(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{}", printable(line));
 }
-
-#[cfg(test)]
-mod tests {
-    use crate::{
-        chart::STYLES,
-        comparison,
-        speed_vs_accuracy::{BEYOND, METHODS, PRECISIONS},
-    };
-
-    #[test]
-    fn every_method_on_a_chart_has_a_colour_and_marker_of_its_own() {
-        let series = [METHODS, BEYOND, PRECISIONS].concat();
-        let names = series.iter().map(|(name, _)| *name).chain(comparison::METHODS);
-        for name in names {
-            let styles = STYLES.iter().filter(|(names, _)| names.contains(&name));
-            assert_eq!(styles.count(), 1, "{name}");
-        }
-        for (k, (names, [colour, dash, marker])) in STYLES.iter().enumerate() {
-            assert!(*colour < 7 && *dash < 5 && *marker < 7, "{names:?}");
-            let same = STYLES[..k].iter().find(|(_, [c, _, m])| (c, m) == (colour, marker));
-            assert!(same.is_none(), "{names:?} and {same:?}");
-        }
-    }
-}

@@ -1,7 +1,7 @@
 use std::num::NonZeroUsize;
 
 use crate::{
-    Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step,
+    Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step, check_row,
     error::positive,
     kernel::{Relaxation, Sweep},
     rows::{Relaxed, Source, Visited},
@@ -343,8 +343,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         let [of_a, of_b] = self.relaxations();
         let check = |i| {
             positive_pivot(problem, i, of_a.diagonal, of_b.diagonal)?;
-            finite_row("row of A", problem.a(), i)?;
-            finite_row("row of B", problem.b(), i)
+            check_row("row of A", problem.a(), i)?;
+            check_row("row of B", problem.b(), i)
         };
         let n = problem.order();
         match problem.sweep().filter(Sweep::is_constant) {
@@ -371,19 +371,4 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
             self.sweep::<A, B, false>(problem, q, x, y)
         }
     }
-}
-
-/// Refuses a row with an entry that is not finite, naming the row.
-fn finite_row<T: Scalar>(
-    what: &'static str,
-    operator: &impl Rows<T>,
-    index: usize,
-) -> Result<(), Error> {
-    let mut bad = None;
-    operator.visit_row(index, &mut |_, value| {
-        if !value.is_finite() && bad.is_none() {
-            bad = Some(Error::NotFinite { what, index, value: value.wide() });
-        }
-    });
-    bad.map_or(Ok(()), Err)
 }

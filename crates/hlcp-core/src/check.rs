@@ -16,8 +16,8 @@ use crate::{Error, LinearOperator, Rows, Scalar};
 ///
 /// # Errors
 ///
-/// What the operator's own [`check`](crate::LinearOperator::check) refuses; [`Error::Index`] and
-/// [`Error::NotFinite`] for the first row that is wrong in itself; [`Error::Contradiction`] for the
+/// What the operator's own [`check`](crate::LinearOperator::check) refuses; [`Error::Outside`],
+/// [`Error::Index`] and [`Error::NotFinite`] for the first row that is wrong in itself; [`Error::Contradiction`] for the
 /// first row that something else contradicts; [`Error::Order`] for a view of another order.
 ///
 /// # Cost
@@ -67,7 +67,11 @@ pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(
     for (i, sum) in sums.iter_mut().enumerate() {
         row.clear();
         operator.visit_row(i, &mut |j, a| row.push((j, a)));
-        check_row(i, n, &row)?;
+        check_row("row", operator, i)?;
+        if let Some(pair) = row.windows(2).find(|pair| pair[0].0 >= pair[1].0) {
+            let (what, value) = ("the column in row", pair[1].0 as i64);
+            return Err(Error::Index { what, index: i, value, must: "above the one before it" });
+        }
         let centre = row.iter().find(|entry| entry.0 == i).map_or(T::zero(), |entry| entry.1);
         agrees("the diagonal", i, operator.diagonal_entry(i), [centre, centre.abs()])?;
         *sum =
@@ -114,24 +118,38 @@ pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(
     Ok(())
 }
 
-/// Refuses a row that is wrong in itself.
-fn check_row<T: Scalar>(i: usize, n: usize, row: &[(usize, T)]) -> Result<(), Error> {
-    let mut before = None;
-    for &(j, a) in row {
-        let refused =
-            |must| Err(Error::Index { what: "the column in row", index: i, value: j as i64, must });
-        if j >= n {
-            return refused("from 0 to the order less 1");
+/// Refuses row `i` of an operator with an entry that is not finite, or in no column; `what` names
+/// the row, as in "row of A".
+///
+/// Methods that walk rows call it for each, before they do.
+///
+/// # Errors
+///
+/// [`Error::NotFinite`] and [`Error::Outside`], for the first such entry.
+///
+/// # Panics
+///
+/// May panic unless `i` is below the order.
+///
+/// ```
+/// use hlcp_core::{Identity, check_row};
+///
+/// assert_eq!(check_row::<f64>("row of B", &Identity { order: 3 }, 2), Ok(()));
+/// ```
+pub fn check_row<T: Scalar>(
+    what: &'static str,
+    operator: &(impl Rows<T> + ?Sized),
+    i: usize,
+) -> Result<(), Error> {
+    let (n, mut checked) = (operator.order(), Ok(()));
+    operator.visit_row(i, &mut |j, a| {
+        if checked.is_ok() && j >= n {
+            checked = Err(Error::Outside { what, row: i, column: j, order: n });
+        } else if checked.is_ok() && !a.is_finite() {
+            checked = Err(Error::NotFinite { what, index: i, value: a.wide() });
         }
-        if before >= Some(j) {
-            return refused("above the one before it");
-        }
-        if !a.is_finite() {
-            return Err(Error::NotFinite { what: "row", index: i, value: a.wide() });
-        }
-        before = Some(j);
-    }
-    Ok(())
+    });
+    checked
 }
 
 /// Refuses a value of row `i` that is not the sum of the row, to half the digits of its terms.
@@ -158,8 +176,5 @@ fn noise<T: Scalar>(j: usize) -> T {
 /// Ends a walk over a row that leads outside.
 #[cold]
 pub(crate) fn outside(row: usize, column: usize, order: usize) -> ! {
-    panic!(
-        "row {row} has an entry in column {column}, but the order is {order}; \
-         hlcp_core::check_operator says what else an operator contradicts"
-    );
+    panic!("{}", Error::Outside { what: "row", row, column, order });
 }

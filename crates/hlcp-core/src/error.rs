@@ -79,6 +79,21 @@ pub enum Error {
         /// What it must be.
         must: &'static str,
     },
+    /// A row of an operator has an entry in no column.
+    #[error(
+        "{what}[{row}] has an entry in column {column}, but the order is {order}; \
+         hlcp_core::check_operator says what else an operator contradicts"
+    )]
+    Outside {
+        /// The operator's rows.
+        what: &'static str,
+        /// The row.
+        row: usize,
+        /// The column.
+        column: usize,
+        /// The operator's order.
+        order: usize,
+    },
     /// Two things that must share an order do not.
     #[error("{what} has order {found}, but the problem has order {expected}")]
     Order {

@@ -6,7 +6,7 @@
 //!
 //! # Ready-made operators
 //!
-//! * [`FivePoint`] and [`VaryingFivePoint`] on a grid, [`Tridiagonal`], [`Identity`] and
+//! * [`FivePoint`] on a grid, constant or varying, [`Tridiagonal`], [`Identity`] and
 //!   [`DiagonalMatrix`];
 //! * [`Csr`] and [`RowMajor`] for rows in arrays; [`market`] reads and writes Matrix Market files;
 //!   with the feature `nalgebra-sparse`, on by default, also `CsrMatrix`, `CscMatrix` and
@@ -140,6 +140,7 @@ mod omega;
 mod operator;
 mod problem;
 mod ranks;
+mod recognise;
 mod rounding;
 mod rows;
 mod scalar;
@@ -150,11 +151,10 @@ mod stencil;
 mod strip;
 mod team;
 mod tridiagonal;
-mod varying;
 mod view;
 
 pub use aor::Aor;
-pub use check::check_operator;
+pub use check::{check_operator, check_row};
 pub use colour::Multicolour;
 pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
 pub use csr::{Csr, Index};
@@ -168,12 +168,12 @@ pub use omega::Omega;
 pub use operator::{Diagonal, LinearOperator, Rows};
 pub use problem::Hlcp;
 pub use ranks::{Ranks, ranks_as_threads};
+pub use recognise::recognise_grid;
 pub use scalar::Scalar;
 pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
-pub use stencil::FivePoint;
+pub use stencil::{Direction, FivePoint, Varying};
 pub use strip::Strip;
 pub use tridiagonal::Tridiagonal;
-pub use varying::{VaryingFivePoint, recognise_grid};
 pub use view::{Coefficients, FivePointView};
 
 /// The README's program, compiled and run with the documentation's other examples.

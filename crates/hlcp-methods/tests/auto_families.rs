@@ -4,7 +4,7 @@
 mod common;
 
 use common::Lists;
-use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Omega, Rows, VaryingFivePoint};
+use hlcp_core::{Aor, Error, FivePoint, Hlcp, LinearOperator, Omega, Rows, Varying};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
     Multigrid, Newton, Options, Outcome, Solver, Ssor,
@@ -17,20 +17,20 @@ fn film(
     [nx, ny]: [usize; 2],
     stretch: f64,
     gap: impl Fn(f64, f64) -> f64,
-) -> [VaryingFivePoint<'static, f64>; 2] {
+) -> [FivePoint<Varying<f64>>; 2] {
     let h = |i: isize, j: isize| {
         gap((i + 1) as f64 / (nx + 1) as f64, (j + 1) as f64 / (ny + 1) as f64)
     };
     let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
     let side = (ny + 1) as f64 / (nx + 1) as f64;
-    let a = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+    let a = FivePoint::from_fn(nx, ny, |i, j| {
         let (i, j) = (i as isize, j as isize);
         let here = h(i, j);
         let [w, e] = [h(i - 1, j), h(i + 1, j)].map(|other| face(here, other) / side);
         let [s, n] = [h(i, j - 1), h(i, j + 1)].map(|other| face(here, other) * side * stretch);
         [-s, -w, s + w + e + n, -e, -n]
     });
-    let b = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+    let b = FivePoint::from_fn(nx, ny, |i, j| {
         let (i, j) = (i as isize, j as isize);
         [0.0, -h(i - 1, j), h(i, j), 0.0, 0.0].map(|b| b / (ny + 1) as f64)
     });
@@ -38,7 +38,7 @@ fn film(
 }
 
 /// The wedge: what `B` makes of a film that is full everywhere, ambient to the west.
-fn wedge(b: &VaryingFivePoint<'_, f64>) -> Vec<f64> {
+fn wedge(b: &FivePoint<Varying<f64>>) -> Vec<f64> {
     (0..b.order())
         .map(|k| {
             let [south, west, here, east, north] = b.as_five_point().unwrap().coefficients();
@@ -48,7 +48,7 @@ fn wedge(b: &VaryingFivePoint<'_, f64>) -> Vec<f64> {
 }
 
 /// `K × K` square dimples of twice the gap's depth on an inclined plane.
-fn dimples(cells: [usize; 2], k: f64, depth: f64) -> [VaryingFivePoint<'static, f64>; 2] {
+fn dimples(cells: [usize; 2], k: f64, depth: f64) -> [FivePoint<Varying<f64>>; 2] {
     film(cells, 1.0, |x, y| {
         let within = |at: f64| (0.25..0.75).contains(&(k * at).fract());
         let inside = |at: f64| 0.0 < at && at < 1.0;

@@ -8,7 +8,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hlcp_core::{Diagonal, Identity, LinearOperator, Rows, Scalar, VaryingFivePoint};
+use hlcp_core::{Diagonal, FivePoint, Identity, LinearOperator, Rows, Scalar, Varying};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The families, in the order of a report.
@@ -54,7 +54,7 @@ pub struct Drawn {
 
 #[derive(Debug, Clone)]
 enum Operator {
-    Grid(VaryingFivePoint<'static, f64>),
+    Grid(FivePoint<Varying<f64>>),
     Rows(CsrMatrix<f64>),
     Identity(usize),
 }
@@ -68,7 +68,7 @@ impl Operator {
                 let [nx, ny] = view.grid().expect("with a grid");
                 let c = view.coefficients();
                 let row = |i, j| c.map(|c| T::of(factor * c.at(j * nx + i)));
-                Box::new(VaryingFivePoint::from_fn(nx, ny, row).expect("finite numbers"))
+                Box::new(FivePoint::from_fn(nx, ny, row).expect("finite numbers"))
             }
             Self::Rows(rows) => {
                 let values = rows.values().iter().map(|a| T::of(factor * a)).collect();
@@ -248,7 +248,7 @@ impl Plane {
     fn operator(&self, stencils: &Stencils) -> Operator {
         let [nx, ny] = self.cells();
         if !self.closed {
-            let grid = VaryingFivePoint::from_fn(nx, ny, |i, j| stencils[j * nx + i]);
+            let grid = FivePoint::from_fn(nx, ny, |i, j| stencils[j * nx + i]);
             return Operator::Grid(grid.expect("finite coefficients"));
         }
         let entries =

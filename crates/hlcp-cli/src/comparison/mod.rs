@@ -14,13 +14,13 @@ use std::{error::Error, path::PathBuf, time::Duration};
 use clap::Args;
 use hlcp_core::files::printable;
 use hlcp_methods::Status;
-pub(crate) use problem::METHODS;
+use problem::METHODS;
 use problem::{Reference, Run};
 use table::{Row, series, write_all, write_tables};
 
 use crate::{
     Charts,
-    chart::{Panel, Point, Series, provenance, write},
+    chart::{Panel, Point, Series, assert_styled, provenance, write},
     print,
     progress::counting,
     scenes::{Ladder, SCENES, Scene},
@@ -67,6 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let Arguments { charts: Charts { quick, out }, tables } = arguments;
     let sizes: &[usize] = if *quick { &[7, 15, 31] } else { &[31, 63, 127, 255, 511, 1023] };
     let repeats = if *quick { 1 } else { 3 };
+    assert_styled(METHODS);
     let bar = counting(all().count() * sizes.len() * METHODS.len());
     let mut rows = vec![];
     for (scene, ladder) in all() {

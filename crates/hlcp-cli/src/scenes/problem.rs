@@ -2,7 +2,7 @@
 
 use std::{error::Error, f64::consts::PI};
 
-use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, VaryingFivePoint};
+use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar};
 use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, FilmOperator, JournalBearing,
@@ -306,7 +306,7 @@ pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let of = |operator: &FilmOperator| {
         let view = operator.as_five_point().expect("no side is periodic");
         let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
-        VaryingFivePoint::from_fn(cells[0], cells[1], row)
+        FivePoint::from_fn(cells[0], cells[1], row)
     };
     let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());
     Ok(problem.with_figures(move |z, r| {

@@ -18,8 +18,7 @@ use arguments::{NormName, Precision};
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
 use hlcp_core::{
-    Identity, LinearOperator, Ranks, Rows, Scalar, Strip, VaryingFivePoint, files, market,
-    recognise_grid,
+    FivePoint, Identity, LinearOperator, Ranks, Rows, Scalar, Strip, files, market, recognise_grid,
 };
 use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
 use hlcp_verify::{Certificate, convergence};
@@ -160,8 +159,8 @@ impl Run<'_> {
                 let path = files::printable(path.display());
                 move |error| format!("--grid {nx}x{ny} does not fit {path}: {error}")
             };
-            let a = VaryingFivePoint::from_rows(nx, ny, &a).map_err(named(paths[0]))?;
-            let b = VaryingFivePoint::from_rows(nx, ny, &b).map_err(named(paths[1]))?;
+            let a = FivePoint::from_rows(nx, ny, &a).map_err(named(paths[0]))?;
+            let b = FivePoint::from_rows(nx, ny, &b).map_err(named(paths[1]))?;
             return Ok(Problem::new(a, b, q));
         }
         Ok(match recognise_grid(&a, &b) {

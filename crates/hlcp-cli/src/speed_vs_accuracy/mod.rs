@@ -21,7 +21,7 @@ use hlcp_core::files::printable;
 use hlcp_verify::certify;
 use indicatif::ProgressBar;
 use problem::{Posed, Problem};
-pub(crate) use series::{BEYOND, METHODS, PRECISIONS};
+use series::{BEYOND, METHODS, PRECISIONS};
 use series::{Run, Series};
 
 use crate::{
@@ -83,6 +83,9 @@ fn names(order: &[Series]) -> Vec<&str> {
 pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let Arguments { charts: Charts { quick, out }, add } = arguments;
     let quick = *quick;
+    for of_chart in [METHODS, BEYOND, PRECISIONS] {
+        chart::assert_styled(of_chart.iter().map(|(name, _)| *name));
+    }
     let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
     let repeats = if quick { 1 } else { 3 };
     let paper = |symmetric, generic| Posed::example(symmetric, m, [4.0, 4.0], generic);

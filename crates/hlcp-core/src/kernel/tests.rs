@@ -5,7 +5,7 @@ use pulp::Arch;
 use super::{
     Grid, Relaxation, Sweep, coefficients::Row, coefficients::part, smoother::gauss_seidel,
 };
-use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, VaryingFivePoint, view::places};
+use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, view::places};
 
 /// A number in −1..1 without pattern.
 fn noise<T: Scalar>(seed: usize) -> T {
@@ -225,7 +225,7 @@ fn agrees_on<T: Scalar>(nx: usize, ny: usize, round: [bool; 2], q: &[T], x: &[T]
             let around = noise::<T>(seed + 3 * i + 11 * j);
             [around, T::of(0.3), T::of(centre) + around, T::of(-0.7) * around, T::of(-0.2)]
         };
-        let grid = VaryingFivePoint::from_fn(nx, ny, row);
+        let grid = FivePoint::from_fn(nx, ny, row);
         grid.and_then(|grid| grid.periodic(round)).expect("a grid")
     };
     let (a, b) = (stencil([-1.1, -0.9, 5.0, -0.7, 1.3]), stencil([0.2, -1.2, 4.0, 0.6, -0.4]));

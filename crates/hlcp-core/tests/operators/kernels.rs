@@ -3,7 +3,7 @@
 use crate::common::Walked;
 use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs,
-    Rows, Step, VaryingFivePoint,
+    Rows, Step, Varying,
 };
 use proptest::{collection::vec, prelude::*};
 
@@ -111,8 +111,8 @@ fn cases() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    fn operator(&self, rows: &[[f64; 5]]) -> VaryingFivePoint<'static, f64> {
-        let grid = VaryingFivePoint::from_fn(self.nx, self.ny, |i, j| rows[j * self.nx + i]);
+    fn operator(&self, rows: &[[f64; 5]]) -> FivePoint<Varying<f64>> {
+        let grid = FivePoint::from_fn(self.nx, self.ny, |i, j| rows[j * self.nx + i]);
         grid.unwrap().periodic(self.round).unwrap()
     }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::common::{Matrix, assembled};
 use hlcp_core::{
     Csr, Diagonal, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega,
-    RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, VaryingFivePoint, check_operator,
+    RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, check_operator,
 };
 use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
@@ -127,7 +127,7 @@ proptest! {
         let shifted = Shifted { by, of: Scaled { factor: -1.5, of: grid } };
         is_matrix(&shifted, &(by * DMatrix::identity(3 * n, 3 * n) - 1.5 * &dense), &wide);
         is_matrix(&Shifted { by, of: Identity { order: n } }, &((by + 1.0) * &identity), &x);
-        let varying = VaryingFivePoint::from_fn(n, 3, |i, j| {
+        let varying = FivePoint::from_fn(n, 3, |i, j| {
             [by, -0.3, 2.5 + i as f64, -0.7 * j as f64, 0.4]
         }).unwrap();
         let dense = assembled(&varying);
@@ -182,7 +182,7 @@ proptest! {
 
         let each = |direction: usize| DVector::from_fn(nx * ny, |k, _| entries[5 * k + direction]);
         let dense = (0..5).map(|d| DMatrix::from_diagonal(&each(d)) * &shifts[d]).sum::<DMatrix<f64>>();
-        let varying = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+        let varying = FivePoint::from_fn(nx, ny, |i, j| {
             std::array::from_fn(|direction| entries[5 * (j * nx + i) + direction])
         });
         is_matrix(&varying.unwrap().periodic(round).unwrap(), &dense, &x);
@@ -266,7 +266,7 @@ fn a_grid_too_narrow_to_close_is_refused() {
     assert!(grid.periodic([false, true]).is_ok());
     let error = grid.periodic([true, false]).unwrap_err().to_string();
     assert_eq!(error, "the number of points in a row that closes is 2, but it must be 3 or more");
-    let varying = VaryingFivePoint::from_fn(5, 2, |_, _| [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let varying = FivePoint::from_fn(5, 2, |_, _| [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
     assert!(varying.clone().periodic([true, false]).is_ok());
     let error = varying.periodic([true, true]).unwrap_err().to_string();
     assert_eq!(error, "the number of rows that close is 2, but it must be 3 or more");

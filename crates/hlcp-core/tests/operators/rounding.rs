@@ -3,9 +3,7 @@
 use std::ops::RangeInclusive;
 
 use crate::common::Walked;
-use hlcp_core::{
-    Coefficients, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows, Scalar, VaryingFivePoint,
-};
+use hlcp_core::{Coefficients, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows, Scalar};
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::prelude::*;
@@ -31,7 +29,7 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Products<O> {
     }
 }
 
-type Grid<'g, T> = VaryingFivePoint<'g, T>;
+type Grid<'g, T> = FivePoint<Coefficients<'g, T>>;
 
 impl Shown {
     fn of<'g, T: Scalar>(self, grid: &'g Grid<'g, T>) -> Box<dyn LinearOperator<T> + 'g> {

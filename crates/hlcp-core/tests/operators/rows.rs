@@ -5,7 +5,7 @@ use std::borrow::Cow;
 
 use hlcp_core::{
     Aor, Csr, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, Index, LinearOperator, Multicolour,
-    Norms, Omega, Rhs, Rows, Step, VaryingFivePoint, recognise_grid,
+    Norms, Omega, Rhs, Rows, Step, recognise_grid,
 };
 use nalgebra::DMatrix;
 use proptest::{collection::vec, prelude::*};
@@ -213,7 +213,7 @@ proptest! {
         constant: bool,
     ) {
         let operator = |from: usize| {
-            VaryingFivePoint::from_fn(nx, ny, |i, j| {
+            FivePoint::from_fn(nx, ny, |i, j| {
                 let k = if constant { 0 } else { j * nx + i };
                 std::array::from_fn(|direction| entries[from + 5 * k + direction])
             }).unwrap()
@@ -288,17 +288,17 @@ fn what_is_no_grid_is_not_recognised() {
         (0..20).for_each(|i| grid.visit_row(i, &mut |j, a| matrix[(i, j)] = a));
         matrix[(row, column)] = 0.5;
         assert!(recognise_grid(&Matrix(matrix.clone()), &identity).is_none());
-        let error = VaryingFivePoint::from_rows(5, 4, &Matrix(matrix)).unwrap_err();
+        let error = FivePoint::from_rows(5, 4, &Matrix(matrix)).unwrap_err();
         assert_eq!(error, Error::OffGrid { row, column, nx: 5, ny: 4 });
     }
     // A line is no grid of two dimensions, and two orders are no grid.
     let line = FivePoint::new(20, 1, [0.0, -2.0, 9.0, -3.0, 0.0]).unwrap();
     assert!(recognise_grid(&line, &identity).is_none());
     assert!(recognise_grid(&grid, &Identity { order: 21 }).is_none());
-    let error = VaryingFivePoint::from_rows(5, 5, &grid).unwrap_err();
+    let error = FivePoint::from_rows(5, 5, &grid).unwrap_err();
     assert_eq!(error, Error::Order { what: "the grid", found: 25, expected: 20 });
     let bad = Matrix(DMatrix::from_diagonal_element(4, 4, f64::NAN));
-    assert!(matches!(VaryingFivePoint::from_rows(2, 2, &bad), Err(Error::NotFinite { .. })));
+    assert!(matches!(FivePoint::from_rows(2, 2, &bad), Err(Error::NotFinite { .. })));
 }
 
 #[test]

@@ -7,7 +7,7 @@ mod nested;
 mod newton;
 mod order;
 
-use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
 
 pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
@@ -165,8 +165,8 @@ impl<T: Scalar> Amg<T> {
             let range = "less than 2³² − 1, which columns are named with";
             return Err(Error::Parameter { name: "the order", value: n as f64, range });
         }
-        check(["A", "diagonal of A"], problem.a())?;
-        check(["B", "diagonal of B"], problem.b())?;
+        check(["row of A", "diagonal of A"], problem.a())?;
+        check(["row of B", "diagonal of B"], problem.b())?;
         let zeros = || vec![T::zero(); n];
         Ok(Self {
             order: vec![],
@@ -516,7 +516,8 @@ fn void_scale<T: Scalar>(matrix: &Matrix<T>, void: &[bool]) -> (Vec<T>, Vec<bool
     (scale, dry)
 }
 
-/// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite.
+/// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or leads
+/// outside.
 fn check<T: Scalar>(
     [name, diagonal]: [&'static str; 2],
     operator: &impl Rows<T>,
@@ -527,11 +528,7 @@ fn check<T: Scalar>(
         if !(d > T::zero() && d.is_finite()) {
             return Err(Error::NotPositive { what: diagonal, index, value: wide(d) });
         }
-        let mut bad = None;
-        operator.visit_row(index, &mut |_, a| bad = bad.or((!a.is_finite()).then_some(a)));
-        if let Some(a) = bad {
-            return Err(Error::NotFinite { what: name, index, value: wide(a) });
-        }
+        check_row(name, operator, index)?;
     }
     Ok(())
 }

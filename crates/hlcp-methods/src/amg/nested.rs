@@ -176,7 +176,7 @@ fn conduction<T: Scalar>(matrix: &Matrix<T>) -> Matrix<T> {
 
 #[cfg(test)]
 mod tests {
-    use hlcp_core::VaryingFivePoint;
+    use hlcp_core::FivePoint;
 
     use super::*;
 
@@ -186,7 +186,7 @@ mod tests {
     fn cells_of_two_by_two_conduct_as_resistors_do() {
         let c = |i: usize, j: usize| 1.0 + ((7 * i + 3 * j) % 5) as f64;
         let d = |i: usize, j: usize| 2.0 + ((2 * i + 5 * j) % 3) as f64;
-        let a = VaryingFivePoint::from_fn(4, 4, |i, j| {
+        let a = FivePoint::from_fn(4, 4, |i, j| {
             let [s, w, e, n] = [d(i, j), c(i, j), c(i + 1, j), d(i, j + 1)];
             [-s, -w, s + w + e + n, -e, -n]
         });
@@ -209,9 +209,7 @@ mod tests {
 
     #[test]
     fn transport_is_summed_as_it_is() {
-        let b = VaryingFivePoint::from_fn(6, 1, |i, _| {
-            [0.0, -1.0 - i as f64, 2.0 + i as f64, 0.0, 0.0]
-        });
+        let b = FivePoint::from_fn(6, 1, |i, _| [0.0, -1.0 - i as f64, 2.0 + i as f64, 0.0, 0.0]);
         let fine = Matrix::<f64>::of(&b.unwrap());
         let aggregate = [0, 0, 1, 1, 2, 2];
         let coarse = in_series(&fine, &aggregate, 3).aggregated(&aggregate, 3);

@@ -235,7 +235,7 @@ where
 /// the multigrid see [`Amg`].
 ///
 /// ```
-/// use hlcp_core::{Aor, Hlcp, Omega, VaryingFivePoint};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
 /// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 ///
 /// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h
@@ -246,12 +246,12 @@ where
 ///     2.0 - i as f64 / m as f64 + if pocket { 1.0 } else { 0.0 }
 /// };
 /// let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
-/// let a = VaryingFivePoint::from_fn(m, m, |i, j| {
+/// let a = FivePoint::from_fn(m, m, |i, j| {
 ///     let [s, w] = [face(h(i, j), h(i, j.max(1) - 1)), face(h(i, j), h(i.max(1) - 1, j))];
 ///     let [e, n] = [face(h(i, j), h(i + 1, j)), face(h(i, j), h(i, j + 1))];
 ///     [-s, -w, s + w + e + n, -e, -n]
 /// })?;
-/// let b = VaryingFivePoint::from_fn(m, m, |i, j| [0.0, -h(i.max(1) - 1, j), h(i, j), 0.0, 0.0])?;
+/// let b = FivePoint::from_fn(m, m, |i, j| [0.0, -h(i.max(1) - 1, j), h(i, j), 0.0, 0.0])?;
 /// let q: Vec<f64> = (0..m * m).map(|k| h(k % m, k / m) - h((k % m).max(1) - 1, k / m)).collect();
 ///
 /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;

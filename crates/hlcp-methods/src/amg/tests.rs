@@ -1,5 +1,5 @@
 use hlcp_core::{
-    Aor, Coefficients, Diagonal, Identity, LinearOperator, Omega, Rhs, VaryingFivePoint,
+    Aor, Coefficients, Diagonal, FivePoint, Identity, LinearOperator, Omega, Rhs, Varying,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -150,19 +150,19 @@ fn elimination_solves_what_it_can() {
 
 /// A film on `m × m` cells: conductances h³ that jump at the rims of pockets, and wind along x, or
 /// against the numbering.
-fn film<T: Scalar>(m: usize, wind: f64) -> [VaryingFivePoint<'static, T>; 2] {
+fn film<T: Scalar>(m: usize, wind: f64) -> [FivePoint<Varying<T>>; 2] {
     let h = |i: usize, j: usize| {
         let pocket = i * 6 / m % 2 == 1 && j * 6 / m % 2 == 1;
         1.2 - 0.2 * i as f64 / m as f64 + if pocket { 2.0 } else { 0.0 }
     };
     let face = |one: f64, other: f64| 2.0 / (one.powi(-3) + other.powi(-3));
-    let a = VaryingFivePoint::from_fn(m, m, |i, j| {
+    let a = FivePoint::from_fn(m, m, |i, j| {
         let here = h(i, j);
         let [s, w] = [face(here, h(i, j.max(1) - 1)), face(here, h(i.max(1) - 1, j))];
         let [e, n] = [face(here, h(i + 1, j)), face(here, h(i, j + 1))];
         [-s, -w, s + w + e + n, -e, -n].map(narrow)
     });
-    let b = VaryingFivePoint::from_fn(m, m, |i, j| {
+    let b = FivePoint::from_fn(m, m, |i, j| {
         let [west, east] = [h(i.max(1) - 1, j), h(i + 1, j)].map(|h| -h * wind.abs());
         let [west, east] = if wind > 0.0 { [west, 0.0] } else { [0.0, east] };
         [0.0, west, h(i, j) * wind.abs(), east, 0.0].map(narrow)

@@ -1,6 +1,6 @@
 //! Cycles of the full approximation scheme.
 
-use hlcp_core::{Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Transfer, VaryingFivePoint};
+use hlcp_core::{FivePoint, Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Transfer, Varying};
 
 use crate::Clock;
 
@@ -52,7 +52,7 @@ impl Cycle {
 }
 
 /// The operators of a coarse grid.
-pub(super) type Coarse<T> = VaryingFivePoint<'static, T>;
+pub(super) type Coarse<T> = FivePoint<Varying<T>>;
 
 /// One coarse grid: the problem there, with `f` for `γq`.
 #[derive(Debug, Clone)]

@@ -2,14 +2,14 @@
 
 use std::ops::Range;
 
-use hlcp_core::{Coefficients, Error, FivePointView, Scalar, Transfer, VaryingFivePoint};
+use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Transfer, Varying};
 
 /// A grid and the next coarser one over the same domain.
 ///
 /// They are those of [`Transfer`].
 ///
 /// ```
-/// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint};
+/// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying};
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
 ///
 /// /// `Rediscretise`, with a look at the grids.
@@ -20,7 +20,7 @@ use hlcp_core::{Coefficients, Error, FivePointView, Scalar, Transfer, VaryingFiv
 ///         &self,
 ///         fine: [FivePointView<'_, f64>; 2],
 ///         grids: &Grids<'_, f64>,
-///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
 ///         assert_eq!((grids.fine, grids.coarse), ([5, 6], [2, 2]));
 ///         assert_eq!(grids.ratio(), [3.0 / 6.0, 3.0 / 7.0]); // there is one cell more than points
 ///         // 4 of 6 cells from the edge, and 5 of 7: near 2/3
@@ -73,8 +73,8 @@ impl<T: Scalar> Grids<'_, T> {
 ///
 /// ```
 /// use hlcp_core::{
-///     Coefficients::Constant, Error, FivePoint, FivePointView, Hlcp, Identity, Omega,
-///     VaryingFivePoint,
+///     Error, FivePoint, FivePointView, Hlcp, Identity, Omega,
+///     Varying::{self, Constant},
 /// };
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid};
 ///
@@ -86,11 +86,11 @@ impl<T: Scalar> Grids<'_, T> {
 ///         &self,
 ///         _: [FivePointView<'_, f64>; 2],
 ///         grids: &Grids<'_, f64>,
-///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
 ///         let ([nx, ny], [x, y]) = (grids.coarse, grids.ratio().map(|ratio| ratio * ratio));
 ///         let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Constant);
 ///         let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
-///         Ok([VaryingFivePoint::new(nx, ny, a)?, VaryingFivePoint::new(nx, ny, b)?])
+///         Ok([FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?])
 ///     }
 /// }
 ///
@@ -113,7 +113,7 @@ pub trait Coarsen<T: Scalar> {
         &self,
         fine: [FivePointView<'_, T>; 2],
         grids: &Grids<'_, T>,
-    ) -> Result<[VaryingFivePoint<'static, T>; 2], Error>;
+    ) -> Result<[FivePoint<Varying<T>>; 2], Error>;
 }
 
 /// Discretises an operator again from its five-point coefficients.
@@ -128,9 +128,7 @@ pub trait Coarsen<T: Scalar> {
 /// numbers.
 ///
 /// ```
-/// use hlcp_core::{
-///     Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, VaryingFivePoint,
-/// };
+/// use hlcp_core::{Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying};
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
 ///
 /// /// `Rediscretise`, with a look at what it makes.
@@ -141,7 +139,7 @@ pub trait Coarsen<T: Scalar> {
 ///         &self,
 ///         fine: [FivePointView<'_, f64>; 2],
 ///         grids: &Grids<'_, f64>,
-///     ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
 ///         let [a, b] = Rediscretise.coarsen(fine, grids)?;
 ///         // Differences shrink by (h/H)² = 1/4, the zero-order parts 1 and 1 stay.
 ///         assert_eq!((a.diagonal_entry(0), b.diagonal_entry(0)), (4.0 / 4.0 + 1.0, 1.0));
@@ -162,7 +160,7 @@ impl<T: Scalar> Coarsen<T> for Rediscretise {
         &self,
         [a, b]: [FivePointView<'_, T>; 2],
         grids: &Grids<'_, T>,
-    ) -> Result<[VaryingFivePoint<'static, T>; 2], Error> {
+    ) -> Result<[FivePoint<Varying<T>>; 2], Error> {
         Ok([rediscretised(a, grids)?, rediscretised(b, grids)?])
     }
 }
@@ -170,7 +168,7 @@ impl<T: Scalar> Coarsen<T> for Rediscretise {
 fn rediscretised<T: Scalar>(
     fine: FivePointView<'_, T>,
     grids: &Grids<'_, T>,
-) -> Result<VaryingFivePoint<'static, T>, Error> {
+) -> Result<FivePoint<Varying<T>>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
     let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
     let axis = |d: usize| Axis {
@@ -188,10 +186,10 @@ fn rediscretised<T: Scalar>(
         [south, west, zero_order - (south + west + east + north), east, north]
     };
     if fine.constants().is_some() {
-        let coarse = VaryingFivePoint::new(nx, ny, row(0, 0).map(Coefficients::Constant))?;
+        let coarse = FivePoint::new(nx, ny, row(0, 0).map(Varying::Constant))?;
         return coarse.periodic(grids.round);
     }
-    VaryingFivePoint::from_fn(nx, ny, row)?.periodic(grids.round)
+    FivePoint::from_fn(nx, ny, row)?.periodic(grids.round)
 }
 
 /// The fine nodes of an axis, those nearest to coarse ones, the spacings' ratio, and whether it

@@ -2,7 +2,7 @@
 
 use hlcp_core::{
     FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs, Smoother, Transfer,
-    VaryingFivePoint,
+    Varying,
 };
 
 use crate::{Clock, Method, Work as Count};
@@ -131,8 +131,8 @@ fn cycle(grids: &[([usize; 2], Oracle)], visits: usize, f: &[f64], x: &mut [f64]
     problem.smooth(f, x);
 }
 
-fn varying(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<'static, f64> {
-    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+fn varying(nx: usize, ny: usize, centre: f64, seed: usize) -> FivePoint<Varying<f64>> {
+    FivePoint::from_fn(nx, ny, |i, j| {
         let off = |d: usize| 0.5 * noise(seed + 5 * (j * nx + i) + d) - 0.6;
         [off(0), off(1), centre, off(2), off(3)]
     })

@@ -7,7 +7,7 @@ use crate::common::{
 use hlcp_core::{
     Coefficients::{Constant, Each},
     Error, FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
-    Scalar, Tridiagonal, VaryingFivePoint,
+    Scalar, Tridiagonal, Varying,
 };
 use hlcp_methods::{
     Clock, Coarsen, Cycle, Divergence, FullMultigrid, Grids, Limits, Method, Multigrid, Options,
@@ -118,10 +118,10 @@ fn cycles_do_not_grow_on_grids_that_close() {
 }
 
 /// −∇·(c∇·) with c = 1 in one half and c = 100 in the other, by harmonic means on the edges.
-fn jump(nx: usize, ny: usize) -> VaryingFivePoint<'static, f64> {
+fn jump(nx: usize, ny: usize) -> FivePoint<Varying<f64>> {
     let c = |i: isize| if 2 * i < nx as isize { 1.0 } else { 100.0 };
     let mean = |u: f64, v: f64| 2.0 * u * v / (u + v);
-    VaryingFivePoint::from_fn(nx, ny, |i, _| {
+    FivePoint::from_fn(nx, ny, |i, _| {
         let i = i as isize;
         let (west, east) = (mean(c(i - 1), c(i)), mean(c(i), c(i + 1)));
         [-c(i), -west, west + east + 2.0 * c(i), -east, -c(i)]
@@ -134,10 +134,10 @@ fn a_jump_in_the_coefficients_costs_few_cycles_more() {
     for (m, lcp) in [(63, true), (80, true), (127, false)] {
         let a = jump(m, m);
         let scene = if lcp {
-            let b = VaryingFivePoint::from_fn(m, m, |_, _| [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
+            let b = FivePoint::from_fn(m, m, |_, _| [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
             planted_disc([m, m], a, b, 10.0 / (m * m) as f64)
         } else {
-            let b = VaryingFivePoint::from_fn(m, m, |i, _| {
+            let b = FivePoint::from_fn(m, m, |i, _| {
                 [0.0, -1.0, 4.0 + (i as f64 / 9.0).sin(), -1.0, 0.0]
             });
             planted_disc([m, m], a, b.unwrap(), 1.0)
@@ -157,12 +157,12 @@ impl Coarsen<f64> for Membrane {
         &self,
         _: [FivePointView<'_, f64>; 2],
         grids: &Grids<'_, f64>,
-    ) -> Result<[VaryingFivePoint<'static, f64>; 2], Error> {
+    ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
         let ([nx, ny], cells) = (grids.coarse, 64.0 * 64.0);
         let [x, y] = [nx, ny].map(|m| ((m + 1) * (m + 1)) as f64 / cells);
-        let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Constant);
-        let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
-        Ok([VaryingFivePoint::new(nx, ny, a)?, VaryingFivePoint::new(nx, ny, b)?])
+        let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Varying::Constant);
+        let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Varying::Constant);
+        Ok([FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?])
     }
 }
 
@@ -239,7 +239,7 @@ fn a_diverging_cycle_is_handed_to_sweeps() {
 #[test]
 fn a_problem_without_solution_is_not_solved() {
     let [nx, ny] = [31, 20];
-    let a = VaryingFivePoint::from_fn(nx, ny, |i, j| {
+    let a = FivePoint::from_fn(nx, ny, |i, j| {
         let inside =
             [j > 0, i > 0, i + 1 < nx, j + 1 < ny].map(|inside| f64::from(u8::from(inside)));
         let [south, west, east, north] = inside;
@@ -261,8 +261,8 @@ fn noise(k: usize) -> f64 {
 }
 
 /// Strictly dominant pairs of coefficients without pattern, on which no coarse grid means anything.
-fn dominant(nx: usize, ny: usize, centre: f64, seed: usize) -> VaryingFivePoint<'static, f64> {
-    VaryingFivePoint::from_fn(nx, ny, |i, j| {
+fn dominant(nx: usize, ny: usize, centre: f64, seed: usize) -> FivePoint<Varying<f64>> {
+    FivePoint::from_fn(nx, ny, |i, j| {
         let off = |d: usize| noise(seed + 5 * (j * nx + i) + d);
         [off(0), off(1), centre + off(2), off(3), off(4)]
     })
@@ -343,7 +343,7 @@ fn bad_operators_are_refused() {
     assert!(matches!(refused, Err(Error::NotFivePoint { what: "A" })));
     let centre: Vec<f64> = (0..12).map(|k| if k == 7 { 0.0 } else { 4.0 }).collect();
     let off = Constant(-1.0);
-    let hole = VaryingFivePoint::new(4, 3, [off, off, Each(&centre), off, off]).unwrap();
+    let hole = FivePoint::new(4, 3, [off, off, Each(&centre), off, off]).unwrap();
     let refused = Multigrid::new(Hlcp::new(a, hole, Omega::Uniform(1.0)).unwrap(), Cycle::W);
     assert!(matches!(refused, Err(Error::NotPositive { index: 7, .. })));
 }

@@ -3,12 +3,12 @@ use std::{
     ops::Range,
 };
 
-use hlcp_core::{Error, Scalar, VaryingFivePoint};
+use hlcp_core::{Error, FivePoint, Scalar, Varying};
 
 use super::{check, positive};
 
 /// `A`, `B` and `q`.
-type Film<T> = (VaryingFivePoint<'static, T>, VaryingFivePoint<'static, T>, Vec<T>);
+type Film<T> = (FivePoint<Varying<T>>, FivePoint<Varying<T>>, Vec<T>);
 
 /// A journal bearing of finite length with mass-conserving cavitation: an HLCP in two dimensions.
 ///
@@ -117,12 +117,12 @@ impl Bearing2d {
         positive("aspect", self.aspect)?;
         check("groove", self.groove, self.groove.is_finite(), "finite")?;
         let hy = self.spacing()[1];
-        let a = VaryingFivePoint::from_fn(columns.len(), self.ny, |i, _| {
+        let a = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
             let i = columns.start + i;
             let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
             [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
         })?;
-        let b = VaryingFivePoint::from_fn(columns.len(), self.ny, |i, _| {
+        let b = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
             let i = columns.start + i;
             [0.0, -hy * self.face(i), hy * self.face(i + 1), 0.0, 0.0].map(T::of)
         })?;

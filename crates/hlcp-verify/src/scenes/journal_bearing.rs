@@ -1,8 +1,11 @@
 use std::{f64::consts::TAU, ops::Range};
 
-use hlcp_core::{Error, Identity, Scalar, VaryingFivePoint};
+use hlcp_core::{Error, FivePoint, Identity, Scalar, Varying};
 
 use super::{check, positive};
+
+/// A, B and q.
+type Film<T> = (FivePoint<Varying<T>>, Identity, Vec<T>);
 
 /// The pressure in a journal bearing that cannot pull: the LCP of the optimisers' test sets.
 ///
@@ -62,9 +65,7 @@ impl JournalBearing {
     ///
     /// [`Error::Parameter`] unless `0 ≤ ε < 1` and `b` is positive and finite; [`Error::Grid`] for
     /// a grid without points.
-    pub fn pose<T: Scalar>(
-        &self,
-    ) -> Result<(VaryingFivePoint<'static, T>, Identity, Vec<T>), Error> {
+    pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
         self.pose_columns(0..self.nx)
     }
 
@@ -83,13 +84,10 @@ impl JournalBearing {
     /// assert_eq!(part[..3], whole[2..5]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn pose_columns<T: Scalar>(
-        &self,
-        columns: Range<usize>,
-    ) -> Result<(VaryingFivePoint<'static, T>, Identity, Vec<T>), Error> {
+    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Film<T>, Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
         positive("b", self.b)?;
-        let a = VaryingFivePoint::from_fn(columns.len(), self.ny, |i, _| {
+        let a = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
             let i = columns.start + i;
             let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
             [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)

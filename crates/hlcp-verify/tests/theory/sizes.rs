@@ -6,7 +6,7 @@
 //! triangular comparison matrices.
 
 use crate::common::{Lists, Matrix, parts};
-use hlcp_core::{Aor, Hlcp, Omega, Rhs, Rows, Step, VaryingFivePoint};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Step, Varying};
 use hlcp_methods::{BoxedMethod, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
     Contraction, Convergence, Proof, alpha_bound,
@@ -169,13 +169,13 @@ impl Pair {
         problem.with_gamma(self.gamma).unwrap()
     }
 
-    fn on_grid(&self, [nx, ny]: [usize; 2], rows: &[Vec<f64>]) -> VaryingFivePoint<'static, f64> {
+    fn on_grid(&self, [nx, ny]: [usize; 2], rows: &[Vec<f64>]) -> FivePoint<Varying<f64>> {
         let row = |i, j| {
             let k: usize = j * nx + i;
             let at = |side: usize| if self.columns[k][side] == k { 0.0 } else { rows[k][side] };
             [at(0), at(1), rows[k][4], at(2), at(3)]
         };
-        VaryingFivePoint::from_fn(nx, ny, row).unwrap()
+        FivePoint::from_fn(nx, ny, row).unwrap()
     }
 
     fn lists(&self, rows: &[Vec<f64>]) -> Lists<f64> {
