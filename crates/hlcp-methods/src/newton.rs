@@ -8,8 +8,11 @@ use crate::{
 /// Newton steps without progress that end a phase.
 const PATIENCE: usize = 6;
 
-/// The most iterations of one inner solve.
+/// The most iterations of one inner solve, the sweeps that one is worth, and the iterations that
+/// every inner solve may take, whatever work was granted.
 const INNER: usize = 1000;
+const WORTH: usize = 4;
+const LEAST: usize = 100;
 
 /// The inner tolerance of a phase's first step, and the largest one of its later steps.
 const FORCING: [f64; 2] = [0.01, 0.1];
@@ -135,7 +138,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
     /// it makes unknowns active, and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[bool; 2]> {
-        let goal = (forcing.max(T::epsilon().wide()), INNER);
+        let limit = INNER.min((clock.granted / WORTH).max(LEAST));
+        let goal = (forcing.max(T::epsilon().wide()), limit);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);
@@ -168,7 +172,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
     }
 
     fn work(&self) -> Option<Work> {
-        let sweeps = self.defects + 4 * self.linear_iterations;
+        let sweeps = self.defects + WORTH * self.linear_iterations;
         let own = Work { sweeps, linear_iterations: Some(self.linear_iterations) };
         Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
     }

@@ -158,17 +158,19 @@ pub struct Clock<'c> {
     up: bool,
     /// The residual at which the solve ends, where it is known: less is of no use.
     pub(crate) goal: f64,
+    /// The work that the step may take, in sweeps, as far as its inner solves can keep to it.
+    pub(crate) granted: usize,
 }
 
 impl<'c> Clock<'c> {
     /// A clock that is up as soon as `ask` returns true.
     pub fn new(ask: &'c mut dyn FnMut() -> bool) -> Self {
-        Self { ask: Some(ask), up: false, goal: 0.0 }
+        Self { ask: Some(ask), up: false, goal: 0.0, granted: usize::MAX }
     }
 
     /// A clock that is never up.
     pub fn endless() -> Self {
-        Self { ask: None, up: false, goal: 0.0 }
+        Self { ask: None, up: false, goal: 0.0, granted: usize::MAX }
     }
 
     /// The same clock of a solve that ends at this residual.

@@ -14,19 +14,25 @@ const ALIKE: f64 = 0.999;
 /// The most members of a pair that leftovers join; `in_series` has eight bits for them.
 const MEMBERS: u8 = 4;
 
-/// Which of `.1` aggregates each unknown joins, numbered by their first members.
+/// Which aggregate each unknown joins, numbered by their first members, and the largest coupling by
+/// which one joined each aggregate.
 ///
 /// The coupling of `i` and `j` is `−aᵢⱼ − aⱼᵢ` in the weighted sum of the matrices, rows and
 /// columns alike, so that no direction of a flow is preferred. Unknowns of which `apart` is true
-/// join none.
+/// join none. Unknowns that are aggregates themselves `held` by some coupling do not join by one
+/// that is weak beside it: sweeps, which move the members of a stiff block one by one, do not move
+/// the block, and the coarser level could not move it without its neighbours.
 pub(super) fn pairs<T: Scalar>(
     matrices: &[(&Matrix<T>, T)],
+    held: &[T],
     apart: impl Fn(usize) -> bool,
-) -> (Vec<u32>, usize) {
+) -> (Vec<u32>, Vec<T>) {
     let n = matrices.first().map_or(0, |(matrix, _)| matrix.order());
     let columns: Vec<_> = matrices.iter().map(|(matrix, _)| matrix.transpose()).collect();
     let mut aggregate = vec![NONE; n];
     let mut members: Vec<u8> = Vec::with_capacity(n / 2 + 1);
+    let mut bonds: Vec<T> = Vec::with_capacity(n / 2 + 1);
+    let held = |i: usize| held.get(i).copied().unwrap_or(T::zero());
     let mut coupling = vec![T::zero(); n];
     let mut near: Vec<u32> = Vec::new();
     let [weak, alike] = [WEAK, ALIKE].map(T::of);
@@ -43,14 +49,14 @@ pub(super) fn pairs<T: Scalar>(
                 coupling[j] -= factor * a;
             }
         }
-        let largest = near.iter().fold(T::zero(), |max, &j| max.max(coupling[j as usize]));
+        let largest = near.iter().fold(held(i), |max, &j| max.max(coupling[j as usize]));
         // The strongest free neighbour, of several the one with the largest number, so that the
         // aggregates of a grid line up; and the strongest aggregate with room.
         let (mut partner, mut host) = ((NONE, T::zero()), (NONE, T::zero()));
         for j in near.drain(..) {
             let strength = std::mem::replace(&mut coupling[j as usize], T::zero());
             let to = aggregate[j as usize];
-            if strength <= T::zero() || strength < weak * largest {
+            if strength <= T::zero() || strength < weak * largest.max(held(j as usize)) {
                 continue;
             }
             if to != NONE {
@@ -67,14 +73,17 @@ pub(super) fn pairs<T: Scalar>(
             host.0
         } else {
             members.push(0);
+            bonds.push(T::zero());
             members.len() as u32 - 1
         };
+        let bond = &mut bonds[joined as usize];
+        *bond = if joined == host.0 { bond.max(host.1) } else { partner.1 };
         for i in [i as u32, partner.0].into_iter().filter(|&i| i != NONE) {
             aggregate[i as usize] = joined;
             members[joined as usize] += 1;
         }
     }
-    (aggregate, members.len())
+    (aggregate, bonds)
 }
 
 /// The aggregates of two passes of pairing, and the sums over pairs of them.
@@ -82,11 +91,11 @@ pub(super) fn coarsen<T: Scalar>(
     matrix: &Matrix<T>,
     apart: impl Fn(usize) -> bool,
 ) -> (Vec<u32>, Matrix<T>) {
-    let (mut aggregate, half) = pairs(&[(matrix, T::one())], apart);
-    let middle = matrix.aggregated(&aggregate, half);
-    let (second, quarter) = pairs(&[(&middle, T::one())], |_| false);
+    let (mut aggregate, bonds) = pairs(&[(matrix, T::one())], &[], apart);
+    let middle = matrix.aggregated(&aggregate, bonds.len());
+    let (second, quarter) = pairs(&[(&middle, T::one())], &bonds, |_| false);
     for a in aggregate.iter_mut().filter(|a| **a != NONE) {
         *a = second[*a as usize];
     }
-    (aggregate, middle.aggregated(&second, quarter))
+    (aggregate, middle.aggregated(&second, quarter.len()))
 }

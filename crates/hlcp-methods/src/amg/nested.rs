@@ -83,7 +83,8 @@ fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Op
 fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
     let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
     // In one unit: of equal traces.
-    let (aggregate, count) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], |_| false);
+    let (aggregate, bonds) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], &[], |_| false);
+    let count = bonds.len();
     let mut sum = |m| {
         let late = clock.is_up();
         (!late).then(|| in_series(m, &aggregate, count).aggregated(&aggregate, count))

@@ -11,8 +11,11 @@ use crate::{
 /// Steps without progress that end the first phase.
 const PATIENCE: usize = 6;
 
-/// The most iterations of one inner solve.
+/// The most iterations of one inner solve, the sweeps that one is worth with its share of set-ups,
+/// and the iterations that every inner solve may take, whatever work was granted.
 const INNER: usize = 300;
+const WORTH: usize = 7;
+const LEAST: usize = 30;
 
 /// The inner tolerance while signs change, and once they do not.
 const FORCING: [f64; 2] = [1e-2, 1e-5];
@@ -118,7 +121,8 @@ impl<T: Scalar> Steps<T> {
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
         let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / size;
         let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
-        let goal = (forcing.min(ENOUGH), INNER);
+        let limit = INNER.min((clock.granted / WORTH).max(LEAST));
+        let goal = (forcing.min(ENOUGH), limit);
         let jacobian = Jacobian::new(problem, x);
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;

@@ -229,6 +229,34 @@ fn boxes<T: Scalar>(m: usize) -> Listed<T> {
     listed(m * m * m, &couplings, 0.1)
 }
 
+/// Stiff blocks of two by two points in soft ground, one half of all, at random.
+fn blocks(m: usize) -> Listed<f64> {
+    let c = |k: usize| if noise(k % m / 2 + 97 * (k / m / 2)) > 0.0 { 1e6 } else { 1.0 };
+    let mut couplings = vec![];
+    for k in 0..m * m {
+        for (stride, at) in [(1, k % m), (m, k / m)] {
+            if at + 1 < m {
+                let g = 2.0 / (1.0 / c(k) + 1.0 / c(k + stride));
+                couplings.extend([(k, k + stride, g), (k + stride, k, g)]);
+            }
+        }
+    }
+    listed(m * m, &couplings, 1e-3)
+}
+
+/// Each block moves as one, which sweeps over its points do not see: some level must have it alone.
+#[test]
+fn stiff_blocks_in_soft_ground_cost_no_more_iterations() {
+    let m = 48;
+    let problem = Hlcp::lcp(blocks(m)).unwrap();
+    let x = vec![1.0; m * m];
+    let rhs: Vec<f64> = (0..m * m).map(noise).collect();
+    let mut y = vec![0.0; m * m];
+    let mut amg = Amg::new(&problem).unwrap();
+    let left = amg.solve_to(&Jacobian::new(&problem, &x), &rhs, &mut y, 1e-6, 20);
+    assert!(left <= 1e-6 && amg.set_ups() == 1, "{left:e}, {} set-ups", amg.set_ups());
+}
+
 /// A ring that conducts, and carries around itself.
 fn ring<T: Scalar>(nx: usize, ny: usize) -> [Listed<T>; 2] {
     let (mut conduction, mut transport) = (vec![], vec![]);
@@ -459,7 +487,7 @@ fn what_has_no_pivots_or_is_not_finite_is_refused() {
     assert_eq!(zero, "diagonal of A[1] is 0, but it must be positive and finite");
     assert!(refused(vec![vec![], vec![(1, 1.0)]]).starts_with("diagonal of A[0] is 0"));
     let nan = refused(vec![vec![(0, 1.0)], vec![(0, f64::NAN), (1, 2.0)]]);
-    assert_eq!(nan, "A[1] is NaN, which is not a finite number");
+    assert_eq!(nan, "row of A[1] is NaN, which is not a finite number");
 }
 
 /// A conductor without an end has no inverse: with z everywhere, J is singular on every level.
