@@ -35,7 +35,7 @@ use crate::{
 /// |---|---|---|
 /// | multigrid | 0.1 | 24, or two cycles; 48 for tridiagonal operators |
 /// | Newton's method with algebraic multigrid | 0.08 on a grid, 0.04 elsewhere | 1000 |
-/// | adaptive SOR | 0.02 | 16 |
+/// | adaptive SOR | 0.02 | 16 on a grid, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
 /// | pivoting | ten digits in ten eliminations | twelve eliminations |
@@ -239,7 +239,7 @@ impl AutoChoice {
     /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
     fn promise(self, worth: usize, is_plane: bool) -> (f64, usize) {
         match self {
-            Self::Sor => (0.02, 16),
+            Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             Self::AmgNewton if is_plane => (0.08, 1000),
             Self::AmgNewton => (0.04, 1000),
