@@ -33,9 +33,9 @@ use crate::{
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1 | 24, or two cycles |
-/// | Newton's method with algebraic multigrid | 0.08 on a grid, 0.04 without | 1000 |
-/// | adaptive SOR | 0.02 | 16 |
+/// | multigrid | 0.1 | 24, or two cycles; 48 for tridiagonal operators |
+/// | Newton's method with algebraic multigrid | 0.08 on a grid, 0.04 elsewhere | 1000 |
+/// | adaptive SOR | 0.02 | 16 on a grid, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
 /// | pivoting | ten digits in ten eliminations | twelve eliminations |
@@ -240,11 +240,11 @@ impl AutoChoice {
     ///
     /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 90 to
     /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
-    fn promise(self, worth: usize, has_grid: bool) -> (f64, usize) {
+    fn promise(self, worth: usize, is_plane: bool) -> (f64, usize) {
         match self {
-            Self::Sor => (0.02, 16),
-            Self::Multigrid => (0.1, 24),
-            Self::AmgNewton if has_grid => (0.08, 1000),
+            Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
+            Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
+            Self::AmgNewton if is_plane => (0.08, 1000),
             Self::AmgNewton => (0.04, 1000),
             Self::Newton => (0.01, 120),
             Self::Anderson => (0.02, 24),
@@ -269,9 +269,9 @@ struct Candidate<T: Scalar, A, B> {
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     /// A method of which no more is known than what an elimination is worth in sweeps, and whether
-    /// there is a grid.
-    fn new(choice: AutoChoice, worth: usize, has_grid: bool) -> Self {
-        let (promise, window) = choice.promise(worth, has_grid);
+    /// there is a grid of more than one line.
+    fn new(choice: AutoChoice, worth: usize, is_plane: bool) -> Self {
+        let (promise, window) = choice.promise(worth, is_plane);
         Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
     }
 
@@ -393,6 +393,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let alone = problem.strip().is_none();
         let is_small = alone && problem.order() <= pivoting::SMALL;
         let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
+        let is_plane = has_grid && !tridiagonal;
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
             Pivoting => is_small,
@@ -400,7 +401,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             Sor | Anderson => true,
         });
         let mut auto = Self {
-            candidates: possible.map(|&choice| Candidate::new(choice, worth, has_grid)).collect(),
+            candidates: possible.map(|&choice| Candidate::new(choice, worth, is_plane)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
             middle: None,
@@ -554,11 +555,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn restart(&mut self) {
-        let has_grid = self.candidates.iter().any(|each| each.choice == AutoChoice::Multigrid);
+        let cycles = |each: &Candidate<T, A, B>| each.choice == AutoChoice::Multigrid;
+        let is_plane = !self.tridiagonal && self.candidates.iter().any(cycles);
         for candidate in &mut self.candidates {
             let mut worker = candidate.worker.take();
             worker.iter_mut().for_each(|worker| worker.method().restart());
-            let fresh = Candidate::new(candidate.choice, self.worth, has_grid);
+            let fresh = Candidate::new(candidate.choice, self.worth, is_plane);
             *candidate = Candidate { worker, ..fresh };
         }
         let pivots = |each: &Candidate<T, A, B>| {
