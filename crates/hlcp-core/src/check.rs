@@ -17,8 +17,9 @@ use crate::{Error, LinearOperator, Rows, Scalar};
 /// # Errors
 ///
 /// What the operator's own [`check`](crate::LinearOperator::check) refuses; [`Error::Outside`],
-/// [`Error::Index`] and [`Error::NotFinite`] for the first row that is wrong in itself; [`Error::Contradiction`] for the
-/// first row that something else contradicts; [`Error::Order`] for a view of another order.
+/// [`Error::Index`] and [`Error::NotFinite`] for the first row that is wrong in itself;
+/// [`Error::Contradiction`] for the first row that something else contradicts; [`Error::Order`] for
+/// a view of another order.
 ///
 /// # Cost
 ///

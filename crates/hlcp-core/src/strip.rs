@@ -250,8 +250,8 @@ impl Strip {
     /// The parts of all ranks one after another, on each of them; that of rank `k` has `length(k)`
     /// numbers.
     ///
-    /// They go up a binomial tree to rank 0 and down again: log₂ of the number of ranks messages one
-    /// after another each way.
+    /// They go up a binomial tree to rank 0 and down again: log₂ of the number of ranks messages
+    /// one after another each way.
     pub(crate) fn joined(&self, own: &[f64], length: impl Fn(usize) -> usize) -> Vec<f64> {
         let (size, rank) = (self.size(), self.rank());
         let starts: Vec<usize> = (0..=size).map(|end| (0..end).map(&length).sum()).collect();

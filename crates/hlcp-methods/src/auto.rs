@@ -43,9 +43,10 @@ use crate::{
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
 /// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Inner linear solves keep to what is left of the window. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the method at
-/// work is given up for the rest of the solve and the next one goes on, until none is left.
-/// Decisions depend on residuals and counts alone, never on time.
+/// better. Inner linear solves keep to what is left of the window. Where the solver would end with
+/// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
+/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
+/// alone, never on time.
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten

@@ -3,8 +3,8 @@
 use crate::{Hlcp, Rows, Scalar, strip::Shared};
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
-    /// Overwrites `x` by a sweep of the nonlinear Gauss–Seidel method, forward or backward: each row
-    /// of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown.
+    /// Overwrites `x` by a sweep of the nonlinear Gauss–Seidel method, forward or backward: each
+    /// row of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown.
     ///
     /// # Cost
     ///

@@ -516,8 +516,8 @@ fn void_scale<T: Scalar>(matrix: &Matrix<T>, void: &[bool]) -> (Vec<T>, Vec<bool
     (scale, dry)
 }
 
-/// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or leads
-/// outside.
+/// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or in
+/// no column.
 fn check<T: Scalar>(
     [name, diagonal]: [&'static str; 2],
     operator: &impl Rows<T>,

@@ -153,8 +153,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         Ok(multigrid)
     }
 
-    /// The `[nx, ny]` of the grids, from the problem's own to the coarsest; of the whole grids, where
-    /// ranks share the problem.
+    /// The `[nx, ny]` of the grids, from the problem's own to the coarsest; of the whole grids,
+    /// where ranks share the problem.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
