@@ -43,7 +43,7 @@ fn processes_come_to_the_bits_of_one() {
         ("--scene obstacle --m 1032 --method AMGS --precision f32 --max-iterations 3", 1),
         ("--scene disc-lcp --m 1030 --method MGW --max-iterations 2", 1),
         ("--scene bearing2d --nx 1100 --ny 61 --method FMG --max-iterations 3", 2),
-        ("--scene disc-lcp --m 1024 --method AUTO --precision f32", 1),
+        ("--scene disc-lcp --m 1024 --method AUTO --precision f32 --max-iterations 10", 1),
     ] {
         let arguments = format!("{arguments} --json --threads {threads}");
         let arguments =
