@@ -171,9 +171,9 @@ pub(super) trait Source<T>: Copy + Sync {
 
 /// The same row everywhere.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Constant<T, const LEAN: bool>(Row<T>);
+pub(super) struct ConstantRows<T, const LEAN: bool>(Row<T>);
 
-impl<T: Scalar, const LEAN: bool> Constant<T, LEAN> {
+impl<T: Scalar, const LEAN: bool> ConstantRows<T, LEAN> {
     pub(super) fn new<const ACCELERATED: bool>(
         relaxation: [Relaxation<T>; 2],
         a: [T; 5],
@@ -183,7 +183,7 @@ impl<T: Scalar, const LEAN: bool> Constant<T, LEAN> {
     }
 }
 
-impl<T: Scalar, const LEAN: bool> Source<T> for Constant<T, LEAN> {
+impl<T: Scalar, const LEAN: bool> Source<T> for ConstantRows<T, LEAN> {
     const LEAN: bool = LEAN;
     const CHUNK: usize = COLUMNS;
     const WIDTH: usize = usize::MAX;
@@ -215,7 +215,7 @@ impl<T: Scalar, const LEAN: bool> Source<T> for Constant<T, LEAN> {
 
 /// Rows of coefficients that vary from point to point, or some of which do.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Varying<'a, T, const LEAN: bool> {
+pub(super) struct VaryingRows<'a, T, const LEAN: bool> {
     pub(super) grid: Grid,
     pub(super) relaxation: [Relaxation<T>; 2],
     pub(super) a: [Coefficients<'a, T>; 5],
@@ -238,7 +238,7 @@ pub(super) struct Stretch<T> {
     omega: [Lane<T>; 3],
 }
 
-impl<T: Scalar, const LEAN: bool> Source<T> for Varying<'_, T, LEAN> {
+impl<T: Scalar, const LEAN: bool> Source<T> for VaryingRows<'_, T, LEAN> {
     const LEAN: bool = LEAN;
     const CHUNK: usize = VARYING;
     const WIDTH: usize = VARYING;

@@ -46,7 +46,7 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use self::{
-    coefficients::{Constant, Source, Varying},
+    coefficients::{ConstantRows, Source, VaryingRows},
     tile::{Edge, Worker},
 };
 use crate::{
@@ -229,19 +229,22 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     fn constant<const ACCELERATED: bool, const LEAN: bool>(
         &self,
         relaxation: [Relaxation<T>; 2],
-    ) -> Option<Constant<T, LEAN>> {
+    ) -> Option<ConstantRows<T, LEAN>> {
         if self.shared.is_some_and(|shared| !shared.constant) {
             return None;
         }
         let (a, b) = (self.a.constants()?, self.b.constants()?);
         let Coefficients::Constant(omega) = self.omega else { return None };
-        Some(Constant::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
+        Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
     }
 
-    fn varying<const LEAN: bool>(&self, relaxation: [Relaxation<T>; 2]) -> Varying<'a, T, LEAN> {
+    fn varying<const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> VaryingRows<'a, T, LEAN> {
         let (a, b) = (self.a.coefficients(), self.b.coefficients());
         let Self { grid, omega, omega_beside, .. } = *self;
-        Varying { grid, relaxation, a, b, omega, omega_beside }
+        VaryingRows { grid, relaxation, a, b, omega, omega_beside }
     }
 }
 
