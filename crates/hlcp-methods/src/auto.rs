@@ -33,13 +33,14 @@ use crate::{
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1 | 24, or two cycles; 48 for tridiagonal operators |
-/// | Newton's method with algebraic multigrid | 0.08 on a grid, 0.04 elsewhere | 1000 |
-/// | adaptive SOR | 0.02 | 16 on a grid, 24 elsewhere |
+/// | multigrid | 0.1 | 24, or two cycles; 48 on a line |
+/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere | 1000 |
+/// | adaptive SOR | 0.02 | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
 /// | pivoting | ten digits in ten eliminations | twelve eliminations |
 ///
+/// where a plane is a grid whose operators are not tridiagonal, as they are on a line,
 /// and after each window of a method its promise is divided by four and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
 /// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
@@ -556,8 +557,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn restart(&mut self) {
-        let cycles = |each: &Candidate<T, A, B>| each.choice == AutoChoice::Multigrid;
-        let is_plane = !self.tridiagonal && self.candidates.iter().any(cycles);
+        let is_plane = !self.tridiagonal && self.problem.grid().is_ok();
         for candidate in &mut self.candidates {
             let mut worker = candidate.worker.take();
             worker.iter_mut().for_each(|worker| worker.method().restart());
