@@ -4,6 +4,7 @@ use crate::{
     Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step, check_row,
     error::positive,
     kernel::{Relaxation, Sweep},
+    norms::Meter,
     rows::{Relaxed, Source, Visited},
     splitting::positive_pivot,
 };
@@ -247,18 +248,23 @@ impl<T: Scalar> Aor<T> {
         q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
+        scratch: &mut Vec<T>,
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         problem.assert_whole(q);
         if let Some(fused) = self.fused(problem) {
             return fused.run::<ACCELERATED>(self.relaxations(), q, x, y);
         }
-        let relaxed = self.relaxed(problem, q, x);
+        let (relaxed, meter) = (self.relaxed(problem, q, x), q.meter(problem.gamma()));
         match problem.known() {
-            Some([a, b]) => self.walk::<ACCELERATED>(&relaxed, a.rows(), b.rows(), q, y),
+            Some([a, b]) => {
+                let (sweep, rows) =
+                    (T::loops().sweep_rows[usize::from(ACCELERATED)], [a.rows(), b.rows()]);
+                sweep(self, &relaxed, rows, meter, y, scratch)
+            }
             None => {
                 let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
-                self.walk::<ACCELERATED>(&relaxed, a, b, q, y)
+                self.walk::<ACCELERATED>(&relaxed, a, b, meter, y)
             }
         }
     }
@@ -277,16 +283,15 @@ impl<T: Scalar> Aor<T> {
     }
 
     /// The sweep over rows, in the splitting's order, and the norms of F(x)/γ.
-    fn walk<const ACCELERATED: bool>(
+    pub(crate) fn walk<const ACCELERATED: bool>(
         &self,
         relaxed: &Relaxed<'_, T>,
         a: impl Source<T>,
         b: impl Source<T>,
-        q: &Rhs<'_, T>,
+        meter: Meter,
         y: &mut [T],
     ) -> Norms {
         let n = y.len();
-        let meter = q.meter(relaxed.gamma);
         match (self.red_black, self.backward) {
             (None, false) => relaxed.walk::<ACCELERATED>(meter, a, b, y, 0..n, |j, i| j < i),
             (None, true) => relaxed.walk::<ACCELERATED>(meter, a, b, y, (0..n).rev(), |j, i| j > i),
@@ -315,6 +320,7 @@ impl<T: Scalar> Aor<T> {
             x,
             omega: problem.omega().view(),
             gamma: problem.gamma(),
+            parallel: problem.is_parallel(),
             q_factor: problem.q_factor(),
             relaxations: self.relaxations(),
         }
@@ -363,12 +369,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
-        _: &mut Vec<T>,
+        scratch: &mut Vec<T>,
     ) -> Norms {
         if self.accelerated {
-            self.sweep::<A, B, true>(problem, q, x, y)
+            self.sweep::<A, B, true>(problem, q, x, y, scratch)
         } else {
-            self.sweep::<A, B, false>(problem, q, x, y)
+            self.sweep::<A, B, false>(problem, q, x, y, scratch)
         }
     }
 }

@@ -103,30 +103,28 @@ impl<T: Scalar> Multicolour<T> {
         scratch: &mut Vec<T>,
     ) -> Norms {
         let (relaxed, meter) = (self.aor.relaxed(problem, q, x), q.meter(problem.gamma()));
-        let threads = team::threads(problem.is_parallel(), y.len());
-        let sum = match problem.known() {
+        match problem.known() {
             Some([a, b]) => {
-                let pair = (a.rows(), b.rows());
-                self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch, threads)
+                let sweep = T::loops().sweep_colours[usize::from(ACCELERATED)];
+                sweep(self, &relaxed, [a.rows(), b.rows()], meter, y, scratch)
             }
             None => {
                 let pair = (Visited::new(problem.a()), Visited::new(problem.b()));
-                self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch, threads)
+                self.walk::<ACCELERATED>(&relaxed, pair, meter, y, scratch)
             }
-        };
-        meter.norms_of(sum, problem.gamma())
+        }
     }
 
-    /// The sweep over rows, colour by colour, and the sums of the norms of F(x).
-    fn walk<const ACCELERATED: bool>(
+    /// The sweep over rows, colour by colour, and the norms of F(x)/γ.
+    pub(crate) fn walk<const ACCELERATED: bool>(
         &self,
         relaxed: &Relaxed<'_, T>,
         (a, b): (impl Source<T> + Sync, impl Source<T> + Sync),
         meter: Meter,
         y: &mut [T],
         scratch: &mut Vec<T>,
-        threads: usize,
-    ) -> Part {
+    ) -> Norms {
+        let threads = team::threads(relaxed.parallel, y.len());
         if scratch.len() < y.len() {
             scratch.resize(y.len(), T::zero());
         }
@@ -158,7 +156,7 @@ impl<T: Scalar> Multicolour<T> {
                 y[i] = value;
             }
         }
-        total
+        meter.norms_of(total, relaxed.gamma)
     }
 }
 

@@ -132,6 +132,7 @@ mod error;
 pub mod files;
 mod forward;
 mod kernel;
+mod loops;
 pub mod market;
 #[cfg(feature = "mpi")]
 mod mpi;

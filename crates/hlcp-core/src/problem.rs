@@ -1,14 +1,14 @@
 mod scalar;
 mod shared;
 
-use std::{iter, ops::Range, sync::Arc};
+use std::{ops::Range, sync::Arc};
 
 use crate::{
     Diagonal, Error, FivePointView, Identity, LinearOperator, Norms, Omega, Rhs, Scalar, Strip,
     error::positive,
     kernel::Sweep,
     norms::{BLOCK, Meter, Part, Stretches, Tally, all_finite, totals},
-    rows::{Known, RowsOf, Source},
+    rows::{Known, RowResidual},
     strip::Shared,
     team::{self, Claims},
 };
@@ -475,7 +475,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if let Some([a, b]) = self.known()
             && self.shared.is_none()
         {
-            return q.measured(|meter| self.row_residual([a.rows(), b.rows()], q, z, r, meter));
+            let (sign, z, r) = if self.exchanged { (-T::one(), r, z) } else { (T::one(), z, r) };
+            let (rows, parallel) = ([a.rows(), b.rows()], self.parallel);
+            let residual = RowResidual { rows, sign, q: q.entries(), z, r, parallel };
+            return q.measured(|meter| (T::loops().row_residual)(&residual, meter));
         }
         let (az, br) = halves(scratch, z.len());
         self.product(self.exchanged, z, az);
@@ -484,36 +487,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             *az = *az - br + q;
         }
         q.measured(|meter| self.measure(meter, az, T::one()))
-    }
-
-    /// The norms of the residual of operators whose rows are known, in one pass.
-    fn row_residual(
-        &self,
-        [a, b]: [RowsOf<'_, T>; 2],
-        q: &Rhs<'_, T>,
-        z: &[T],
-        r: &[T],
-        meter: Meter,
-    ) -> Norms {
-        let sign = if self.exchanged { -T::one() } else { T::one() };
-        let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
-        let portions = Claims::new(q.entries().chunks(PORTION).enumerate());
-        let sum = team::Sum::new();
-        team::spread(team::threads(self.parallel, z.len()), &|| {
-            let (mut a, mut b, mut residual) = (a, b, [T::zero(); PORTION]);
-            while let Some((number, q)) = portions.next() {
-                let residual = &mut residual[..q.len()];
-                for ((i, &q), residual) in (number * PORTION..).zip(q).zip(&mut *residual) {
-                    let az = a.fold(i, T::zero(), |sum, j, a| sum + a * z[j]);
-                    let br = b.fold(i, T::zero(), |sum, j, b| sum + b * r[j]);
-                    *residual = az - br + sign * q;
-                }
-                let mut tally = Tally::zero();
-                residual.chunks(BLOCK).for_each(|block| tally.add(meter, block));
-                sum.add(number, iter::once((0, tally.part())));
-            }
-        });
-        meter.norms_of(sum.total().sum(None), T::one())
     }
 
     /// Checks `q` for this problem, and measures it.

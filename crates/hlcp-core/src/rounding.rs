@@ -228,7 +228,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            return Some(sweep.sum_terms(self, q, x, meter, |sums| of(sums, 10.0)));
+            return Some(S::over_grids()(&sweep, q, x, meter, &|sums| of(sums, 10.0)));
         }
         let mut sum = Part::default();
         let mut take = |sums: &S, count| sum.see(meter, of(sums, count));
@@ -270,17 +270,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after
     /// an exchange.
     fn z_entry(&self, x: T) -> T {
-        (x.abs() + x) / self.gamma()
+        recovered(T::one(), x, self.gamma())
     }
 
     /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
     /// an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
-        self.scaled(self.omega().entry(j), x)
-    }
-
-    fn scaled(&self, omega: T, x: T) -> T {
-        omega * (x.abs() - x) / self.gamma()
+        recovered(self.omega().entry(j), -x, self.gamma())
     }
 
     /// The rounding as the terms' root mean squares have it, which random signs show.
@@ -337,8 +333,19 @@ impl Steps {
     }
 }
 
+/// An entry of `z` from that of `x`, or of `r` from Ω's and that of `−x`.
+fn recovered<T: Scalar>(omega: T, x: T, gamma: T) -> T {
+    omega * (x.abs() + x) / gamma
+}
+
+/// Measures a vector whose entries are made of the sums over the rows of a grid.
+pub(crate) type OverGrids<T, S> =
+    fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], Meter, &dyn Fn(&S) -> f64) -> Part;
+
 /// A sum of products as a walk over one row makes it.
-trait RowSum: Copy {
+pub(crate) trait RowSum: Copy {
+    /// The measure of such sums on grids.
+    fn over_grids<T: Scalar>() -> OverGrids<T, Self>;
     /// The sum of one number.
     fn new(first: f64) -> Self;
     /// Adds `a·b`.
@@ -347,11 +354,15 @@ trait RowSum: Copy {
 
 /// The moduli of the terms of a row.
 #[derive(Debug, Clone, Copy)]
-struct Sums {
+pub(crate) struct Sums {
     terms: f64,
 }
 
 impl RowSum for Sums {
+    fn over_grids<T: Scalar>() -> OverGrids<T, Self> {
+        T::loops().terms
+    }
+
     fn new(first: f64) -> Self {
         Self { terms: first.abs() }
     }
@@ -364,7 +375,7 @@ impl RowSum for Sums {
 
 /// The terms of a row in twice the digits of double precision, and their moduli.
 #[derive(Debug, Clone, Copy)]
-struct ExactSums {
+pub(crate) struct ExactSums {
     high: f64,
     low: f64,
     terms: f64,
@@ -381,6 +392,10 @@ impl ExactSums {
 }
 
 impl RowSum for ExactSums {
+    fn over_grids<T: Scalar>() -> OverGrids<T, Self> {
+        T::loops().exact_terms
+    }
+
     fn new(first: f64) -> Self {
         Self { high: first, low: 0.0, terms: first.abs() }
     }
@@ -423,18 +438,20 @@ const STRETCH: usize = 64;
 
 impl<T: Scalar> Sweep<'_, T> {
     /// Measures a vector whose entries are made `of` the sum over each row.
-    fn sum_terms<A: LinearOperator<T>, B: LinearOperator<T>, S: RowSum>(
+    pub(crate) fn sum_terms<S: RowSum>(
         &self,
-        problem: &Hlcp<T, A, B>,
         q: &Rhs<'_, T>,
         x: &[T],
         meter: Meter,
-        of: impl Fn(&S) -> f64,
+        of: &dyn Fn(&S) -> f64,
     ) -> Part {
-        let ([nx, ny], sign) = (self.grid(), problem.q_factor() / problem.gamma());
+        let ([nx, ny], [gamma, q_factor]) = (self.grid(), self.factors());
+        let sign = q_factor / gamma;
+        let z_entry = |x: T| recovered(T::one(), x, gamma);
+        let r_entry = |omega: T, x: T| recovered(omega, -x, gamma);
         let ([a, b], stretches) = (self.views(), self.stretches());
         let beside = self.beside(x);
-        let omega_beside = self.omega_beside();
+        let (omega, omega_beside) = self.omega();
         let (mut sums, mut entries) = ([S::new(0.0); STRETCH], [0.0; STRETCH]);
         let (mut tallies, mut totals) = (Tallies::new(stretches), Totals::zero());
         for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
@@ -444,12 +461,11 @@ impl<T: Scalar> Sweep<'_, T> {
             }
             let ends = [start == 0, start + length == nx];
             let x_beside = [0, 1].map(|k| beside[k].get(j).copied().filter(|_| ends[k]));
-            let z_beside = x_beside.map(|x| Some(problem.z_entry(x?)));
-            let r_beside =
-                [0, 1].map(|k| Some(problem.scaled(*omega_beside[k].get(j)?, x_beside[k]?)));
+            let z_beside = x_beside.map(|x| Some(z_entry(x?)));
+            let r_beside = [0, 1].map(|k| Some(r_entry(*omega_beside[k].get(j)?, x_beside[k]?)));
             let directions = a.directions(nx, j, start, length, x.len());
             for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
-                let z = x[neighbours].iter().map(|&x| problem.z_entry(x));
+                let z = x[neighbours].iter().map(|&x| z_entry(x));
                 add_products(&mut sums[points.start - from..], c, points, T::one(), z);
                 if let Some((at, z)) = beyond(d, length, z_beside) {
                     let point = from + at..from + at + 1;
@@ -458,7 +474,7 @@ impl<T: Scalar> Sweep<'_, T> {
             }
             let directions = b.directions(nx, j, start, length, x.len());
             for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
-                let r = neighbours.map(|k| problem.r_entry(k, x[k]));
+                let r = neighbours.map(|k| r_entry(omega.at(k), x[k]));
                 add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
                 if let Some((at, r)) = beyond(d, length, r_beside) {
                     let point = from + at..from + at + 1;

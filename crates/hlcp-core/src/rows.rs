@@ -1,11 +1,14 @@
 //! Rows that are known at set-up, walked without a call for each entry.
 
+use std::iter;
+
 use crate::{
     Coefficients, Csr, LinearOperator, Norms, Rows, Scalar,
     check::outside,
     csr::Index,
     kernel::Relaxation,
-    norms::{Meter, Part},
+    norms::{BLOCK, Meter, Part, Tally},
+    team::{self, Claims, Sum},
 };
 
 /// Where a sweep has the rows of an operator from.
@@ -15,6 +18,9 @@ pub(crate) trait Source<T>: Clone {
     /// Returns `add(… add(sums, j, aᵢⱼ) …)` for the entries of row `i`, by increasing `j`.
     fn fold<S: Copy>(&mut self, i: usize, sums: S, add: impl FnMut(S, usize, T) -> S) -> S;
 }
+
+/// Rows whose residual one thread computes in one go.
+const PORTION: usize = 1024;
 
 /// The entries of the longest row that is copied, and so walked at one call.
 const COPIED: usize = 16;
@@ -168,6 +174,7 @@ pub(crate) struct Relaxed<'w, T> {
     pub(crate) x: &'w [T],
     pub(crate) omega: Coefficients<'w, T>,
     pub(crate) gamma: T,
+    pub(crate) parallel: bool,
     pub(crate) q_factor: T,
     pub(crate) relaxations: [Relaxation<T>; 2],
 }
@@ -238,5 +245,40 @@ impl<T: Scalar> Relaxed<'_, T> {
         // The reciprocal depends on no other row, so it stays off the chain from row to row.
         let pivot = a_centre * of_a.diagonal + b_centre * of_b.diagonal;
         (f, x[i] - (f + moved) * pivot.recip())
+    }
+}
+
+/// The residual `A z − B r ± q` of operators whose rows are known.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowResidual<'a, T> {
+    pub(crate) rows: [RowsOf<'a, T>; 2],
+    pub(crate) sign: T,
+    pub(crate) q: &'a [T],
+    pub(crate) z: &'a [T],
+    pub(crate) r: &'a [T],
+    pub(crate) parallel: bool,
+}
+
+impl<T: Scalar> RowResidual<'_, T> {
+    /// Its norms, in one pass.
+    pub(crate) fn measure(&self, meter: Meter) -> Norms {
+        let Self { rows: [a, b], sign, q, z, r, parallel } = *self;
+        let portions = Claims::new(q.chunks(PORTION).enumerate());
+        let sum = Sum::new();
+        team::spread(team::threads(parallel, z.len()), &|| {
+            let (mut a, mut b, mut residual) = (a, b, [T::zero(); PORTION]);
+            while let Some((number, q)) = portions.next() {
+                let residual = &mut residual[..q.len()];
+                for ((i, &q), residual) in (number * PORTION..).zip(q).zip(&mut *residual) {
+                    let az = a.fold(i, T::zero(), |sum, j, a| sum + a * z[j]);
+                    let br = b.fold(i, T::zero(), |sum, j, b| sum + b * r[j]);
+                    *residual = az - br + sign * q;
+                }
+                let mut tally = Tally::zero();
+                residual.chunks(BLOCK).for_each(|block| tally.add(meter, block));
+                sum.add(number, iter::once((0, tally.part())));
+            }
+        });
+        meter.norms_of(sum.total().sum(None), T::one())
     }
 }

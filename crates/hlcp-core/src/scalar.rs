@@ -2,7 +2,9 @@ use std::fmt::{Debug, Display, LowerExp};
 
 use num_traits::{Float, NumAssign};
 
-/// A real scalar the methods run on: `f32`, `f64`, or another that meets the bounds.
+use crate::loops::{self, Loops};
+
+/// A real scalar the methods run on: `f32` or `f64`.
 ///
 /// A bound with a short name, and the way from and to double precision. The conversions are not
 /// called `from_f64` and `to_f64`, since `num_traits` has functions of these names that return an
@@ -39,6 +41,20 @@ pub trait Scalar: Float + NumAssign + Debug + Display + LowerExp + Send + Sync +
     fn wide(self) -> f64 {
         self.to_f64().unwrap_or(f64::NAN)
     }
+
+    /// Returns the loops of this precision.
+    #[doc(hidden)]
+    fn loops() -> &'static Loops<Self>;
 }
 
-impl<T> Scalar for T where T: Float + NumAssign + Debug + Display + LowerExp + Send + Sync + 'static {}
+impl Scalar for f32 {
+    fn loops() -> &'static Loops<Self> {
+        &loops::F32
+    }
+}
+
+impl Scalar for f64 {
+    fn loops() -> &'static Loops<Self> {
+        &loops::F64
+    }
+}

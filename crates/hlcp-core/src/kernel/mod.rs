@@ -57,6 +57,7 @@ use crate::{
 };
 
 pub(crate) use self::coefficients::Relaxation;
+pub(crate) use self::{smoother::Multiple, transfer::Order};
 pub use self::{smoother::Smoother, transfer::Transfer};
 
 /// Rows that are relaxed side by side.
@@ -132,9 +133,14 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         self.strip().map_or([vec![], vec![]], |strip| strip.beside(1, |k| v[k]))
     }
 
-    /// Ω there.
-    pub(crate) fn omega_beside(&self) -> [&'a [T]; 2] {
-        self.omega_beside
+    /// Ω on the grid, and there.
+    pub(crate) fn omega(&self) -> (Coefficients<'a, T>, [&'a [T]; 2]) {
+        (self.omega, self.omega_beside)
+    }
+
+    /// γ, and what multiplies `q` in F.
+    pub(crate) fn factors(&self) -> [T; 2] {
+        [self.gamma, self.q_factor]
     }
 
     /// The operators `A` and `B`.
@@ -150,6 +156,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of
     /// `A r − B z − q`.
     pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
+        (T::loops().residual)(self, q, z, r, meter)
+    }
+
+    pub(crate) fn measure(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
         let Grid { nx, ny, .. } = self.grid;
@@ -191,10 +201,10 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        self.run_on::<ACCELERATED>(Arch::new(), relaxation, q, x, y)
+        T::loops().sweep[usize::from(ACCELERATED)](self, relaxation, q, x, y)
     }
 
-    fn run_on<const ACCELERATED: bool>(
+    pub(crate) fn run_on<const ACCELERATED: bool>(
         &self,
         arch: Arch,
         relaxation: [Relaxation<T>; 2],

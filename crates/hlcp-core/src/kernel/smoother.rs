@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// A vector `f`, as a factor and what it multiplies.
-type Multiple<'a, T> = (T, &'a [T]);
+pub(crate) type Multiple<'a, T> = (T, &'a [T]);
 
 /// The equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|` and Ω = D_A D_B⁻¹, for
 /// five-point operators on one grid.
@@ -137,7 +137,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Unless the vectors have the grid's order.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
         self.assert_orders([f.1.len(), x.len(), y.len()]);
-        self.sweep.directed(backward, false).smooth_on(Arch::new(), f, x, y);
+        (T::loops().smooth)(&self.sweep.directed(backward, false), f, x, y);
     }
 
     /// A forward sweep with the problem's γ and `q` for `f` that also returns the norms of
@@ -169,6 +169,10 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Unless the vectors have the grid's order.
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
+        (T::loops().norms)(self, q, x)
+    }
+
+    pub(crate) fn measure(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
         let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
         let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
@@ -195,6 +199,10 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// ```
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
+        (T::loops().subtract)(self, x, f);
+    }
+
+    pub(crate) fn subtract_all(&self, x: &[T], f: &mut [T]) {
         let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
         self.walk(None, x, &self.sweep.beside(x), &Subtract(bands));
     }
@@ -220,6 +228,16 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());
+        (T::loops().restrict)(self, f, x, transfer, coarse);
+    }
+
+    pub(crate) fn restrict_all(
+        &self,
+        f: Multiple<'_, T>,
+        x: &[T],
+        transfer: &Transfer<T>,
+        coarse: &mut [T],
+    ) {
         let beside = self.sweep.beside(x);
         let defects_beside = self.sweep.strip().map_or([vec![], vec![]], |strip| {
             let [nx, ny] = self.sweep.grid();
@@ -273,7 +291,7 @@ pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
 
 impl<T: Scalar> Sweep<'_, T> {
     /// The sweep of the smoother.
-    pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
+    pub(crate) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
         let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));

@@ -303,7 +303,8 @@ impl<T: Scalar> Transfer<T> {
     ///
     /// Unless the vectors have the grids' orders.
     pub fn interpolate(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
-        self.run(Order::Linear, coarse, fine, parallel);
+        self.assert_orders(fine.len(), coarse.len());
+        (T::loops().interpolate)(self, Order::Linear, coarse, fine, parallel);
     }
 
     /// Overwrites `fine` with an interpolation of `coarse` through the nearest four columns and
@@ -320,11 +321,11 @@ impl<T: Scalar> Transfer<T> {
     /// assert_eq!(fine, [0.5, 1.0, 1.5, 2.0, 2.5]);
     /// ```
     pub fn interpolate_smooth(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
-        self.run(Order::Cubic, coarse, fine, parallel);
+        self.assert_orders(fine.len(), coarse.len());
+        (T::loops().interpolate)(self, Order::Cubic, coarse, fine, parallel);
     }
 
-    fn run(&self, order: Order, coarse: &[T], fine: &mut [T], parallel: bool) {
-        self.assert_orders(fine.len(), coarse.len());
+    pub(crate) fn run(&self, order: Order, coarse: &[T], fine: &mut [T], parallel: bool) {
         let threads = team::threads(parallel, fine.len());
         let beside = &self.strip.as_ref().map_or([vec![], vec![]], |strip| {
             let width = match order {
@@ -503,7 +504,7 @@ impl<T: Scalar> Axis<T> {
 
 /// How an interpolation goes.
 #[derive(Clone, Copy)]
-enum Order {
+pub(crate) enum Order {
     /// Adds the bilinear one.
     Linear,
     /// Overwrites by cubics.

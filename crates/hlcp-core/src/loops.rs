@@ -1,0 +1,80 @@
+//! The loops over grids and over assembled rows, compiled in this crate for both precisions.
+
+use pulp::Arch;
+
+use crate::{
+    Aor, Multicolour, Norms, Rhs, Scalar, Smoother, Transfer,
+    kernel::{Multiple, Order, Relaxation, Sweep},
+    norms::Meter,
+    rounding::{ExactSums, OverGrids, Sums},
+    rows::{Relaxed, RowResidual, RowsOf},
+};
+
+/// What depends on the scalar alone, and not on the types of a problem's operators.
+///
+/// These loops are most of a program's code, since each is compiled for several widths of vector.
+/// A generic function is compiled in every crate that calls it. What is called through a static of
+/// this crate is compiled once, here. Pairs are of the plain and of the accelerated method.
+#[derive(Debug)]
+pub struct Loops<T: 'static> {
+    pub(crate) sweep: [SweepGrid<T>; 2],
+    pub(crate) sweep_rows: [SweepRows<T, Aor<T>>; 2],
+    pub(crate) sweep_colours: [SweepRows<T, Multicolour<T>>; 2],
+    pub(crate) residual: fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms,
+    pub(crate) terms: OverGrids<T, Sums>,
+    pub(crate) exact_terms: OverGrids<T, ExactSums>,
+    pub(crate) row_residual: fn(&RowResidual<'_, T>, Meter) -> Norms,
+    pub(crate) smooth: fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]),
+    pub(crate) norms: fn(&Smoother<'_, T>, &Rhs<'_, T>, &[T]) -> Norms,
+    pub(crate) subtract: fn(&Smoother<'_, T>, &[T], &mut [T]),
+    pub(crate) restrict: fn(&Smoother<'_, T>, Multiple<'_, T>, &[T], &Transfer<T>, &mut [T]),
+    pub(crate) interpolate: fn(&Transfer<T>, Order, &[T], &mut [T], bool),
+}
+
+type SweepGrid<T> = fn(&Sweep<'_, T>, [Relaxation<T>; 2], &Rhs<'_, T>, &[T], &mut [T]) -> Norms;
+
+/// Takes the splitting, what a sweep reads, the rows of `A` and of `B`, the new iterate and scratch.
+type SweepRows<T, S> =
+    fn(&S, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T], &mut Vec<T>) -> Norms;
+
+impl<T: Scalar> Loops<T> {
+    const fn new() -> Self {
+        Self {
+            sweep: [
+                |sweep, relaxation, q, x, y| {
+                    sweep.run_on::<false>(Arch::new(), relaxation, q, x, y)
+                },
+                |sweep, relaxation, q, x, y| sweep.run_on::<true>(Arch::new(), relaxation, q, x, y),
+            ],
+            sweep_rows: [
+                |aor, relaxed, [a, b], meter, y, _| aor.walk::<false>(relaxed, a, b, meter, y),
+                |aor, relaxed, [a, b], meter, y, _| aor.walk::<true>(relaxed, a, b, meter, y),
+            ],
+            sweep_colours: [
+                |colours, relaxed, [a, b], meter, y, scratch| {
+                    colours.walk::<false>(relaxed, (a, b), meter, y, scratch)
+                },
+                |colours, relaxed, [a, b], meter, y, scratch| {
+                    colours.walk::<true>(relaxed, (a, b), meter, y, scratch)
+                },
+            ],
+            residual: |sweep, q, z, r, meter| sweep.measure(q, z, r, meter),
+            terms: |sweep, q, x, meter, of| sweep.sum_terms(q, x, meter, of),
+            exact_terms: |sweep, q, x, meter, of| sweep.sum_terms(q, x, meter, of),
+            row_residual: |residual, meter| residual.measure(meter),
+            smooth: |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
+            norms: |smoother, q, x| smoother.measure(q, x),
+            subtract: |smoother, x, f| smoother.subtract_all(x, f),
+            restrict: |smoother, f, x, transfer, coarse| {
+                smoother.restrict_all(f, x, transfer, coarse)
+            },
+            interpolate: Transfer::run,
+        }
+    }
+}
+
+/// The loops in single precision.
+pub(crate) static F32: Loops<f32> = Loops::new();
+
+/// The loops in double precision.
+pub(crate) static F64: Loops<f64> = Loops::new();
