@@ -1,5 +1,5 @@
 //! Sweeps over rows against loops by hand over the same arrays: prints a table of
-//! `docs/performance.md`.
+//! `docs/results/sweeps.md`.
 //!
 //! ```text
 //! cargo bench --bench rows

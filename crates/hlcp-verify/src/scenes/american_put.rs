@@ -2,7 +2,7 @@ use hlcp_core::{Error, FivePoint, Identity, Scalar};
 
 use super::{check, positive};
 
-/// An American put, one LCP a time step.
+/// An American put, one LCP per time step.
 ///
 /// Prices are in units of the strike, `x = ln(spot/strike)`, and time runs back from maturity in
 /// units of `2/σ²`, so that the value `u ≥ g`, `g = max(0, 1 − eˣ)`, obeys the Black–Scholes
@@ -62,13 +62,13 @@ use super::{check, positive};
 /// volatility 20 % and one year is that of QuantLib's example of an American option.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AmericanPut {
-    /// The interest rate, a year.
+    /// The interest rate per year.
     pub rate: f64,
-    /// The volatility σ, a square root of a year.
+    /// The volatility σ, per square root of a year.
     pub volatility: f64,
     /// The time T to maturity, in years.
     pub maturity: f64,
-    /// Grid points to a standard deviation σ√T.
+    /// Grid points per standard deviation σ√T.
     pub m: usize,
     /// Time steps.
     pub steps: usize,
