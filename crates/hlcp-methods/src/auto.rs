@@ -34,7 +34,7 @@ use crate::{
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1 | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere | 1000 on a plane, 500 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere | 1000 on a plane and up to order 500, 500 elsewhere |
 /// | adaptive SOR | 0.02 | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120, or 24 steps of elimination |
@@ -247,6 +247,8 @@ impl AutoChoice {
             Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             Self::AmgNewton if is_plane => (0.08, 1000),
+            // Beside pivoting, whose window is as long.
+            Self::AmgNewton if worth < usize::MAX => (0.04, 1000),
             Self::AmgNewton => (0.04, 500),
             Self::Newton => (0.01, 120),
             Self::Anderson => (0.02, 24),
