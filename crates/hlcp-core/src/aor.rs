@@ -248,7 +248,6 @@ impl<T: Scalar> Aor<T> {
         q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
-        scratch: &mut Vec<T>,
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         problem.assert_whole(q);
@@ -258,9 +257,8 @@ impl<T: Scalar> Aor<T> {
         let (relaxed, meter) = (self.relaxed(problem, q, x), q.meter(problem.gamma()));
         match problem.known() {
             Some([a, b]) => {
-                let (sweep, rows) =
-                    (T::loops().sweep_rows[usize::from(ACCELERATED)], [a.rows(), b.rows()]);
-                sweep(self, &relaxed, rows, meter, y, scratch)
+                let sweep = T::loops().sweep_rows[usize::from(ACCELERATED)];
+                sweep(self, &relaxed, [a.rows(), b.rows()], meter, y)
             }
             None => {
                 let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
@@ -369,12 +367,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
-        scratch: &mut Vec<T>,
+        _: &mut Vec<T>,
     ) -> Norms {
         if self.accelerated {
-            self.sweep::<A, B, true>(problem, q, x, y, scratch)
+            self.sweep::<A, B, true>(problem, q, x, y)
         } else {
-            self.sweep::<A, B, false>(problem, q, x, y, scratch)
+            self.sweep::<A, B, false>(problem, q, x, y)
         }
     }
 }

@@ -18,8 +18,8 @@ use crate::{
 #[derive(Debug)]
 pub struct Loops<T: 'static> {
     pub(crate) sweep: [SweepGrid<T>; 2],
-    pub(crate) sweep_rows: [SweepRows<T, Aor<T>>; 2],
-    pub(crate) sweep_colours: [SweepRows<T, Multicolour<T>>; 2],
+    pub(crate) sweep_rows: [SweepRows<T>; 2],
+    pub(crate) sweep_colours: [SweepColours<T>; 2],
     pub(crate) residual: fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms,
     pub(crate) terms: OverGrids<T, Sums>,
     pub(crate) exact_terms: OverGrids<T, ExactSums>,
@@ -33,9 +33,11 @@ pub struct Loops<T: 'static> {
 
 type SweepGrid<T> = fn(&Sweep<'_, T>, [Relaxation<T>; 2], &Rhs<'_, T>, &[T], &mut [T]) -> Norms;
 
-/// Takes the splitting, what a sweep reads, the rows of `A` and of `B`, the new iterate and scratch.
-type SweepRows<T, S> =
-    fn(&S, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T], &mut Vec<T>) -> Norms;
+type SweepRows<T> = fn(&Aor<T>, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T]) -> Norms;
+
+/// The last argument is scratch.
+type SweepColours<T> =
+    fn(&Multicolour<T>, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T], &mut Vec<T>) -> Norms;
 
 impl<T: Scalar> Loops<T> {
     const fn new() -> Self {
@@ -47,8 +49,8 @@ impl<T: Scalar> Loops<T> {
                 |sweep, relaxation, q, x, y| sweep.run_on::<true>(Arch::new(), relaxation, q, x, y),
             ],
             sweep_rows: [
-                |aor, relaxed, [a, b], meter, y, _| aor.walk::<false>(relaxed, a, b, meter, y),
-                |aor, relaxed, [a, b], meter, y, _| aor.walk::<true>(relaxed, a, b, meter, y),
+                |aor, relaxed, [a, b], meter, y| aor.walk::<false>(relaxed, a, b, meter, y),
+                |aor, relaxed, [a, b], meter, y| aor.walk::<true>(relaxed, a, b, meter, y),
             ],
             sweep_colours: [
                 |colours, relaxed, [a, b], meter, y, scratch| {
