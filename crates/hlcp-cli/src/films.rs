@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     quick: bool,
     /// How many threads share the work
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
     /// The folder for the table
     #[arg(long, default_value = "target/films")]

@@ -132,7 +132,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     };
     if !in_one_line {
         text.lines().for_each(say);
-        return ExitCode::from(2);
+        return ExitCode::from(1);
     }
     let reason =
         text.lines().take_while(|line| !line.starts_with("Usage") && !line.starts_with("For"));

@@ -20,14 +20,14 @@ pub struct Loops<T: 'static> {
     pub(crate) sweep: [SweepGrid<T>; 2],
     pub(crate) sweep_rows: [SweepRows<T>; 2],
     pub(crate) sweep_colours: [SweepColours<T>; 2],
-    pub(crate) residual: fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms,
+    pub(crate) residual: Residual<T>,
     pub(crate) terms: OverGrids<T, Sums>,
     pub(crate) exact_terms: OverGrids<T, ExactSums>,
     pub(crate) row_residual: fn(&RowResidual<'_, T>, Meter) -> Norms,
-    pub(crate) smooth: fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]),
+    pub(crate) smooth: Smooth<T>,
     pub(crate) norms: fn(&Smoother<'_, T>, &Rhs<'_, T>, &[T]) -> Norms,
     pub(crate) subtract: fn(&Smoother<'_, T>, &[T], &mut [T]),
-    pub(crate) restrict: fn(&Smoother<'_, T>, Multiple<'_, T>, &[T], &Transfer<T>, &mut [T]),
+    pub(crate) restrict: Restrict<T>,
     pub(crate) interpolate: fn(&Transfer<T>, Order, &[T], &mut [T], bool),
 }
 
@@ -38,6 +38,12 @@ type SweepRows<T> = fn(&Aor<T>, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut
 /// The last argument is scratch.
 type SweepColours<T> =
     fn(&Multicolour<T>, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T], &mut Vec<T>) -> Norms;
+
+type Residual<T> = fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms;
+
+type Smooth<T> = fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]);
+
+type Restrict<T> = fn(&Smoother<'_, T>, Multiple<'_, T>, &[T], &Transfer<T>, &mut [T]);
 
 impl<T: Scalar> Loops<T> {
     const fn new() -> Self {

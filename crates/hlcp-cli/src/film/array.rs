@@ -25,6 +25,10 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
             continue;
         }
+        if has_decimal_commas(line) {
+            let reason = "a comma within numbers; write decimals with a point".to_owned();
+            return Err(fault(Some(number), reason));
+        }
         let before = array.values.len();
         let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
         for word in line.split(separated).filter(|word| !word.is_empty()) {
@@ -47,6 +51,16 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
         (array.columns, array.rows) = (found, array.rows + 1);
     }
     if array.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(array) }
+}
+
+/// Whether commas stand within what semicolons or blanks separate.
+fn has_decimal_commas(line: &str) -> bool {
+    let separated = |c: char| c == ';' || c.is_whitespace();
+    let words = || line.split(separated).filter(|word| !word.is_empty());
+    let within = words().any(|word| word.trim_matches(',').contains(','));
+    // 1,2, 3 has them between numbers, some with a blank.
+    let between = words().any(|word| word.starts_with(',') || word.ends_with(','));
+    words().count() > 1 && within && (line.contains(';') || !between)
 }
 
 /// What follows the magic word of an NPY file.

@@ -174,7 +174,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, requires = "plane")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Prove that the solution is unique, and bound what is printed
+    /// Bound what is printed, and prove that there is no other solution where that can be proved
     #[arg(long, help_heading = OUTPUT, requires = "plane")]
     certify: bool,
     /// Print one JSON object, in SI units

@@ -332,7 +332,7 @@ fn wrong_input_is_refused_in_one_line() {
     for (arguments, what) in arguments {
         let (output, _) = film("refused", Some(sound), arguments);
         let err = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(2), "{arguments}: {err}");
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
         assert!(err.contains(what), "{arguments}: {err}");
     }
 }

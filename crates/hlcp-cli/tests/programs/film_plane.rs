@@ -280,6 +280,8 @@ fn wrong_films_are_refused_in_one_line() {
     write("word.csv", b"2e-5,wide\n");
     write("ragged.csv", b"1,2\n3\n");
     write("small.csv", b"1\n");
+    write("commas.csv", b"5,97e-6;5,92e-6\n5,95e-6;5,90e-6\n");
+    write("blanks.csv", b"5,97e-6 5,92e-6\n");
     write("times.csv", b"0,0\n1,1e-6\n1,2e-6\n");
     write("meets.csv", b"0,0\n1,-1\n");
     let npy = |shape: &str| {
@@ -299,6 +301,8 @@ fn wrong_films_are_refused_in_one_line() {
         ("--map negative.csv", "negative.csv: row 2, column 2: the gap is -3e-5 m"),
         ("--map zero.npy", "zero.npy: row 1, column 1: the gap is 0e0 m"),
         ("--map word.csv", "word.csv, line 1: column 2: 'wide' is not a finite number"),
+        ("--map commas.csv", "commas.csv, line 1: a comma within numbers; write decimals with a"),
+        ("--map blanks.csv", "blanks.csv, line 1: a comma within numbers"),
         ("--map ragged.csv", "ragged.csv, line 2: 1 columns where 2 are wanted"),
         ("--map lie.npy", "the shape is (3, 3) of 8 bytes each, but the data have 48 bytes"),
         ("--map huge.npy", "but the data have 48 bytes"),
