@@ -30,6 +30,8 @@ pub(crate) enum Form {
 pub(crate) struct Run {
     pub(crate) iterations: usize,
     pub(crate) reached: bool,
+    /// `‖A z − B r + q‖₂`.
+    pub(crate) residual: f64,
     pub(crate) z: Vec<f64>,
     pub(crate) r: Vec<f64>,
 }
@@ -52,9 +54,10 @@ pub(crate) fn solve(
     let (mut z, mut r) = (vec![2.0; n], vec![0.0; n]);
     for iterations in 0.. {
         let (full, void) = complementary(&z, &r);
-        let reached = Norms::of(&residual([a, b], q, &full, &void)).l2 <= goal;
+        let left = Norms::of(&residual([a, b], q, &full, &void)).l2;
+        let reached = left <= goal;
         if reached || iterations == ITERATIONS || begin.elapsed() >= longest {
-            return Ok(Run { iterations, reached, z: full, r: void });
+            return Ok(Run { iterations, reached, residual: left, z: full, r: void });
         }
         match form {
             Form::Modulus => {

@@ -175,7 +175,7 @@ fn peer(film: &Film, ambient: f64) -> Result<Option<Peer>, Box<dyn Error>> {
     let form = direct::Form::FischerBurmeister;
     let (run, seconds, bytes) =
         measured(false, || direct::solve(form, [&a, &b], &q, goal, longest));
-    let direct::Run { iterations: outer, reached, z, r } = run?;
+    let direct::Run { iterations: outer, reached, z, r, .. } = run?;
     let load = film.figures(&z, &r, ambient).load;
     Ok(Some(Peer { outer, seconds, bytes, load, reached }))
 }

@@ -5,8 +5,7 @@
 //!
 //! * 0 for success;
 //! * 1 for bad input, and for a reproduction that finds its own result wrong;
-//! * 2 for a solve that did not converge, and for a command line that cannot be read (of `solve`,
-//!   and of `film` in two dimensions, that is 1).
+//! * 2 for a solve that did not converge.
 //!
 //! # Not supported
 //!
@@ -115,8 +114,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
     Ok(true)
 }
 
-/// Prints the help or the version, or says what is wrong with the command line: in one line of
-/// `solve` and of films in two dimensions, whose callers are programs.
+/// Prints the help or the version, or says in one line what is wrong with the command line.
 fn refuse(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Its reader has gone, or there is none to tell.
@@ -124,16 +122,6 @@ fn refuse(error: &clap::Error) -> ExitCode {
         return ExitCode::SUCCESS;
     }
     let text = error.to_string();
-    let mut words = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned());
-    let in_one_line = match words.next().as_deref() {
-        Some("solve") => true,
-        Some("film") => film::is_plane(words),
-        _ => false,
-    };
-    if !in_one_line {
-        text.lines().for_each(say);
-        return ExitCode::from(1);
-    }
     let reason =
         text.lines().take_while(|line| !line.starts_with("Usage") && !line.starts_with("For"));
     let words = reason.map(str::trim).filter(|line| !line.is_empty());

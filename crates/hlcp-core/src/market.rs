@@ -5,6 +5,7 @@
 //! or `symmetric`; vectors in the `array` or `coordinate` format or as plain numbers, one a line.
 
 use std::{
+    any::type_name,
     fs,
     path::Path,
     str::{FromStr, SplitWhitespace},
@@ -48,9 +49,14 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
-        _ => {
+        ref words => {
+            let hint = if words.get(2) == Some(&"array") {
+                "; write a dense matrix as a sparse one, in SciPy mmwrite(path, csr_matrix(A))"
+            } else {
+                ""
+            };
             return Err(lines.fault(format!(
-                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'",
+                "'{}' is not '%%MatrixMarket matrix coordinate real|integer general|symmetric'{hint}",
                 excerpt(banner)
             )));
         }
@@ -93,7 +99,11 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     }
     lines.expect_end()?;
     assemble(rows, triplets).map_err(|(i, j)| {
-        let reason = format!("entry ({}, {}) is given twice", i + 1, j + 1);
+        let reason = format!(
+            "entry ({}, {}) is given twice; add such entries up, in SciPy A.sum_duplicates()",
+            i + 1,
+            j + 1
+        );
         FileError { path: path.to_owned(), line: None, reason }
     })
 }
@@ -186,7 +196,8 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         let line = if plain && k == 0 {
             first
         } else {
-            lines.expect_data(|| format!("entry {} of {entries}", k + 1))?
+            let of = if plain { ", one for each row of the matrix," } else { "" };
+            lines.expect_data(|| format!("entry {} of {entries}{of}", k + 1))?
         };
         let mut words = line.split_whitespace();
         let mut at = k;
@@ -364,7 +375,10 @@ impl<'f> Lines<'f> {
 
     fn number<N: FromStr>(&self, word: Option<&str>, wanted: &str) -> Result<N, FileError> {
         let word = word.ok_or_else(|| self.fault(format!("'{wanted}' is wanted")))?;
-        let fault = || self.fault(format!("'{}' is no number for '{wanted}'", excerpt(word)));
+        let fault = || {
+            let hint = if word.contains(',') { "; write decimals with a point" } else { "" };
+            self.fault(format!("'{}' is no number for '{wanted}'{hint}", excerpt(word)))
+        };
         word.parse().map_err(|_| fault())
     }
 
@@ -379,8 +393,10 @@ impl<'f> Lines<'f> {
         let found = T::of(value);
         if found.is_finite() {
             Ok(found)
+        } else if value.is_finite() {
+            Err(self.fault(format!("{value:e} does not fit {}; take f64", type_name::<T>())))
         } else {
-            Err(self.fault(format!("{value} is not a finite number in this precision")))
+            Err(self.fault(format!("{value} is not a finite number")))
         }
     }
 

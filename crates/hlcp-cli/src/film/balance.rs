@@ -292,20 +292,42 @@ pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<
         solved = Solved::new(film, Some(&solved), arguments)?;
     }
     let load = wanted.load;
-    Err(format!("--load: no position that carries {load} N was found; the largest load found is {largest:.6e} N").into())
+    let tried = match wanted.place {
+        Some(place) => {
+            let forces = posed.forces(&solved.film, &solved.z);
+            let at = |k: usize| {
+                (posed.film.lengths[k - 1] / 2.0 + forces[k] / forces[0]) / arguments.x_unit
+            };
+            let [x, y] =
+                [0, 1].map(|k| (posed.film.lengths[k] / 2.0 + place[k]) / arguments.x_unit);
+            format!(
+                " at {x}, {y} was found; the last one tried carries {:.6e} N at {:.6}, {:.6}",
+                forces[0],
+                at(1),
+                at(2)
+            )
+        }
+        None => format!(" was found; the largest load found is {largest:.6e} N"),
+    };
+    Err(format!("--load: no position that carries {load} N{tried}").into())
 }
 
 fn wanted(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Wanted> {
     let place = match *load {
         [_] => None,
         [_, x, y] if posed.journal.is_none() => {
-            let middle = posed.film.lengths.map(|length| length / 2.0);
-            Some([x * arguments.x_unit - middle[0], y * arguments.x_unit - middle[1]])
+            let lengths = posed.film.lengths;
+            let at = [x, y].map(|v| v * arguments.x_unit);
+            if let Some(axis) = (0..2).find(|&axis| !(0.0..=lengths[axis]).contains(&at[axis])) {
+                let (name, place, end) = (["X", "Y"][axis], at[axis], lengths[axis]);
+                return Err(format!("--load: {name} is {place} m, outside the film, which ends at {end} m; X and Y are in units of --x-unit").into());
+            }
+            Some([0, 1].map(|axis| at[axis] - lengths[axis] / 2.0))
         }
         _ => return Err("--load takes LOAD, or LOAD,X,Y of anything but a journal".into()),
     };
     if load[0] <= 0.0 {
-        return Err("--load must be positive".into());
+        return Err(format!("--load is {} N, but it must be positive", load[0]).into());
     }
     let direction = arguments.attitude.filter(|_| posed.journal.is_some());
     let direction = direction.map(|_| posed.load_direction(arguments));

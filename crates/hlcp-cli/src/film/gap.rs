@@ -215,20 +215,22 @@ impl Posed {
 
         let (modes, mut base, position, journal) = if let Some(clearance) = arguments.clearance {
             let c = clearance * h_unit;
-            let ecc =
-                arguments.ecc.unwrap_or(if arguments.load.is_some() { 0.5 } else { f64::NAN });
-            if !(0.0..1.0).contains(&ecc) && arguments.motion.is_none() {
-                return Err(
-                    "--ecc must be given, at least 0 and below 1, unless --load or --motion is"
-                        .into(),
-                );
-            }
+            let ecc = match arguments.ecc {
+                Some(ecc) if (0.0..1.0).contains(&ecc) => ecc,
+                Some(ecc) => {
+                    return Err(format!("--ecc is {ecc}, but an eccentricity over the clearance is at least 0 and below 1").into());
+                }
+                None if arguments.load.is_some() => 0.5,
+                None if arguments.motion.is_some() => 0.0,
+                None => {
+                    return Err("a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion".into());
+                }
+            };
             let radius = lengths[0] / (2.0 * PI);
             let along = mode(&|k| (middle(0, k) / radius).cos());
             let across = mode(&|k| (middle(0, k) / radius).sin());
             let lever = |k: usize| middle(1, k) - lengths[1] / 2.0;
             let base = mode(&|k| c + lever(k) * (tilt[0] * along[k] + tilt[1] * across[k]));
-            let ecc = if ecc.is_finite() { ecc } else { 0.0 };
             (vec![along, across], base, vec![ecc * c, 0.0], Some([c, radius]))
         } else {
             let base = match (&map, &arguments.pad) {

@@ -12,6 +12,8 @@ use std::{error::Error, path::PathBuf, str::FromStr};
 
 use clap::{ArgGroup, Args, error::ErrorKind};
 
+use crate::say;
+
 const EXAMPLES: &str = "\
 Examples:
   hlcp film pad.csv --x-unit mm --h-unit um --p-unit MPa --speed 4.57 --viscosity 0.039
@@ -48,11 +50,11 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
     pad: Option<gap::Pad>,
     /// The extent along x
-    #[arg(long, help_heading = FILM, requires = "plane", allow_hyphen_values = true)]
+    #[arg(long, help_heading = FILM, requires = "film", conflicts_with = "profile", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --x-unit", ""))]
     lx: Option<f64>,
     /// The extent along y
-    #[arg(long, help_heading = FILM, requires = "plane", allow_hyphen_values = true)]
+    #[arg(long, help_heading = FILM, requires = "film", conflicts_with = "profile", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --x-unit", ""))]
     ly: Option<f64>,
     /// The journal's diameter, in units of --x-unit
@@ -78,30 +80,30 @@ pub(crate) struct Arguments {
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
     /// grows along y, and how it is turned aside there
-    #[arg(long, help_heading = FILM, value_name = "A,B", requires = "plane")]
+    #[arg(long, help_heading = FILM, value_name = "A,B", requires = "film", conflicts_with = "profile")]
     #[arg(allow_hyphen_values = true)]
     tilt: Option<Numbers>,
     /// Cells along x [default: 180; of a journal 360]
-    #[arg(long, help_heading = FILM, requires = "plane", conflicts_with = "map")]
+    #[arg(long, help_heading = FILM, requires = "film", conflicts_with_all = ["profile", "map"])]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     nx: Option<u32>,
     /// Cells along y [default: 60]
-    #[arg(long, help_heading = FILM, requires = "plane", conflicts_with = "map")]
+    #[arg(long, help_heading = FILM, requires = "film", conflicts_with_all = ["profile", "map"])]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     ny: Option<u32>,
     /// A pocket x,y,lx,ly,depth from its south-western corner; with ,ellipse the ellipse in there
-    #[arg(long, help_heading = SHAPE, value_name = "POCKET", requires = "plane")]
+    #[arg(long, help_heading = SHAPE, value_name = "POCKET", requires = "film", conflicts_with = "profile")]
     #[arg(allow_hyphen_values = true)]
     pocket: Vec<gap::Pocket>,
     /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth; with ,ellipse ellipses
-    #[arg(long, help_heading = SHAPE, value_name = "ARRAY", requires = "plane")]
+    #[arg(long, help_heading = SHAPE, value_name = "ARRAY", requires = "film", conflicts_with = "profile")]
     #[arg(allow_hyphen_values = true)]
     dimples: Vec<gap::Dimples>,
     /// A CSV or NPY file that is added to the gap
-    #[arg(long, help_heading = SHAPE, value_name = "FILE", requires = "plane")]
+    #[arg(long, help_heading = SHAPE, value_name = "FILE", requires = "film", conflicts_with = "profile")]
     roughness: Option<PathBuf>,
     /// A pocket that is kept full, x,y,lx,ly,pressure
-    #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", requires = "plane")]
+    #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", requires = "film", conflicts_with = "profile")]
     #[arg(allow_hyphen_values = true)]
     supply: Vec<Numbers>,
     /// A groove without width along the whole bearing, in degrees from the widest gap in the
@@ -111,17 +113,17 @@ pub(crate) struct Arguments {
     groove: Vec<Numbers>,
     /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
     /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
-    #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", requires = "plane")]
+    #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", requires = "film", conflicts_with = "profile")]
     side: Vec<gap::Sided>,
-    /// The unit of x: its name, as mm, or so many metres, as 0.0254
+    /// The unit of x, y and their extents: nm, um, mm, m or km, or so many metres, as 0.0254
     #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
     #[arg(value_parser = named_unit("m", "mm, or in metres, e.g. 0.0254"))]
     x_unit: f64,
-    /// The unit of h: its name, as um, or so many metres, as 1e-6
+    /// The unit of gaps, depths and heights: as for x, or so many metres, as 1e-6
     #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
     #[arg(value_parser = named_unit("m", "um, or in metres, e.g. 1e-6"))]
     h_unit: f64,
-    /// The unit of pressures: its name, as MPa, or so many pascals, as 1e5
+    /// The unit of pressures: Pa, kPa, MPa or GPa, or so many pascals, as 1e5
     #[arg(long, help_heading = UNITS, default_value = "Pa", allow_hyphen_values = true)]
     #[arg(value_parser = named_unit("Pa", "MPa, or in pascals, e.g. 1e5"))]
     p_unit: f64,
@@ -144,17 +146,18 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
     cavitation: f64,
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
-    /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts there
-    #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", requires = "plane")]
+    /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
+    /// this place, in units of --x-unit
+    #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", requires = "film", conflicts_with = "profile")]
     #[arg(allow_hyphen_values = true)]
     load: Option<Numbers>,
     /// Stiffness and damping, mass-conserving and by the clamp of the tables: of a journal along
     /// the load and across it, of anything else for the height and the slopes along x and y
-    #[arg(long, help_heading = ASKED, requires = "plane")]
+    #[arg(long, help_heading = ASKED, requires = "film", conflicts_with = "profile")]
     coefficients: bool,
     /// Steps in time from a CSV file: the time in s and the position, of a journal its displacement
     /// along the load and across it, of anything else its rise and its slopes along x and y
-    #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "plane")]
+    #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "film", conflicts_with = "profile")]
     #[arg(conflicts_with_all = ["load", "coefficients"])]
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
@@ -168,21 +171,23 @@ pub(crate) struct Arguments {
     #[arg(conflicts_with = "plane")]
     refine: Option<u16>,
     /// Any method of `hlcp solve` [default: AMG]
-    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
     method: Option<String>,
     /// How many threads share the sweeps
-    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Bound what is printed, and prove that there is no other solution where that can be proved
-    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    /// Prove bounds on the load, the peak and the flows, and that there is no other solution where
+    /// that can be proved
+    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
     certify: bool,
     /// Print one JSON object, in SI units
-    #[arg(long, help_heading = OUTPUT, requires = "plane")]
+    #[arg(long, help_heading = OUTPUT, requires = "film")]
     json: bool,
-    /// Where the picture and the numbers go: this name with .svg and .csv; in two dimensions with
-    /// .svg, and with -pressure and -content before .csv and .npy. Regular files that exist are
-    /// replaced; refused are symbolic links, devices and the like, and the files that are read
+    /// Where the picture and the numbers go: this name with .svg and .csv, in your units; in two
+    /// dimensions with .svg, and with -pressure, in Pa, and -content before .csv and .npy, one row
+    /// for each row of cells. Regular files that exist are replaced; refused are symbolic links,
+    /// devices and the like, and the files that are read
     #[arg(long, help_heading = OUTPUT, default_value = "target/film")]
     out: PathBuf,
 }
@@ -192,16 +197,26 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.map.is_some() || arguments.journal || arguments.pad.is_some() {
         return plane::run(&arguments);
     }
-    profile::run(arguments)?;
-    Ok(true)
+    profile::run(arguments)
 }
 
-/// Whether a command line asks for a film in two dimensions.
-pub(crate) fn is_plane(mut words: impl Iterator<Item = String>) -> bool {
-    let is = |word: &str, name: &str| {
-        word == name || word.strip_prefix(name).is_some_and(|rest| rest.starts_with('='))
-    };
-    words.any(|word| ["--map", "--journal", "--pad"].iter().any(|name| is(&word, name)))
+/// Warns of sizes that were hardly meant: gaps of a millimetre or more everywhere, films a million
+/// times as long as their least gap, and pressures that no lubricant bears, in SI units.
+fn doubt(thin: f64, lengths: &[f64], peak: f64) {
+    let longest = lengths.iter().copied().fold(0.0, f64::max);
+    if thin > 1e-3 || thin < 1e-6 * longest {
+        let film = lengths.iter().map(|length| format!("{length} m")).collect::<Vec<_>>();
+        say(format!(
+            "warning: the least gap is {thin} m and the film {} long; if these are other units, \
+             name them by --h-unit and --x-unit, e.g. --h-unit um --x-unit mm",
+            film.join(" by ")
+        ));
+    } else if peak > 1e10 {
+        say(format!(
+            "warning: the peak pressure is {peak:e} Pa, more than lubricants bear; --viscosity is \
+             in Pa s (1 cP is 0.001 Pa s), and --h-unit and --x-unit name the units of lengths"
+        ));
+    }
 }
 
 /// Numbers with commas between them.

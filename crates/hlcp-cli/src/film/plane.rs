@@ -15,11 +15,11 @@ use serde_json::{Value, json};
 use super::{
     Arguments, Viscosity, array,
     balance::{Coefficients, METHOD, Solved, equilibrium},
+    doubt,
     gap::Posed,
     motion, picture,
-    profile::WIDE,
 };
-use crate::{print, say};
+use crate::print;
 
 /// Solves for the film, writes its pictures and numbers, and prints its figures; whether all of it
 /// converged.
@@ -104,14 +104,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             outputs.iter().map(|path| files::printable(path.display())).collect();
         print::line(format_args!("wrote {}", names.join(", ")))?;
     }
-    let thin = report.figures.least_gap;
-    if thin > WIDE {
-        let [lx, ly] = film.lengths;
-        say(format!(
-            "warning: the gap is at least {thin} m and the film {lx} m by {ly} m; if these are \
-             other units, name them by --h-unit and --x-unit, e.g. --h-unit um"
-        ));
-    }
+    doubt(report.figures.least_gap, &film.lengths, report.figures.peak);
     Ok(converged)
 }
 

@@ -26,7 +26,12 @@
 //! bidiagonal, both M-matrices. Newton's method solves it in a few steps, from the solution at
 //! every other point.
 
-use std::{error::Error, fs, io, path::Path};
+use std::{
+    error::Error,
+    fs, io,
+    path::Path,
+    time::{Duration, Instant},
+};
 
 use hlcp_core::{
     Aor, Hlcp, Omega, Tridiagonal,
@@ -34,18 +39,18 @@ use hlcp_core::{
 };
 use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
 use hlcp_verify::Slider;
+use serde_json::{Value, json};
 
-use super::{Arguments, PREFIXES};
+use super::{Arguments, PREFIXES, doubt};
 use crate::{
     chart::{self, Panel},
-    print, say,
+    print,
 };
 
-/// Gaps that are wider than this everywhere were hardly meant, in metres.
-pub(super) const WIDE: f64 = 1e-3;
-
-/// Solves for the film, writes its picture and its numbers, and prints its figures.
-pub(super) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
+/// Solves for the film, writes its picture and its numbers, and prints its figures; whether it
+/// converged.
+pub(super) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+    let begun = Instant::now();
     let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);
     // Both files are named by `with_extension`, which is to take no part of the name away.
     arguments.out.as_mut_os_string().push(".svg");
@@ -69,23 +74,24 @@ pub(super) fn run(mut arguments: Arguments) -> Result<(), Box<dyn Error>> {
     files::check_output(csv)?;
     let profile = profile.refined(arguments.refine);
     let film = Film::solve(&profile, conditions, &arguments)?;
-    // Before more is printed, because a reader that goes away ends the program.
+    // Before anything is printed, because a reader that goes away ends the program.
     let texts = film.drawn(&profile, &arguments);
     files::write_together(&[(svg, &texts[0]), (csv, &texts[1])], |text, file| {
         file.write_all(text.as_bytes())
     })?;
-    film.report(&profile, &arguments)?;
-    let thin = profile.h.iter().copied().fold(f64::INFINITY, f64::min) * arguments.h_unit;
-    if thin > WIDE {
-        let length = (profile.x[profile.x.len() - 1] - profile.x[0]) * arguments.x_unit;
-        say(format!(
-            "warning: the gap is at least {thin} m and the film {length} m long; if these are \
-             other units, name them by --h-unit and --x-unit, e.g. --h-unit um"
-        ));
+    if arguments.json {
+        print::line(film.json(&arguments, begun.elapsed()))?;
+    } else {
+        film.report(&profile, &arguments)?;
+        let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
+        print::line(format_args!("wrote {svg} and {csv}"))?;
     }
-    let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
-    print::line(format_args!("wrote {svg} and {csv}"))?;
-    if arguments.profile.is_none() { film.check(&profile) } else { Ok(()) }
+    let length = film.x[film.x.len() - 1] - film.x[0];
+    doubt(film.thin, &[length], film.p[film.peak()]);
+    if arguments.profile.is_none() {
+        film.check(&profile)?;
+    }
+    Ok(film.outcome.converged())
 }
 
 /// Refuses to write over the profile.
@@ -120,9 +126,15 @@ impl Profile {
                 if words.is_empty() {
                     continue;
                 }
+                let found = words.len();
+                let hint = if found > 2 && x.is_empty() {
+                    "; a map of the gap in two dimensions is given by --map, with --lx and --ly"
+                } else {
+                    ""
+                };
                 return fault(
                     Some(number),
-                    format!("{} columns where x and h are wanted", words.len()),
+                    format!("{found} columns where x and h are wanted{hint}"),
                 );
             };
             let mut values = [0.0; 2];
@@ -232,6 +244,9 @@ fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn 
 
 /// A solution at the points of a profile, in metres, pascals and seconds.
 struct Film {
+    outcome: Outcome,
+    /// The smallest gap.
+    thin: f64,
     x: Vec<f64>,
     p: Vec<f64>,
     /// The void fraction of the piece that begins at a point.
@@ -266,10 +281,6 @@ impl Film {
         let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
         let (Pieces { z, r: void, flow }, outcome) =
             pieces(&scaled(&x, length), &scaled(&h, thin), ends)?;
-        print::line(format_args!("{} unknowns: {outcome}", x.len() - 2))?;
-        if !outcome.converged() {
-            return Err("no solution was found; --refine or a smoother profile may help".into());
-        }
         let flow = flow.iter().map(|flow| flow * speed * thin / 2.0).collect();
         let p: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
         // On the plane, with the middle gap of each piece.
@@ -279,7 +290,7 @@ impl Film {
                 + middle / 2.0 * (p[k + 1] - p[k])
         };
         let friction = (0..x.len() - 1).map(shear).sum();
-        Ok(Self { x, p, void, flow, friction })
+        Ok(Self { outcome, thin, x, p, void, flow, friction })
     }
 
     /// The point of the largest pressure.
@@ -294,7 +305,43 @@ impl Film {
         (1..self.x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != rupture).collect()
     }
 
+    /// The load by width, over the ambient pressure.
+    fn load(&self, arguments: &Arguments) -> f64 {
+        let ambient = arguments.ambient * arguments.p_unit;
+        let over = |k: usize| (self.p[k] + self.p[k + 1]) / 2.0 - ambient;
+        (0..self.flow.len()).map(|k| over(k) * (self.x[k + 1] - self.x[k])).sum()
+    }
+
+    /// The largest flow, and by how much the smallest is off it.
+    fn through(&self) -> [f64; 2] {
+        let [least, most] = [f64::min, f64::max]
+            .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        [most, most - least]
+    }
+
+    fn json(&self, arguments: &Arguments, elapsed: Duration) -> Value {
+        let [flow, imbalance] = self.through();
+        let peak = self.peak();
+        let places =
+            |rupture| self.fronts(rupture).into_iter().map(|i| self.x[i]).collect::<Vec<_>>();
+        json!({
+            "outcome": self.outcome.status.to_string().replace(' ', "_"),
+            "load_n_m": self.load(arguments),
+            "friction_n_m": self.friction,
+            "flow_m2_s": flow,
+            "mass_imbalance_m2_s": imbalance,
+            "peak_pressure_pa": self.p[peak],
+            "peak_x_m": self.x[peak],
+            "ruptures_x_m": places(true),
+            "forms_again_x_m": places(false),
+            "least_gap_m": self.thin,
+            "unknowns": self.x.len() - 2,
+            "seconds": elapsed.as_secs_f64(),
+        })
+    }
+
     fn report(&self, profile: &Profile, arguments: &Arguments) -> io::Result<()> {
+        print::line(format_args!("{} unknowns: {}", self.x.len() - 2, self.outcome))?;
         let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
         let peak = self.peak();
         print::line(format_args!(
@@ -302,9 +349,7 @@ impl Film {
             self.p[peak] / arguments.p_unit,
             profile.x[peak]
         ))?;
-        let ambient = arguments.ambient * arguments.p_unit;
-        let over = |k: usize| (self.p[k] + self.p[k + 1]) / 2.0 - ambient;
-        let load: f64 = (0..self.flow.len()).map(|k| over(k) * (self.x[k + 1] - self.x[k])).sum();
+        let load = self.load(arguments);
         print::line(format_args!("load              {load:.6e} N/m over the ambient pressure"))?;
         print::line(format_args!("friction          {:.6e} N/m on the plane", self.friction))?;
         for (front, rupture) in [("ruptures", true), ("forms again", false)] {
@@ -315,11 +360,9 @@ impl Film {
                 ))?;
             }
         }
-        let [least, most] = [f64::min, f64::max]
-            .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        let [flow, imbalance] = self.through();
         print::line(format_args!(
-            "flow              {most:.6e} m²/s, the same everywhere but for {:.1e}",
-            most - least
+            "flow              {flow:.6e} m²/s, the same everywhere but for {imbalance:.1e}"
         ))
     }
 

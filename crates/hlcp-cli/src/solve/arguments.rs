@@ -10,7 +10,7 @@ use crate::scenes::Given;
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp solve --scene disc-lcp --m 1023 --method FMG
+  hlcp solve --scene disc-lcp --m 1023 --method FMG,AMG,AUTO
   hlcp solve --a A.mtx --b B.mtx --q q.mtx --method AUTO --out-z z.mtx --out-r r.mtx
 
 Matrix Market files come from SciPy
@@ -60,9 +60,9 @@ pub(crate) struct Arguments {
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
     /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGV MGW MGF
     /// FMG, multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that
-    /// finds α; AUTO, which chooses
-    #[arg(long, help_heading = METHOD)]
-    pub(crate) method: Option<String>,
+    /// finds α; AUTO, which chooses. Several with commas between them are compared
+    #[arg(long, help_heading = METHOD, value_delimiter = ',')]
+    pub(crate) method: Vec<String>,
     /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: TMGS]
     #[arg(long, help_heading = METHOD, requires = "method")]
     pub(crate) base: Option<String>,
@@ -122,7 +122,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, default_value_t = 1, allow_hyphen_values = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     pub(crate) repeats: u16,
-    /// Print one JSON object instead of a table; needs --method
+    /// Print a JSON object for each method instead of a table; needs --method
     #[arg(long, help_heading = OUTPUT, requires = "method")]
     pub(crate) json: bool,
     /// Prove what can be proved: convergence, uniqueness, and a bound on the error
@@ -168,7 +168,12 @@ impl Precision {
 impl Arguments {
     /// Refuses what contradicts itself, and outputs that cannot be written.
     pub(crate) fn check(&self) -> Result<(), Box<dyn Error>> {
-        if self.method.is_none() && self.parameters() != Parameters::default() {
+        if self.method.len() > 1 && (self.out_z.is_some() || self.out_r.is_some()) {
+            return Err(
+                "--out-z and --out-r take the answer of one method; name one by --method".into()
+            );
+        }
+        if self.method.is_empty() && self.parameters() != Parameters::default() {
             return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
         }
         if let (Some(z), Some(r)) = (&self.out_z, &self.out_r)
@@ -225,10 +230,10 @@ impl Arguments {
     }
 
     pub(crate) fn precisions(&self) -> Vec<Precision> {
-        match (self.precision, &self.method) {
+        match (self.precision, self.method.is_empty()) {
             (Some(precision), _) => vec![precision],
-            (None, Some(_)) => vec![Precision::F64],
-            (None, None) => vec![Precision::F64, Precision::F32],
+            (None, false) => vec![Precision::F64],
+            (None, true) => vec![Precision::F64, Precision::F32],
         }
     }
 }

@@ -82,9 +82,9 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
         let named = Named::parse(name, arguments.parameters()).map_err(in_options)?;
         Ok((name.to_ascii_uppercase(), named))
     };
-    let methods = match &arguments.method {
-        Some(name) => vec![parse(name)?],
-        None => ["MGS", "AMGS", "TMGS"].into_iter().map(parse).collect::<Result<_, _>>()?,
+    let methods = match &arguments.method[..] {
+        [] => ["MGS", "AMGS", "TMGS"].into_iter().map(parse).collect::<Result<_, _>>()?,
+        names => names.iter().map(|name| parse(name)).collect::<Result<_, _>>()?,
     };
     let scene = arguments.given.scene;
     let name = if arguments.a.is_some() { "file" } else { scene.name };
@@ -169,6 +169,26 @@ impl Run<'_> {
         })
     }
 
+    /// The error, of a problem from files with the file or the option that mends it.
+    fn in_files(&self, error: hlcp_core::Error) -> Box<dyn Error> {
+        use hlcp_core::Error::{NotFivePoint, NotPositive};
+        let Arguments { a: Some(of_a), b, .. } = self.arguments else { return error.into() };
+        match error {
+            NotPositive { what: what @ ("diagonal of A" | "diagonal of B"), index, .. } => {
+                let of_b = b.as_ref().filter(|_| what.ends_with('B'));
+                let path = files::printable(of_b.unwrap_or(of_a).display());
+                let row = index + 1;
+                format!("{path}, row {row}: {error}; reorder or scale the rows of A, B and q alike")
+                    .into()
+            }
+            NotFivePoint { .. } => "the files show no grid, which this method needs; name it by \
+                                    --grid NXxNY if A and B are five-point operators, or take \
+                                    AUTO or AMG"
+                .into(),
+            error => error.into(),
+        }
+    }
+
     /// Whether this is the only process, or the one that prints.
     fn is_first(&self) -> bool {
         self.strip.as_ref().is_none_or(|strip| strip.rank() == 0)
@@ -230,7 +250,8 @@ impl Run<'_> {
         let time = time.map(Duration::try_from_secs_f64).transpose();
         let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
         let limits = Limits { tolerance, rounding, norm, iterations, time };
-        let mut problem = given.hlcp(to(arguments.tau)?)?.with_gamma(to(arguments.gamma)?)?;
+        let posed = given.hlcp(to(arguments.tau)?).map_err(|error| self.in_files(error))?;
+        let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
         if let Some(strip) = &self.strip {
             problem = problem.shared_by(strip)?;
         }
@@ -254,7 +275,8 @@ impl Run<'_> {
         }
         for method in &self.methods {
             let (name, named) = method;
-            let mut solver = Solver::new(named.on(problem.clone())?);
+            let posed = named.on(problem.clone());
+            let mut solver = Solver::new(posed.map_err(|error| self.in_files(error))?);
             let mut q = given.q.to_vec();
             let mut solves = Vec::new();
             for _ in 0..arguments.repeats {

@@ -115,7 +115,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         if cfg!(feature = "faer") { "" } else { "; without the methods of --features faer" },
         provenance(&command)
     );
-    let bar = counting(scenes.len() * (METHODS.len() + BEYOND.len() + PRECISIONS.len()) * repeats);
+    // What is on both charts is measured once.
+    let drawn_before = |name: &str| METHODS.iter().any(|(known, _)| *known == name);
+    let more = BEYOND.iter().filter(|(name, _)| !drawn_before(name));
+    let all: Vec<&Series> = METHODS.iter().chain(more).collect();
+    let precise: Vec<&Series> = PRECISIONS.iter().collect();
+    let bar = counting(scenes.len() * (all.len() + precise.len()) * repeats);
 
     let [mut methods, mut beyond, mut precisions] = [(); 3].map(|()| vec![]);
     let mut certified = vec![];
@@ -123,15 +128,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         let title = &scene.title;
         bar.set_message(title.clone());
         let problem = scene.pose()?;
-        let own = added.iter().filter(|(of, _)| of == title).map(|(_, run)| run.clone());
-        let with_own = |order| -> Result<_, Box<dyn Error>> {
-            let mut measured = measure(&problem, order, repeats, &bar)?;
-            measured.extend(own.clone());
-            Ok((title.clone(), measured))
+        let measured = measure(&problem, &all, repeats, &bar)?;
+        let own = added.iter().filter(|(of, _)| of == title).map(|(_, run)| run);
+        let with_own = |order: &[Series]| {
+            let runs = measured.iter().filter(|run| names(order).contains(&run.name.as_str()));
+            (title.clone(), runs.chain(own.clone()).cloned().collect::<Vec<_>>())
         };
-        methods.push(with_own(METHODS)?);
-        beyond.push(with_own(BEYOND)?);
-        precisions.push((title.clone(), measure(&problem, PRECISIONS, repeats, &bar)?));
+        methods.push(with_own(METHODS));
+        beyond.push(with_own(BEYOND));
+        precisions.push((title.clone(), measure(&problem, &precise, repeats, &bar)?));
         certified.push((title.clone(), bounds(&problem)?));
     }
     let with_own = |order| [names(order), own.clone()].concat();
@@ -183,13 +188,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
 /// Runs every series down the ladder until it misses a tolerance, the series taking turns.
 fn measure(
     problem: &Problem,
-    order: &[Series],
+    order: &[&Series],
     repeats: usize,
     bar: &ProgressBar,
 ) -> Result<Vec<Measured>, Box<dyn Error>> {
     let mut measured: Vec<Measured> = vec![];
     for _ in 0..repeats {
         for (name, solve) in order {
+            let mut last: Option<Run> = None;
             for tolerance in LADDER.map(|exponent| 10_f64.powi(-exponent)) {
                 let same =
                     |known: &&mut Measured| known.name == *name && known.tolerance == tolerance;
@@ -202,22 +208,33 @@ fn measure(
                     }
                     break;
                 }
-                let Some(run) = solve.run(problem, tolerance)? else {
+                let run = match last.take() {
+                    Some(run) if run.holds <= tolerance => Some(run),
+                    _ => solve.run(problem, tolerance)?,
+                };
+                let Some(run) = run else {
                     break;
                 };
-                let Run { seconds, sweeps, reached, z, r } = run;
+                let Run { seconds, sweeps, reached, .. } = run;
                 match known {
                     Some(known) => known.seconds.push(seconds),
                     None => {
-                        let error = problem.error(&z, &r);
+                        let error = problem.error(&run.z, &run.r);
                         let (name, seconds) = ((*name).to_owned(), vec![seconds]);
-                        let run = Measured { name, tolerance, error, seconds, sweeps, reached };
-                        measured.push(run);
+                        measured.push(Measured {
+                            name,
+                            tolerance,
+                            error,
+                            seconds,
+                            sweeps,
+                            reached,
+                        });
                     }
                 }
                 if !reached {
                     break;
                 }
+                last = Some(run);
             }
             bar.inc(1);
         }

@@ -53,7 +53,8 @@ pub(crate) fn solve(problem: &Problem, tolerance: f64) -> Result<Option<Run>, Bo
         sweeps += 1;
     }
     let seconds = begin.elapsed().as_secs_f64();
-    Ok(Some(Run { seconds, sweeps: Some(sweeps), reached: residual <= goal, z, r }))
+    let holds = tolerance * residual / goal;
+    Ok(Some(Run { seconds, sweeps: Some(sweeps), reached: residual <= goal, holds, z, r }))
 }
 
 /// An operator by rows.

@@ -25,6 +25,8 @@ pub(crate) struct Run {
     pub(crate) sweeps: Option<usize>,
     /// Whether the residual reached the tolerance.
     pub(crate) reached: bool,
+    /// The least tolerance for which this would have been the same run; infinite if not known.
+    pub(crate) holds: f64,
     pub(crate) z: Vec<f64>,
     pub(crate) r: Vec<f64>,
 }
@@ -202,11 +204,12 @@ fn factorised(
     problem: &scenes::Problem<f64>,
     tolerance: f64,
 ) -> Result<Run, Box<dyn Error>> {
-    let goal = tolerance * Norms::of(&problem.q).l2;
-    let begin = Instant::now();
+    let scale = Norms::of(&problem.q).l2;
+    let (goal, begin) = (tolerance * scale, Instant::now());
     let run = direct::solve(form, [&problem.a, &problem.b], &problem.q, goal, LONGEST)?;
-    let direct::Run { reached, z, r, .. } = run;
-    Ok(Run { seconds: begin.elapsed().as_secs_f64(), sweeps: None, reached, z, r })
+    let direct::Run { reached, residual, z, r, .. } = run;
+    let (seconds, holds) = (begin.elapsed().as_secs_f64(), residual / scale);
+    Ok(Run { seconds, sweeps: None, reached, holds, z, r })
 }
 
 /// The parameters and τ of a splitting.
@@ -250,6 +253,7 @@ impl Run {
         let wide = |v: &[T]| v.iter().map(|v| v.to_f64().unwrap_or(f64::NAN)).collect();
         let Outcome { elapsed, sweeps, .. } = outcome;
         let (seconds, sweeps) = (elapsed.as_secs_f64(), Some(sweeps));
-        Self { seconds, sweeps, reached: outcome.converged(), z: wide(z), r: wide(r) }
+        let (reached, holds) = (outcome.converged(), f64::INFINITY);
+        Self { seconds, sweeps, reached, holds, z: wide(z), r: wide(r) }
     }
 }

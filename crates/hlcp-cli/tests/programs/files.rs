@@ -109,7 +109,7 @@ fn a_grid_in_files_is_recognised_or_said() {
     let text = market_text(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
     let other = folder.write("other.mtx", text);
     let files = format!("--a {} --q {}", other.display(), q.display());
-    refused(&format!("{files} --method FMG"), "five-point");
+    refused(&format!("{files} --method FMG"), "the files show no grid, which this method needs");
     let said = format!("{files} --method MGS --grid 11x11");
     refused(&said, "row 10 has an entry in column 11");
 }
@@ -167,7 +167,7 @@ const BAD_ENTRIES: [(&str, &str); 16] = [
     ("2 2 2\n1 1 1\n2 2 1\n1 2 1\n", "after the last entry"),
     ("2 2 2\n1 1 1\n3 2 1\n", "(3, 2)"),
     ("2 2 2\n1 1 1\n2 0 1\n", "(2, 0)"),
-    ("2 2 3\n1 1 1\n2 2 1\n1 1 2\n", "(1, 1) is given twice"),
+    ("2 2 3\n1 1 1\n2 2 1\n1 1 2\n", "(1, 1) is given twice; add such entries up"),
     ("2 2 2\n1 1 NaN\n2 2 1\n", "NaN"),
     ("2 2 2\n1 1 1e999\n2 2 1\n", "inf"),
     ("2 2 2\r\n1 1 1\r\n2 2 1\r\n", "CRLF"),
@@ -179,7 +179,7 @@ const BAD: [(&str, &str); 6] = [
     ("2 2 2\n1 1 1\n2 2 1\n", "is not"),
     ("%%MatrixMarket matrix coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
     ("%%MatrixMarket matrix coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
-    ("%%MatrixMarket matrix array real general\n2 2\n1\n0\n0\n1\n", "is not"),
+    ("%%MatrixMarket matrix array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),
     (
         "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n",
         "above the diagonal",
@@ -212,7 +212,8 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
 
     for (text, named) in [
         ("", "banner"),
-        ("1.25\n", "entry 2 of 2"),
+        ("1.25\n", "entry 2 of 2, one for each row of the matrix, should be"),
+        ("1,25\n2,5\n", "'1,25' is no number for 'value'; write decimals with a point"),
         ("1\n2\n3\n", "after the last entry"),
         ("1\nx\n", "'x'"),
         ("1\nnan\n", "NaN"),
@@ -227,6 +228,9 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
     ] {
         refused(&command(&sound, &sound, &folder.write("bad.txt", text)), named);
     }
+    let large = folder.write("large.mtx", format!("{HEAD}2 2 2\n1 1 4\n2 2 1e99\n"));
+    let narrow = format!("{} --precision f32", command(&large, &sound, &q));
+    refused(&narrow, "line 4: 1e99 does not fit f32; take f64");
     let wide = folder.write("wide.mtx", format!("{HEAD}3 3 3\n1 1 4\n2 2 3\n3 3 1\n"));
     refused(&command(&sound, &wide, &q), "order 3");
     assert_eq!(fs::read_to_string(&z).unwrap(), "precious");

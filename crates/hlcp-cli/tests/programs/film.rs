@@ -7,6 +7,7 @@ use std::{
 };
 
 use hlcp_verify::Slider;
+use serde_json::Value;
 
 use crate::command::hlcp;
 
@@ -286,6 +287,7 @@ fn wrong_input_is_refused_in_one_line() {
         ("0 1\n1 NaN\n2 3\n", "line 2: 'NaN' is not a finite number"),
         ("0;1\n1;1e999\n2;3\n", "line 2: '1e999' is not a finite number"),
         ("0,1\n1,2,3\n2,3\n", "line 2: 3 columns where x and h are wanted"),
+        ("1,2,3\n1,2,3\n", "; a map of the gap in two dimensions is given by --map, with --lx"),
         (
             "0,1\n1,1\n1,2\n2,2\n",
             "line 3: x = 1 does not exceed the x before it, 1; for a step, put two points very",
@@ -327,6 +329,8 @@ fn wrong_input_is_refused_in_one_line() {
         ("--speed 5 --viscosity 1 --h-unit -1", "nor a positive number; um, or in metres"),
         ("--speed 5 --viscosity 1 --p-unit inf", "nor a positive number; MPa, or in pascals"),
         ("--speed 5 --viscosity 1 --refine -3", "-3 is not in 1..=65535"),
+        ("--speed 5 --viscosity 1 --certify", "'--certify' cannot be used with '[PROFILE]'"),
+        ("--speed 5 --viscosity 1 --nx 3", "cannot be used with"),
         ("", "--speed"),
     ];
     for (arguments, what) in arguments {
@@ -349,6 +353,58 @@ fn gaps_above_a_millimetre_are_solved_with_a_warning() {
     let units = format!("{flags} --x-unit 1e-3 --h-unit 1e-6");
     let (given, _) = film("given", Some(&profile), &units);
     assert!(given.status.success() && given.stderr.is_empty());
+}
+
+#[test]
+fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
+    // Points in millimetres and micrometres.
+    let profile = text(&bumpy(), [1.0, 1.0]);
+    let flags = format!(
+        "--speed {SPEED} --viscosity {VISCOSITY} --x-unit mm --h-unit um --p-unit MPa --ambient 0.2 --cavitation 0.15"
+    );
+    let (report, points) = solved("json", Some(&profile), &flags);
+    let (output, _) = film("json", Some(&profile), &format!("{flags} --json"));
+    assert_eq!(output.status.code(), Some(0));
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found["outcome"], "converged");
+    assert_eq!(found["unknowns"], points.len() - 2);
+    let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"));
+    let near = |key: &str, wanted: f64| {
+        assert!((number(key) / wanted - 1.0).abs() <= 1e-6, "{key}: {found}\n{report}");
+    };
+    for (key, what) in
+        [("load_n_m", "load  "), ("friction_n_m", "friction  "), ("flow_m2_s", "flow  ")]
+    {
+        near(key, printed(&report, what));
+    }
+    let peak =
+        points.iter().fold(points[0], |peak, point| if point[2] > peak[2] { *point } else { peak });
+    near("peak_pressure_pa", peak[2] * 1e6);
+    near("peak_x_m", peak[0] * 1e-3);
+    near(
+        "least_gap_m",
+        points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) * 1e-6,
+    );
+    assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
+    let fronts = |key: &str| found[key].as_array().map(Vec::len);
+    for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {
+        assert_eq!(fronts(key), Some(report.matches(what).count()), "{found}\n{report}");
+    }
+}
+
+#[test]
+fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
+    let warned = |profile: &str, flags: &str| {
+        let flags = format!("--speed {SPEED} --viscosity {flags}");
+        let (output, _) = film("doubt", Some(profile), &flags);
+        assert_eq!(output.status.code(), Some(0), "{flags}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    let wedge = "0 2e-5\n80 1e-5\n";
+    assert!(warned(wedge, "0.04").contains("the film 80 m long"));
+    assert_eq!(warned(wedge, "0.04 --x-unit mm"), "");
+    let thick = warned(wedge, "400000 --x-unit mm");
+    assert!(thick.contains("--viscosity is in Pa s"), "{thick}");
 }
 
 #[test]

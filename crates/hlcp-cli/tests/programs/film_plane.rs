@@ -337,7 +337,15 @@ fn wrong_films_are_refused_in_one_line() {
             "--map gap.csv --load 1e9",
             "no position that carries 1000000000 N was found; the largest load found is ",
         ),
-        ("--map gap.csv --load -1", "--load must be positive"),
+        ("--map gap.csv --load -1", "--load is -1 N, but it must be positive"),
+        (
+            "--map gap.csv --x-unit 1 --load 1,0.005,5",
+            "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of",
+        ),
+        (
+            "--pad plane,2e-5,1e-5 --load 10,0.0099,0.005",
+            "no position that carries 10 N at 0.0099, 0.005 was found; the last one tried carries ",
+        ),
         (
             "--map gap.csv --motion times.csv",
             "times.csv: row 3: the time 1 does not exceed the one before",
@@ -365,6 +373,17 @@ fn wrong_films_are_refused_in_one_line() {
         assert!(err.contains(what), "{arguments}: {err}");
         let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
         assert_eq!(left, 0, "{arguments}: something was written");
+    }
+    for (place, what) in [
+        (
+            "--ecc 1.2",
+            "--ecc is 1.2, but an eccentricity over the clearance is at least 0 and below",
+        ),
+        ("", "a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion"),
+    ] {
+        let output = film("refused", &format!("{} {place}", journal(0.1)));
+        let err = text(&output.stderr);
+        assert!(output.status.code() == Some(1) && err.contains(what), "{err}");
     }
     let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";
     let err = text(&film("refused", still).stderr);

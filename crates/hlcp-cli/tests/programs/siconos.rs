@@ -117,7 +117,7 @@ fn zero_diagonals_are_refused_with_their_index() {
         let (matrix, q) = read(name);
         let command = Files::new(name, &matrix, &q);
         for method in METHODS {
-            let named = format!("diagonal of A[{index}] is 0");
+            let named = format!(".mtx, row {}: diagonal of A[{index}] is 0", index + 1);
             refused(&format!("{} --method {method}", command.command), &named);
         }
     }

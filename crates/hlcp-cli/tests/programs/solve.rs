@@ -102,11 +102,26 @@ fn without_a_method_three_of_them_in_both_precisions() {
 }
 
 #[test]
+fn methods_with_commas_between_them_are_compared() {
+    let output = solve("--scene disc-lcp --m 15 --method FMG,amg,TMGS --json");
+    assert_eq!(output.status.code(), Some(0));
+    let out = text(&output.stdout);
+    let of = |line: &str| serde_json::from_str::<Value>(line).unwrap()["method"].clone();
+    assert_eq!(out.lines().map(of).collect::<Vec<_>>(), ["FMG", "AMG", "TMGS"]);
+    // One that does not converge is told by the status, and the others are solved.
+    let output = solve("--scene disc-lcp --m 15 --method MJ,FMG --max-iterations 20");
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(text(&output.stdout).lines().count(), 4);
+}
+
+#[test]
 fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
     for (arguments, named) in [
         ("--method TMAR", "'TMAOR'"),
         ("--method MSOR", "MSOR needs --alpha: 1 is Gauss-Seidel, 1.1 to 1.4"),
         ("--method FOO", "no method 'FOO'; the names are M, AM or TM before J"),
+        ("--method MGS,FOO", "no method 'FOO'"),
+        ("--method MGS,TMGS --out-z z.mtx", "take the answer of one method; name one by --method"),
         ("--method MGS --alpha 1.2", "MGS takes no --alpha (given: 1.2); use MSOR"),
         ("--method MGS --alpha2 1.2", "alpha2"),
         ("--method AUTO --alpha 1.2", "AUTO takes no --alpha"),
