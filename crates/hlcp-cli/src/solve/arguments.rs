@@ -94,11 +94,11 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = METHOD, default_value_t = 1, allow_hyphen_values = true)]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) threads: u16,
-    /// Absolute tolerance for ‖A z − B r + q‖, in the units of q [default: of scenes 1e-10; of the
-    /// slider and of files there is none, see --rtol; in f32 as well what rounding allows]
+    /// Absolute tolerance for ‖A z − B r + q‖, in the units of q [default: of scenes 1e-10; of
+    /// slider, film and files there is none, see --rtol; in f32 as well what rounding allows]
     #[arg(long, help_heading = STOPPING, allow_hyphen_values = true, conflicts_with = "rtol")]
     pub(crate) tol: Option<f64>,
-    /// Tolerance for ‖A z − B r + q‖ relative to ‖q‖ [default: 1e-10 for the slider and for files]
+    /// Tolerance for ‖A z − B r + q‖ relative to ‖q‖ [default: 1e-10 for slider, film and files]
     #[arg(long, help_heading = STOPPING, allow_hyphen_values = true)]
     pub(crate) rtol: Option<f64>,
     /// The norm of the stopping test

@@ -180,13 +180,11 @@ impl<T: Scalar> Steps<T> {
 /// # Convergence
 ///
 /// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
-/// [`Tmms`](crate::Tmms) provide, from any start, by the proof for [`Newton`](crate::Newton): in a
-/// phase that does not end ‖F‖ falls by tenths for ever, since no more than `n + 1` times in a
-/// phase can a step change fewer signs than any before; one that ends hands over an iterate with an
-/// ‖F‖ no larger than it found, that is multiplies the error by no more than a constant; and the
-/// base's iterations between phases, of which there are ever more, multiply it by a number that
-/// tends to zero. What sweeps and a start do within a phase is of no matter to that, nor what one
-/// start between phases does.
+/// [`Tmms`](crate::Tmms) provide, some iterate is within any tolerance, from any start, by the
+/// proof for [`Newton`](crate::Newton) in `docs/theory.md`. A step can change fewer signs than any
+/// before it at most `n + 1` times in a phase, so in a phase that does not end ‖F‖ falls by tenths
+/// for ever. Sweeps and starts within a phase do not matter to the proof, nor does the one start
+/// between phases.
 ///
 /// # Source
 ///
