@@ -1,10 +1,11 @@
 use std::fmt;
 
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
+use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
 use crate::{
     AdaptiveSor, AmgNewton, Anderson, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
     Preconditioner, Ssor, Tmms, TridiagonalPart, Work, amg,
+    multigrid::Scaling,
     pivoting::{self, Pivoting},
 };
 
@@ -62,9 +63,9 @@ use crate::{
 ///
 /// # Cost
 ///
-/// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, then
-/// that of the method at work. Storage:
-/// `n` numbers, and that of the methods that have had a turn.
+/// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, two
+/// where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at work. Storage: `n`
+/// numbers, `2n` of scratch, and that of the methods that have had a turn.
 ///
 /// # Convergence
 ///
@@ -114,6 +115,8 @@ pub struct Auto<T: Scalar, A, B> {
     /// The work of the opening in sweeps, and the residual before its last pair while it lasts.
     opened: usize,
     opening: Option<f64>,
+    /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
+    scaling: Option<Scaling<T>>,
     /// The largest entry of an iterate that raises no suspicion.
     usual: f64,
     scratch: Vec<T>,
@@ -404,7 +407,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             AmgNewton | Newton => alone,
             Sor | Anderson => true,
         });
+        let scaling = Smoother::scaling(&problem).ok();
         let mut auto = Self {
+            scaling: scaling.map(|scaling| Scaling::new(&problem, scaling)),
             candidates: possible.map(|&choice| Candidate::new(choice, worth, is_plane)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
@@ -452,20 +457,46 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// the first is, and those after one that left a hundredth of the residual.
     fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
         let last = self.opening.take()?;
-        self.problem.defect(q.entries(), x, y, &mut self.scratch);
-        let norms = self.problem.norms(y).divided_by(self.problem.gamma());
-        self.opened += 1;
-        y.copy_from_slice(x);
-        if norms.l2 <= OPENING * last {
-            for backward in [false, true] {
-                self.problem.solve_rows(q.entries(), y, backward);
+        let Self { problem, scaling, scratch, opened, .. } = self;
+        let (n, f) = (x.len(), (problem.q_factor(), q.entries()));
+        scratch.resize(scratch.len().max(2 * n), T::zero());
+        let norms = match scaling {
+            // The sweep forward measures.
+            Some(scaling) if scaling.is_own() => {
+                scaling.smoother(problem).relax_measured(q, x, &mut scratch[..n])
             }
-            self.opened += 2;
-            self.opening = Some(norms.l2);
-            Some(norms)
-        } else {
-            None
+            _ => {
+                problem.defect(q.entries(), x, y, scratch);
+                problem.norms(y).divided_by(problem.gamma())
+            }
+        };
+        *opened += 1;
+        if norms.l2 > OPENING * last || norms.l2.is_nan() {
+            return None;
         }
+        let between = &mut scratch[..n];
+        match scaling {
+            Some(scaling) if scaling.is_own() => *opened += 1,
+            Some(scaling) => {
+                y.copy_from_slice(x);
+                scaling.rescale(problem, y, false);
+                scaling.smoother(problem).relax(false, f, y, between);
+                *opened += 2;
+            }
+            None => {
+                y.copy_from_slice(x);
+                for backward in [false, true] {
+                    problem.solve_rows(q.entries(), y, backward);
+                }
+                *opened += 2;
+            }
+        }
+        if let Some(scaling) = scaling {
+            scaling.smoother(problem).relax(true, f, between, y);
+            scaling.rescale(problem, y, true);
+        }
+        self.opening = Some(norms.l2);
+        Some(norms)
     }
 
     /// The largest entry of `x`, and of what `q` alone makes of an unknown.
@@ -570,7 +601,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             each.choice == AutoChoice::Pivoting && self.worth <= CHEAP && !self.tridiagonal
         };
         self.at = self.candidates.iter().position(pivots).unwrap_or(0);
-        (self.opened, self.opening) = (0, (!self.tridiagonal).then_some(f64::INFINITY));
+        // Where ranks share a problem, fused sweeps alone are to be had.
+        let can_open = self.scaling.is_some() || self.problem.strip().is_none();
+        let opens = !self.tridiagonal && can_open;
+        (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
         (self.begun, self.middle) = ((0, f64::INFINITY), None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.history.clear();

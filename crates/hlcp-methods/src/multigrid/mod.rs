@@ -4,18 +4,20 @@ mod cycle;
 mod full;
 mod hierarchy;
 mod pace;
+mod scaling;
 
 use hlcp_core::{
     Error, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
 };
 
+pub(crate) use self::scaling::Scaling;
 pub use self::{
     cycle::Cycle,
     full::FullMultigrid,
     hierarchy::{Coarsen, Grids, Rediscretise},
 };
 use self::{
-    cycle::{Coarse, Equation, Level, rescaled},
+    cycle::{Coarse, Equation, Level},
     pace::{Pace, Turn},
 };
 use crate::{Clock, Method, Work as Count};
@@ -99,7 +101,7 @@ pub struct Multigrid<T: Scalar, A, B> {
     sweeps: [usize; 2],
     levels: Vec<Level<T>>,
     /// The Ω of cycles, unless it is the problem's own.
-    scaling: Option<Omega<T>>,
+    scaling: Scaling<T>,
     between: Vec<T>,
     /// The sweeps since the restart.
     taken: usize,
@@ -142,8 +144,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         // Some of the ranks that share the problem may have more points of a coarser grid, whole.
         let most = levels.iter().map(|level: &Level<T>| level.x.len()).chain([problem.order()]);
         let between = vec![T::zero(); most.max().unwrap_or(0)];
-        // On all ranks, if on one.
-        let scaling = problem.any(scaling != *problem.omega()).then_some(scaling);
+        let scaling = Scaling::new(&problem, scaling);
         let (sweeps, pace, kept) = ([0; 2], Pace::new(), vec![]);
         let (escalated, taken) = (false, 0);
         let mut multigrid =
@@ -215,7 +216,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         equation.nested(cycle, x, clock);
         equation.smooth(x, clock);
         equation.cycle(cycle, x, clock);
-        self.rescale(x, true);
+        self.scaling.rescale(&self.problem, x, true);
     }
 
     /// The norms of `A z − B r + q` at `x`.
@@ -224,22 +225,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         smoother.expect("five-point operators, as before").norms(q, x)
     }
 
-    /// Takes `x` from the problem's Ω to that of cycles, or back.
-    fn rescale(&self, x: &mut [T], back: bool) {
-        let Some(scaling) = &self.scaling else { return };
-        for (k, x) in x.iter_mut().enumerate() {
-            let (own, of_cycles) = (self.problem.omega().entry(k), scaling.entry(k));
-            *x = rescaled(*x, if back { of_cycles / own } else { own / of_cycles });
-        }
-    }
-
     fn equation<'e>(&'e mut self, q: &Rhs<'e, T>) -> Equation<'e, T> {
         let points = self.grids().next().map_or(0, |grid| grid.iter().product());
         let Self { problem, scaling, levels, between, .. } = self;
         let parallel = problem.is_parallel();
-        let smoother = Smoother::new(problem, scaling.as_ref(), parallel);
         Equation {
-            smoother: smoother.expect("five-point operators, as before"),
+            smoother: scaling.smoother(problem),
             f: (problem.q_factor(), q.entries()),
             points,
             coarser: levels,
@@ -281,12 +272,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
         // Every kind of iteration begins with a pair of sweeps.
-        let norms = if self.scaling.is_none() {
+        let norms = if self.scaling.is_own() {
             self.equation(q).smooth_measured(q, x, y)
         } else {
             let norms = self.norms(q, x);
             y.copy_from_slice(x);
-            self.rescale(y, false);
+            self.scaling.rescale(&self.problem, y, false);
             self.equation(q).smooth(y, clock);
             norms
         };
@@ -306,7 +297,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
         }
         if turn == Turn::Return {
             y.copy_from_slice(&self.kept);
-            self.rescale(y, false);
+            self.scaling.rescale(&self.problem, y, false);
         }
         let mut equation = self.equation(q);
         match turn {
@@ -318,13 +309,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
                 pace.compared(cycled / before, (swept / before).powi(pairs as i32));
                 if cycled.is_nan() || cycled > swept {
                     y.copy_from_slice(x);
-                    self.rescale(y, false);
+                    self.scaling.rescale(&self.problem, y, false);
                     let mut equation = self.equation(q);
                     (0..pairs).for_each(|_| equation.smooth(y, clock));
                 }
             }
         }
-        self.rescale(y, true);
+        self.scaling.rescale(&self.problem, y, true);
         self.pace = pace;
         norms
     }
