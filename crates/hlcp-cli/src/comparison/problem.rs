@@ -23,7 +23,7 @@ pub(crate) struct Run {
     pub(crate) seconds: Vec<f64>,
     /// The largest error of a component of (z, r).
     pub(crate) error: f64,
-    /// What is proved of it.
+    /// What is proved of it: of the answer, and of what it is compared with.
     pub(crate) bound: Option<f64>,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct Reference {
     truth: [Vec<f64>; 2],
     /// How near that is to the solution, where there is time to prove it: a planted pair solves a
     /// rounded `q` only nearly.
-    pub(crate) certificate: Option<Certificate>,
+    certificate: Option<Certificate>,
     limits: Limits,
     /// The best known α and τ of AMSOR.
     amsor: [f64; 2],
@@ -126,9 +126,9 @@ impl Reference {
             seconds.sort_by(f64::total_cmp);
             let (z, r) = (solver.z(), solver.r());
             let bound = match &self.certificate {
-                Some(_) if converged => {
+                Some(known) if converged => {
                     let found = certify(&given.a, &given.b, &qs[qs.len() - 1], z, r)?;
-                    Some(found.map_err(|refusal| refusal.to_string())?.error())
+                    Some(found.map_err(|refusal| refusal.to_string())?.error() + known.error())
                 }
                 _ => None,
             };
