@@ -13,7 +13,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_methods::{Anderson, BoxedMethod, Coefficients, Csr, Error, Hlcp, Identity, Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress, Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance, FivePoint};
+use hlcp_methods::{
+    Anderson, BoxedMethod, Coefficients, Csr, Error, FivePoint, Hlcp, Identity, Limits,
+    LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress,
+    Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance,
+};
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
     Slider, Supply, TimeStep,
