@@ -182,7 +182,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
     certify: bool,
     /// Print one JSON object, in SI units
-    #[arg(long, help_heading = OUTPUT, requires = "film")]
+    #[arg(long, help_heading = OUTPUT)]
     json: bool,
     /// Where the picture and the numbers go: this name with .svg and .csv, in your units; in two
     /// dimensions with .svg, and with -pressure, in Pa, and -content before .csv and .npy, one row

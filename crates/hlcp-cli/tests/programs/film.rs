@@ -386,6 +386,9 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
         points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) * 1e-6,
     );
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
+    let (pad, _) = film("json", None, "--json");
+    let pad: Value = serde_json::from_slice(&pad.stdout).unwrap();
+    assert!((pad["peak_pressure_pa"].as_f64().unwrap() / Slider::PEAK - 1.0).abs() <= 1e-3);
     let fronts = |key: &str| found[key].as_array().map(Vec::len);
     for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {
         assert_eq!(fronts(key), Some(report.matches(what).count()), "{found}\n{report}");
