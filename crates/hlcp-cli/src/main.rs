@@ -38,7 +38,7 @@ use std::{
     process::ExitCode,
 };
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, error::ErrorKind};
 use hlcp_core::files::printable;
 
 const EXAMPLES: &str = "\
@@ -116,10 +116,12 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
 
 /// Prints the help or the version, or says in one line what is wrong with the command line.
 fn refuse(error: &clap::Error) -> ExitCode {
-    if !error.use_stderr() {
+    // Without a command the help is the answer.
+    let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    if is_help || !error.use_stderr() {
         // Its reader has gone, or there is none to tell.
         let _ = error.print();
-        return ExitCode::SUCCESS;
+        return if is_help { ExitCode::from(1) } else { ExitCode::SUCCESS };
     }
     let text = error.to_string();
     let reason =

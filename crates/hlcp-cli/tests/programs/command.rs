@@ -37,3 +37,13 @@ pub(crate) fn refused(arguments: &str, named: &str) {
     assert_eq!(err.lines().count(), 1, "{arguments}: {err}");
     assert!(err.contains(named), "{arguments}: {err}");
 }
+
+#[test]
+fn without_a_command_the_help_is_printed_with_status_1() {
+    let output = Command::new(env!("CARGO_BIN_EXE_hlcp")).output().expect("the command starts");
+    let err = text(&output.stderr);
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0));
+    for word in ["Usage: hlcp", "speed-vs-accuracy", "Examples:"] {
+        assert!(err.contains(word), "{err}");
+    }
+}
