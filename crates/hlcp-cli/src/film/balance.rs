@@ -291,25 +291,20 @@ pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<
         }
         solved = Solved::new(film, Some(&solved), arguments)?;
     }
-    let load = wanted.load;
-    let tried = match wanted.place {
-        Some(place) => {
+    let tried = match load.0[..] {
+        [_, x, y] => {
             let forces = posed.forces(&solved.film, &solved.z);
-            let at = |k: usize| {
-                (posed.film.lengths[k - 1] / 2.0 + forces[k] / forces[0]) / arguments.x_unit
-            };
-            let [x, y] =
-                [0, 1].map(|k| (posed.film.lengths[k] / 2.0 + place[k]) / arguments.x_unit);
+            let [at_x, at_y] = [0, 1].map(|k| {
+                (posed.film.lengths[k] / 2.0 + forces[k + 1] / forces[0]) / arguments.x_unit
+            });
+            let carried = forces[0];
             format!(
-                " at {x}, {y} was found; the last one tried carries {:.6e} N at {:.6}, {:.6}",
-                forces[0],
-                at(1),
-                at(2)
+                " at {x}, {y} was found; the last one tried carries {carried:.6e} N at {at_x:.6}, {at_y:.6}"
             )
         }
-        None => format!(" was found; the largest load found is {largest:.6e} N"),
+        _ => format!(" was found; the largest load found is {largest:.6e} N"),
     };
-    Err(format!("--load: no position that carries {load} N{tried}").into())
+    Err(format!("--load: no position that carries {} N{tried}", load.0[0]).into())
 }
 
 fn wanted(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Wanted> {

@@ -34,6 +34,7 @@ const OUTPUT: &str = "Output and method";
 #[command(after_help = EXAMPLES)]
 #[command(group = ArgGroup::new("film").args(["profile", "map", "journal", "pad"]))]
 #[command(group = ArgGroup::new("plane").args(["map", "journal", "pad"]).conflicts_with("profile"))]
+#[command(group = ArgGroup::new("in_plane").multiple(true).requires("plane").conflicts_with("profile"))]
 pub(crate) struct Arguments {
     /// A text file with two columns, x and h [default: a parabolic pad with a known answer]
     #[arg(requires_all = ["speed", "viscosity"])]
@@ -50,11 +51,11 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
     pad: Option<gap::Pad>,
     /// The extent along x
-    #[arg(long, help_heading = FILM, requires = "film", conflicts_with = "profile", allow_hyphen_values = true)]
+    #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --x-unit", ""))]
     lx: Option<f64>,
     /// The extent along y
-    #[arg(long, help_heading = FILM, requires = "film", conflicts_with = "profile", allow_hyphen_values = true)]
+    #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --x-unit", ""))]
     ly: Option<f64>,
     /// The journal's diameter, in units of --x-unit
@@ -80,30 +81,30 @@ pub(crate) struct Arguments {
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
     /// grows along y, and how it is turned aside there
-    #[arg(long, help_heading = FILM, value_name = "A,B", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = FILM, value_name = "A,B", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     tilt: Option<Numbers>,
     /// Cells along x [default: 180; of a journal 360]
-    #[arg(long, help_heading = FILM, requires = "film", conflicts_with_all = ["profile", "map"])]
+    #[arg(long, help_heading = FILM, group = "in_plane", conflicts_with = "map")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     nx: Option<u32>,
     /// Cells along y [default: 60]
-    #[arg(long, help_heading = FILM, requires = "film", conflicts_with_all = ["profile", "map"])]
+    #[arg(long, help_heading = FILM, group = "in_plane", conflicts_with = "map")]
     #[arg(value_parser = clap::value_parser!(u32).range(1..))]
     ny: Option<u32>,
     /// A pocket x,y,lx,ly,depth from its south-western corner; with ,ellipse the ellipse in there
-    #[arg(long, help_heading = SHAPE, value_name = "POCKET", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = SHAPE, value_name = "POCKET", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     pocket: Vec<gap::Pocket>,
     /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth; with ,ellipse ellipses
-    #[arg(long, help_heading = SHAPE, value_name = "ARRAY", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = SHAPE, value_name = "ARRAY", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     dimples: Vec<gap::Dimples>,
     /// A CSV or NPY file that is added to the gap
-    #[arg(long, help_heading = SHAPE, value_name = "FILE", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = SHAPE, value_name = "FILE", group = "in_plane")]
     roughness: Option<PathBuf>,
     /// A pocket that is kept full, x,y,lx,ly,pressure
-    #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     supply: Vec<Numbers>,
     /// A groove without width along the whole bearing, in degrees from the widest gap in the
@@ -113,7 +114,7 @@ pub(crate) struct Arguments {
     groove: Vec<Numbers>,
     /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
     /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
-    #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", group = "in_plane")]
     side: Vec<gap::Sided>,
     /// The unit of x, y and their extents: nm, um, mm, m or km, or so many metres, as 0.0254
     #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
@@ -148,16 +149,16 @@ pub(crate) struct Arguments {
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
     /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
     /// this place, in units of --x-unit
-    #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     load: Option<Numbers>,
     /// Stiffness and damping, mass-conserving and by the clamp of the tables: of a journal along
     /// the load and across it, of anything else for the height and the slopes along x and y
-    #[arg(long, help_heading = ASKED, requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = ASKED, group = "in_plane")]
     coefficients: bool,
     /// Steps in time from a CSV file: the time in s and the position, of a journal its displacement
     /// along the load and across it, of anything else its rise and its slopes along x and y
-    #[arg(long, help_heading = ASKED, value_name = "FILE", requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = ASKED, value_name = "FILE", group = "in_plane")]
     #[arg(conflicts_with_all = ["load", "coefficients"])]
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
@@ -171,15 +172,15 @@ pub(crate) struct Arguments {
     #[arg(conflicts_with = "plane")]
     refine: Option<u16>,
     /// Any method of `hlcp solve` [default: AMG]
-    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     method: Option<String>,
     /// How many threads share the sweeps
-    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     #[arg(value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Prove bounds on the load, the peak and the flows, and that there is no other solution where
     /// that can be proved
-    #[arg(long, help_heading = OUTPUT, requires = "film", conflicts_with = "profile")]
+    #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     certify: bool,
     /// Print one JSON object, in SI units
     #[arg(long, help_heading = OUTPUT)]

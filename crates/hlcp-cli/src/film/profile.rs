@@ -85,18 +85,11 @@ pub(super) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
         film.report(&profile, &arguments)?;
         let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
         print::line(format_args!("wrote {svg} and {csv}"))?;
-        if arguments.profile.is_none() {
-            print::line(format_args!(
-                "known: peak {:.6} MPa, rupture at x = {:.6} mm",
-                Slider::PEAK * 1e-6,
-                Slider::RUPTURE * 1e3
-            ))?;
-        }
     }
     let length = film.x[film.x.len() - 1] - film.x[0];
     doubt(film.thin, &[length], film.p[film.peak()]);
     if arguments.profile.is_none() {
-        film.check(&profile)?;
+        film.check(&profile, arguments.json)?;
     }
     Ok(film.outcome.converged())
 }
@@ -413,8 +406,16 @@ impl Film {
         [chart::svg(2, vec![pressure, gaps], caption), csv]
     }
 
-    /// Holds the pad's peak and rupture against those of the continuous problem.
-    fn check(&self, profile: &Profile) -> Result<(), Box<dyn Error>> {
+    /// Holds the pad's peak and rupture against those of the continuous problem, and prints these
+    /// unless `quiet`.
+    fn check(&self, profile: &Profile, quiet: bool) -> Result<(), Box<dyn Error>> {
+        if !quiet {
+            print::line(format_args!(
+                "known: peak {:.6} MPa, rupture at x = {:.6} mm",
+                Slider::PEAK * 1e-6,
+                Slider::RUPTURE * 1e3
+            ))?;
+        }
         // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap;
         // 1e-3 is room.
         let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
