@@ -460,40 +460,33 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let Self { problem, scaling, scratch, opened, .. } = self;
         let (n, f) = (x.len(), (problem.q_factor(), q.entries()));
         scratch.resize(scratch.len().max(2 * n), T::zero());
-        let norms = match scaling {
+        let own = scaling.as_ref().filter(|scaling| scaling.is_own());
+        let norms = if let Some(scaling) = own {
             // The sweep forward measures.
-            Some(scaling) if scaling.is_own() => {
-                scaling.smoother(problem).relax_measured(q, x, &mut scratch[..n])
-            }
-            _ => {
-                problem.defect(q.entries(), x, y, scratch);
-                problem.norms(y).divided_by(problem.gamma())
-            }
+            scaling.smoother(problem).relax_measured(q, x, &mut scratch[..n])
+        } else {
+            problem.defect(q.entries(), x, y, scratch);
+            problem.norms(y).divided_by(problem.gamma())
         };
         *opened += 1;
         if norms.l2 > OPENING * last || norms.l2.is_nan() {
             return None;
         }
-        let between = &mut scratch[..n];
-        match scaling {
-            Some(scaling) if scaling.is_own() => *opened += 1,
-            Some(scaling) => {
+        *opened += if own.is_some() { 1 } else { 2 };
+        if let Some(scaling) = scaling {
+            let (smoother, between) = (scaling.smoother(problem), &mut scratch[..n]);
+            if !scaling.is_own() {
                 y.copy_from_slice(x);
                 scaling.rescale(problem, y, false);
-                scaling.smoother(problem).relax(false, f, y, between);
-                *opened += 2;
+                smoother.relax(false, f, y, between);
             }
-            None => {
-                y.copy_from_slice(x);
-                for backward in [false, true] {
-                    problem.solve_rows(q.entries(), y, backward);
-                }
-                *opened += 2;
-            }
-        }
-        if let Some(scaling) = scaling {
-            scaling.smoother(problem).relax(true, f, between, y);
+            smoother.relax(true, f, between, y);
             scaling.rescale(problem, y, true);
+        } else {
+            y.copy_from_slice(x);
+            for backward in [false, true] {
+                problem.solve_rows(q.entries(), y, backward);
+            }
         }
         self.opening = Some(norms.l2);
         Some(norms)

@@ -54,9 +54,9 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// that does not end ‖F‖ falls by tenths for ever; one that ends hands over an iterate whose error
 /// is at most a constant times that at its start, and the base's iterations between phases, of
 /// which there are ever more, multiply it by a number that tends to zero (`docs/theory.md` has the
-/// proof). From an `x` on the solution's piece one step with an
-/// exact inner solve ends at the solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it
-/// (Fischer and Kanzow), and in any case convergence is superlinear (Qi and Sun).
+/// proof). From an `x` on the solution's piece one step with an exact inner solve ends at the
+/// solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it (Fischer and Kanzow), and in any
+/// case convergence is superlinear (Qi and Sun).
 ///
 /// # Source
 ///
