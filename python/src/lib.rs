@@ -776,8 +776,10 @@ mod _hlcp {
         let film = film.film()?;
         let (a, b, q) = film.pose().map_err(wrong)?;
         let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
-            Some(_) => Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any()),
-            None => assembled(py, operator),
+            Some(view) if view.round() == [false; 2] => {
+                Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any())
+            }
+            _ => assembled(py, operator),
         };
         let (a, b) = (operator(&a)?, operator(&b)?);
         let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), film.is_fed());

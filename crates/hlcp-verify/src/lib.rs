@@ -83,8 +83,8 @@ pub use certificate::{
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, FilmOperator, JournalBearing,
-    Obstacle, Posed, Side, Slider, Supply, TimeStep,
+    AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed,
+    Side, Slider, Supply, TimeStep,
 };
 pub use steps::Contraction;
 pub use theory::{

@@ -2,11 +2,11 @@
 
 use std::{error::Error, f64::consts::PI};
 
-use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, FilmOperator, JournalBearing,
-    Obstacle, Posed, Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
+    Slider,
 };
 
 use super::Numbers;
@@ -303,8 +303,8 @@ pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let cells = ["nx", "ny"].map(|name| numbers.size(name));
     let film = films::slider(cells, numbers.size("dimples"), numbers.get("depth"));
     let (a, b, q) = film.pose()?;
-    let of = |operator: &FilmOperator| {
-        let view = operator.as_five_point().expect("no side is periodic");
+    let of = |operator: &FivePoint<Varying<f64>>| {
+        let view = operator.as_five_point().expect("it is one");
         let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
         FivePoint::from_fn(cells[0], cells[1], row)
     };

@@ -3,12 +3,9 @@ use std::{
     ops::Range,
 };
 
-use hlcp_core::{Error, FivePoint, Scalar, Varying};
+use hlcp_core::{Error, FivePoint, Scalar};
 
-use super::{check, positive};
-
-/// `A`, `B` and `q`.
-type Film<T> = (FivePoint<Varying<T>>, FivePoint<Varying<T>>, Vec<T>);
+use super::{Grids, check, positive};
 
 /// A journal bearing of finite length with mass-conserving cavitation: an HLCP in two dimensions.
 ///
@@ -93,7 +90,7 @@ impl Bearing2d {
     /// [`Error::Parameter`] unless `0 ≤ ε < 1`, the aspect is positive and finite and the groove
     /// finite; [`Error::Grid`] for a grid without points; [`Error::NotFinite`] for an aspect whose
     /// square overflows or vanishes.
-    pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
+    pub fn pose<T: Scalar>(&self) -> Result<Grids<T>, Error> {
         self.pose_columns(0..self.nx)
     }
 
@@ -112,7 +109,7 @@ impl Bearing2d {
     /// assert_eq!(part[..3], whole[2..5]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Film<T>, Error> {
+    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Grids<T>, Error> {
         check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
         positive("aspect", self.aspect)?;
         check("groove", self.groove, self.groove.is_finite(), "finite")?;

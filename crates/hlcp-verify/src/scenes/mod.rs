@@ -1,6 +1,6 @@
 //! Problems with known answers, each a few numbers that define it.
 
-use hlcp_core::Error;
+use hlcp_core::{Error, FivePoint, Varying};
 
 mod american_put;
 mod bearing2d;
@@ -15,10 +15,13 @@ pub use american_put::AmericanPut;
 pub use bearing2d::Bearing2d;
 pub use disc::Disc;
 pub use example::{Example, Posed};
-pub use film::{Film, FilmFigures, FilmOperator, Side, Supply, TimeStep};
+pub use film::{Film, FilmFigures, Side, Supply, TimeStep};
 pub use journal_bearing::JournalBearing;
 pub use obstacle::Obstacle;
 pub use slider::Slider;
+
+/// A and B on a grid, with coefficients that vary, and q.
+type Grids<T> = (FivePoint<Varying<T>>, FivePoint<Varying<T>>, Vec<T>);
 
 /// Refuses a parameter outside `range`, which `inside` says in code.
 fn check(name: &'static str, value: f64, inside: bool, range: &'static str) -> Result<(), Error> {

@@ -1,0 +1,226 @@
+use super::{
+    Film, TimeStep,
+    gates::{Frame, Gate, Passage, Place},
+};
+
+/// What a [`Film`] does, in SI units.
+///
+/// ```
+/// use hlcp_verify::Film;
+///
+/// let film = Film::new([2, 1], [0.02, 0.01], 3.0, 0.04);
+/// let figures = film.figures(&[0.0; 2], &[0.0; 2], 0.0);
+/// // μU/h on both walls
+/// assert!((figures.friction[0] - 0.04 * 3.0 / 1e-5 * 2e-4).abs() < 1e-12);
+/// assert_eq!((figures.load, figures.friction[1]), (0.0, figures.friction[0]));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmFigures {
+    /// The integral of the pressure above the ambient one, in N.
+    pub load: f64,
+    /// Its moments `∫ p (x − Lx/2)` and `∫ p (y − Ly/2)`, in N m.
+    pub moments: [f64; 2],
+    /// The drag on the lower wall against `x`, and on the upper wall along `x`, if the lower one is
+    /// the faster, in N: of shear stress, in a broken film on the part `θ` that oil covers.
+    pub friction: [f64; 2],
+    /// The power that moves the walls, in W.
+    pub power: f64,
+    /// What flows out in the west, east, south and north, in m³/s.
+    pub sides: [f64; 4],
+    /// What each supply delivers, in m³/s.
+    pub supplies: Vec<f64>,
+    /// What a time step adds to the oil in the film, in m³/s.
+    pub stored: f64,
+    /// The sum of what flows out and what is stored less what is supplied, in m³/s.
+    pub imbalance: f64,
+    /// The largest pressure, in Pa: of the cells, and of the faces between full cells.
+    pub peak: f64,
+    /// The least gap, in m.
+    pub least_gap: f64,
+    /// The part of the area in which the film is broken.
+    pub broken_share: f64,
+}
+
+impl Film {
+    /// What a solution amounts to; the load is counted from the pressure `ambient`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `z` and `r` have an entry for each cell of a film that [`pose`](Self::pose) accepts.
+    pub fn figures(&self, z: &[f64], r: &[f64], ambient: f64) -> FilmFigures {
+        assert_eq!([z.len(), r.len()], [self.gap.len(); 2], "an entry for each cell");
+        let frame = self.frame();
+        let (nx, area, unit) = (self.nx, self.cell(), frame.pressure);
+        let [mut load, mut power, mut broken] = [0.0; 3];
+        let (mut moments, mut friction) = ([0.0; 2], [0.0; 2]);
+        let slip = self.speeds[0] - self.speeds[1];
+        let mut peak = 0.0_f64;
+        for k in 0..z.len() {
+            let p = (self.cavitation - ambient + unit * z[k]) * area;
+            load += p;
+            moments[0] += p * self.spacing(0) * ((k % nx) as f64 + 0.5 - nx as f64 / 2.0);
+            moments[1] += p * self.spacing(1) * ((k / nx) as f64 + 0.5 - self.ny as f64 / 2.0);
+            let shear = self.viscosity(k) * slip * (1.0 - r[k]) / self.gap[k] * area;
+            friction.iter_mut().for_each(|friction| *friction += shear);
+            peak = peak.max(unit * z[k]);
+            if r[k] > 0.0 {
+                broken += 1.0 / z.len() as f64;
+            }
+        }
+        let (mut sides, mut supplies) = ([0.0; 4], vec![0.0; self.supplies.len()]);
+        self.gates(&frame, |axis, gate| {
+            let flow = self.flow(&frame, axis, gate, z, r);
+            match gate {
+                Gate::Out { place: Place::Side(side), .. } => sides[side] += flow,
+                Gate::Out { place: Place::Supply(supply), .. } => supplies[supply] -= flow,
+                Gate::Between(_) => {}
+            }
+            if axis == 0 {
+                // Both halves of ∫ h p′/2, over the half cells that meet at the face.
+                let wall = self.wall_pressure(&frame, gate, z, r);
+                let width = self.spacing(1) / 2.0;
+                let ends: &[(usize, f64)] = &match gate {
+                    Gate::Between([low, high]) => [(low, 1.0), (high, -1.0)],
+                    Gate::Out { cell, outward, .. } => [(cell, outward), (cell, 0.0)],
+                };
+                let mut turned = 0.0;
+                for &(cell, sign) in ends {
+                    turned += sign * width * self.gap[cell] * (wall - z[cell]) * unit;
+                }
+                friction[0] += turned;
+                friction[1] -= turned;
+                if let Gate::Between([low, high]) = gate
+                    && r[low] <= 0.0
+                    && r[high] <= 0.0
+                {
+                    peak = peak.max(unit * wall);
+                }
+            }
+        });
+        power += friction[0] * self.speeds[0] - friction[1] * self.speeds[1];
+        let stored = self.step.as_ref().map_or(0.0, |TimeStep { duration, oil }| {
+            let gained = |k: usize| (1.0 - r[k]) * self.gap[k] - oil[k];
+            let cells = (0..z.len()).filter(|&k| frame.supply(&frame.cells, k).is_none());
+            cells.map(gained).sum::<f64>() * area / duration
+        });
+        FilmFigures {
+            load,
+            moments,
+            friction,
+            power,
+            imbalance: sides.iter().sum::<f64>() + stored - supplies.iter().sum::<f64>(),
+            sides,
+            supplies,
+            stored,
+            peak: self.cavitation + peak,
+            least_gap: self.least_gap(),
+            broken_share: broken,
+        }
+    }
+
+    /// What leaves each cell through its faces, in m³/s.
+    ///
+    /// A time step that takes it from the oil, `θh ← θh − Δt/area · outflow`, and leaves the
+    /// residual of its solve to the next one, keeps the oil in balance to rounding over any number
+    /// of steps.
+    ///
+    /// # Panics
+    ///
+    /// As [`figures`](Self::figures).
+    ///
+    /// ```
+    /// use hlcp_verify::Film;
+    ///
+    /// // Nothing but the wall carries: what enters each cell leaves it.
+    /// let film = Film::new([3, 1], [0.03, 0.01], 2.0, 0.04);
+    /// assert!(film.outflow(&[0.0; 3], &[0.0; 3]).iter().all(|flow| flow.abs() < 1e-20));
+    /// ```
+    pub fn outflow(&self, z: &[f64], r: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; z.len()];
+        let frame = self.frame();
+        self.gates(&frame, |axis, gate| {
+            let flow = self.flow(&frame, axis, gate, z, r);
+            match gate {
+                Gate::Between([low, high]) => {
+                    out[low] += flow;
+                    out[high] -= flow;
+                }
+                Gate::Out { cell, .. } => out[cell] += flow,
+            }
+        });
+        out
+    }
+
+    /// Bounds the error of the flow through each side and supply, in m³/s, by errors of `z` and
+    /// `r`.
+    ///
+    /// # Panics
+    ///
+    /// As [`figures`](Self::figures).
+    ///
+    /// ```
+    /// use hlcp_verify::Film;
+    ///
+    /// let film = Film::new([3, 1], [0.03, 0.01], 2.0, 0.04);
+    /// // the wall carries 10 µm · 10 mm · 1 m/s
+    /// assert!((film.flow_bound(&[0.0; 3], &[1e-3; 3]) - 1e-10).abs() < 1e-20);
+    /// ```
+    pub fn flow_bound(&self, z: &[f64], r: &[f64]) -> f64 {
+        let frame = self.frame();
+        let mut bounds = vec![0.0; 4 + self.supplies.len()];
+        self.gates(&frame, |axis, gate| {
+            if let Gate::Out { cell, place, .. } = gate {
+                let Passage { conductance, carried } = self.passage(axis, gate);
+                let place = match place {
+                    Place::Side(side) => side,
+                    Place::Supply(supply) => 4 + supply,
+                };
+                let error = carried.max(0.0) * r[cell] + conductance * frame.pressure * z[cell];
+                bounds[place] += error;
+            }
+        });
+        bounds.into_iter().fold(0.0, f64::max)
+    }
+
+    /// What flows along the axis between two cells, or out of one, in m³/s.
+    fn flow(&self, frame: &Frame, axis: usize, gate: Gate, z: &[f64], r: &[f64]) -> f64 {
+        self.through(gate, self.passage(axis, gate), frame.pressure, z, r)
+    }
+
+    /// What flows through a gate with this passage.
+    pub(super) fn through(
+        &self,
+        gate: Gate,
+        passage: Passage,
+        unit: f64,
+        z: &[f64],
+        r: &[f64],
+    ) -> f64 {
+        let (content, fall) = match gate {
+            Gate::Between([low, high]) => {
+                let upstream = if self.drift(0) >= 0.0 { low } else { high };
+                (1.0 - r[upstream], z[low] - z[high])
+            }
+            Gate::Out { cell, outward, z: beyond, content, .. } => {
+                let leaves = outward * self.drift(0) > 0.0;
+                (if leaves { 1.0 - r[cell] } else { content }, z[cell] - beyond)
+            }
+        };
+        passage.carried * content + passage.conductance * unit * fall
+    }
+
+    /// `z` on a face across `x`.
+    fn wall_pressure(&self, frame: &Frame, gate: Gate, z: &[f64], r: &[f64]) -> f64 {
+        match gate {
+            Gate::Out { z, .. } => z,
+            Gate::Between([low, high]) if z[low] <= 0.0 && z[high] <= 0.0 => 0.0,
+            Gate::Between(pair) => {
+                // What leaves the one half cell enters the other.
+                let unit = self.spacing(0) * self.drift(0) / (2.0 * frame.pressure);
+                let [k1, k2] = pair.map(|cell| self.mobility(cell));
+                let [s1, s2] = pair.map(|cell| (1.0 - r[cell]) * self.gap[cell] * unit);
+                ((k1 * z[pair[0]] + k2 * z[pair[1]] + s1 - s2) / (k1 + k2)).max(0.0)
+            }
+        }
+    }
+}
