@@ -291,7 +291,12 @@ fn operators_of_any_size_know_their_rows() {
             }
             if (0..2).any(|axis| periodic[axis] && [nx, ny][axis] == 2) {
                 // A cell would be another one's neighbour twice.
-                assert!(film.pose().unwrap_err().to_string().ends_with("is 2, but it must be 3 or more"));
+                assert!(
+                    film.pose()
+                        .unwrap_err()
+                        .to_string()
+                        .ends_with("is 2, but it must be 3 or more")
+                );
                 continue;
             }
             let (a, b, q) = film.pose().unwrap();

@@ -1,13 +1,12 @@
-use std::fmt;
-
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
-use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Clock, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
-    Preconditioner, Ssor, Tmms, TridiagonalPart, Work, amg,
-    multigrid::Scaling,
-    pivoting::{self, Pivoting},
-};
+use crate::{Clock, Method, TridiagonalPart, Work, amg, multigrid::Scaling, pivoting};
+use candidate::{Candidate, Worker};
+
+mod candidate;
+mod history;
+
+pub use history::{AutoChoice, AutoEnd, AutoTurn};
 
 /// The method for people who do not want to choose one: several take turns on one iterate, by the
 /// progress that they are measured to make.
@@ -76,6 +75,13 @@ use crate::{
 /// then the trial of a method takes the work in which one as good as its promise takes off a fixed
 /// number of digits. No theorem says beforehand which method that will be.
 ///
+/// [`AdaptiveSor`]: crate::AdaptiveSor
+/// [`AmgNewton`]: crate::AmgNewton
+/// [`Anderson`]: crate::Anderson
+/// [`Multigrid`]: crate::Multigrid
+/// [`Newton`]: crate::Newton
+/// [`Ssor`]: crate::Ssor
+///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
 /// use hlcp_methods::{Auto, AutoChoice, AutoEnd, Options, Solver};
@@ -123,103 +129,6 @@ pub struct Auto<T: Scalar, A, B> {
     history: Vec<AutoTurn>,
 }
 
-/// A method that [`Auto`] can call.
-///
-/// ```
-/// assert_eq!(hlcp_methods::AutoChoice::AmgNewton.to_string(), "Newton with algebraic multigrid");
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum AutoChoice {
-    /// [`AdaptiveSor`].
-    Sor,
-    /// [`Multigrid`].
-    Multigrid,
-    /// [`AmgNewton`].
-    AmgNewton,
-    /// [`Newton`], with [`TridiagonalPart`] where that is all of the operators and [`Ssor`]
-    /// elsewhere.
-    Newton,
-    /// [`Anderson`] with a window of ten, on symmetric Gauss–Seidel sweeps.
-    Anderson,
-    /// Principal pivoting in blocks (Júdice and Pires), by elimination of full matrices: finite
-    /// where solutions are unique for every `q`, and for orders up to 500.
-    Pivoting,
-}
-
-impl fmt::Display for AutoChoice {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Sor => "adaptive SOR",
-            Self::Multigrid => "multigrid",
-            Self::AmgNewton => "Newton with algebraic multigrid",
-            Self::Newton => "Newton",
-            Self::Anderson => "Anderson",
-            Self::Pivoting => "pivoting",
-        })
-    }
-}
-
-/// Why [`Auto`] left a method.
-///
-/// ```
-/// assert_eq!(hlcp_methods::AutoEnd::Slow.to_string(), "another one promised more");
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum AutoEnd {
-    /// Another one promised more than the progress that was measured, or it had come to rest.
-    Slow,
-    /// The residual had grown to 10⁶ times the larger of ‖q‖ and the first one.
-    Growing,
-    /// The method could not be set up, for a diagonal entry that is not positive, say.
-    Refused,
-}
-
-impl fmt::Display for AutoEnd {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Slow => "another one promised more",
-            Self::Growing => "the residual had grown",
-            Self::Refused => "it could not be set up",
-        })
-    }
-}
-
-/// The turn of one method in a solve by [`Auto`].
-///
-/// ```
-/// use hlcp_methods::{AutoChoice, AutoEnd, AutoTurn};
-///
-/// let turn = AutoTurn {
-///     choice: AutoChoice::Sor,
-///     sweeps: 25,
-///     residual: 0.5,
-///     end: Some(AutoEnd::Slow),
-/// };
-/// assert_eq!(
-///     turn.to_string(),
-///     "adaptive SOR: 25 sweeps, to a residual of 5.00e-1; another one promised more"
-/// );
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct AutoTurn {
-    /// The method.
-    pub choice: AutoChoice,
-    /// The work of the turn, in sweeps.
-    pub sweeps: usize,
-    /// The smallest 2-norm of a residual that has been seen in the solve by the end of the turn.
-    pub residual: f64,
-    /// Why it ended; `None` of the last turn.
-    pub end: Option<AutoEnd>,
-}
-
-impl fmt::Display for AutoTurn {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { choice, sweeps, residual, end } = self;
-        write!(f, "{choice}: {sweeps} sweeps, to a residual of {residual:.2e}")?;
-        end.map_or(Ok(()), |end| write!(f, "; {end}"))
-    }
-}
-
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
@@ -236,148 +145,6 @@ const USUAL: f64 = 1e8;
 
 /// A solve begins with eliminations that are worth no more sweeps than this.
 const CHEAP: usize = 20;
-
-/// What a window leaves of a promise.
-const SHRINK: f64 = 0.25;
-
-impl AutoChoice {
-    /// The promise, per sweep, and the length of the first window, in sweeps.
-    ///
-    /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 90 to
-    /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
-    fn promise(self, worth: usize, is_plane: bool) -> (f64, usize) {
-        match self {
-            Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
-            Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
-            Self::AmgNewton if is_plane => (0.08, 1000),
-            // Beside pivoting, whose window is as long.
-            Self::AmgNewton if worth < usize::MAX => (0.04, 1000),
-            Self::AmgNewton => (0.04, 500),
-            Self::Newton => (0.01, 120),
-            Self::Anderson => (0.02, 24),
-            // Ten digits in ten eliminations.
-            Self::Pivoting => (2.3 / worth as f64, 12 * worth),
-        }
-    }
-}
-
-/// A method with its prospects.
-#[derive(Debug, Clone)]
-struct Candidate<T: Scalar, A, B> {
-    choice: AutoChoice,
-    worker: Option<Worker<T, A, B>>,
-    /// The iterations of the worker since the restart.
-    iterations: usize,
-    promise: f64,
-    window: usize,
-    /// The last progress.
-    rate: f64,
-}
-
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
-    /// A method of which no more is known than what an elimination is worth in sweeps, and whether
-    /// there is a grid of more than one line.
-    fn new(choice: AutoChoice, worth: usize, is_plane: bool) -> Self {
-        let (promise, window) = choice.promise(worth, is_plane);
-        Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
-    }
-
-    /// The work of the worker since the restart.
-    fn work(&self) -> Work {
-        let counted = match &self.worker {
-            Some(Worker::Multigrid(multigrid)) => multigrid.work(),
-            Some(Worker::AmgNewton(newton)) => newton.work(),
-            Some(Worker::Newton(newton)) => newton.work(),
-            Some(Worker::Pivoting(pivoting)) => pivoting.work(),
-            Some(Worker::Anderson(anderson)) => anderson.work(),
-            Some(Worker::Sor(_)) | None => None,
-        };
-        counted.unwrap_or(Work::sweeps(self.iterations))
-    }
-
-    fn prospect(&self) -> f64 {
-        self.rate.max(self.promise)
-    }
-
-    /// Takes in what a window has shown.
-    fn judge(&mut self, rate: f64) {
-        self.rate = rate;
-        self.promise *= SHRINK;
-        self.window = self.window.saturating_mul(2);
-    }
-}
-
-/// What Newton's method falls back on: Gauss–Seidel, which runs away least.
-type Base<T, A, B> = Mms<T, A, B, Aor<T>>;
-
-/// What Newton's method has for its linear systems.
-#[derive(Debug, Clone)]
-enum Inner<T> {
-    Elimination(TridiagonalPart<T>),
-    Ssor,
-}
-
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
-    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
-        match self {
-            Self::Elimination(part) => part.solve(jacobian, rhs, y),
-            Self::Ssor => Ssor.solve(jacobian, rhs, y),
-        }
-    }
-}
-
-type Mixed<T, A, B> = Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>;
-
-type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
-
-#[derive(Debug, Clone)]
-enum Worker<T: Scalar, A, B> {
-    Sor(AdaptiveSor<T, A, B>),
-    Multigrid(Box<Multigrid<T, A, B>>),
-    AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
-    Newton(Box<PlainNewton<T, A, B>>),
-    Anderson(Box<Mixed<T, A, B>>),
-    Pivoting(Box<Pivoting<T, A, B>>),
-}
-
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
-    fn new(choice: AutoChoice, problem: Hlcp<T, A, B>, tridiagonal: bool) -> Result<Self, Error> {
-        let base = |problem| Mms::new(problem, Aor::gauss_seidel());
-        Ok(match choice {
-            AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
-            AutoChoice::Multigrid => {
-                let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
-                let multigrid = Multigrid::new(problem, cycle)?;
-                if multigrid.grids().nth(1).is_none() {
-                    return Err(Error::NotFivePoint { what: "a coarser grid" });
-                }
-                Self::Multigrid(Box::new(multigrid))
-            }
-            AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
-            AutoChoice::Newton => {
-                let part = TridiagonalPart::new();
-                let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
-                Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
-            }
-            AutoChoice::Anderson => {
-                let base = Tmms::mirrored(problem, Aor::gauss_seidel())?;
-                Self::Anderson(Box::new(Anderson::new(base, 10)?))
-            }
-            AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
-        })
-    }
-
-    fn method(&mut self) -> &mut dyn Method<T, A = A, B = B> {
-        match self {
-            Self::Sor(sor) => sor,
-            Self::Multigrid(multigrid) => multigrid,
-            Self::AmgNewton(newton) => newton,
-            Self::Newton(newton) => newton,
-            Self::Anderson(anderson) => anderson,
-            Self::Pivoting(pivoting) => pivoting,
-        }
-    }
-}
 
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.

@@ -1,0 +1,155 @@
+//! The methods that take turns, and their prospects.
+
+use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
+
+use super::AutoChoice;
+use crate::{
+    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
+    Preconditioner, Ssor, Tmms, TridiagonalPart, Work, pivoting::Pivoting,
+};
+
+/// What a window leaves of a promise.
+const SHRINK: f64 = 0.25;
+
+impl AutoChoice {
+    /// The promise, per sweep, and the length of the first window, in sweeps.
+    ///
+    /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 90 to
+    /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
+    fn promise(self, worth: usize, is_plane: bool) -> (f64, usize) {
+        match self {
+            Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
+            Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
+            Self::AmgNewton if is_plane => (0.08, 1000),
+            // Beside pivoting, whose window is as long.
+            Self::AmgNewton if worth < usize::MAX => (0.04, 1000),
+            Self::AmgNewton => (0.04, 500),
+            Self::Newton => (0.01, 120),
+            Self::Anderson => (0.02, 24),
+            // Ten digits in ten eliminations.
+            Self::Pivoting => (2.3 / worth as f64, 12 * worth),
+        }
+    }
+}
+
+/// A method with its prospects.
+#[derive(Debug, Clone)]
+pub(super) struct Candidate<T: Scalar, A, B> {
+    pub(super) choice: AutoChoice,
+    pub(super) worker: Option<Worker<T, A, B>>,
+    /// The iterations of the worker since the restart.
+    pub(super) iterations: usize,
+    pub(super) promise: f64,
+    pub(super) window: usize,
+    /// The last progress.
+    pub(super) rate: f64,
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
+    /// A method of which no more is known than what an elimination is worth in sweeps, and whether
+    /// there is a grid of more than one line.
+    pub(super) fn new(choice: AutoChoice, worth: usize, is_plane: bool) -> Self {
+        let (promise, window) = choice.promise(worth, is_plane);
+        Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
+    }
+
+    /// The work of the worker since the restart.
+    pub(super) fn work(&self) -> Work {
+        let counted = match &self.worker {
+            Some(Worker::Multigrid(multigrid)) => multigrid.work(),
+            Some(Worker::AmgNewton(newton)) => newton.work(),
+            Some(Worker::Newton(newton)) => newton.work(),
+            Some(Worker::Pivoting(pivoting)) => pivoting.work(),
+            Some(Worker::Anderson(anderson)) => anderson.work(),
+            Some(Worker::Sor(_)) | None => None,
+        };
+        counted.unwrap_or(Work::sweeps(self.iterations))
+    }
+
+    pub(super) fn prospect(&self) -> f64 {
+        self.rate.max(self.promise)
+    }
+
+    /// Takes in what a window has shown.
+    pub(super) fn judge(&mut self, rate: f64) {
+        self.rate = rate;
+        self.promise *= SHRINK;
+        self.window = self.window.saturating_mul(2);
+    }
+}
+
+/// What Newton's method falls back on: Gauss–Seidel, which runs away least.
+type Base<T, A, B> = Mms<T, A, B, Aor<T>>;
+
+/// What Newton's method has for its linear systems.
+#[derive(Debug, Clone)]
+pub(super) enum Inner<T> {
+    Elimination(TridiagonalPart<T>),
+    Ssor,
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
+    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
+        match self {
+            Self::Elimination(part) => part.solve(jacobian, rhs, y),
+            Self::Ssor => Ssor.solve(jacobian, rhs, y),
+        }
+    }
+}
+
+type Mixed<T, A, B> = Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>;
+
+type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
+
+#[derive(Debug, Clone)]
+pub(super) enum Worker<T: Scalar, A, B> {
+    Sor(AdaptiveSor<T, A, B>),
+    Multigrid(Box<Multigrid<T, A, B>>),
+    AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
+    Newton(Box<PlainNewton<T, A, B>>),
+    Anderson(Box<Mixed<T, A, B>>),
+    Pivoting(Box<Pivoting<T, A, B>>),
+}
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
+    pub(super) fn new(
+        choice: AutoChoice,
+        problem: Hlcp<T, A, B>,
+        tridiagonal: bool,
+    ) -> Result<Self, Error> {
+        let base = |problem| Mms::new(problem, Aor::gauss_seidel());
+        Ok(match choice {
+            AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
+            AutoChoice::Multigrid => {
+                let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
+                let multigrid = Multigrid::new(problem, cycle)?;
+                if multigrid.grids().nth(1).is_none() {
+                    return Err(Error::NotFivePoint { what: "a coarser grid" });
+                }
+                Self::Multigrid(Box::new(multigrid))
+            }
+            AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
+            AutoChoice::Newton => {
+                let part = TridiagonalPart::new();
+                let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
+                Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
+            }
+            AutoChoice::Anderson => {
+                let base = Tmms::mirrored(problem, Aor::gauss_seidel())?;
+                Self::Anderson(Box::new(Anderson::new(base, 10)?))
+            }
+            AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
+        })
+    }
+
+    pub(super) fn method(&mut self) -> &mut dyn Method<T, A = A, B = B> {
+        match self {
+            Self::Sor(sor) => sor,
+            Self::Multigrid(multigrid) => multigrid,
+            Self::AmgNewton(newton) => newton,
+            Self::Newton(newton) => newton,
+            Self::Anderson(anderson) => anderson,
+            Self::Pivoting(pivoting) => pivoting,
+        }
+    }
+}
