@@ -57,8 +57,13 @@ impl Solved {
         Ok(certify(&a, &b, &q, &self.z, &self.r)?)
     }
 
-    /// The derivatives of the forces for slow changes of the position and for its speed, each a
-    /// matrix with a column for each coordinate that moves; in the second the film content stays.
+    /// The derivatives of the forces for a change of the position, and for its speed while it
+    /// changes slowly, each a matrix with a column for each coordinate that moves.
+    ///
+    /// With `δz + δr` what a change brings about, `J (δz, δr) = −∂(A z − B r + q)/∂h`, the film
+    /// of a wall that moves with speed `v` lags behind by what it stores, `∂t(θh)`: to first order
+    /// in `v` it is the steady one and the answer of `J` to `−v ∂(θh)/∂e`. By the clamp, which
+    /// knows no content, only the gap stores.
     pub(super) fn derivatives(
         &self,
         posed: &Posed,
@@ -67,26 +72,30 @@ impl Solved {
         let film = &self.film;
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
-        let slow = posed.modes.iter().map(|mode| film.widening(&self.z, r, mode));
-        let fast = posed.modes.iter().map(|mode| film.squeeze(r, mode));
-        let changes: Vec<Vec<f64>> = slow.chain(fast).collect();
         let (a, b, q) = film.pose()?;
         let problem = if is_clamped {
             Problem::new(a, Identity { order: r.len() }, q)
         } else {
             Problem::new(a, b, q)
         };
-        let answers = respond(&problem.hlcp(1.0)?, &self.x, &changes)?;
+        let problem = problem.hlcp(1.0)?;
+        let mut response = Response::new(&problem, &self.x)?;
         let unit = film.pressure_unit() * film.cell();
-        let force = |answer: &[f64], mode: &[f64]| {
-            unit * answer.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
+        let forces = |z: &[f64]| -> Vec<f64> {
+            let force = |mode: &Vec<f64>| z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>();
+            posed.modes.iter().map(|mode| unit * force(mode)).collect()
         };
-        let matrix = |answers: &[Vec<f64>]| {
-            let row = |mode: &Vec<f64>| answers.iter().map(|answer| force(answer, mode)).collect();
-            posed.modes.iter().map(row).collect()
-        };
-        let (slow, fast) = answers.split_at(posed.modes.len());
-        Ok([matrix(slow), matrix(fast)])
+        let (mut of_position, mut of_speed) = (vec![], vec![]);
+        for mode in &posed.modes {
+            let [z, mut emptied] = response.to(&film.widening(&self.z, r, mode))?;
+            of_position.push(forces(&z));
+            if is_clamped {
+                emptied.fill(0.0);
+            }
+            let [z, _] = response.to(&film.storing(r, mode, &emptied))?;
+            of_speed.push(forces(&z));
+        }
+        Ok([of_position, of_speed].map(|columns| transposed(&columns)))
     }
 }
 
@@ -128,28 +137,42 @@ fn solve(
     if found.3.converged() || name.is_some() { Ok(found) } else { attempt(FALLBACK) }
 }
 
-/// The changes of `z` that changes of `A z − B r + q` bring about, full and broken cells staying
-/// what they are: `[A_F | −B_C] (δz, δr) = −change`.
-fn respond<A: Rows<f64>, B: Rows<f64>>(
-    problem: &Hlcp<f64, A, B>,
-    x: &[f64],
-    changes: &[Vec<f64>],
-) -> Fallible<Vec<Vec<f64>>> {
-    // J s = −change, with the columns 2A of J where a cell is full.
-    let jacobian = Jacobian::new(problem, x);
-    let mut amg = Amg::new(problem)?;
-    let mut answer = |change: &Vec<f64>| -> Fallible<Vec<f64>> {
+/// The linear system of the derivatives at a solution.
+struct Response<'p, A, B> {
+    problem: &'p Hlcp<f64, A, B>,
+    jacobian: Jacobian<'p, f64, A, B>,
+    amg: Amg<f64>,
+}
+
+impl<'p, A: Rows<f64>, B: Rows<f64>> Response<'p, A, B> {
+    fn new(problem: &'p Hlcp<f64, A, B>, x: &'p [f64]) -> Fallible<Self> {
+        let jacobian = Jacobian::new(problem, x);
+        Ok(Self { problem, jacobian, amg: Amg::new(problem)? })
+    }
+
+    /// The changes of `z` and `r` that a change of `A z − B r + q` brings about, full and broken
+    /// cells staying what they are: `[A_F | −B_C] (δz, δr) = −change`.
+    fn to(&mut self, change: &[f64]) -> Fallible<[Vec<f64>; 2]> {
+        // J δx = −change, with the columns 2A of J where a cell is full, and 2ΩB elsewhere.
+        let Self { problem, jacobian, amg } = self;
         let mut s = vec![0.0; change.len()];
-        let reached = amg.solve_to(&jacobian, change, &mut s, 1e-13, 400);
+        let reached = amg.solve_to(jacobian, change, &mut s, 1e-13, 400);
         // Rounding ends it sooner where the gap jumps.
         if reached > 1e-8 || reached.is_nan() {
             let asked = "the linear system of the derivatives was solved to";
             return Err(format!("{asked} {reached:.1e} instead of 1e-8").into());
         }
-        let full = |(j, s): (usize, f64)| if jacobian.is_active(j) { -2.0 * s } else { 0.0 };
-        Ok(s.into_iter().enumerate().map(full).collect())
-    };
-    changes.iter().map(&mut answer).collect()
+        let full = |j: usize| jacobian.is_active(j);
+        let z = |(j, s): (usize, &f64)| if full(j) { -2.0 * s } else { 0.0 };
+        let r =
+            |(j, s): (usize, &f64)| if full(j) { 0.0 } else { 2.0 * problem.omega().entry(j) * s };
+        Ok([s.iter().enumerate().map(z).collect(), s.iter().enumerate().map(r).collect()])
+    }
+}
+
+/// The rows of a matrix that is given by columns.
+fn transposed(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    (0..columns.len()).map(|k| columns.iter().map(|column| column[k]).collect()).collect()
 }
 
 /// Stiffness and damping, and both by the clamp.

@@ -456,9 +456,7 @@ impl Report<'_> {
         } else {
             ("rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …")
         };
-        print::line(format_args!(
-            "coefficients      {axes}; film content frozen, then by the clamp"
-        ))?;
+        print::line(format_args!("coefficients      {axes}; for slow motions, then by the clamp"))?;
         let row = |row: &Vec<f64>| row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>();
         let pairs = [
             ("stiffness", stiff, &found.stiffness, &found.clamped[0]),

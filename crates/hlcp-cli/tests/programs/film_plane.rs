@@ -132,6 +132,43 @@ fn stiffness_is_the_difference_of_loads() {
 }
 
 #[test]
+fn damping_is_what_a_slow_motion_adds() {
+    // The film breaks, carries its streams along and forms again away from the groove.
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0,2e5 --attitude 0", journal(0.08));
+    let still = json("damping", &format!("{bearing} --load 5000 --coefficients"));
+    assert!((0.2..0.6).contains(&number(&still, "broken_share")), "{still}");
+    let damping = matrix(&still, "damping_n_s_m");
+    let (ecc, attitude) = (number(&still, "ecc"), number(&still, "attitude_deg").to_radians());
+    let end = [ecc * 1e-4 * attitude.cos(), ecc * 1e-4 * attitude.sin()];
+    // Five turns at 1 µm/s lead there.
+    let forces = |speed: [f64; 2]| {
+        let row = |k: i32| {
+            let time = 5e-4 * f64::from(k - 200);
+            let [along, across] = [0, 1].map(|axis| end[axis] + speed[axis] * time);
+            format!("{},{along:e},{across:e}", time + 0.1)
+        };
+        let rows: Vec<String> = (0..=200).map(row).collect();
+        fs::write(folder("damping").join("motion.csv"), rows.join("\n")).unwrap();
+        let film = json("damping", &format!("{bearing} --motion motion.csv"));
+        // Where the load acts, from half a turn, turns its direction.
+        let (load, at) = (number(&film, "load_n"), number(&film, "load_x_m"));
+        let angle = at / 0.05 - std::f64::consts::PI;
+        [load * angle.cos(), load * angle.sin()]
+    };
+    let rest = forces([0.0; 2]);
+    let size = (damping[0][0] * damping[1][1]).sqrt();
+    for (column, speed) in [(0, [1e-6, 0.0]), (1, [0.0, 1e-6])] {
+        let moving = forces(speed);
+        for row in 0..2 {
+            let found = (moving[row] - rest[row]) / 1e-6;
+            let off = (damping[row][column] - found).abs();
+            // The film lags by some µm/s · 10 ms of 50 µm.
+            assert!(off <= 1e-3 * size, "{row} {column}: {} {found}", damping[row][column]);
+        }
+    }
+}
+
+#[test]
 fn the_position_for_a_load_carries_it() {
     let bearing = format!("{} --nx 120 --ny 20", journal(0.1));
     let loaded = json("load", &format!("{bearing} --groove 0 --load 12000"));

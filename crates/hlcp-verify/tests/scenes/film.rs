@@ -270,11 +270,23 @@ fn derivatives_are_those_of_the_balances() {
         let difference = (more[k] - less[k]) / (2.0 * by * unit);
         assert!((exact[k] - difference).abs() <= 1e-8 * size, "{k}: {} {difference}", exact[k]);
     }
-    // A speed of the gap pushes what a step stores by its duration.
-    let squeeze = film.squeeze(&r, &mode);
-    let still = Film { step: None, ..film.clone() }.widening(&z, &r, &mode);
+    // What is stored is what a step adds to the rows of a steady film, by its duration.
+    let emptied: Vec<f64> = (0..253).map(|_| next() - 0.5).collect();
+    let still = Film { step: None, ..film.clone() };
+    let product = |film: &Film| {
+        let (_, b, _) = film.pose().unwrap();
+        let mut product = vec![0.0; 253];
+        b.apply(&emptied, &mut product);
+        product
+    };
+    let [with, without] = [product(&film), product(&still)];
+    let [by_gap, by_both] =
+        [&[0.0; 253][..], &emptied].map(|emptied| film.storing(&r, &mode, emptied));
+    let steady = still.widening(&z, &r, &mode);
     for k in 0..253 {
-        assert!((exact[k] - still[k] - squeeze[k] / 1e-3).abs() <= 1e-12 * size);
+        assert!((exact[k] - steady[k] - by_gap[k] / 1e-3).abs() <= 1e-12 * size);
+        let emptied = by_gap[k] - by_both[k];
+        assert!((with[k] - without[k] - emptied / 1e-3).abs() <= 1e-9 * with[k].abs().max(1.0));
     }
 }
 

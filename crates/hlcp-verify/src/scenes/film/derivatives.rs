@@ -49,8 +49,11 @@ impl Film {
         y
     }
 
-    /// The change of `A z − B r + q` for a gap that changes with this speed, in m/s, while the film
-    /// content stays: what the wall pushes out.
+    /// What cells store while the gap and the void fraction change at these rates, `∂t((1 − r) h)`,
+    /// in m/s and 1/s: the change of `A z − B r + q`.
+    ///
+    /// A film that has been followed through small, slow changes differs from the steady one by
+    /// `[A_F | −B_C] δ = −` this, with the rate of `r` that [`widening`](Self::widening) leads to.
     ///
     /// # Panics
     ///
@@ -60,18 +63,21 @@ impl Film {
     /// use hlcp_verify::Film;
     ///
     /// let film = Film::new([2, 1], [0.02, 0.01], 3.0, 0.04);
-    /// let push = film.squeeze(&[0.0, 0.25], &[-1e-3; 2]);
+    /// let push = film.storing(&[0.0, 0.25], &[-1e-3; 2], &[0.0; 2]);
     /// assert!(push[0] < 0.0 && (push[1] / push[0] - 0.75).abs() < 1e-15);
+    /// // the second cell, 10 µm high, empties as fast as the first one is squeezed
+    /// let both = film.storing(&[0.0, 0.25], &[-1e-3, 0.0], &[0.0, 100.0]);
+    /// assert!((both[1] / both[0] - 1.0).abs() < 1e-15);
     /// ```
-    pub fn squeeze(&self, r: &[f64], speed: &[f64]) -> Vec<f64> {
-        assert_eq!(speed.len(), r.len(), "an entry for each cell");
+    pub fn storing(&self, r: &[f64], gap_rate: &[f64], r_rate: &[f64]) -> Vec<f64> {
+        assert_eq!([gap_rate.len(), r_rate.len()], [r.len(); 2], "an entry for each cell");
         let frame = self.frame();
         let rate = self.cell() / frame.flow;
-        let push = |k: usize| match frame.supply(&frame.cells, k) {
+        let stored = |k: usize| match frame.supply(&frame.cells, k) {
             Some(_) => 0.0,
-            None => rate * (1.0 - r[k]) * speed[k],
+            None => rate * ((1.0 - r[k]) * gap_rate[k] - self.gap[k] * r_rate[k]),
         };
-        (0..r.len()).map(push).collect()
+        (0..r.len()).map(stored).collect()
     }
 
     /// The change of [`passage`](Self::passage) with the gap.
