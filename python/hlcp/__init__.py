@@ -25,11 +25,15 @@ With B the identity this is the linear complementarity problem.
 (True, (60, 60))
 """
 
+from importlib.metadata import version
+
 from hlcp import scenes
 from hlcp._film import FilmResult, film
 from hlcp._operators import FivePoint
 from hlcp._plot import plot
 from hlcp._solve import Certificate, Progress, Result, Solver, Status, certify, methods, solve
+
+__version__ = version("hlcp")
 
 __all__ = [
     "Certificate",

@@ -1,5 +1,6 @@
 """Lubricating films."""
 
+import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -124,6 +125,12 @@ def film(
         For a gap, a viscosity or an extent that is not positive, a pressure below that of
         cavitation, one periodic side without the opposite one, and so on.
 
+    Warns
+    -----
+    UserWarning
+        Of a gap over a millimetre, or under a millionth of the film, and of a film that is broken
+        everywhere.
+
     Notes
     -----
     Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0.
@@ -147,7 +154,15 @@ def film(
     ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
     if (duration is None) != (oil is None):
         raise ValueError("a time step needs both its duration and the oil before it")
+    unsound = np.argwhere(~((cells > 0) & np.isfinite(cells)))
+    if len(unsound):
+        row, column = unsound[0]
+        raise ValueError(f"gap[{row}, {column}] is {cells[row, column]}, but it must be positive and"
+                         " finite")
     given = {"west": west, "east": east, "south": south, "north": north}
+    for one, other in (("west", "east"), ("south", "north")):
+        if (given[one] == "periodic") != (given[other] == "periodic"):
+            raise ValueError(f"{one} and {other} must both be 'periodic', or neither")
     described = {
         "grid": cells.shape,
         "size": _numbers("size", size, 2),
@@ -171,6 +186,12 @@ def film(
     solver = Solver(_operator(cells.shape, of_a), _operator(cells.shape, of_b))
     result = solver.solve(q.reshape(cells.shape), **options)
     figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
+    if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(described["size"]):
+        warnings.warn(f"the least gap is {figures['least_gap']} m in a film of {size} m; lengths are"
+                      " in metres", stacklevel=2)
+    if is_fed and oil is None and figures["broken_share"] > 1 - 1e-9:
+        warnings.warn("the film is broken everywhere and carries nothing: where speed is positive,"
+                      " pressure builds up where the gap narrows along x", stacklevel=2)
     return FilmResult(result, pressure=cavitation + unit * result.z, content=1.0 - result.r,
                       **figures)
 
@@ -213,5 +234,5 @@ def _operator(grid: Any, arrays: Any) -> Any:
     """Return A or B of a film: five arrays on the grid, or a matrix where a side is periodic."""
     if len(arrays) == 3:
         return sparse.csr_array(tuple(arrays), shape=(grid[0] * grid[1],) * 2)
-    south, west, centre, east, north = (np.reshape(c, grid) for c in arrays)
+    south, west, centre, east, north = (np.reshape(c, grid) if np.ndim(c) else c for c in arrays)
     return FivePoint(grid, south=south, west=west, centre=centre, east=east, north=north)

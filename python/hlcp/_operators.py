@@ -107,6 +107,8 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         east: ArrayLike = 0.0,
         north: ArrayLike = 0.0,
     ) -> None:
+        if np.ndim(grid) != 1 or len(grid) != 2:
+            raise ValueError(f"grid is {grid!r}, but it must be (ny, nx)")
         ny, nx = (count("grid", points, -sys.maxsize) for points in grid)
         if min(ny, nx) < 1 or ny * nx > sys.maxsize // 8:
             raise ValueError(f"the grid has {nx} x {ny} points, but it needs at least one, and at"
@@ -200,6 +202,12 @@ def described(name: str, given: Any, dtype: Any, order: int) -> Any:
         pointers = matrix.indptr
         # Arrays may be longer than the matrix.
         indices, entries = matrix.indices[:pointers[-1]], matrix.data[:pointers[-1]]
+        unsound = np.flatnonzero(~np.isfinite(entries))
+        if len(unsound):
+            at = unsound[0]
+            row = np.searchsorted(pointers, at, side="right") - 1
+            raise ValueError(f"{name}[{row}, {indices[at]}] is {entries[at]}, which is not a finite"
+                             " number")
     narrow = pointers.dtype == indices.dtype == np.int32
     pointers, indices = (np.require(array, np.int32 if narrow else np.int64,
                                     ["C", "ALIGNED", "ENSUREARRAY"])

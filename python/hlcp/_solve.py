@@ -28,7 +28,7 @@ class Status(enum.IntEnum):
     CYCLING = 3
     """The iterates repeat: try another alpha or tau; the problem may have no solution."""
     ITERATION_LIMIT = 4
-    """`maxiter` iterations were taken."""
+    """`maxiter` iterations were taken: more may help, another method, or there is no solution."""
     TIME_LIMIT = 5
     """`maxtime` is over."""
     STOPPED = 6

@@ -115,7 +115,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry that must be positive and finite is not: of Ω, or of a diagonal that is divided by.
-    #[error("{what}[{index}] is {value}, but it must be positive and finite")]
+    #[error("{what}[{index}] is {value}, but it must be positive and finite{}", way_out(what))]
     NotPositive {
         /// The vector or diagonal.
         what: &'static str,
@@ -128,8 +128,7 @@ pub enum Error {
     /// on the grid of the other one.
     #[error(
         "{what} is not known as a five-point operator on the grid of the other one, which this \
-         method needs; build it as one, or take a method that needs no grid, such as TMMS in \
-         lexicographic order"
+         method needs; build it as one, or take a method that needs no grid, such as AUTO or AMG"
     )]
     NotFivePoint {
         /// The operator.
@@ -184,6 +183,15 @@ pub enum Error {
         /// The condition that it must meet.
         range: &'static str,
     },
+}
+
+/// The way out of an entry that is not positive.
+fn way_out(what: &str) -> &'static str {
+    if what.starts_with("diagonal of ") {
+        "; exchange or scale rows, of A, B and q alike"
+    } else {
+        ""
+    }
 }
 
 /// Refuses a parameter that is not positive and finite.

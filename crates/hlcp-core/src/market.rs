@@ -70,9 +70,9 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     }
     lines.holds(entries, 6)?;
     if entries < rows {
-        return Err(
-            lines.fault(format!("{rows} rows have {entries} entries, so one has no diagonal"))
-        );
+        return Err(lines.fault(format!(
+            "{entries} entries for {rows} rows, but each row needs a positive one on the diagonal"
+        )));
     }
     let mut triplets = Vec::with_capacity(if symmetric { 2 * entries } else { entries });
     for k in 0..entries {
@@ -302,7 +302,9 @@ impl<'f> Lines<'f> {
         if line.last() == Some(&b'\r') {
             return Err(self.fault("the line ends in CRLF; convert the file to plain line ends, for example with dos2unix"));
         }
-        str::from_utf8(line).map(Some).map_err(|_| self.fault("the line is not UTF-8"))
+        str::from_utf8(line)
+            .map(Some)
+            .map_err(|_| self.fault("the line is not UTF-8; expected a text file"))
     }
 
     /// The next line, if it is an entry in its usual form: three words, one blank between them.

@@ -6,7 +6,7 @@ use hlcp_core::{Hlcp, Identity, Rows};
 use hlcp_methods::{Amg, Jacobian, Limits, Named, Options, Outcome, Parameters, Progress, Solver};
 use hlcp_verify::{Certificate, Film, Refusal, certify};
 
-use super::{Arguments, gap::Posed};
+use super::{Arguments, doubtful, gap::Posed};
 use crate::{
     progress::Way,
     scenes::{Problem, goal},
@@ -69,7 +69,25 @@ impl Solved {
         posed: &Posed,
         is_clamped: bool,
     ) -> Fallible<[Vec<Vec<f64>>; 2]> {
-        let film = &self.film;
+        let all: Vec<usize> = (0..posed.modes.len()).collect();
+        self.answers(posed, &all, is_clamped, true)
+    }
+
+    /// The derivatives of the forces for a change of the position, with zeros for coordinates that
+    /// do not move.
+    pub(super) fn slopes(&self, posed: &Posed, moving: &[usize]) -> Fallible<Vec<Vec<f64>>> {
+        let [of_position, _] = self.answers(posed, moving, false, false)?;
+        Ok(of_position)
+    }
+
+    fn answers(
+        &self,
+        posed: &Posed,
+        moving: &[usize],
+        is_clamped: bool,
+        with_speed: bool,
+    ) -> Fallible<[Vec<Vec<f64>>; 2]> {
+        let (film, count) = (&self.film, posed.modes.len());
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
         let (a, b, q) = film.pose()?;
@@ -81,21 +99,28 @@ impl Solved {
         let problem = problem.hlcp(1.0)?;
         let mut response = Response::new(&problem, &self.x)?;
         let unit = film.pressure_unit() * film.cell();
-        let forces = |z: &[f64]| -> Vec<f64> {
-            let force = |mode: &Vec<f64>| z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>();
-            posed.modes.iter().map(|mode| unit * force(mode)).collect()
+        let force = |z: &[f64], mode: &[f64]| {
+            unit * z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
         };
-        let (mut of_position, mut of_speed) = (vec![], vec![]);
-        for mode in &posed.modes {
+        let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
+        for &column in moving {
+            let mode = &posed.modes[column];
             let [z, mut emptied] = response.to(&film.widening(&self.z, r, mode))?;
-            of_position.push(forces(&z));
-            if is_clamped {
-                emptied.fill(0.0);
+            let mut answers = vec![z];
+            if with_speed {
+                if is_clamped {
+                    emptied.fill(0.0);
+                }
+                let [z, _] = response.to(&film.storing(r, mode, &emptied))?;
+                answers.push(z);
             }
-            let [z, _] = response.to(&film.storing(r, mode, &emptied))?;
-            of_speed.push(forces(&z));
+            for (matrix, z) in found.iter_mut().zip(&answers) {
+                for (row, mode) in matrix.iter_mut().zip(&posed.modes) {
+                    row[column] = force(z, mode);
+                }
+            }
         }
-        Ok([of_position, of_speed].map(|columns| transposed(&columns)))
+        Ok(found)
     }
 }
 
@@ -168,11 +193,6 @@ impl<'p, A: Rows<f64>, B: Rows<f64>> Response<'p, A, B> {
             |(j, s): (usize, &f64)| if full(j) { 0.0 } else { 2.0 * problem.omega().entry(j) * s };
         Ok([s.iter().enumerate().map(z).collect(), s.iter().enumerate().map(r).collect()])
     }
-}
-
-/// The rows of a matrix that is given by columns.
-fn transposed(columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
-    (0..columns.len()).map(|k| columns.iter().map(|column| column[k]).collect()).collect()
 }
 
 /// Stiffness and damping, and both by the clamp.
@@ -273,18 +293,18 @@ pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<
     let wanted = wanted(posed, &load.0, arguments)?;
     let mut solved = Solved::new(posed.here(), None, arguments)?;
     let first = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut largest = 0.0_f64;
+    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for solves in 1..=60 {
         if !solved.outcome.converged() {
             return Ok((solved, solves));
         }
         let forces = posed.forces(&solved.film, &solved.z);
         let carried = if posed.journal.is_some() { forces[0].hypot(forces[1]) } else { forces[0] };
-        largest = largest.max(carried);
+        (least, largest) = (least.min(carried), largest.max(carried));
         let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
         let mut step = vec![0.0; posed.position.len()];
         if carried > 0.0 {
-            let [slopes, _] = solved.derivatives(posed, false)?;
+            let slopes = solved.slopes(posed, &wanted.moving)?;
             let (misses, rows) = wanted.misses(posed, &forces, &slopes);
             if misses.iter().all(|miss| miss.abs() <= 1e-9) {
                 return Ok((solved, solves));
@@ -314,20 +334,30 @@ pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<
         }
         solved = Solved::new(film, Some(&solved), arguments)?;
     }
-    let tried = match load.0[..] {
-        [_, x, y] => {
-            let forces = posed.forces(&solved.film, &solved.z);
-            let [at_x, at_y] = [0, 1].map(|k| {
-                (posed.film.lengths[k] / 2.0 + forces[k + 1] / forces[0]) / arguments.x_unit
-            });
-            let carried = forces[0];
-            format!(
-                " at {x}, {y} was found; the last one tried carries {carried:.6e} N at {at_x:.6}, {at_y:.6}"
-            )
-        }
-        _ => format!(" was found; the largest load found is {largest:.6e} N"),
+    let asked = load.0[0];
+    let way_out = doubtful(first, &solved.film.lengths, 0.0)
+        .unwrap_or_else(|| "give --load in N, and check the units of the film".into());
+    let tried = if let [_, x, y] = load.0[..] {
+        let forces = posed.forces(&solved.film, &solved.z);
+        let at = |k: usize| posed.film.lengths[k] / 2.0 + forces[k + 1] / forces[0];
+        let [at_x, at_y] = [0, 1].map(|k| at(k) / arguments.x_unit);
+        let last = if forces[0] > 0.0 {
+            format!("carries {:.6e} N at {at_x:.6}, {at_y:.6}", forces[0])
+        } else {
+            "carries nothing".into()
+        };
+        format!(
+            " at {x}, {y} was found; the last one tried {last}; X and Y are in units of --x-unit"
+        )
+    } else if least > asked {
+        format!(
+            " was found; the film carries {least:.6e} N or more, also by the pressures of its \
+             supplies and sides; {way_out}"
+        )
+    } else {
+        format!(" was found; the largest load found is {largest:.6e} N; {way_out}")
     };
-    Err(format!("--load: no position that carries {} N{tried}", load.0[0]).into())
+    Err(format!("--load: no position that carries {asked} N{tried}").into())
 }
 
 fn wanted(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Wanted> {

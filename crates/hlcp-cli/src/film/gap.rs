@@ -36,8 +36,9 @@ impl FromStr for Pad {
 /// Five numbers, and whether an ellipse is meant.
 fn outline(text: &str, wanted: &str) -> Result<([f64; 5], bool), String> {
     let stem = text.strip_suffix(",ellipse");
-    let Numbers(numbers) = stem.unwrap_or(text).parse()?;
-    let numbers = numbers.try_into().map_err(|_| format!("{wanted}, or with ,ellipse"))?;
+    let numbers = stem.unwrap_or(text).parse().map_or(vec![], |Numbers(numbers)| numbers);
+    let numbers =
+        numbers.try_into().map_err(|_| format!("{wanted} in numbers, or with ,ellipse"))?;
     Ok((numbers, stem.is_some()))
 }
 
@@ -374,6 +375,7 @@ impl Pocket {
             let last = ((corner[axis] + size[axis]) / spacing[axis]).ceil() as usize;
             first..if around && axis == 0 { last } else { last.min(counts[axis]) }
         };
+        let mut all = 0;
         for j in range(1) {
             for i in range(0) {
                 let place = |axis: usize, at: usize, point: usize| {
@@ -388,7 +390,17 @@ impl Pocket {
                 }
                 gap[j * nx + i % nx] +=
                     self.depth * h_unit * covered as f64 / (POINTS * POINTS) as f64;
+                all += covered;
             }
+        }
+        if all == 0 {
+            let [lx, ly] = self.size;
+            let [dx, dy] = spacing.map(|length| length / x_unit);
+            return Err(format!(
+                "a pocket or dimple of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
+                 --x-unit; check its size, or take more cells by --nx and --ny"
+            )
+            .into());
         }
         Ok(())
     }

@@ -74,9 +74,9 @@ pub(crate) struct Arguments {
     /// 0.5]
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     ecc: Option<f64>,
-    /// The angle from the load's direction to the journal's eccentricity, in degrees in the
-    /// direction of the motion. With --load, the load keeps the direction that this makes of it,
-    /// and grooves their places; without, grooves go with the widest gap [default: the film's own]
+    /// The place of x = 0, from where grooves are counted: so many degrees from the place opposite
+    /// the load, in the direction of the motion, so that grooves keep their places under --load;
+    /// without it x = 0 is the widest gap, and grooves turn with that
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
@@ -196,6 +196,9 @@ pub(crate) struct Arguments {
 /// Solves for the film that was given; whether it converged.
 pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.map.is_some() || arguments.journal || arguments.pad.is_some() {
+        if arguments.mass.is_some() && arguments.motion.is_none() {
+            return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
+        }
         return plane::run(&arguments);
     }
     profile::run(arguments)
@@ -204,20 +207,28 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
 /// Warns of sizes that were hardly meant: gaps of a millimetre or more everywhere, films a million
 /// times as long as their least gap, and pressures that no lubricant bears, in SI units.
 fn doubt(thin: f64, lengths: &[f64], peak: f64) {
+    if let Some(text) = doubtful(thin, lengths, peak) {
+        say(format!("warning: {text}"));
+    }
+}
+
+/// What is doubtful about a film, and what to do about it.
+fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
     let longest = lengths.iter().copied().fold(0.0, f64::max);
     if thin > 1e-3 || thin < 1e-6 * longest {
         let film = lengths.iter().map(|length| format!("{length} m")).collect::<Vec<_>>();
-        say(format!(
-            "warning: the least gap is {thin} m and the film {} long; if these are other units, \
+        return Some(format!(
+            "the least gap is {thin} m and the film {} long; if these are other units, \
              name them by --h-unit and --x-unit, e.g. --h-unit um --x-unit mm",
             film.join(" by ")
         ));
-    } else if peak > 1e10 {
-        say(format!(
-            "warning: the peak pressure is {peak:e} Pa, more than lubricants bear; --viscosity is \
-             in Pa s (1 cP is 0.001 Pa s), and --h-unit and --x-unit name the units of lengths"
-        ));
     }
+    (peak > 1e10).then(|| {
+        format!(
+            "the peak pressure is {peak:e} Pa, more than lubricants bear; --viscosity is \
+             in Pa s (1 cP is 0.001 Pa s), and --h-unit and --x-unit name the units of lengths"
+        )
+    })
 }
 
 /// Numbers with commas between them.
@@ -230,7 +241,9 @@ impl FromStr for Numbers {
     fn from_str(text: &str) -> Result<Self, String> {
         let number = |word: &str| match word.trim().parse() {
             Ok(number) if f64::is_finite(number) => Ok(number),
-            _ => Err(format!("'{word}' is not a finite number")),
+            _ => Err(format!(
+                "'{word}' is not a number; units are given by their own options, e.g. --h-unit"
+            )),
         };
         text.split(',').map(number).collect::<Result<_, _>>().map(Self)
     }
@@ -307,8 +320,17 @@ impl Arguments {
 }
 
 /// The prefixes of units that have a name; µ may be typed as u.
-const PREFIXES: [(f64, &str); 7] =
-    [(1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e3, "k"), (1e6, "M"), (1e9, "G")];
+const PREFIXES: [(f64, &str); 8] = [
+    (1.0, ""),
+    (1e-3, "m"),
+    // The micro sign, and the Greek letter.
+    (1e-6, "\u{b5}"),
+    (1e-6, "\u{3bc}"),
+    (1e-9, "n"),
+    (1e3, "k"),
+    (1e6, "M"),
+    (1e9, "G"),
+];
 
 /// A parser of units: a prefix with the name of the base, or a positive number.
 fn named_unit(

@@ -77,7 +77,12 @@ fn schedule(
     }
     let meets = rows.iter().position(|(_, position)| posed.at(position).is_none());
     match meets {
-        Some(at) => Err(format!("{name}: row {}: the walls meet", at + 1).into()),
+        Some(at) => Err(format!(
+            "{name}: row {}: the walls meet; positions are in units of --h-unit, and loads take \
+             --mass",
+            at + 1
+        )
+        .into()),
         None => Ok(rows),
     }
 }
@@ -122,6 +127,7 @@ impl Posed {
         let from = self.position.clone();
         // A pad keeps its slopes.
         let moving = if self.journal.is_some() { 2 } else { 1 };
+        let all: Vec<usize> = (0..moving).collect();
         let at = |posed: &Self, position: &[f64]| -> Option<Film> {
             posed.at(position).map(|film| Film { step: Some(step.clone()), ..film })
         };
@@ -129,7 +135,7 @@ impl Posed {
         let mut solved = Solved::new(film, before, arguments)?;
         for _ in 0..30 {
             let forces = self.forces(&solved.film, &solved.z);
-            let [slopes, _] = solved.derivatives(self, false)?;
+            let slopes = solved.slopes(self, &all)?;
             let inertia = mass / (duration * duration);
             let miss = |k: usize| {
                 let way = self.position[k] - from[k] - duration * velocity[k];
@@ -167,7 +173,7 @@ impl Posed {
             };
             solved = Solved::new(next, Some(&solved), arguments)?;
         }
-        Err("a step of the free motion did not settle; take shorter steps".into())
+        Err("the step did not settle; take shorter steps".into())
     }
 }
 
@@ -201,12 +207,13 @@ pub(super) fn run(
     let begun = total(&oil);
     let (mut lines, mut entered) = (vec![], 0.0);
     let bar = progress::counting(rows.len() - 1);
-    for pair in rows.windows(2) {
+    for (pair, row) in rows.windows(2).zip(2..) {
         let duration = pair[1].0 - pair[0].0;
         let step = TimeStep { duration, oil: oil.clone() };
         let next = if let Some(mass) = mass {
             let body = (mass, velocity.as_mut_slice());
-            posed.fall(&step, body, &pair[1].1, solved.as_ref(), arguments)?
+            let fallen = posed.fall(&step, body, &pair[1].1, solved.as_ref(), arguments);
+            fallen.map_err(|error| format!("{}: row {row}: {error}", printable(path.display())))?
         } else {
             posed.position = pair[1].1.clone();
             let moved = posed.at(&posed.position).ok_or("the walls meet")?;

@@ -19,7 +19,7 @@ use super::{
     gap::Posed,
     motion, picture,
 };
-use crate::print;
+use crate::{print, say};
 
 /// Solves for the film, writes its pictures and numbers, and prints its figures; whether all of it
 /// converged.
@@ -104,6 +104,11 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             outputs.iter().map(|path| files::printable(path.display())).collect();
         print::line(format_args!("wrote {}", names.join(", ")))?;
     }
+    if report.figures.broken_share > 1.0 - 1e-9 && arguments.motion.is_none() {
+        say("warning: the film is broken everywhere and carries nothing; oil moves along x where \
+             --speed is positive, and builds up pressure where the gap narrows that way: turn the \
+             gap round, or change the sign of --speed");
+    }
     doubt(report.figures.least_gap, &film.lengths, report.figures.peak);
     Ok(converged)
 }
@@ -176,11 +181,20 @@ fn dry(
     arguments: &Arguments,
     begun: Instant,
 ) -> Result<bool, Box<dyn Error>> {
-    const FED: &str =
-        "give a side or a supply a pressure above --cavitation, e.g. --ambient 101325";
+    let is_open = film.sides.iter().any(|side| matches!(side, Side::Pressure(_)));
+    let mut ways = vec![];
+    if posed.journal.is_some() {
+        ways.push("--groove 0,2e5");
+    }
+    ways.push(if is_open { "--ambient 101325" } else { "--side south=101325" });
+    let fed = format!(
+        "feed it above the pressure of --cavitation, by {} or --supply (pressures in units of \
+         --p-unit)",
+        ways.join(", ")
+    );
     if let Some(load) = &arguments.load {
         let load = load.0[0];
-        return Err(format!("--load: nothing feeds this film, so it runs dry and carries 0 N instead of {load} N; {FED}").into());
+        return Err(format!("--load: nothing feeds this film, so it runs dry and carries 0 N instead of {load} N; {fed}").into());
     }
     let n = film.gap.len();
     let figures = film.figures(&vec![0.0; n], &vec![1.0; n], film.cavitation);
@@ -191,7 +205,7 @@ fn dry(
         print::line(object)?;
     } else {
         print::line(format!(
-            "nothing feeds this film, so it runs dry: z = 0 and r = 1 everywhere; {FED}"
+            "nothing feeds this film, so it runs dry: z = 0 and r = 1 everywhere; {fed}"
         ))?;
     }
     Ok(true)
@@ -371,7 +385,8 @@ impl Report<'_> {
         let [nx, ny, n] = [film.nx, film.ny, film.gap.len()];
         let (solves, seconds) = (self.solves, self.seconds);
         let many = if solves > 1 {
-            format!("{solves} solves in {seconds:.2} s; the last: ")
+            let what = if arguments.motion.is_some() { "steps" } else { "solves" };
+            format!("{solves} {what} in {seconds:.2} s; the last: ")
         } else {
             String::new()
         };

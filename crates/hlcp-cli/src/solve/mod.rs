@@ -178,8 +178,7 @@ impl Run<'_> {
                 let of_b = b.as_ref().filter(|_| what.ends_with('B'));
                 let path = files::printable(of_b.unwrap_or(of_a).display());
                 let row = index + 1;
-                format!("{path}, row {row}: {error}; reorder or scale the rows of A, B and q alike")
-                    .into()
+                format!("{path}, row {row}: {error}").into()
             }
             NotFivePoint { .. } => "the files show no grid, which this method needs; name it by \
                                     --grid NXxNY if A and B are five-point operators, or take \

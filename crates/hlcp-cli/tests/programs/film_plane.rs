@@ -306,6 +306,26 @@ fn a_ring_that_nothing_feeds_runs_dry() {
     assert!(err.contains("it runs dry and carries 0 N instead of 1000 N"), "{err}");
     let fed = film_of("dry", &format!("{} --ecc 0.5 --ambient 1e5 --nx 60 --ny 10", journal(0.1)));
     assert!(fed.lines().count() > 8 && fed.lines().count() < 25, "{fed}");
+    // Each remedy that is named is one.
+    let closed = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --nx 20 --ny 10 --viscosity 0.03 \
+                  --speed 2 --side west=closed --side east=closed --side north=closed";
+    let dry = film_of("dry", &format!("{closed} --side south=closed"));
+    assert!(dry.contains("by --side south=101325 or --supply"), "{dry}");
+    assert!(film_of("dry", &format!("{closed} --side south=101325")).lines().count() > 8);
+    let bearing = format!("{} --ecc 0.5 --nx 60 --ny 10", journal(0.1));
+    assert!(film_of("dry", &bearing).contains("by --groove 0,2e5, --ambient 101325 or"));
+    assert!(film_of("dry", &format!("{bearing} --groove 0,2e5")).lines().count() > 8);
+}
+
+#[test]
+fn a_pad_the_wrong_way_round_is_told() {
+    let pad = |ends: &str| {
+        format!("--pad plane,{ends} --lx 0.02 --ly 0.01 --nx 20 --ny 10 --speed 2 --viscosity 0.03")
+    };
+    let output = film("round", &pad("2e-5,4e-5"));
+    assert!(text(&output.stdout).contains("broken            100.0000 %"));
+    assert!(text(&output.stderr).starts_with("warning: the film is broken everywhere"));
+    assert!(film("round", &pad("4e-5,2e-5")).stderr.is_empty());
 }
 
 #[test]
@@ -364,6 +384,11 @@ fn wrong_films_are_refused_in_one_line() {
             "--pocket from y = -1 to -0.999 is outside",
         ),
         ("--map gap.csv --pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
+        (
+            "--map gap.csv --pocket 0,0,1e-5,1e-5,1e-6",
+            "a pocket or dimple of 0.00001 by 0.00001 is lost in cells of 0.00333",
+        ),
+        ("--map gap.csv --dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
         ("--map gap.csv --dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
         (
             "--map gap.csv --supply 0.009,0,0.002,0.001,1e5",
@@ -373,6 +398,15 @@ fn wrong_films_are_refused_in_one_line() {
         (
             "--map gap.csv --load 1e9",
             "no position that carries 1000000000 N was found; the largest load found is ",
+        ),
+        (
+            "--map gap.csv --supply 0.001,0.001,0.005,0.006,1e6 --load 1",
+            "no position that carries 1 N was found; the film carries ",
+        ),
+        ("--map gap.csv --load 50kN", "'50kN' is not a number; units are given by their own"),
+        (
+            "--map gap.csv --load 5 --mass 5",
+            "--mass lets the wall move under the loads of --motion",
         ),
         ("--map gap.csv --load -1", "--load is -1 N, but it must be positive"),
         (
@@ -387,7 +421,10 @@ fn wrong_films_are_refused_in_one_line() {
             "--map gap.csv --motion times.csv",
             "times.csv: row 3: the time 1 does not exceed the one before",
         ),
-        ("--map gap.csv --motion meets.csv", "meets.csv: row 2: the walls meet"),
+        (
+            "--map gap.csv --motion meets.csv",
+            "meets.csv: row 2: the walls meet; positions are in units of --h-unit",
+        ),
         ("--map gap.csv --motion gap.csv --load 1", "cannot be used with"),
         ("--map gap.csv --motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
         (

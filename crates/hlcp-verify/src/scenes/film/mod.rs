@@ -427,8 +427,7 @@ impl Film {
             let is_groove = supply.size[0] == 0.0 && !self.is_periodic(0);
             let held = columns.len() * rows.len();
             let inside = held > 0 && !(is_groove && (columns[0] == 0 || columns[0] >= self.nx));
-            let range =
-                "more: a groove lies between two cells, another supply holds a cell's middle";
+            let range = "1 or more: those whose middle it covers, or of a groove those beside it";
             check("the number of cells of a supply", 0.0, inside, range)?;
         }
         if let Some(step) = &self.step {
