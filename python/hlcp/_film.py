@@ -128,8 +128,8 @@ def film(
     Warns
     -----
     UserWarning
-        Of a gap over a millimetre, or under a millionth of the film, and of a film that is broken
-        everywhere.
+        Of a gap over a millimetre, or under a millionth of the film, and of a film that carries
+        nothing.
 
     Notes
     -----
@@ -186,12 +186,13 @@ def film(
     solver = Solver(_operator(cells.shape, of_a), _operator(cells.shape, of_b))
     result = solver.solve(q.reshape(cells.shape), **options)
     figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
-    if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(described["size"]):
+    if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(_numbers("size", size, 2)):
         warnings.warn(f"the least gap is {figures['least_gap']} m in a film of {size} m; lengths are"
                       " in metres", stacklevel=2)
-    if is_fed and oil is None and figures["broken_share"] > 1 - 1e-9:
-        warnings.warn("the film is broken everywhere and carries nothing: where speed is positive,"
-                      " pressure builds up where the gap narrows along x", stacklevel=2)
+    if is_fed and oil is None and figures["peak"] <= cavitation:
+        warnings.warn("the film carries nothing, because its pressure is that of cavitation"
+                      " everywhere; where speed is positive, pressure builds up where the gap"
+                      " narrows along x", stacklevel=2)
     return FilmResult(result, pressure=cavitation + unit * result.z, content=1.0 - result.r,
                       **figures)
 

@@ -131,6 +131,10 @@ def test_arguments_are_never_changed_even_read_only_ones():
 EYE = sp.eye_array(3, format="csr")
 
 
+SPOILT = np.eye(3)
+SPOILT[2, 1] = np.inf
+
+
 def broken(**parts):
     matrix = sp.eye_array(3, format="csr")
     for name, value in parts.items():
@@ -162,8 +166,10 @@ def broken(**parts):
     ("A has the type complex128", (1j * np.eye(3), None, np.ones(3))),
     ("A: the matrix has order 0", (np.empty((0, 0)), None, [])),
     ("A: the matrix has order 0", (sp.csr_array((0, 0)), None, [])),
-    (r"diagonal of A\[1\] is 0", (np.diag([1.0, 0.0, 1.0]), None, np.ones(3))),
-    (r"B: values\[0\] is NaN", (EYE, np.diag([np.nan, 1.0, 1.0]), np.ones(3))),
+    (r"diagonal of A\[1\] is 0.*; exchange or scale rows", (np.diag([1.0, 0.0, 1.0]), None, np.ones(3))),
+    (r"B\[0, 0\] is nan, which is not", (EYE, np.diag([np.nan, 1.0, 1.0]), np.ones(3))),
+    (r"A\[2, 1\] is inf, which is not", (SPOILT, None, np.ones(3))),
+    (r"A\[2, 1\] is inf, which is not", (sp.csc_array(SPOILT), None, np.ones(3))),
     (r"A: columns\[1\] is 7", (broken(indices=[0, 7, 2]), None, np.ones(3))),
     (r"A: columns\[1\] is -1", (broken(indices=[0, -1, 2]), None, np.ones(3))),
     (r"A: offsets\[2\] is 1", (broken(indptr=[0, 2, 1, 3]), None, np.ones(3))),
@@ -232,6 +238,7 @@ def test_a_wrong_option_is_a_value_error_that_names_it(sentence, options):
 
 
 @pytest.mark.parametrize("sentence, grid, coefficients", [
+    (r"grid is 9, but it must be \(ny, nx\)", 9, {"centre": 4}),
     ("the grid has 0 x 3 points", (3, 0), {"centre": 4}),
     ("the grid has -1 x 3 points", (3, -1), {"centre": 4}),
     ("at most as many as an array can hold", (10**10, 10**10), {"centre": 4}),

@@ -39,6 +39,14 @@ def test_a_diverging_film_breaks_and_keeps_its_oil():
     assert abs(result.imbalance) <= 1e-9 * max(map(abs, result.sides))
 
 
+def test_units_and_directions_that_were_hardly_meant_are_told():
+    with pytest.warns(UserWarning, match="lengths are in metres"):
+        hlcp.film(1e6 * STEP, size=(20.0, 10.0), speed=2.0, viscosity=0.04)
+    with pytest.warns(UserWarning, match="pressure builds up where the gap narrows along x"):
+        result = hlcp.film(STEP[:, ::-1], **PAD)
+    assert result.success and result.load == 0
+
+
 def test_a_ring_and_a_supply():
     around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     gap = 1e-5 * (1 + 0.5 * np.cos(around)) * np.ones((20, 1))
@@ -63,13 +71,13 @@ def test_a_time_step_stores_oil_and_starts_from_the_one_before():
 
 @pytest.mark.parametrize("sentence, options", [
     ("gap has 1 dimensions", {"gap": STEP[0]}),
-    (r"gap\[3\] is -1, but it must be positive", {"gap": [[1.0, 1.0, 1.0, -1.0]]}),
+    (r"gap\[0, 3\] is -1.0, but it must be positive", {"gap": [[1.0, 1.0, 1.0, -1.0]]}),
     (r"viscosity\[0\] is 0, but it must be positive", {"viscosity": 0.0}),
     ("viscosity has order 3", {"viscosity": [1.0, 2.0, 3.0]}),
     ("size is 1.0, but it must be 2 numbers", {"size": 1.0}),
     (r"speed is \(1.0, 2.0, 3.0\), but it must be 2 numbers", {"speed": (1.0, 2.0, 3.0)}),
     ("west is 'wall', but it must be a pressure", {"west": "wall"}),
-    ("periodic", {"west": "periodic"}),
+    ("west and east must both be 'periodic', or neither", {"east": "periodic"}),
     ("content", {"west": ("starved", 1.5)}),
     ("pressure", {"west": -1.0}),
     ("ambient is None", {"ambient": None}),

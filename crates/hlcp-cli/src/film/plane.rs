@@ -104,10 +104,10 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             outputs.iter().map(|path| files::printable(path.display())).collect();
         print::line(format_args!("wrote {}", names.join(", ")))?;
     }
-    if report.figures.broken_share > 1.0 - 1e-9 && arguments.motion.is_none() {
-        say("warning: the film is broken everywhere and carries nothing; oil moves along x where \
-             --speed is positive, and builds up pressure where the gap narrows that way: turn the \
-             gap round, or change the sign of --speed");
+    if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
+        say("warning: the film carries nothing, because its pressure is that of cavitation \
+             everywhere; oil moves along x where --speed is positive, and builds up pressure where \
+             the gap narrows that way: turn the gap round, or change the sign of --speed");
     }
     doubt(report.figures.least_gap, &film.lengths, report.figures.peak);
     Ok(converged)

@@ -324,7 +324,7 @@ fn a_pad_the_wrong_way_round_is_told() {
     };
     let output = film("round", &pad("2e-5,4e-5"));
     assert!(text(&output.stdout).contains("broken            100.0000 %"));
-    assert!(text(&output.stderr).starts_with("warning: the film is broken everywhere"));
+    assert!(text(&output.stderr).starts_with("warning: the film carries nothing"));
     assert!(film("round", &pad("4e-5,2e-5")).stderr.is_empty());
 }
 
