@@ -27,6 +27,10 @@ pub(super) struct Solved {
 /// Newton's method takes some six steps, whatever the texture.
 pub(super) const METHOD: &str = "AMG";
 
+/// How exact the derivatives are that lead to a position: each step of the search takes off seven
+/// digits at best.
+const SEARCH: f64 = 1e-7;
+
 /// It is slow, but runs away least.
 const FALLBACK: &str = "MGS";
 
@@ -98,6 +102,7 @@ impl Solved {
         };
         let problem = problem.hlcp(1.0)?;
         let mut response = Response::new(&problem, &self.x)?;
+        let tolerance = if with_speed { 1e-13 } else { SEARCH };
         let unit = film.pressure_unit() * film.cell();
         let force = |z: &[f64], mode: &[f64]| {
             unit * z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
@@ -105,13 +110,13 @@ impl Solved {
         let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
         for &column in moving {
             let mode = &posed.modes[column];
-            let [z, mut emptied] = response.to(&film.widening(&self.z, r, mode))?;
+            let [z, mut emptied] = response.to(&film.widening(&self.z, r, mode), tolerance)?;
             let mut answers = vec![z];
             if with_speed {
                 if is_clamped {
                     emptied.fill(0.0);
                 }
-                let [z, _] = response.to(&film.storing(r, mode, &emptied))?;
+                let [z, _] = response.to(&film.storing(r, mode, &emptied), tolerance)?;
                 answers.push(z);
             }
             for (matrix, z) in found.iter_mut().zip(&answers) {
@@ -177,15 +182,16 @@ impl<'p, A: Rows<f64>, B: Rows<f64>> Response<'p, A, B> {
 
     /// The changes of `z` and `r` that a change of `A z − B r + q` brings about, full and broken
     /// cells staying what they are: `[A_F | −B_C] (δz, δr) = −change`.
-    fn to(&mut self, change: &[f64]) -> Fallible<[Vec<f64>; 2]> {
+    fn to(&mut self, change: &[f64], tolerance: f64) -> Fallible<[Vec<f64>; 2]> {
         // J δx = −change, with the columns 2A of J where a cell is full, and 2ΩB elsewhere.
         let Self { problem, jacobian, amg } = self;
         let mut s = vec![0.0; change.len()];
-        let reached = amg.solve_to(jacobian, change, &mut s, 1e-13, 400);
+        let reached = amg.solve_to(jacobian, change, &mut s, tolerance, 400);
         // Rounding ends it sooner where the gap jumps.
-        if reached > 1e-8 || reached.is_nan() {
+        let enough = tolerance.max(1e-8);
+        if reached > enough || reached.is_nan() {
             let asked = "the linear system of the derivatives was solved to";
-            return Err(format!("{asked} {reached:.1e} instead of 1e-8").into());
+            return Err(format!("{asked} {reached:.1e} instead of {enough:.0e}").into());
         }
         let full = |j: usize| jacobian.is_active(j);
         let z = |(j, s): (usize, &f64)| if full(j) { -2.0 * s } else { 0.0 };
