@@ -115,7 +115,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry that must be positive and finite is not: of Ω, or of a diagonal that is divided by.
-    #[error("{what}[{index}] is {value}, but it must be positive and finite{}", way_out(what))]
+    #[error("{what}[{index}] is {value}, but it must be positive and finite{}", way_out(what, *value))]
     NotPositive {
         /// The vector or diagonal.
         what: &'static str,
@@ -186,11 +186,16 @@ pub enum Error {
 }
 
 /// The way out of an entry that is not positive.
-fn way_out(what: &str) -> &'static str {
-    if what.starts_with("diagonal of ") {
-        "; exchange or scale rows, of A, B and q alike"
-    } else {
-        ""
+fn way_out(what: &str, value: f64) -> &'static str {
+    match what {
+        "diagonal of A" | "diagonal of B" if value == 0.0 => "; exchange rows, of A, B and q alike",
+        "diagonal of B" if value < 0.0 => {
+            "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"
+        }
+        "diagonal of A" if value < 0.0 => {
+            "; where that of B is negative too, change the sign of the row, of A, B and q alike"
+        }
+        _ => "",
     }
 }
 

@@ -378,7 +378,11 @@ impl<'f> Lines<'f> {
     fn number<N: FromStr>(&self, word: Option<&str>, wanted: &str) -> Result<N, FileError> {
         let word = word.ok_or_else(|| self.fault(format!("'{wanted}' is wanted")))?;
         let fault = || {
-            let hint = if word.contains(',') { "; write decimals with a point" } else { "" };
+            let hint = if word.contains(',') {
+                "; write decimals with a point, one number per line"
+            } else {
+                ""
+            };
             self.fault(format!("'{}' is no number for '{wanted}'{hint}", excerpt(word)))
         };
         word.parse().map_err(|_| fault())

@@ -33,11 +33,11 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 ///
 /// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in
 /// phases. A phase begins with two iterations of the base method, which settle most signs. It ends
-/// after six steps that have not brought ‖F‖ to nine tenths of its smallest value so far, as a
-/// repeated active set cannot, or when an inner solve fails; then the base takes over at the best
+/// after six steps that have not brought ‖F‖ to nine tenths of the smallest value that a step of the
+/// phase has led to, as a repeated active set cannot, or when an inner solve fails; then the base takes over at the best
 /// iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step
 /// under which the active set only shrinks or only grows, as it did in the step before, is not one
-/// of the six. So a contact whose edge moves by one point per step is followed to the end, and at
+/// of the six, and the count begins anew with one that changes fewer signs than any before. So a contact whose edge moves by one point per step is followed to the end, and at
 /// most n steps in a row can be of that kind.
 ///
 /// # Cost
@@ -100,6 +100,8 @@ pub struct Newton<T, M, P> {
     /// of that before.
     ways: [bool; 2],
     nested: bool,
+    /// The fewest signs that a step of the phase has changed.
+    fewest: usize,
 }
 
 impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> {
@@ -121,6 +123,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             last: f64::NAN,
             ways: [false; 2],
             nested: false,
+            fewest: usize::MAX,
         }
     }
 
@@ -137,22 +140,23 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     }
 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
-    /// it makes unknowns active, and inactive.
-    fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[bool; 2]> {
+    /// many unknowns it makes active, and inactive.
+    fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[usize; 2]> {
         let limit = INNER.min((clock.granted / WORTH).max(LEAST));
         let goal = (forcing.max(T::epsilon().wide()), limit);
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);
         self.linear_iterations += inner.iterations;
-        let mut ways = [false; 2];
+        let mut flips = [0; 2];
         for (y, &at) in y.iter_mut().zip(&self.at) {
             *y = at - *y;
             let [before, after] = [at, *y].map(|x| x >= T::zero());
-            ways = [ways[0] | (after & !before), ways[1] | (before & !after)];
+            flips[0] += usize::from(after & !before);
+            flips[1] += usize::from(before & !after);
         }
         // A residual that is NaN is not below 1 either.
-        (inner.residual < 1.0 && y.iter().all(|y| y.is_finite())).then_some(ways)
+        (inner.residual < 1.0 && y.iter().all(|y| y.is_finite())).then_some(flips)
     }
 
     /// Ends the phase: overwrites `y` with what the base makes of the best iterate, and lets the
@@ -211,6 +215,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f, clock);
             forcing = FORCING[0];
             (self.last, self.ways, self.nested) = (self.measure(q).l2, [false; 2], false);
+            self.fewest = usize::MAX;
         } else {
             self.at.copy_from_slice(x);
             norms = self.measure(q);
@@ -219,8 +224,14 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             self.last = norms.l2;
         }
         let quiet = self.safeguard.see(norms.l2, x, !self.nested);
-        let ways = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
-        if let Some(ways) = ways {
+        let flips = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
+        if let Some(flips) = flips {
+            let ways = flips.map(|count| count > 0);
+            let count = flips[0] + flips[1];
+            if count < self.fewest {
+                self.fewest = count;
+                self.safeguard.forgive();
+            }
             self.nested = ways == self.ways && ways[0] != ways[1];
             self.ways = ways;
         } else {

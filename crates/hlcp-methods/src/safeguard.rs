@@ -2,8 +2,20 @@
 
 use hlcp_core::Scalar;
 
-/// A residual of at most this part of the smallest one of the phase is progress.
+/// A residual of at most this part of the smallest one that steps have led to is progress.
 const PROGRESS: f64 = 0.9;
+
+/// What a phase has shown.
+#[derive(Debug, Clone, Copy)]
+struct Phase {
+    /// The residual of the best iterate.
+    best: f64,
+    /// The smallest residual that a step has led to. The first step from a start with a small
+    /// residual may raise it a thousandfold on the way to the solution.
+    reached: f64,
+    /// The steps since.
+    quiet: usize,
+}
 
 /// When a Newton method goes on, and when its base takes over from the best iterate of a phase:
 /// for 2, 4, 8, … iterations after the first, second, third, … phase.
@@ -11,9 +23,8 @@ const PROGRESS: f64 = 0.9;
 pub(crate) struct Safeguard<T> {
     /// The iterate of the smallest residual of the phase.
     pub(crate) best: Vec<T>,
-    /// That residual and the steps since, unless the base has its turn or a phase is about to
-    /// begin.
-    phase: Option<(f64, usize)>,
+    /// What the phase has shown, unless the base has its turn or a phase is about to begin.
+    phase: Option<Phase>,
     /// The iterations that the base has left, and how many it gets after the next phase.
     resting: usize,
     rest: usize,
@@ -54,22 +65,28 @@ impl<T: Scalar> Safeguard<T> {
     /// made no progress `counts` against the phase or not. Returns how many have, since one that
     /// made progress.
     pub(crate) fn see(&mut self, residual: f64, x: &[T], counts: bool) -> usize {
-        let (best, quiet) = match self.phase {
-            Some((best, quiet)) if residual > PROGRESS * best || residual.is_nan() => {
-                (best, quiet + usize::from(counts))
-            }
-            _ => {
-                self.best.copy_from_slice(x);
-                (residual, 0)
-            }
+        let Some(phase) = &mut self.phase else {
+            self.best.copy_from_slice(x);
+            self.phase = Some(Phase { best: residual, reached: f64::INFINITY, quiet: 0 });
+            return 0;
         };
-        self.phase = Some((best, quiet));
-        quiet
+        if residual <= PROGRESS * phase.best {
+            self.best.copy_from_slice(x);
+            phase.best = residual;
+        }
+        if residual <= PROGRESS * phase.reached {
+            (phase.reached, phase.quiet) = (residual, 0);
+        } else {
+            phase.quiet += usize::from(counts);
+        }
+        phase.quiet
     }
 
     /// Takes in progress of another kind.
     pub(crate) fn forgive(&mut self) {
-        self.phase = self.phase.map(|(best, _)| (best, 0));
+        if let Some(phase) = &mut self.phase {
+            phase.quiet = 0;
+        }
     }
 
     /// Ends the phase; an iteration of the base from the best iterate is due at once.

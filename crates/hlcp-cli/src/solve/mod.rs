@@ -79,6 +79,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
         arguments.check()?;
     }
     let parse = |name: &str| -> Result<(String, Named), String> {
+        let name = name.trim();
         let named = Named::parse(name, arguments.parameters()).map_err(in_options)?;
         Ok((name.to_ascii_uppercase(), named))
     };
@@ -188,6 +189,24 @@ impl Run<'_> {
         }
     }
 
+    /// What is proved of an answer: of the problem in double precision, which may differ from that
+    /// in single precision by more than the answer's error, unless later problems of a sequence
+    /// depend on answers.
+    fn certified<T: Scalar>(
+        &self,
+        given: &Problem<T>,
+        q: &[T],
+        answer: [&[T]; 2],
+    ) -> Result<report::Proved, Box<dyn Error>> {
+        let [z, r] = answer;
+        if given.march.0 > 1 || size_of::<T>() == size_of::<f64>() {
+            return Ok(report::certify(given, q, z, r)?);
+        }
+        let exact = self.problem(self.arguments.given.scene.wide)?;
+        let [z, r] = answer.map(|v| v.iter().map(|v| v.wide()).collect::<Vec<f64>>());
+        Ok(report::certify(&exact, &exact.q, &z, &r)?)
+    }
+
     /// Whether this is the only process, or the one that prints.
     fn is_first(&self) -> bool {
         self.strip.as_ref().is_none_or(|strip| strip.rank() == 0)
@@ -256,6 +275,8 @@ impl Run<'_> {
         }
         let mut x0 = match &arguments.x0 {
             Some(path) => self.read_part(path, given)?,
+            // From 0 a file in other units takes the same steps; the paper begins with ones.
+            None if arguments.a.is_some() => vec![T::zero(); given.q.len()],
             None => vec![T::one(); given.q.len()],
         };
         if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
@@ -302,7 +323,7 @@ impl Run<'_> {
             };
             let figures = (given.figures)(&z, &r);
             let certificate = if arguments.certify {
-                Some(report::certify(given, &q, solver.z(), solver.r())?)
+                Some(self.certified(given, &q, [solver.z(), solver.r()])?)
             } else {
                 None
             };

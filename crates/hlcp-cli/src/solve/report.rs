@@ -99,13 +99,16 @@ pub(crate) fn row(
 /// The largest order for which a witness is searched for where the certificate has none.
 const SEARCHED: usize = 100_000;
 
+/// What is proved of an answer, or why nothing is.
+pub(crate) type Proved = Result<Certificate, Refusal>;
+
 /// What is proved of an answer; of smaller problems also that it is the only one, if it can be.
 pub(crate) fn certify<T: Scalar>(
     Problem { a, b, .. }: &Problem<T>,
     q: &[T],
     z: &[T],
     r: &[T],
-) -> Result<Result<Certificate, Refusal>, hlcp_core::Error> {
+) -> Result<Proved, hlcp_core::Error> {
     let mut found = hlcp_verify::certify(a, b, q, z, r)?;
     if let Ok(certificate) = &mut found
         && certificate.witness.is_none()
@@ -119,7 +122,7 @@ pub(crate) fn certify<T: Scalar>(
 /// Prints what is proved.
 pub(crate) fn certificate<T>(
     problem: &Problem<T>,
-    found: &Result<Certificate, Refusal>,
+    found: &Proved,
     figures: &[(&str, f64)],
 ) -> io::Result<()> {
     let certificate = match found {
@@ -145,10 +148,7 @@ pub(crate) fn certificate<T>(
 }
 
 /// The same as an object.
-pub(crate) fn certificate_object<T>(
-    problem: &Problem<T>,
-    found: &Result<Certificate, Refusal>,
-) -> Value {
+pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
     match found {
         Ok(certificate) => json!({
             "bound": certificate.bound.to_string(),

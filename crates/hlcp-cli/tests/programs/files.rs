@@ -51,6 +51,22 @@ fn the_sample_files_are_example_1() {
     }
 }
 
+/// In single precision the bound is on the error in the problem of the files, which f32 rounds.
+#[test]
+fn a_certificate_in_single_precision_is_of_the_files() {
+    let folder = Folder::new("narrow");
+    let a = folder.write("A.mtx", format!("{HEAD}1 1 1\n1 1 1.00000003\n"));
+    let q = folder.write("q.txt", "-16777217\n");
+    let z = folder.0.join("z.mtx");
+    let [a, q, out] = [&a, &q, &z].map(|path| path.display().to_string());
+    let arguments = format!("--a {a} --q {q} --method MGS --precision f32 --certify --json");
+    let (found, status) = json(&format!("{arguments} --out-z {out}"));
+    let z = market::read_vector::<f64>(&z, 1).unwrap()[0];
+    let error = (z - 16_777_217.0 / 1.000_000_03).abs();
+    let bound = found["certified_error_bound"].as_f64().unwrap();
+    assert!(status == 0 && 0.4 < error && error <= bound && bound <= 2.0 * error, "{found}");
+}
+
 /// A scene through files takes the iterations it takes as stencils, and its answer comes back to
 /// the last bit.
 #[test]

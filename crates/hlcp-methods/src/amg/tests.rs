@@ -484,7 +484,10 @@ fn what_has_no_pivots_or_is_not_finite_is_refused() {
         Amg::new(&problem).unwrap_err().to_string()
     };
     let zero = refused(vec![vec![(0, 1.0)], vec![(0, 1.0), (1, 0.0)]]);
-    assert_eq!(zero, "diagonal of A[1] is 0, but it must be positive and finite");
+    assert_eq!(
+        zero,
+        "diagonal of A[1] is 0, but it must be positive and finite; exchange rows, of A, B and q alike"
+    );
     assert!(refused(vec![vec![], vec![(1, 1.0)]]).starts_with("diagonal of A[0] is 0"));
     let nan = refused(vec![vec![(0, 1.0)], vec![(0, f64::NAN), (1, 2.0)]]);
     assert_eq!(nan, "row of A[1] is NaN, which is not a finite number");

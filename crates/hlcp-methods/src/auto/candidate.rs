@@ -11,19 +11,40 @@ use crate::{
 /// What a window leaves of a promise.
 const SHRINK: f64 = 0.25;
 
+/// Planes of fewer points leave multigrid for later.
+const FEW: usize = 1500;
+
+/// What is known of a problem beforehand.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shape {
+    /// Whether the operators are tridiagonal.
+    pub(super) is_line: bool,
+    /// The points of a grid of more than one line; 0 elsewhere.
+    pub(super) plane: usize,
+    /// An elimination in sweeps.
+    pub(super) worth: usize,
+}
+
 impl AutoChoice {
     /// The promise, per sweep, and the length of the first window, in sweeps.
     ///
     /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 90 to
     /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
-    fn promise(self, worth: usize, is_plane: bool) -> (f64, usize) {
+    fn promise<T: Scalar>(self, Shape { is_line, plane, worth }: Shape) -> (f64, usize) {
+        let is_plane = plane > 0;
+        // In single precision a solve ends before the set-up of algebraic multigrid pays.
+        let is_small = plane < FEW && size_of::<T>() >= size_of::<f64>();
         match self {
             Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
+            // Coarse grids of some dozen points cost more time than their sweeps are counted for.
+            Self::Multigrid if is_plane && is_small => (0.05, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             Self::AmgNewton if is_plane => (0.08, 1000),
             // Beside pivoting, whose window is as long.
             Self::AmgNewton if worth < usize::MAX => (0.04, 1000),
             Self::AmgNewton => (0.04, 500),
+            // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
+            Self::Newton if is_line => (0.01, 1000),
             Self::Newton => (0.01, 120),
             Self::Anderson => (0.02, 24),
             // Ten digits in ten eliminations.
@@ -46,10 +67,9 @@ pub(super) struct Candidate<T: Scalar, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
-    /// A method of which no more is known than what an elimination is worth in sweeps, and whether
-    /// there is a grid of more than one line.
-    pub(super) fn new(choice: AutoChoice, worth: usize, is_plane: bool) -> Self {
-        let (promise, window) = choice.promise(worth, is_plane);
+    /// A method that has not had a turn.
+    pub(super) fn new(choice: AutoChoice, shape: Shape) -> Self {
+        let (promise, window) = choice.promise::<T>(shape);
         Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
     }
 

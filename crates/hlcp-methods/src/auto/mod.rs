@@ -1,7 +1,7 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
 use crate::{Clock, Method, TridiagonalPart, Work, amg, multigrid::Scaling, pivoting};
-use candidate::{Candidate, Worker};
+use candidate::{Candidate, Shape, Worker};
 
 mod candidate;
 mod history;
@@ -33,11 +33,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1 | 24, or two cycles; 48 on a line |
+/// | multigrid | 0.1; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
 /// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere | 1000 on a plane and up to order 500, 500 elsewhere |
 /// | adaptive SOR | 0.02 | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
-/// | Newton's method | 0.01 | 120, or 24 steps of elimination |
+/// | Newton's method | 0.01 | 120; 1000 on a line, or 200 steps of elimination |
 /// | pivoting | ten digits in ten eliminations | twelve eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line,
@@ -56,6 +56,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// does. One exception: [`AmgNewton`] starts on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
 /// error is not, and from there Newton's method may take many times as long.
+///
+/// A method that has come to rest short of the tolerance has no more turns. Where that is one of
+/// Newton's, rounding is the likely reason, and the others have twice the work until then to show
+/// another one; then the solve stagnates.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -101,9 +105,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
-    tridiagonal: bool,
-    /// An elimination in sweeps.
-    worth: usize,
+    shape: Shape,
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
@@ -125,6 +127,8 @@ pub struct Auto<T: Scalar, A, B> {
     scaling: Option<Scaling<T>>,
     /// The largest entry of an iterate that raises no suspicion.
     usual: f64,
+    /// The work after which the other methods give up where one of Newton's has come to rest.
+    last: Option<usize>,
     scratch: Vec<T>,
     history: Vec<AutoTurn>,
 }
@@ -143,6 +147,11 @@ const GROWN: f64 = 1e6;
 /// An iterate with entries of this many times those of a sweep from 0 is looked at more closely.
 const USUAL: f64 = 1e8;
 
+/// Where one of Newton's methods comes to rest, the solve ends after so many times the work until
+/// then and so many sweeps.
+const LAST: usize = 3;
+const LEAST: usize = 100;
+
 /// A solve begins with eliminations that are worth no more sweeps than this.
 const CHEAP: usize = 20;
 
@@ -155,9 +164,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
         Aor::gauss_seidel().check(&problem)?;
-        let tridiagonal = !problem.any(!TridiagonalPart::is_all(&problem));
+        let is_line = !problem.any(!TridiagonalPart::is_all(&problem));
         let has_grid = problem.grid().is_ok();
-        let order = match (tridiagonal, has_grid) {
+        let order = match (is_line, has_grid) {
             // Elimination is exact, and cycles find long fronts.
             (true, _) => [Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
             (_, true) => [Sor, Multigrid, AmgNewton, Anderson, Newton, Pivoting],
@@ -167,7 +176,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let alone = problem.strip().is_none();
         let is_small = alone && problem.order() <= pivoting::SMALL;
         let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
-        let is_plane = has_grid && !tridiagonal;
+        let points =
+            problem.strip().map_or(problem.order(), |strip| strip.whole().iter().product());
+        let plane = if has_grid && !is_line { points } else { 0 };
+        let shape = Shape { is_line, plane, worth };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
             Pivoting => is_small,
@@ -177,7 +189,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let scaling = Smoother::scaling(&problem).ok();
         let mut auto = Self {
             scaling: scaling.map(|scaling| Scaling::new(&problem, scaling)),
-            candidates: possible.map(|&choice| Candidate::new(choice, worth, is_plane)).collect(),
+            candidates: possible.map(|&choice| Candidate::new(choice, shape)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
             middle: None,
@@ -189,10 +201,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             opened: 0,
             opening: None,
             usual: 0.0,
+            last: None,
             scratch: vec![],
             history: Vec::with_capacity(8),
-            tridiagonal,
-            worth,
+            shape,
             problem,
         };
         auto.restart();
@@ -215,7 +227,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let candidate = &mut self.candidates[at];
         if candidate.worker.is_none() {
             let problem = self.problem.clone();
-            candidate.worker = Some(Worker::new(candidate.choice, problem, self.tridiagonal)?);
+            candidate.worker = Some(Worker::new(candidate.choice, problem, self.shape.is_line)?);
         }
         Ok(())
     }
@@ -293,6 +305,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.work().map_or(0, |work| work.sweeps)
     }
 
+    /// Whether what could be tried has been.
+    fn is_over(&self) -> bool {
+        self.last.is_some_and(|last| self.sweeps() > last)
+    }
+
     /// Takes in a residual of the turn.
     fn see(&mut self, residual: f64) {
         self.best = self.best.min(residual);
@@ -350,22 +367,21 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn restart(&mut self) {
-        let is_plane = !self.tridiagonal && self.problem.grid().is_ok();
         for candidate in &mut self.candidates {
             let mut worker = candidate.worker.take();
             worker.iter_mut().for_each(|worker| worker.method().restart());
-            let fresh = Candidate::new(candidate.choice, self.worth, is_plane);
+            let fresh = Candidate::new(candidate.choice, self.shape);
             *candidate = Candidate { worker, ..fresh };
         }
         let pivots = |each: &Candidate<T, A, B>| {
-            each.choice == AutoChoice::Pivoting && self.worth <= CHEAP && !self.tridiagonal
+            each.choice == AutoChoice::Pivoting && self.shape.worth <= CHEAP && !self.shape.is_line
         };
         self.at = self.candidates.iter().position(pivots).unwrap_or(0);
         // Where ranks share a problem, fused sweeps alone are to be had.
         let can_open = self.scaling.is_some() || self.problem.strip().is_none();
-        let opens = !self.tridiagonal && can_open;
+        let opens = !self.shape.is_line && can_open;
         (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
-        (self.begun, self.middle) = ((0, f64::INFINITY), None);
+        (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.history.clear();
         self.begin(self.at, None);
@@ -381,7 +397,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
 
     fn turn(&mut self) -> bool {
         // No more turns for what has come to rest, so a solve ends after as many as there are ways.
+        if self.is_over() {
+            return false;
+        }
+        let sweeps = self.sweeps();
         let resting = &mut self.candidates[self.at];
+        if matches!(resting.choice, AutoChoice::AmgNewton | AutoChoice::Newton) {
+            // Most likely it is rounding; what else may help is tried, but not to the limits.
+            self.last.get_or_insert(LAST * (sweeps + LEAST));
+        }
         (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         (self.begun, self.middle) = ((self.sweeps(), self.best), None);
         self.choose(AutoEnd::Slow)
@@ -401,6 +425,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+        if self.is_over() {
+            // An iterate that stays tells the solver.
+            y.copy_from_slice(x);
+            self.problem.defect(q.entries(), y, &mut self.kept, &mut self.scratch);
+            return self.problem.norms(&self.kept).divided_by(self.problem.gamma());
+        }
         // The work that has led to x.
         let led = self.sweeps();
         let opened = self.open(q, x, y);
