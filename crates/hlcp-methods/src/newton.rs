@@ -33,12 +33,13 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 ///
 /// Newton's method alone may repeat active sets for ever, or meet a singular J. So it runs in
 /// phases. A phase begins with two iterations of the base method, which settle most signs. It ends
-/// after six steps that have not brought ‖F‖ to nine tenths of the smallest value that a step of the
-/// phase has led to, as a repeated active set cannot, or when an inner solve fails; then the base takes over at the best
-/// iterate of the phase, for 2, 4, 8, … iterations after the first, second, third, … phase. A step
-/// under which the active set only shrinks or only grows, as it did in the step before, is not one
-/// of the six, and the count begins anew with one that changes fewer signs than any before. So a contact whose edge moves by one point per step is followed to the end, and at
-/// most n steps in a row can be of that kind.
+/// after six steps that have not brought ‖F‖ to nine tenths of the smallest value that a step of
+/// the phase has led to, as a repeated active set cannot, or when an inner solve fails; then the
+/// base takes over at the best iterate of the phase, for 2, 4, 8, … iterations after the first,
+/// second, third, … phase. A step under which the active set only shrinks or only grows, as it did
+/// in the step before, is not one of the six, and the count begins anew with one that changes fewer
+/// signs than any before. So a contact whose edge moves by one point per step is followed to the
+/// end, and at most n steps in a row can be of that kind.
 ///
 /// # Cost
 ///
