@@ -71,7 +71,7 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     lines.holds(entries, 6)?;
     if entries < rows {
         return Err(lines.fault(format!(
-            "{entries} entries for {rows} rows, but each row needs a positive one on the diagonal"
+            "{rows} rows have {entries} entries, but each needs a positive one on the diagonal"
         )));
     }
     let mut triplets = Vec::with_capacity(if symmetric { 2 * entries } else { entries });

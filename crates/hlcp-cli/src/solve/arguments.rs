@@ -48,7 +48,7 @@ pub(crate) struct Arguments {
     /// multigrid needs [default: what the pattern of A and B shows]
     #[arg(long, help_heading = FILES, requires = "a", value_name = "NXxNY", value_parser = grid)]
     pub(crate) grid: Option<[usize; 2]>,
-    /// The start x⁰ [default: 0 for files, all ones for scenes]
+    /// The start x⁰ [default: all ones; of files 0 for what is not in the paper]
     #[arg(long, help_heading = FILES)]
     pub(crate) x0: Option<PathBuf>,
     /// Start from this z and --r0, which an earlier solve has written

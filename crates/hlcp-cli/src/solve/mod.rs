@@ -27,6 +27,7 @@ use serde_json::json;
 use crate::{
     print,
     progress::Way,
+    say,
     scenes::{Boxed, Given, Numbers, Problem, goal},
 };
 
@@ -273,10 +274,9 @@ impl Run<'_> {
         if let Some(strip) = &self.strip {
             problem = problem.shared_by(strip)?;
         }
+        let is_given = arguments.x0.is_some() || arguments.z0.is_some();
         let mut x0 = match &arguments.x0 {
             Some(path) => self.read_part(path, given)?,
-            // From 0 a file in other units takes the same steps; the paper begins with ones.
-            None if arguments.a.is_some() => vec![T::zero(); given.q.len()],
             None => vec![T::one(); given.q.len()],
         };
         if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
@@ -295,6 +295,10 @@ impl Run<'_> {
         }
         for method in &self.methods {
             let (name, named) = method;
+            if arguments.a.is_some() && !is_given {
+                // The paper begins with ones; from 0 a file in other units takes the same steps.
+                x0.fill(if named.first().is_some() { T::one() } else { T::zero() });
+            }
             let posed = named.on(problem.clone());
             let mut solver = Solver::new(posed.map_err(|error| self.in_files(error))?);
             let mut q = given.q.to_vec();
@@ -351,6 +355,9 @@ impl Run<'_> {
                     report::head(self, self.order(given))?;
                 }
                 report::row(name, precision, outcome, error)?;
+                if let Some(advice) = report::advice(outcome.status) {
+                    say(format!("note: {name} did not converge; {advice}"));
+                }
                 for (key, value) in &figures {
                     print::line(format_args!("          {key} {value:.6e}"))?;
                 }

@@ -3,7 +3,7 @@
 use std::io;
 
 use hlcp_core::{Norms, Scalar};
-use hlcp_methods::{Named, Outcome};
+use hlcp_methods::{Named, Outcome, Status};
 use hlcp_verify::{Branch, Certificate, Refusal, witness};
 use serde_json::{Value, json};
 
@@ -94,6 +94,24 @@ pub(crate) fn row(
         relative.l2,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
     ))
+}
+
+/// What may help a solve that did not converge.
+pub(crate) fn advice(status: Status) -> Option<&'static str> {
+    Some(match status {
+        Status::Diverged(_) | Status::Cycling { .. } => {
+            "try AUTO, a smaller --alpha or another --tau; the problem may have no solution"
+        }
+        Status::Stagnated => {
+            "a residual near the tolerance is rounding, and a looser --rtol accepts it; one far \
+             above it tells of a problem without a solution, or of a method for other problems"
+        }
+        Status::IterationLimit | Status::TimeLimit => {
+            "try AUTO, ANDERSON or AMG, or more by --max-iterations and --max-seconds; the problem \
+             may have no solution"
+        }
+        _ => return None,
+    })
 }
 
 /// The largest order for which a witness is searched for where the certificate has none.

@@ -83,6 +83,7 @@ fn not_converging_is_status_2_with_the_outcome_printed() {
     let output = solve("--m 20 --method MGS --max-iterations 3");
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stdout).contains("iteration limit"));
+    assert!(text(&output.stderr).starts_with("note: MGS did not converge; try AUTO"));
 }
 
 #[test]

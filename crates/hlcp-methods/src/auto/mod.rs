@@ -58,8 +58,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// error is not, and from there Newton's method may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
-/// Newton's, rounding is the likely reason, and the others have twice the work until then to show
-/// another one; then the solve stagnates.
+/// Newton's, rounding is the likely reason, and the others have twice the work until then to halve
+/// the residual, and again after each time they do; else the solve stagnates.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -127,8 +127,9 @@ pub struct Auto<T: Scalar, A, B> {
     scaling: Option<Scaling<T>>,
     /// The largest entry of an iterate that raises no suspicion.
     usual: f64,
-    /// The work after which the other methods give up where one of Newton's has come to rest.
-    last: Option<usize>,
+    /// Where one of Newton's methods has come to rest, the work after which the others give up, and
+    /// the residual that lets them go on.
+    last: Option<(usize, f64)>,
     scratch: Vec<T>,
     history: Vec<AutoTurn>,
 }
@@ -147,8 +148,8 @@ const GROWN: f64 = 1e6;
 /// An iterate with entries of this many times those of a sweep from 0 is looked at more closely.
 const USUAL: f64 = 1e8;
 
-/// Where one of Newton's methods comes to rest, the solve ends after so many times the work until
-/// then and so many sweeps.
+/// Where one of Newton's methods has come to rest, the solve ends after so many times the work
+/// until then, or until the residual was halved last, and so many sweeps.
 const LAST: usize = 3;
 const LEAST: usize = 100;
 
@@ -307,13 +308,16 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Whether what could be tried has been.
     fn is_over(&self) -> bool {
-        self.last.is_some_and(|last| self.sweeps() > last)
+        self.last.is_some_and(|(last, _)| self.sweeps() > last)
     }
 
     /// Takes in a residual of the turn.
     fn see(&mut self, residual: f64) {
         self.best = self.best.min(residual);
         let sweeps = self.sweeps();
+        if self.last.is_some_and(|(_, goal)| self.best <= goal) {
+            self.last = Some((LAST * (sweeps + LEAST), 0.5 * self.best));
+        }
         if let Some((turn, before)) = self.history.split_last_mut() {
             turn.residual = self.best;
             turn.sweeps = sweeps - before.iter().map(|turn| turn.sweeps).sum::<usize>();
@@ -404,7 +408,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let resting = &mut self.candidates[self.at];
         if matches!(resting.choice, AutoChoice::AmgNewton | AutoChoice::Newton) {
             // Most likely it is rounding; what else may help is tried, but not to the limits.
-            self.last.get_or_insert(LAST * (sweeps + LEAST));
+            self.last.get_or_insert((LAST * (sweeps + LEAST), 0.5 * self.best));
         }
         (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         (self.begun, self.middle) = ((self.sweeps(), self.best), None);
