@@ -101,8 +101,6 @@ pub struct Newton<T, M, P> {
     /// of that before.
     ways: [bool; 2],
     nested: bool,
-    /// The fewest signs that a step of the phase has changed.
-    fewest: usize,
 }
 
 impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> {
@@ -124,7 +122,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             last: f64::NAN,
             ways: [false; 2],
             nested: false,
-            fewest: usize::MAX,
         }
     }
 
@@ -216,7 +213,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f, clock);
             forcing = FORCING[0];
             (self.last, self.ways, self.nested) = (self.measure(q).l2, [false; 2], false);
-            self.fewest = usize::MAX;
         } else {
             self.at.copy_from_slice(x);
             norms = self.measure(q);
@@ -228,11 +224,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         let flips = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
         if let Some(flips) = flips {
             let ways = flips.map(|count| count > 0);
-            let count = flips[0] + flips[1];
-            if count < self.fewest {
-                self.fewest = count;
-                self.safeguard.forgive();
-            }
+            self.safeguard.flipped(flips[0] + flips[1]);
             self.nested = ways == self.ways && ways[0] != ways[1];
             self.ways = ways;
         } else {

@@ -15,6 +15,8 @@ struct Phase {
     reached: f64,
     /// The steps since.
     quiet: usize,
+    /// The fewest signs that a step has changed.
+    fewest: usize,
 }
 
 /// When a Newton method goes on, and when its base takes over from the best iterate of a phase:
@@ -67,7 +69,8 @@ impl<T: Scalar> Safeguard<T> {
     pub(crate) fn see(&mut self, residual: f64, x: &[T], counts: bool) -> usize {
         let Some(phase) = &mut self.phase else {
             self.best.copy_from_slice(x);
-            self.phase = Some(Phase { best: residual, reached: f64::INFINITY, quiet: 0 });
+            let (reached, fewest) = (f64::INFINITY, usize::MAX);
+            self.phase = Some(Phase { best: residual, reached, quiet: 0, fewest });
             return 0;
         };
         if residual <= PROGRESS * phase.best {
@@ -82,10 +85,10 @@ impl<T: Scalar> Safeguard<T> {
         phase.quiet
     }
 
-    /// Takes in progress of another kind.
-    pub(crate) fn forgive(&mut self) {
-        if let Some(phase) = &mut self.phase {
-            phase.quiet = 0;
+    /// Takes in how many signs a step changes; fewer than any before it in the phase is progress.
+    pub(crate) fn flipped(&mut self, signs: usize) {
+        if let Some(phase) = self.phase.as_mut().filter(|phase| signs < phase.fewest) {
+            (phase.fewest, phase.quiet) = (signs, 0);
         }
     }
 

@@ -228,8 +228,6 @@ pub struct AmgNewton<T, M> {
     base: M,
     steps: Steps<T>,
     safeguard: Safeguard<T>,
-    /// The fewest signs that a step of the phase changed.
-    fewest: usize,
     between: Vec<T>,
     pub(super) base_iterations: usize,
     /// The walks of the start on coarser problems, once there was one.
@@ -254,7 +252,6 @@ where
         let n = steps.f.len();
         Ok(Self {
             safeguard: Safeguard::new(n),
-            fewest: usize::MAX,
             between: vec![T::zero(); n],
             base,
             steps,
@@ -342,19 +339,13 @@ where
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
             self.started = Some(nested::start(problem, q.entries(), y, clock).unwrap_or(0.0));
         }
-        if self.safeguard.begins() {
-            self.fewest = usize::MAX;
-        }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = PATIENCE.saturating_mul(self.safeguard.age());
         let is_patient = self.safeguard.see(norms.l2, x, true) < patience;
         let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
         if steps && !moves_by_rounding(self.base.problem(), x, y, ROUNDING) {
-            if self.steps.flips < self.fewest {
-                self.fewest = self.steps.flips;
-                self.safeguard.forgive();
-            }
+            self.safeguard.flipped(self.steps.flips);
         } else if !clock.is_up() {
             self.fall_back(q, y, clock);
         }

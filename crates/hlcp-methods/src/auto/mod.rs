@@ -306,6 +306,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.work().map_or(0, |work| work.sweeps)
     }
 
+    /// The work after which to give up from here, and the residual that is worth a new respite.
+    fn respite(&self) -> (usize, f64) {
+        (LAST * (self.sweeps() + LEAST), 0.5 * self.best)
+    }
+
     /// Whether what could be tried has been.
     fn is_over(&self) -> bool {
         self.last.is_some_and(|(last, _)| self.sweeps() > last)
@@ -316,7 +321,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.best = self.best.min(residual);
         let sweeps = self.sweeps();
         if self.last.is_some_and(|(_, goal)| self.best <= goal) {
-            self.last = Some((LAST * (sweeps + LEAST), 0.5 * self.best));
+            self.last = Some(self.respite());
         }
         if let Some((turn, before)) = self.history.split_last_mut() {
             turn.residual = self.best;
@@ -400,16 +405,16 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn turn(&mut self) -> bool {
-        // No more turns for what has come to rest, so a solve ends after as many as there are ways.
         if self.is_over() {
             return false;
         }
-        let sweeps = self.sweeps();
-        let resting = &mut self.candidates[self.at];
-        if matches!(resting.choice, AutoChoice::AmgNewton | AutoChoice::Newton) {
+        let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
+        if of_newton && self.last.is_none() {
             // Most likely it is rounding; what else may help is tried, but not to the limits.
-            self.last.get_or_insert((LAST * (sweeps + LEAST), 0.5 * self.best));
+            self.last = Some(self.respite());
         }
+        // No more turns for what has come to rest, so a solve ends after as many as there are ways.
+        let resting = &mut self.candidates[self.at];
         (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         (self.begun, self.middle) = ((self.sweeps(), self.best), None);
         self.choose(AutoEnd::Slow)

@@ -84,26 +84,21 @@ impl Film {
     fn passage_change(&self, axis: usize, gate: Gate, change: &[f64]) -> Passage {
         let mobility_change =
             |cell: usize| 3.0 * self.mobility(cell) / self.gap[cell] * change[cell];
-        let [conductance, carried] = self.of_passage(
-            axis,
-            match gate {
-                Gate::Between(pair) => {
-                    let ([k1, k2], [h1, h2]) =
-                        (pair.map(|c| self.mobility(c)), pair.map(|c| self.gap[c]));
-                    let ([dk1, dk2], [dh1, dh2]) =
-                        (pair.map(mobility_change), pair.map(|c| change[c]));
-                    let sum = k1 + k2;
-                    let mean = (h1 * k2 + h2 * k1) / sum;
-                    [
-                        2.0 * (k2 * k2 * dk1 + k1 * k1 * dk2) / (sum * sum),
-                        ((h2 - mean) * dk1 + (h1 - mean) * dk2 + k2 * dh1 + k1 * dh2) / sum,
-                    ]
-                }
-                Gate::Out { cell, outward, .. } => {
-                    [2.0 * mobility_change(cell), outward * change[cell]]
-                }
-            },
-        );
-        Passage { conductance, carried }
+        let [mobility, gap] = match gate {
+            Gate::Between(pair) => {
+                let [[k1, k2], [h1, h2]] = self.beside(pair);
+                let ([dk1, dk2], [dh1, dh2]) = (pair.map(mobility_change), pair.map(|c| change[c]));
+                let sum = k1 + k2;
+                let mean = (h1 * k2 + h2 * k1) / sum;
+                [
+                    2.0 * (k2 * k2 * dk1 + k1 * k1 * dk2) / (sum * sum),
+                    ((h2 - mean) * dk1 + (h1 - mean) * dk2 + k2 * dh1 + k1 * dh2) / sum,
+                ]
+            }
+            Gate::Out { cell, outward, .. } => {
+                [2.0 * mobility_change(cell), outward * change[cell]]
+            }
+        };
+        self.of_passage(axis, mobility, gap)
     }
 }

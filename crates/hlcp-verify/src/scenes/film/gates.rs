@@ -157,26 +157,30 @@ impl Film {
 
     /// What a pressure difference drives through a gate, and what the walls carry, in SI units.
     pub(super) fn passage(&self, axis: usize, gate: Gate) -> Passage {
-        let [conductance, carried] = self.of_passage(
-            axis,
-            match gate {
-                Gate::Between(pair) => {
-                    let ([k1, k2], [h1, h2]) =
-                        (pair.map(|c| self.mobility(c)), pair.map(|c| self.gap[c]));
-                    [2.0 * k1 * k2 / (k1 + k2), (h1 * k2 + h2 * k1) / (k1 + k2)]
-                }
-                Gate::Out { cell, outward, .. } => {
-                    [2.0 * self.mobility(cell), outward * self.gap[cell]]
-                }
-            },
-        );
-        Passage { conductance, carried }
+        let [mobility, gap] = match gate {
+            Gate::Between(pair) => {
+                let [[k1, k2], [h1, h2]] = self.beside(pair);
+                [2.0 * k1 * k2 / (k1 + k2), (h1 * k2 + h2 * k1) / (k1 + k2)]
+            }
+            Gate::Out { cell, outward, .. } => {
+                [2.0 * self.mobility(cell), outward * self.gap[cell]]
+            }
+        };
+        self.of_passage(axis, mobility, gap)
+    }
+
+    /// The mobilities and the gaps of two cells.
+    pub(super) fn beside(&self, pair: [usize; 2]) -> [[f64; 2]; 2] {
+        [pair.map(|cell| self.mobility(cell)), pair.map(|cell| self.gap[cell])]
     }
 
     /// Mobility and gap of a gate, times the width of its face, over the distance of two cells and
     /// times the drift.
-    pub(super) fn of_passage(&self, axis: usize, [mobility, gap]: [f64; 2]) -> [f64; 2] {
+    pub(super) fn of_passage(&self, axis: usize, mobility: f64, gap: f64) -> Passage {
         let width = self.spacing(1 - axis);
-        [mobility * width / self.spacing(axis), gap * width * self.drift(axis)]
+        Passage {
+            conductance: mobility * width / self.spacing(axis),
+            carried: gap * width * self.drift(axis),
+        }
     }
 }
