@@ -5,8 +5,8 @@ use pulp::Arch;
 use crate::{
     Aor, Multicolour, Norms, Rhs, Scalar, Smoother, Transfer,
     kernel::{Multiple, Order, Relaxation, Sweep},
-    norms::Meter,
-    rounding::{ExactSums, OverGrids, Sums},
+    norms::{Meter, Part},
+    rounding::ExactRows,
     rows::{Relaxed, RowResidual, RowsOf},
 };
 
@@ -21,8 +21,8 @@ pub struct Loops<T: 'static> {
     pub(crate) sweep_rows: [SweepRows<T>; 2],
     pub(crate) sweep_colours: [SweepColours<T>; 2],
     pub(crate) residual: Residual<T>,
-    pub(crate) terms: OverGrids<T, Sums>,
-    pub(crate) exact_terms: OverGrids<T, ExactSums>,
+    pub(crate) exact: [Exact<T>; 2],
+    pub(crate) exact_rows: [fn(&ExactRows<'_, T>, Meter) -> Part; 2],
     pub(crate) row_residual: fn(&RowResidual<'_, T>, Meter) -> Norms,
     pub(crate) smooth: Smooth<T>,
     pub(crate) norms: fn(&Smoother<'_, T>, &Rhs<'_, T>, &[T]) -> Norms,
@@ -40,6 +40,8 @@ type SweepColours<T> =
     fn(&Multicolour<T>, &Relaxed<'_, T>, [RowsOf<'_, T>; 2], Meter, &mut [T], &mut Vec<T>) -> Norms;
 
 type Residual<T> = fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms;
+
+type Exact<T> = fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], Meter) -> Part;
 
 type Smooth<T> = fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]);
 
@@ -67,8 +69,14 @@ impl<T: Scalar> Loops<T> {
                 },
             ],
             residual: |sweep, q, z, r, meter| sweep.measure(q, z, r, meter),
-            terms: |sweep, q, x, meter, of| sweep.sum_terms(q, x, meter, of),
-            exact_terms: |sweep, q, x, meter, of| sweep.sum_terms(q, x, meter, of),
+            exact: [
+                |sweep, q, x, meter| sweep.exact::<false>(q, x, meter),
+                |sweep, q, x, meter| sweep.exact::<true>(q, x, meter),
+            ],
+            exact_rows: [
+                |rows, meter| rows.sum::<false>(meter),
+                |rows, meter| rows.sum::<true>(meter),
+            ],
             row_residual: |residual, meter| residual.measure(meter),
             smooth: |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
             norms: |smoother, q, x| smoother.measure(q, x),

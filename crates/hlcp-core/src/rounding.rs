@@ -2,39 +2,38 @@
 
 use std::ops::Range;
 
+use pulp::{Arch, Simd, WithSimd};
+
 use crate::{
     Coefficients, Hlcp, LinearOperator, Norms, Rhs, Scalar,
     kernel::Sweep,
-    norms::{Meter, Part, Tallies, Totals},
+    norms::{BLOCK, Meter, Part, Tally, totals},
     problem::halves,
-    rows::Source,
-    view::beyond,
+    rows::{RowsOf, Source},
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
 /// of a row nearby some probe adds the moduli.
 const BITS: usize = 6;
 
+/// Above this no product underflows, and neither does the error of its rounding.
+const LOST: f64 = 1e-280;
+
 /// Roundings that are assumed of a row of an operator without rows, in units of ε times the root of
 /// the sum of its squared terms.
 const ASSUMED: f64 = 2.0;
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
-    /// Returns bounds on the rounding in the norms of `A z − B r + q` at the `z` and `r` that
-    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, however the residual is evaluated
-    /// in `T`.
+    /// Returns an estimate of the rounding in the norms of `A z − B r + q` at the `z` and `r` that
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, from products with random signs.
     ///
-    /// An entry of the residual sums `k` terms. Evaluated in any order it is within
-    /// `(k + 8) ε (|q| + |A|z + |B|r)` of its exact value, recovery included (Higham, *Accuracy and
-    /// Stability of Numerical Algorithms*, §3.1, with ε twice the unit roundoff). Where an
-    /// operator does not know its rows
-    /// ([`try_visit_row`](LinearOperator::try_visit_row)) the result is an estimate from products
-    /// with random signs. Infinite or NaN where the terms overflow.
+    /// It serves operators that do not know their rows
+    /// ([`try_visit_row`](LinearOperator::try_visit_row)); others have
+    /// [`exact_residual`](Self::exact_residual). NaN or infinite where the terms overflow.
     ///
     /// # Cost
     ///
-    /// For constant five-point operators one pass over `x`, otherwise a walk over all rows;
-    /// seven products with each operator if it has no rows, with `2n` numbers of `scratch`.
+    /// Seven products with each operator, with `2n` numbers of `scratch`.
     ///
     /// # Panics
     ///
@@ -46,34 +45,37 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let identity = Identity { order: 1 };
     /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0))?;
     /// // At z = 2e16 the residual 2e16 − r + 1 is known to within a few units, no better.
-    /// let rounding = problem.rounding(&Rhs::new(&[1.0])?, &[1e16], &mut vec![]);
+    /// let rounding = problem.estimated_rounding(&Rhs::new(&[1.0])?, &[1e16], &mut vec![]);
     /// assert!((4.0..100.0).contains(&rounding.linf));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
+    pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
-        let epsilon = T::epsilon().wide();
-        let tiny = T::min_positive_value().wide() * epsilon;
-        // What underflows counts as well, but a sum of zeros is exact.
-        let unit = |terms: f64| if terms == 0.0 { 0.0 } else { epsilon * terms + tiny };
-        // An entry that overflows does not show in the terms where its column is zero.
-        let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
-        if self.any(x.iter().enumerate().any(overflows)) {
-            return Norms { l2: f64::INFINITY, linf: f64::INFINITY };
+        let n = x.len();
+        let (part, product) = halves(scratch, n);
+        let mut terms = q.norms();
+        for of_a in [true, false] {
+            let mut largest = Norms { l2: 0.0, linf: 0.0 };
+            for probe in 0..=BITS {
+                self.signs(|k, sign: T| {
+                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    let index = self.strip().map_or(k, |strip| strip.index(k));
+                    let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
+                    part[k] = if turned { -sign * entry } else { sign * entry };
+                });
+                self.product(!of_a, part, product);
+                let norms = self.norms(product);
+                // A NaN must survive.
+                let larger = |old: f64, new: f64| if new <= old { old } else { new };
+                largest = Norms {
+                    l2: larger(largest.l2, norms.l2),
+                    linf: larger(largest.linf, norms.linf),
+                };
+            }
+            terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
         }
-        if let Some(rows) = self.sweep().and_then(|sweep| sweep.row_sums()) {
-            let ([z, r], q) = (self.factor_norms(x), q.norms());
-            let bound = |of: fn(Norms) -> f64| {
-                (10.0 + 8.0) * unit(of(q) + rows[0] * of(z) + rows[1] * of(r))
-            };
-            return Norms { l2: bound(|norms| norms.l2), linf: bound(|norms| norms.linf) };
-        }
-        let meter = q.meter(T::one());
-        let bound = |sums: &Sums, count: f64| (count + 8.0) * unit(sums.terms);
-        match self.sum_rows(q, x, meter, bound) {
-            Some(sum) => meter.norms_of(sum, T::one()),
-            None => self.estimated_rounding(q, x, scratch),
-        }
+        let unit = ASSUMED * T::epsilon().wide();
+        Norms { l2: unit * terms.l2, linf: unit * terms.linf }
     }
 
     /// Returns the norms of `(|x| + x)/γ` and `Ω(|x| − x)/γ`, which `A` and `B` multiply: of the
@@ -95,12 +97,17 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
-        let norms = |entry: &(dyn Fn(usize) -> T + Sync)| {
-            self.measured_entries(|at, entries| {
-                at.zip(entries).for_each(|(k, to)| *to = entry(k));
-            })
-        };
-        [norms(&|k| self.z_entry(x[k])), norms(&|k| self.r_entry(k, x[k]))]
+        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let z = self.measured_entries(|at, entries| {
+            let x = &x[at];
+            entries.iter_mut().zip(x).for_each(|(z, &x)| *z = recovered(T::one(), x, gamma));
+        });
+        let r = self.measured_entries(|at, entries| {
+            for ((r, k), &x) in entries.iter_mut().zip(at.clone()).zip(&x[at]) {
+                *r = recovered(omega.at(k), -x, gamma);
+            }
+        });
+        [z, r]
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
@@ -109,11 +116,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
     /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
-    /// dot product*, SIAM J. Sci. Comput. 26, 2005). NaN where a product overflows.
+    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero. NaN
+    /// where a product overflows.
     ///
     /// # Cost
     ///
-    /// A walk over all rows with about thirty operations per entry; no storage.
+    /// For five-point operators about one sweep and a half, which threads share; otherwise a walk
+    /// over all rows with about fifteen operations per entry. No storage.
     ///
     /// # Panics
     ///
@@ -131,12 +140,45 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        let meter = q.meter(T::one());
-        let sum = self.sum_rows(q, x, meter, |sums: &ExactSums, count| sums.bound(count))?;
         let n = self.whole_order() as f64;
-        // The sum of n squares and its root are rounded, too.
+        let meter = q.meter(T::one());
+        let sum = self.sum_rows::<false>(q, x, meter)?;
         let Norms { l2, linf } = meter.norms_of(sum, T::one());
-        Some(Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf })
+        // The sum of n squares and its root are rounded, too.
+        let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
+        if linf >= LOST || !self.loses_products(x) {
+            return Some(exact);
+        }
+        Some(Norms { l2: exact.l2 + n.sqrt() * LOST, linf: exact.linf + LOST })
+    }
+
+    /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
+    /// read the same rows: of five-point operators, and of those that have theirs in arrays. The
+    /// product of another operator may contradict its rows.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert!(problem.has_known_rows());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn has_known_rows(&self) -> bool {
+        self.sweep().is_some() || self.known().is_some()
+    }
+
+    /// Returns whether a product of a row's entry and what it multiplies may underflow.
+    fn loses_products(&self, x: &[T]) -> bool {
+        // A product whose error is a normal number, too.
+        let is_lost = |entry: T, value: T| {
+            let (entry, value) = (entry.wide(), value.wide());
+            entry != 0.0 && value != 0.0 && (entry * value).abs() < LOST
+        };
+        let mut is_any = false;
+        let known = x.iter().all(|&x| x == T::zero())
+            || (0..x.len())
+                .all(|i| self.terms(i, x, |entry, value| is_any |= is_lost(entry, value)));
+        self.any(is_any || !known)
     }
 
     /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in
@@ -163,14 +205,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
-        let epsilon = T::epsilon().wide();
-        let is_above = |sums: &ExactSums, count: f64| {
-            let within = sums.bound(count) <= (count + 8.0) * epsilon * sums.terms;
-            if within { 0.0 } else { 1.0 }
-        };
-        Some(
-            self.sum_rows(q, x, Meter::for_size(1.0, self.whole_order()), is_above)?.largest == 0.0,
-        )
+        let meter = Meter::for_size(1.0, self.whole_order());
+        Some(self.sum_rows::<true>(q, x, meter)?.largest == 0.0)
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -217,47 +253,38 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// Measures a vector whose entries are made `of` the sum over each row and the number of its
-    /// products; `None` if the rows are not known.
-    fn sum_rows<S: RowSum>(
+    /// Sums the squares of the bounds on each row's exact residual; if `IS_ABOVE`, of ones for the
+    /// rows whose residual is above the rounding of its terms. `None` if the rows are not known.
+    fn sum_rows<const IS_ABOVE: bool>(
         &self,
         q: &Rhs<'_, T>,
         x: &[T],
         meter: Meter,
-        of: impl Fn(&S, f64) -> f64,
     ) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            return Some(S::over_grids()(&sweep, q, x, meter, &|sums| of(sums, 10.0)));
+            return Some((T::loops().exact[usize::from(IS_ABOVE)])(&sweep, q, x, meter));
         }
-        let mut sum = Part::default();
-        let mut take = |sums: &S, count| sum.see(meter, of(sums, count));
-        let sign = self.q_factor() / self.gamma();
-        let first = |i: usize| (S::new((sign * q.entries()[i]).wide()), 0.0);
+        // An entry that overflows does not show in the residual where its column is zero.
+        let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
+        if self.any(x.iter().enumerate().any(overflows)) {
+            return Some(Part { sum: f64::INFINITY, largest: f64::INFINITY });
+        }
+        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let sign = self.q_factor() / gamma;
         if let Some([a, b]) = self.known() {
-            let (mut a, mut b) = (a.rows(), b.rows());
-            for i in 0..x.len() {
-                let added = |(mut sums, count): (S, f64), entry: T, value: T| {
-                    sums.add(entry.wide(), value.wide());
-                    (sums, count + 1.0)
-                };
-                let sums = a.fold(i, first(i), |sums, j, a| added(sums, a, self.z_entry(x[j])));
-                let (sums, count) =
-                    b.fold(i, sums, |sums, j, b| added(sums, -b, self.r_entry(j, x[j])));
-                take(&sums, count);
-            }
-            return Some(sum);
+            let rows =
+                ExactRows { rows: [a.rows(), b.rows()], sign, q: q.entries(), x, omega, gamma };
+            return Some((T::loops().exact_rows[usize::from(IS_ABOVE)])(&rows, meter));
         }
+        let mut part = Part::default();
         let known = (0..x.len()).all(|i| {
-            let (mut sums, mut count) = first(i);
-            let known = self.terms(i, x, |entry, value| {
-                sums.add(entry.wide(), value.wide());
-                count += 1.0;
-            });
-            take(&sums, count);
+            let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
+            let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
+            part.see(meter, sum.measure::<T, IS_ABOVE>());
             known
         });
-        known.then_some(sum)
+        known.then_some(part)
     }
 
     /// Calls `visit` with the entries of row `i` of `A` and of `−B`, and with what they multiply;
@@ -277,35 +304,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
         recovered(self.omega().entry(j), -x, self.gamma())
-    }
-
-    /// The rounding as the terms' root mean squares have it, which random signs show.
-    fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
-        let n = x.len();
-        let (part, product) = halves(scratch, n);
-        let mut terms = q.norms();
-        for of_a in [true, false] {
-            let mut largest = Norms { l2: 0.0, linf: 0.0 };
-            for probe in 0..=BITS {
-                self.signs(|k, sign: T| {
-                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
-                    let index = self.strip().map_or(k, |strip| strip.index(k));
-                    let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
-                    part[k] = if turned { -sign * entry } else { sign * entry };
-                });
-                self.product(!of_a, part, product);
-                let norms = self.norms(product);
-                // A NaN must survive.
-                let larger = |old: f64, new: f64| if new <= old { old } else { new };
-                largest = Norms {
-                    l2: larger(largest.l2, norms.l2),
-                    linf: larger(largest.linf, norms.linf),
-                };
-            }
-            terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
-        }
-        let unit = ASSUMED * T::epsilon().wide();
-        Norms { l2: unit * terms.l2, linf: unit * terms.linf }
     }
 }
 
@@ -338,188 +336,248 @@ fn recovered<T: Scalar>(omega: T, x: T, gamma: T) -> T {
     omega * (x.abs() + x) / gamma
 }
 
-/// Measures a vector whose entries are made of the sums over the rows of a grid.
-pub(crate) type OverGrids<T, S> =
-    fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], Meter, &dyn Fn(&S) -> f64) -> Part;
-
-/// A sum of products as a walk over one row makes it.
-pub(crate) trait RowSum: Copy {
-    /// The measure of such sums on grids.
-    fn over_grids<T: Scalar>() -> OverGrids<T, Self>;
-    /// The sum of one number.
-    fn new(first: f64) -> Self;
-    /// Adds `a·b`.
-    fn add(&mut self, a: f64, b: f64);
-}
-
-/// The moduli of the terms of a row.
+/// A sum of products in twice the digits of double precision, and the moduli of its terms.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sums {
-    terms: f64,
-}
-
-impl RowSum for Sums {
-    fn over_grids<T: Scalar>() -> OverGrids<T, Self> {
-        T::loops().terms
-    }
-
-    fn new(first: f64) -> Self {
-        Self { terms: first.abs() }
-    }
-
-    #[inline(always)]
-    fn add(&mut self, a: f64, b: f64) {
-        self.terms += (a * b).abs();
-    }
-}
-
-/// The terms of a row in twice the digits of double precision, and their moduli.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ExactSums {
+struct ExactSum {
+    /// The sum in double precision.
     high: f64,
+    /// The sum of the errors of all roundings in it.
     low: f64,
+    /// The sum of the moduli of these errors.
+    errors: f64,
     terms: f64,
+    count: f64,
 }
 
-impl ExactSums {
-    /// An upper bound on the modulus of the exact sum of `count` products and the first number.
-    fn bound(&self, count: f64) -> f64 {
-        let unit = (count + 5.0) * f64::EPSILON;
-        let tiny = if self.terms == 0.0 { 0.0 } else { f64::MIN_POSITIVE * f64::EPSILON };
-        let value = (self.high + self.low).abs();
-        value * (1.0 + 2.0 * f64::EPSILON) + unit * unit * self.terms + 4.0 * count * tiny
-    }
-}
-
-impl RowSum for ExactSums {
-    fn over_grids<T: Scalar>() -> OverGrids<T, Self> {
-        T::loops().exact_terms
-    }
-
+impl ExactSum {
+    /// Returns the sum of one number.
+    #[inline(always)]
     fn new(first: f64) -> Self {
-        Self { high: first, low: 0.0, terms: first.abs() }
+        Self { high: first, low: 0.0, errors: 0.0, terms: first.abs(), count: 1.0 }
     }
 
-    /// Adds the product and its error, both without rounding, to the sum and its error.
+    /// Adds `a·b`.
     #[inline(always)]
     fn add(&mut self, a: f64, b: f64) {
-        let (product, of_product) = exact_product(a, b);
-        let (sum, of_sum) = exact_sum(self.high, product);
+        // p + e = ab exactly, by a fused operation.
+        let product = a * b;
+        let of_product = a.mul_add(b, -product);
+        // s + t = h + p exactly (D. E. Knuth's TwoSum).
+        let sum = self.high + product;
+        let moved = sum - self.high;
+        let of_sum = (self.high - (sum - moved)) + (product - moved);
         self.high = sum;
         self.low += of_product + of_sum;
+        self.errors += of_product.abs() + of_sum.abs();
         self.terms += product.abs();
+        self.count += 1.0;
+    }
+
+    /// Returns an upper bound on the modulus of the exact sum: only the sum of the errors, each of
+    /// `count` terms two of them, is rounded.
+    #[inline(always)]
+    fn bound(&self) -> f64 {
+        let value = (self.high + self.low).abs();
+        value * (1.0 + 2.0 * f64::EPSILON) + (2.0 * self.count + 4.0) * f64::EPSILON * self.errors
+    }
+
+    /// Returns that bound, or 1 if it is above the rounding of the terms in `T` and 0 if not.
+    #[inline(always)]
+    fn measure<T: Scalar, const IS_ABOVE: bool>(&self) -> f64 {
+        let bound = self.bound();
+        if !IS_ABOVE {
+            return bound;
+        }
+        let within = bound <= (self.count + 8.0) * T::epsilon().wide() * self.terms;
+        if within { 0.0 } else { 1.0 }
     }
 }
 
-/// Returns the rounded sum and its error (D. E. Knuth's TwoSum).
-#[inline(always)]
-fn exact_sum(a: f64, b: f64) -> (f64, f64) {
-    let sum = a + b;
-    let of_b = sum - a;
-    (sum, (a - (sum - of_b)) + (b - of_b))
+/// The exact residual of operators whose rows are known.
+#[derive(Clone, Copy)]
+pub(crate) struct ExactRows<'a, T> {
+    rows: [RowsOf<'a, T>; 2],
+    sign: T,
+    q: &'a [T],
+    x: &'a [T],
+    omega: Coefficients<'a, T>,
+    gamma: T,
 }
 
-/// Returns the rounded product and its error (T. J. Dekker's TwoProduct); NaN beyond 2⁹⁹⁶.
-#[inline(always)]
-fn exact_product(a: f64, b: f64) -> (f64, f64) {
-    let halves = |v: f64| {
-        // 2²⁷ + 1 splits 53 digits into two halves of 26.
-        let shifted = 134_217_729.0 * v;
-        let high = shifted - (shifted - v);
-        (high, v - high)
-    };
-    let (product, (a_high, a_low), (b_high, b_low)) = (a * b, halves(a), halves(b));
-    let error = a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low);
-    (product, error)
+impl<T: Scalar> ExactRows<'_, T> {
+    /// Sums as [`Hlcp::sum_rows`] does.
+    pub(crate) fn sum<const IS_ABOVE: bool>(&self, meter: Meter) -> Part {
+        Arch::new().dispatch(OfRows::<_, IS_ABOVE>(*self, meter))
+    }
 }
 
-/// Points of a row of the grid that are summed side by side.
-const STRETCH: usize = 64;
+/// The sum over all rows, compiled for each width of vector.
+struct OfRows<'a, T, const IS_ABOVE: bool>(ExactRows<'a, T>, Meter);
+
+impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfRows<'_, T, IS_ABOVE> {
+    type Output = Part;
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> Part {
+        let Self(ExactRows { rows: [mut a, mut b], sign, q, x, omega, gamma }, meter) = self;
+        let with = |mut sum: ExactSum, entry: T, value: T| {
+            sum.add(entry.wide(), value.wide());
+            sum
+        };
+        let mut part = Part::default();
+        for (i, &q) in q.iter().enumerate() {
+            let sum = ExactSum::new((sign * q).wide());
+            let sum = a.fold(i, sum, |sum, j, a| with(sum, a, recovered(T::one(), x[j], gamma)));
+            let sum =
+                b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.at(j), -x[j], gamma)));
+            part.see(meter, sum.measure::<T, IS_ABOVE>());
+        }
+        part
+    }
+}
 
 impl<T: Scalar> Sweep<'_, T> {
-    /// Measures a vector whose entries are made `of` the sum over each row.
-    pub(crate) fn sum_terms<S: RowSum>(
+    /// Sums as [`Hlcp::sum_rows`] does.
+    pub(crate) fn exact<const IS_ABOVE: bool>(
         &self,
         q: &Rhs<'_, T>,
         x: &[T],
         meter: Meter,
-        of: &dyn Fn(&S) -> f64,
     ) -> Part {
-        let ([nx, ny], [gamma, q_factor]) = (self.grid(), self.factors());
-        let sign = q_factor / gamma;
-        let z_entry = |x: T| recovered(T::one(), x, gamma);
-        let r_entry = |omega: T, x: T| recovered(omega, -x, gamma);
-        let ([a, b], stretches) = (self.views(), self.stretches());
-        let beside = self.beside(x);
-        let (omega, omega_beside) = self.omega();
-        let (mut sums, mut entries) = ([S::new(0.0); STRETCH], [0.0; STRETCH]);
-        let (mut tallies, mut totals) = (Tallies::new(stretches), Totals::zero());
-        for (j, start) in (0..ny).flat_map(|j| (0..nx).step_by(STRETCH).map(move |i| (j, i))) {
-            let (from, length) = (j * nx + start, STRETCH.min(nx - start));
-            for (sum, &q) in sums.iter_mut().zip(&q.entries()[from..from + length]) {
-                *sum = S::new((sign * q).wide());
-            }
-            let ends = [start == 0, start + length == nx];
-            let x_beside = [0, 1].map(|k| beside[k].get(j).copied().filter(|_| ends[k]));
-            let z_beside = x_beside.map(|x| Some(z_entry(x?)));
-            let r_beside = [0, 1].map(|k| Some(r_entry(*omega_beside[k].get(j)?, x_beside[k]?)));
-            let directions = a.directions(nx, j, start, length, x.len());
-            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
-                let z = x[neighbours].iter().map(|&x| z_entry(x));
-                add_products(&mut sums[points.start - from..], c, points, T::one(), z);
-                if let Some((at, z)) = beyond(d, length, z_beside) {
-                    let point = from + at..from + at + 1;
-                    add_products(&mut sums[at..], c, point, T::one(), [z].into_iter());
-                }
-            }
-            let directions = b.directions(nx, j, start, length, x.len());
-            for (d, (c, points, neighbours)) in directions.into_iter().enumerate() {
-                let r = neighbours.map(|k| r_entry(omega.at(k), x[k]));
-                add_products(&mut sums[points.start - from..], c, points, -T::one(), r);
-                if let Some((at, r)) = beyond(d, length, r_beside) {
-                    let point = from + at..from + at + 1;
-                    add_products(&mut sums[at..], c, point, -T::one(), [r].into_iter());
-                }
-            }
-            sums.iter().zip(&mut entries).for_each(|(sum, entry)| *entry = of(sum));
-            tallies.add(meter, start, &entries[..length]);
-            if start + length == nx {
-                tallies.take(0..nx).for_each(|(stretch, part)| totals.add(stretch, part));
-            }
-        }
-        totals.sum(self.strip())
-    }
-
-    /// The sums of the moduli of a row's coefficients, of `A` and of `B`, if both are constant.
-    fn row_sums(&self) -> Option<[f64; 2]> {
-        let sum = |row: [T; 5]| row.into_iter().map(|c| c.abs().wide()).sum::<f64>();
-        if !self.is_constant() {
-            return None;
-        }
-        let [a, b] = self.views().map(|view| view.constants().map(sum));
-        Some([a?, b?])
+        let (arch, beside) = (Arch::new(), &self.beside(x));
+        let add = |tally: &mut Tally<f64>, at: Range<usize>| {
+            arch.dispatch(OfBlock::<_, IS_ABOVE> { sweep: self, q, x, beside, meter, tally, at });
+        };
+        totals(self.stretches(), self.parallel(), add).sum(self.strip())
     }
 }
 
-/// Adds `sign·c·value` to the sums, for each of the points.
-#[inline(always)]
-fn add_products<T: Scalar, S: RowSum>(
-    sums: &mut [S],
-    c: Coefficients<'_, T>,
-    points: Range<usize>,
-    sign: T,
-    values: impl Iterator<Item = T>,
-) {
-    let sums = sums.iter_mut().zip(values);
-    match c {
-        Coefficients::Constant(c) if c == T::zero() => {}
-        Coefficients::Constant(c) => {
-            sums.for_each(|(sum, value)| sum.add((sign * c).wide(), value.wide()));
-        }
-        Coefficients::Each(c) => {
-            for ((sum, value), &c) in sums.zip(&c[points]) {
-                sum.add((sign * c).wide(), value.wide());
+/// The sum over a block of points, `at` consecutive indices of one row of the grid.
+///
+/// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
+/// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
+struct OfBlock<'a, T, const IS_ABOVE: bool> {
+    sweep: &'a Sweep<'a, T>,
+    q: &'a Rhs<'a, T>,
+    x: &'a [T],
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: &'a [Vec<T>; 2],
+    meter: Meter,
+    tally: &'a mut Tally<f64>,
+    at: Range<usize>,
+}
+
+impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfBlock<'_, T, IS_ABOVE> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let Self { sweep, q, x, beside, meter, tally, at } = self;
+        let ([nx, ny], [gamma, q_factor]) = (sweep.grid(), sweep.factors());
+        let ([round_x, round_y], (omega, omega_beside)) = (sweep.round(), sweep.omega());
+        let (j, start, length) = (at.start / nx, at.start % nx, at.len());
+        // w of the rows south of the block, here and north of it, with a column more on each side.
+        let mut rows = [[0.0; BLOCK + 2]; 3];
+        let south = if j > 0 { Some(j - 1) } else { round_y.then_some(ny - 1) };
+        let north = if j + 1 < ny { Some(j + 1) } else { round_y.then_some(0) };
+        for (row, to) in [south, Some(j), north].into_iter().zip(&mut rows) {
+            if let Some(row) = row {
+                let from = row * nx + start;
+                difference(&x[from..from + length], omega, from, gamma, &mut to[1..=length]);
             }
         }
+        let one = |x: T, omega: T| {
+            let mut to = [0.0];
+            difference(&[x], Coefficients::Constant(omega), 0, gamma, &mut to);
+            to[0]
+        };
+        let here = |k: usize| one(x[k], omega.at(k));
+        let beyond = |side: usize| {
+            let pair = beside[side].get(j).zip(omega_beside[side].get(j));
+            pair.map_or(0.0, |(&x, &omega)| one(x, omega))
+        };
+        rows[1][0] = match start {
+            0 if round_x => here((j + 1) * nx - 1),
+            0 => beyond(0),
+            _ => here(at.start - 1),
+        };
+        rows[1][length + 1] = match start + length == nx {
+            true if round_x => here(j * nx),
+            true => beyond(1),
+            false => here(at.end),
+        };
+        let [south, here, north] = &rows;
+        // In the order of the coefficients: south, west, centre, east, north.
+        let w = [&south[1..], here, &here[1..], &here[2..], &north[1..]].map(|w| &w[..length]);
+        let mut entries = [0.0; BLOCK];
+        let (entries, q) = (&mut entries[..length], &q.entries()[at.clone()]);
+        let sign = q_factor / gamma;
+        if let [Some(a), Some(b)] = sweep.views().map(|view| view.constants()) {
+            let [a, b] = [a, b].map(|row| row.map(T::wide));
+            measure_block::<T, IS_ABOVE>(w, sign, q, |d, _| [a[d], b[d]], entries);
+        } else {
+            let mut loaded = [[[0.0; BLOCK]; 5]; 2];
+            let lists = sweep.views().map(|view| view.coefficients());
+            for (list, to) in lists.iter().flatten().zip(loaded.iter_mut().flatten()) {
+                match list {
+                    Coefficients::Constant(c) => to.fill(c.wide()),
+                    Coefficients::Each(c) => {
+                        to.iter_mut().zip(&c[at.clone()]).for_each(|(to, c)| *to = c.wide());
+                    }
+                }
+            }
+            let [a, b] =
+                loaded.each_ref().map(|lists| lists.each_ref().map(|list| &list[..length]));
+            measure_block::<T, IS_ABOVE>(w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
+        }
+        tally.add(meter, entries);
+    }
+}
+
+/// Overwrites `to` with `z − r` at the `x` of a row, whose first has the index `from`: the
+/// `z = (|x| + x)/γ` is `2x/γ` for positive `x`, and `r = Ω(|x| − x)/γ` is `−Ω 2x/γ` for others,
+/// with the same roundings.
+#[inline(always)]
+fn difference<T: Scalar>(
+    x: &[T],
+    omega: Coefficients<'_, T>,
+    from: usize,
+    gamma: T,
+    to: &mut [f64],
+) {
+    let scaled = |x: T, omega: T| (if x > T::zero() { T::one() } else { omega }) * (x + x);
+    let to = to.iter_mut().zip(x);
+    match omega {
+        Coefficients::Constant(omega) if gamma == T::one() => {
+            to.for_each(|(to, &x)| *to = scaled(x, omega).wide());
+        }
+        Coefficients::Constant(omega) => {
+            to.for_each(|(to, &x)| *to = (scaled(x, omega) / gamma).wide());
+        }
+        Coefficients::Each(omega) => {
+            for ((to, &x), &omega) in to.zip(&omega[from..]) {
+                *to = (scaled(x, omega) / gamma).wide();
+            }
+        }
+    }
+}
+
+/// Measures the rows of a block of points, given `w` at the five neighbours and the coefficients of
+/// `A` and `B` in direction `d` at point `i`.
+#[inline(always)]
+fn measure_block<T: Scalar, const IS_ABOVE: bool>(
+    w: [&[f64]; 5],
+    sign: T,
+    q: &[T],
+    coefficients: impl Fn(usize, usize) -> [f64; 2],
+    entries: &mut [f64],
+) {
+    for (i, (entry, &q)) in entries.iter_mut().zip(q).enumerate() {
+        let mut sum = ExactSum::new((sign * q).wide());
+        for d in 0..5 {
+            let (w, [a, b]) = (w[d][i], coefficients(d, i));
+            sum.add(if w > 0.0 { a } else { b }, w);
+        }
+        *entry = sum.measure::<T, IS_ABOVE>();
     }
 }

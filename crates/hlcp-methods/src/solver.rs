@@ -249,7 +249,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace: &mut Pace<'_, '_, T>,
     ) -> Look {
         // Between powers of four an older size of the terms serves, until something nearly passes.
-        if k == 0 || k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
+        if k == 0 || k >= 16 && k.is_power_of_two() && k.trailing_zeros().is_multiple_of(2) {
             test.renew(self.method.problem(), q, &self.x);
         }
         // A method whose steps are long may know the residual beforehand.
@@ -265,8 +265,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         let mut lost = false;
         match test.judge(problem, q, &self.x, norms, &mut self.scratch) {
             Ok(bound) => {
-                let measured = self.recover(q);
-                let accepted = test.confirm(measured, bound);
+                let measured = self.recover(q, Some(bound));
+                let Self { method, x, scratch, .. } = self;
+                let accepted = test.confirm(method.problem(), q, x, [measured, bound], scratch);
                 if accepted.is_some() {
                     return Look { norms, accepted, lost };
                 }
@@ -325,7 +326,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// Recovers `z` and `r` of a solve that ends without having converged; returns the status,
     /// which is `Converged` after all if they meet the tolerance, and their residual.
     fn settle(&mut self, q: &Rhs<'_, T>, test: &mut Test, status: Status) -> (Status, Norms) {
-        let measured = self.recover(q);
+        let measured = self.recover(q, None);
         if !test.is_near(usize::MAX, measured) {
             return (status, measured);
         }
@@ -385,11 +386,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     }
 
     /// Recovers `z` and `r` from `x`, into `next` and `best`, and returns the norms of their
-    /// residual: infinite if an entry is, which does not show in the residual where a column is
-    /// zero.
-    fn recover(&mut self, q: &Rhs<'_, T>) -> Norms {
+    /// residual: the `exact` ones where these are of the same rows, and infinite ones if an entry
+    /// is, which does not show in the residual where a column is zero.
+    fn recover(&mut self, q: &Rhs<'_, T>, exact: Option<Norms>) -> Norms {
         let problem = self.method.problem();
         problem.solution_from_x(&self.x, &mut self.next, &mut self.best);
+        if let Some(exact) = exact.filter(|_| problem.has_known_rows()) {
+            return exact;
+        }
         let mut entries = [&self.next, &self.best].into_iter().flatten();
         if problem.any(entries.any(|entry| entry.is_infinite())) {
             return Norms { l2: f64::INFINITY, linf: f64::INFINITY };

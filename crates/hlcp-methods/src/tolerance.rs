@@ -23,8 +23,6 @@ pub(crate) struct Test {
     size: f64,
     /// The lengths of a typical row of A and of B.
     rows: [f64; 2],
-    /// The bound on rounding at the last iterate that was judged.
-    rounding: Norms,
     /// Iterates whose residual was hidden by rounding.
     hidden: usize,
     /// The iteration from which on another iterate may be judged, and the distance to the next.
@@ -45,16 +43,14 @@ impl Test {
     ) -> Result<Self, Error> {
         let (norm, asked, roundings) = (limits.norm, limits.asked(q)?, limits.roundings::<T>());
         let rows = if roundings > 0.0 { problem.row_lengths(scratch) } else { [0.0; 2] };
-        let rounding = Norms { l2: 0.0, linf: 0.0 };
-        let cap = FRACTION * norm.of(q.norms());
+        let size = norm.of(q.norms());
         Ok(Self {
             norm,
             asked,
-            cap,
+            cap: FRACTION * size,
             roundings,
-            size: 0.0,
+            size,
             rows,
-            rounding,
             hidden: 0,
             due: 0,
             gap: 1,
@@ -120,22 +116,13 @@ impl Test {
         if !self.seems_within(norms) {
             return Err(norms);
         }
-        self.rounding = problem.rounding(q, x, scratch);
-        // The sum of n squares is rounded, too.
-        let sum = 1.0 + x.len() as f64 * f64::EPSILON;
-        let bound =
-            Norms { l2: norms.l2 * sum + self.rounding.l2, linf: norms.linf + self.rounding.linf };
-        if self.admits(norms, bound) {
-            return Ok(bound);
-        }
-        if !bound.l2.is_finite() {
-            return Err(bound);
-        }
-        let exact = problem.exact_residual(q, x).filter(|exact| exact.l2.is_finite());
-        match exact {
-            Some(exact) if self.admits(norms, exact) => Ok(exact),
-            _ => Err(exact.unwrap_or(bound)),
-        }
+        let bound = problem.exact_residual(q, x).unwrap_or_else(|| {
+            let rounding = problem.estimated_rounding(q, x, scratch);
+            // The sum of n squares is rounded, too.
+            let sum = 1.0 + x.len() as f64 * f64::EPSILON;
+            Norms { l2: norms.l2 * sum + rounding.l2, linf: norms.linf + rounding.linf }
+        });
+        if self.admits(norms, bound) { Ok(bound) } else { Err(bound) }
     }
 
     /// Returns whether a measured residual and a bound on the exact one are good enough.
@@ -146,16 +133,21 @@ impl Test {
     }
 
     /// Returns the residual to report of an answer that was judged good enough by `bound`, and
-    /// measured once more: the measured one unless that is larger by rounding. `None` if more than
-    /// rounding is between the two, as where an operator's product is not that of its rows.
-    pub(crate) fn confirm(&self, measured: Norms, bound: Norms) -> Option<Norms> {
-        let Norms { l2, linf } = self.rounding;
-        let with_rounding = Norms { l2: measured.l2 + l2, linf: measured.linf + linf };
-        if self.admits(measured, with_rounding) {
+    /// `measured` by the operators' products: that unless it is larger by rounding. `None` if more
+    /// than rounding is between the two, because a product is not that of the operator's rows.
+    pub(crate) fn confirm<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        [measured, bound]: [Norms; 2],
+        scratch: &mut Vec<T>,
+    ) -> Option<Norms> {
+        if self.admits(measured, measured) {
             return Some(measured);
         }
-        let [measured, limit] = [measured, bound].map(|norms| self.norm.of(norms));
-        (measured <= limit + 2.0 * self.norm.of(self.rounding)).then_some(bound)
+        let rounding = self.norm.of(problem.estimated_rounding(q, x, scratch));
+        (self.norm.of(measured) <= self.norm.of(bound) + 2.0 * rounding).then_some(bound)
     }
 
     /// Notes that an iterate with a `measured` residual was refused for `bound`, and puts off the

@@ -153,6 +153,16 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         [self.grid.nx, self.grid.ny]
     }
 
+    /// Which directions of the grid close round.
+    pub(crate) fn round(&self) -> [bool; 2] {
+        self.grid.round
+    }
+
+    /// Whether threads share the work.
+    pub(crate) fn parallel(&self) -> bool {
+        self.parallel
+    }
+
     /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of
     /// `A r − B z − q`.
     pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
