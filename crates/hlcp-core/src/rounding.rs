@@ -146,10 +146,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let Norms { l2, linf } = meter.norms_of(sum, T::one());
         // The sum of n squares and its root are rounded, too.
         let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
-        if linf >= LOST || !self.loses_products(x) {
-            return Some(exact);
-        }
-        Some(Norms { l2: exact.l2 + n.sqrt() * LOST, linf: exact.linf + LOST })
+        let lost = if linf >= LOST { 0.0 } else { self.lost_products(x) * f64::from_bits(1) };
+        Some(Norms { l2: exact.l2 + n.sqrt() * lost, linf: exact.linf + lost })
     }
 
     /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
@@ -167,18 +165,27 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.sweep().is_some() || self.known().is_some()
     }
 
-    /// Returns whether a product of a row's entry and what it multiplies may underflow.
-    fn loses_products(&self, x: &[T]) -> bool {
-        // A product whose error is a normal number, too.
+    /// Returns the most products of a row that may underflow, or whose error may: each is off by
+    /// less than the least positive number.
+    fn lost_products(&self, x: &[T]) -> f64 {
         let is_lost = |entry: T, value: T| {
             let (entry, value) = (entry.wide(), value.wide());
             entry != 0.0 && value != 0.0 && (entry * value).abs() < LOST
         };
-        let mut is_any = false;
-        let known = x.iter().all(|&x| x == T::zero())
-            || (0..x.len())
-                .all(|i| self.terms(i, x, |entry, value| is_any |= is_lost(entry, value)));
-        self.any(is_any || !known)
+        let of_row = |i: usize| {
+            let mut lost = 0.0;
+            let known = self.terms(i, x, |entry, value| {
+                lost += f64::from(u8::from(is_lost(entry, value)));
+            });
+            if known { lost } else { 10.0 }
+        };
+        let own = if x.iter().all(|&x| x == T::zero()) {
+            0.0
+        } else {
+            (0..x.len()).map(of_row).fold(0.0, f64::max)
+        };
+        let [most] = self.largest([own]);
+        most
     }
 
     /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in

@@ -277,8 +277,15 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 self.best.copy_from_slice(&self.x);
             }
             Err(bound) => {
-                test.refused(k, norms, bound);
-                norms = bound;
+                // What was measured was no residual, either, if it is not rounding that hides it.
+                let measured = std::mem::replace(&mut norms, bound);
+                lost = test.is_far(measured, bound)
+                    && problem.is_at_rounding(q, &self.x) == Some(false);
+                if lost {
+                    self.best.copy_from_slice(&self.x);
+                } else {
+                    test.refused(k, measured, bound);
+                }
             }
         }
         if lost || !stepped {

@@ -150,13 +150,18 @@ impl Test {
         (self.norm.of(measured) <= self.norm.of(bound) + 2.0 * rounding).then_some(bound)
     }
 
+    /// Returns whether a bound is far above what was measured.
+    pub(crate) fn is_far(&self, measured: Norms, bound: Norms) -> bool {
+        self.norm.of(bound) > 2.0 * self.norm.of(measured)
+    }
+
     /// Notes that an iterate with a `measured` residual was refused for `bound`, and puts off the
     /// next judgement, each time for longer, unless rounding hides the residual; one of half the
     /// residual is judged all the same.
     pub(crate) fn refused(&mut self, iteration: usize, measured: Norms, bound: Norms) {
-        let [measured, bound] = [measured, bound].map(|norms| self.norm.of(norms));
-        self.refused = self.refused.min(measured);
-        if bound > self.cap.max(self.asked).max(2.0 * measured) {
+        self.refused = self.refused.min(self.norm.of(measured));
+        let is_above = self.norm.of(bound) > self.cap.max(self.asked);
+        if is_above && self.is_far(measured, bound) {
             self.hidden += 1;
         } else {
             (self.due, self.gap) = (iteration + self.gap, 2 * self.gap);
