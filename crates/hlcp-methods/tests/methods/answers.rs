@@ -181,3 +181,16 @@ fn walked_and_fused_sweeps_judge_a_far_start_alike() {
         assert_eq!((walked.status, walked.iterations), (fused.status, fused.iterations));
     }
 }
+
+/// An answer that is exact in floating point meets every tolerance, zero included: z = (½, 0, 3/2).
+#[test]
+fn an_exact_answer_converges_to_a_tolerance_of_zero() {
+    let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0]).unwrap();
+    for limits in [Limits::relative(0.0), Limits::absolute(0.0), Limits::relative(1e-30)] {
+        let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0)).unwrap();
+        let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
+        let outcome = solver.solve(&[-2.0, 5.0, -6.0], limits).unwrap();
+        assert!(outcome.converged() && outcome.residual.linf == 0.0, "{outcome}");
+        assert_eq!((solver.z(), solver.r()), (&[0.5, 0.0, 1.5][..], &[0.0, 3.0, 0.0][..]));
+    }
+}
