@@ -60,11 +60,9 @@ pub enum Tolerance {
 
 /// When an iteration stops.
 ///
-/// It has converged when the residual `‖A z − B r + q‖` of the answer is within the
-/// [`tolerance`](Self::tolerance), *with* a bound on the rounding in that residual; where the bound
-/// is too coarse to decide, the residual is evaluated in twice the digits of double precision. So
-/// the exact residual of a converged answer is within what was asked, unless an operator
-/// does not know its rows and the rounding can only be estimated.
+/// It has converged when the exact residual `‖A z − B r + q‖` of the answer, evaluated in twice the
+/// digits of double precision, is within the [`tolerance`](Self::tolerance). Where an operator does
+/// not know its rows, the measured residual and an estimate of its rounding are.
 ///
 /// A precision too coarse for the tolerance (`f32`) converges as well when the residual is at most
 /// `rounding·ε·(‖q‖ + a‖z‖ + b‖r‖)`, where `a` and `b` are the lengths of a typical row of `A` and

@@ -23,8 +23,7 @@ use hlcp_core::Norms;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Status {
-    /// The residual of the answer, recomputed from the problem and with a bound on its rounding, is
-    /// within the tolerance.
+    /// The exact residual of the answer, recomputed from the problem, is within the tolerance.
     Converged,
     /// The iteration diverged. [`Outcome::iterations`] is the iteration at which it was detected.
     ///
