@@ -9,7 +9,7 @@
 use std::error::Error;
 
 use hlcp_methods::{Aor, Hlcp, Limits, Mms, Omega, Solver};
-use hlcp_verify::{Example, certify};
+use hlcp_verify::{Example, certify, decimal};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Example { symmetric: false, m: 64, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
@@ -24,7 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let error =
             |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);
         let truth = error(z, &scene.z).max(error(r, &scene.r));
-        println!("{outcome}\n  proved error ≤ {bound:.1e}, true error {truth:.1e}");
+        let printed = decimal(bound, 1, true);
+        println!("{outcome}\n  proved error ≤ {printed}, true error {truth:.1e}");
         if bound < truth {
             return Err("a proof that is false".into());
         }

@@ -7,6 +7,7 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 use crate::{
     classes::{Answer, radius_below_one},
     comparison::Transposed,
+    decimal::decimal,
     local::{Local, enclose},
     pair::Pair,
     perron::{Comparison, solve},
@@ -240,12 +241,12 @@ impl Certificate {
 
 impl fmt::Display for Certificate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (error, bound) = (self.error(), self.bound);
+        let (error, bound) = (decimal(self.error(), 2, true), self.bound);
         let unique = match self.witness {
             Some(_) => "solution unique: proved",
             None => "a solution proved, others not excluded",
         };
-        write!(f, "{unique}; certified error ≤ {error:.2e} ({bound} bound)")
+        write!(f, "{unique}; certified error ≤ {error} ({bound} bound)")
     }
 }
 

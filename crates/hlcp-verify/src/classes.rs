@@ -15,6 +15,7 @@ use hlcp_core::{Rows, Scalar};
 
 use crate::{
     comparison::{Modulus, visit},
+    decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::Sum,
 };
@@ -75,7 +76,7 @@ impl<W> Answer<W> {
 /// };
 /// assert_eq!(
 ///     failure.to_string(),
-///     "a spectral radius is at least 2.000000, too large for the parameters"
+///     "a spectral radius is at least 1.999999, too large for the parameters"
 /// );
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
@@ -100,7 +101,8 @@ impl fmt::Display for Failure {
         match self {
             Self::Entry { row, column } => write!(f, "entry ({row}, {column}) fails"),
             Self::Radius(lower) => {
-                write!(f, "a spectral radius is at least {lower:.6}, too large for the parameters")
+                let lower = fixed(*lower, 6, false);
+                write!(f, "a spectral radius is at least {lower}, too large for the parameters")
             }
             Self::Parameter(range) => write!(f, "the parameters are not {range}"),
         }

@@ -65,6 +65,7 @@
 mod certificate;
 pub mod classes;
 mod comparison;
+mod decimal;
 pub mod families;
 mod local;
 pub mod oracle;
@@ -80,6 +81,7 @@ mod theory;
 pub use certificate::{
     Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, witness,
 };
+pub use decimal::{decimal, fixed};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{

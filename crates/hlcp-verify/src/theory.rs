@@ -7,6 +7,7 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 use crate::{
     classes::{Answer, Failure, all_entries, is_h_plus, radius_below_one},
     comparison::{Against, Coupled, Weights, merge},
+    decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
     steps::{Contraction, Steps},
@@ -295,9 +296,9 @@ pub enum Proof {
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
 /// let said = |aor| convergence(&problem, &[aor]).to_string();
 /// // ⟨M⟩d = (8, 7) and (|N| + |BΩ − A|)d = (2, 1) for d = (1, 1).
-/// assert_eq!(said(Aor::gauss_seidel()), "convergence: proved by Theorem 2 (factor 0.250000)");
+/// assert_eq!(said(Aor::gauss_seidel()), "convergence: proved by Theorem 2 (factor 0.250001)");
 /// let large = said(Aor::new(2.0, 1.0)?); // 2·5/8 > 1
-/// assert!(large.contains("not proved, because a spectral radius is at least 0.625000"));
+/// assert!(large.contains("not proved, because a spectral radius is at least 0.624999"));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -318,7 +319,8 @@ impl fmt::Display for Convergence {
                     Proof::Relaxed => "the relaxed theorem",
                     Proof::Witness => "witness",
                 };
-                write!(f, "convergence: proved by {by} (factor {:.6})", contraction.factor)
+                let factor = fixed(contraction.factor, 6, true);
+                write!(f, "convergence: proved by {by} (factor {factor})")
             }
             Self::NotProved(Answer::No(failure)) => {
                 write!(f, "convergence: not proved, because {failure}")

@@ -3,6 +3,7 @@
 use std::{error::Error, fmt::Write as _, fs, path::Path};
 
 use hlcp_methods::Status;
+use hlcp_verify::decimal;
 
 use super::{
     all,
@@ -109,7 +110,7 @@ pub(crate) fn write_tables(
         let what = "iterations (sweeps)";
         table(&mut text, (rows, title, sizes), what, counts, Some(&by_sweeps))?;
         let errors = |run: &Run| match run.bound {
-            Some(bound) => format!("{:.0e} ≤ {bound:.0e}", run.error),
+            Some(bound) => format!("{:.0e} ≤ {}", run.error, decimal(bound, 0, true)),
             None => format!("{:.0e}", run.error),
         };
         table(&mut text, (rows, title, sizes), "true error ≤ certified", errors, None)?;

@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use hlcp_core::{Hlcp, Omega};
-use hlcp_verify::alpha_bound;
+use hlcp_verify::{alpha_bound, fixed};
 
 use super::{GRIDS, Grid, table::Table};
 
@@ -18,7 +18,8 @@ pub(crate) fn table_2(ms: &[usize]) -> Result<Table, Box<dyn Error>> {
                 let scene = grid.example(m).pose::<f64>()?;
                 let omega = Omega::diagonal_ratio(tau, &scene.a, &scene.b)?;
                 let [lower, upper] = alpha_bound(&Hlcp::new(scene.a, scene.b, omega)?).reciprocal();
-                Ok(format!("{lower:.8} … {upper:.8}"))
+                // Further digits depend on the processor.
+                Ok(format!("{} … {}", fixed(lower, 6, false), fixed(upper, 6, true)))
             };
             let cells = GRIDS.iter().map(bound).collect::<Result<Vec<_>, _>>()?;
             table.row([m.to_string(), format!("{tau:.1}")].into_iter().chain(cells));

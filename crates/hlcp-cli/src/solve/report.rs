@@ -4,7 +4,7 @@ use std::io;
 
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::{Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Refusal, witness};
+use hlcp_verify::{Branch, Certificate, Refusal, decimal, witness};
 use serde_json::{Value, json};
 
 use super::{
@@ -138,11 +138,7 @@ pub(crate) fn certify<T: Scalar>(
 }
 
 /// Prints what is proved.
-pub(crate) fn certificate<T>(
-    problem: &Problem<T>,
-    found: &Proved,
-    figures: &[(&str, f64)],
-) -> io::Result<()> {
+pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
     let certificate = match found {
         Ok(certificate) => certificate,
         Err(why) => {
@@ -157,10 +153,11 @@ pub(crate) fn certificate<T>(
         "  sides proved: z > 0 at {z} points, r > 0{meaning} at {r}; open: {open}"
     ))?;
     for (key, [lower, upper]) in (problem.proofs)(certificate) {
-        if let Some((_, printed)) = figures.iter().find(|(name, _)| *name == key) {
-            let off = (upper - printed).max(printed - lower).next_up();
-            print::line(format_args!("  {key}: proved within {off:.1e}"))?;
-        }
+        // As many digits as the two have in common, and one more.
+        let digits = (lower.abs().max(upper.abs()) / (upper - lower)).log10().clamp(2.0, 16.0);
+        let [lower, upper] =
+            [(lower, false), (upper, true)].map(|(end, up)| decimal(end, digits as usize, up));
+        print::line(format_args!("  {key}: proved between {lower} and {upper}"))?;
     }
     Ok(())
 }

@@ -252,7 +252,7 @@ fn compare(
     solution: &[BigRational],
 ) -> Result<f64, String> {
     let Case { a, b, in_z, z, r, .. } = case;
-    let (mut largest, mut stated) = (0.0_f64, 0.0_f64);
+    let (mut largest, mut stated, mut worst) = (0.0_f64, 0.0_f64, BigRational::zero());
     for (j, value) in solution.iter().enumerate() {
         let zero = BigRational::zero();
         let (z_star, r_star) = if in_z[j] { (value, &zero) } else { (&zero, value) };
@@ -266,9 +266,23 @@ fn compare(
             }
             stated = stated.max(unit * bound);
             largest = largest.max(unit * num_traits::ToPrimitive::to_f64(&error).unwrap_or(0.0));
+            worst = worst.max(error);
         }
     }
+    let said = certificate.to_string();
+    if printed(&said).is_some_and(|bound| bound < worst) {
+        return Err(format!("said: {said}, which is below the error"));
+    }
     Ok(stated / largest)
+}
+
+/// The bound in the sentence of a certificate, exactly; `None` for one that is infinite.
+fn printed(said: &str) -> Option<BigRational> {
+    let (_, bound) = said.split_once("≤ ")?;
+    let (mantissa, exponent) = bound.split_once(' ')?.0.split_once('e')?;
+    let (whole, places) = mantissa.split_once('.')?;
+    let digits: BigRational = format!("{whole}{places}").parse().ok()?;
+    Some(digits * exact(10.0).pow(exponent.parse::<i32>().ok()? - places.len() as i32))
 }
 
 fn check_dense(case: &Case) -> Result<Option<f64>, String> {
