@@ -2,7 +2,7 @@
 
 use crate::common::posed;
 use crate::{stays_away, textbook};
-use hlcp_core::Aor;
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Scalar};
 use hlcp_verify::{
     Planted,
     classes::{Answer, Failure},
@@ -36,4 +36,37 @@ fn without_a_positive_beta_tmaor_stays_away() {
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes() && theorem.alpha.is_yes());
     assert!(matches!(theorem.parameters, Answer::No(Failure::Parameter(_))));
     assert!(stays_away(&p, &steps));
+}
+
+/// Grids with random diagonals at the paper's own τ = 1, where Ω = D_A D_B⁻¹ must not come out half
+/// a unit in the last place too small in any row.
+#[test]
+fn theorem_2_holds_at_tau_1_whatever_the_diagonals() {
+    fn holds<T: Scalar>(seed: u64) {
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        let mut random = |low: f64, high: f64| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            low + (high - low) * (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        let [of_a, of_b]: [Vec<f64>; 2] =
+            [4.5, 1.0].map(|low| (0..64).map(|_| random(low, 2.0 * low)).collect());
+        // |bᵢⱼ|ωⱼ is at most 0.9 |aᵢⱼ| = 0.9, as ω is at most 9.
+        let off: Vec<f64> = (0..64).map(|_| random(0.0, 0.1)).collect();
+        let t = |value: f64| T::of(value);
+        let a = FivePoint::from_fn(8, 8, |i, j| [-1.0, -1.0, of_a[8 * j + i], -1.0, -1.0].map(t));
+        let b = FivePoint::from_fn(8, 8, |i, j| {
+            [0.0, -off[8 * j + i], of_b[8 * j + i], -off[8 * j + i], 0.0].map(t)
+        });
+        let (a, b) = (a.unwrap(), b.unwrap());
+        let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
+        let problem = Hlcp::new(a, b, omega).unwrap();
+        let theorem = theorem_2(&problem, &[Aor::gauss_seidel()]);
+        assert!(theorem.applies(), "seed {seed}: {theorem:?}");
+    }
+    for seed in 0..1000 {
+        holds::<f64>(seed);
+        holds::<f32>(seed);
+    }
 }
