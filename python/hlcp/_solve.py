@@ -397,8 +397,7 @@ class Certificate:
     sides : ndarray of int8
         1 where z* > 0 = r* is proved, -1 where r* > 0 = z* is, and 0 where neither is.
     unique : bool
-        Whether (z*, r*) is proved to be the only solution; else it is the only one within the
-        bounds.
+        Whether (z*, r*) is proved to be the only solution; else others are not excluded.
     kind : str
         "componentwise", "sum" or "local", the kind of the bound; "" without one.
     message : str
@@ -420,7 +419,8 @@ class Certificate:
         return self.message
 
 
-def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certificate:
+def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
+            maxtime: float | None = None) -> Certificate:
     """Prove that the problem has a solution, and bound its distance from z and r.
 
     Parameters
@@ -429,6 +429,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
         The operators; B = None is the identity.
     q, z, r : array_like with n entries
         The right-hand side, and an answer that may come from anywhere.
+    maxtime : float
+        The longest time, in seconds; where it is too short, `message` says so.
 
     Returns
     -------
@@ -443,7 +445,7 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
 
     Notes
     -----
-    Other threads of Python run meanwhile. Ctrl-C ends the call; what was begun ends by itself.
+    Other threads of Python run meanwhile. Ctrl-C ends the call.
 
     Examples
     --------
@@ -457,7 +459,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike) -> Certifi
     shape, dtype = array.shape, _precision(array)
     of_a, of_b = _Pair(A, B).described(dtype)
     entries = [vector(name, given, dtype) for name, given in (("q", array), ("z", z), ("r", r))]
-    proof = _hlcp.certify(dtype is np.float64, [of_a, of_b], entries)
+    limit = None if maxtime == np.inf else maxtime
+    proof = _hlcp.certify(dtype is np.float64, [of_a, of_b], entries, limit)
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
         open_sides = np.zeros(shape, np.int8)

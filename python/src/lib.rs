@@ -14,13 +14,13 @@ use std::{
 };
 
 use hlcp_methods::{
-    Anderson, BoxedMethod, Coefficients, Csr, Error, FivePoint, Hlcp, Identity, Limits,
+    Anderson, BoxedMethod, Clock, Coefficients, Csr, Error, FivePoint, Hlcp, Identity, Limits,
     LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress,
     Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance,
 };
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
-    Slider, Supply, TimeStep,
+    Slider, Supply, TimeStep, certify_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -270,17 +270,12 @@ impl Settings {
             (None, None) => Limits::default().tolerance,
             _ => return Err(wrong("give rtol or atol, not both")),
         };
-        let seconds = |value| {
-            Duration::try_from_secs_f64(value).map_err(|_| {
-                wrong(format!("maxtime is {value}, but it must be seconds, not negative"))
-            })
-        };
         Ok(Limits {
             tolerance,
             norm: if self.linf { Norm::LInf } else { Norm::L2 },
             iterations: self.maxiter,
             rounding: self.rounding,
-            time: self.maxtime.map(seconds).transpose()?,
+            time: duration(self.maxtime)?,
         })
     }
 
@@ -290,6 +285,15 @@ impl Settings {
         Named::parse(&self.method, Parameters { alpha, beta, alpha2, beta2, base, window })
             .map_err(wrong)
     }
+}
+
+/// The time that `maxtime` allows.
+fn duration(maxtime: Option<f64>) -> PyResult<Option<Duration>> {
+    let seconds = |value| {
+        Duration::try_from_secs_f64(value)
+            .map_err(|_| wrong(format!("maxtime is {value}, but it must be seconds, not negative")))
+    };
+    maxtime.map(seconds).transpose()
 }
 
 /// One solve, on borrowed arrays.
@@ -517,6 +521,7 @@ enum Proof<'py> {
 
 fn certify_in<'py, T: Real>(
     py: Python<'py>,
+    clock: &mut (dyn FnMut() -> bool + Send),
     [a, b]: [&Bound<'py, PyAny>; 2],
     vectors: [&Bound<'py, PyAny>; 3],
 ) -> PyResult<Proof<'py>> {
@@ -528,7 +533,10 @@ fn certify_in<'py, T: Real>(
     let (a, b) = (a.operator("A", &failure)?, b.operator("B", &failure)?);
     let (a, b) = (a.rows("A")?, b.rows("B")?);
     room(q.len().checked_mul(20))?;
-    let certificate = released(py, || hlcp_verify::certify(&a, &b, q, z, r).map_err(wrong))?;
+    let certificate = released(py, || {
+        let mut ask = || clock();
+        certify_within(&a, &b, q, z, r, &mut Clock::new(&mut ask)).map_err(wrong)
+    })?;
     let certificate = match certificate {
         Ok(certificate) => certificate,
         Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
@@ -688,14 +696,19 @@ mod _hlcp {
         double: bool,
         operators: [Py<PyAny>; 2],
         vectors: [Py<PyAny>; 3],
+        maxtime: Option<f64>,
     ) -> PyResult<Py<PyAny>> {
-        apart(py, &AtomicBool::new(false), move |py| {
+        let stop = Arc::new(AtomicBool::new(false));
+        let (told, time, begun) = (stop.clone(), duration(maxtime)?, Instant::now());
+        apart(py, &stop, move |py| {
+            let mut is_up =
+                || told.load(Ordering::Relaxed) || time.is_some_and(|time| begun.elapsed() >= time);
             let operators = operators.each_ref().map(|operator| operator.bind(py));
             let vectors = vectors.each_ref().map(|vector| vector.bind(py));
             let proof = if double {
-                certify_in::<f64>(py, operators, vectors)
+                certify_in::<f64>(py, &mut is_up, operators, vectors)
             } else {
-                certify_in::<f32>(py, operators, vectors)
+                certify_in::<f32>(py, &mut is_up, operators, vectors)
             };
             Ok(proof?.into_pyobject(py)?.into_any().unbind())
         })

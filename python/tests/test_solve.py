@@ -227,6 +227,17 @@ def test_a_certificate_bounds_the_error():
     assert not nothing and nothing.error == np.inf and "diagonal" in str(nothing)
 
 
+def test_a_certificate_has_its_time():
+    A = hlcp.FivePoint((1, 99), west=-1, centre=2, east=-1)
+    i = np.arange(1, 100)
+    given = A, None, np.full(99, -2.0), i * (100 - i) + 1e-6, np.zeros(99)
+    late = hlcp.certify(*given, maxtime=0)
+    assert not late and str(late) == "not proved: the time limit was reached"
+    assert hlcp.certify(*given, maxtime=np.inf).error < 1.1e-6
+    with pytest.raises(ValueError, match="maxtime is -1"):
+        hlcp.certify(*given, maxtime=-1)
+
+
 SCENES = {
     "example1": (8,), "example2": (8,), "disc_lcp": (15,), "disc_hlcp": (15,), "slider": (40,),
     "journal_bearing": (12, 10), "obstacle": (12,), "bearing2d": (15, 7),

@@ -260,6 +260,9 @@ impl<T: Scalar> BiCgStab<T> {
                 *p = residual + beta * (*p - old * v);
             }
             preconditioner.solve(jacobian, p, hat);
+            if clock.is_up() {
+                break;
+            }
             jacobian.apply(hat, v, scratch);
             (rho, alpha) = (next, next / problem.dot(shadow, v));
             if !alpha.is_normal() {
@@ -276,6 +279,9 @@ impl<T: Scalar> BiCgStab<T> {
                 break;
             }
             preconditioner.solve(jacobian, residual, hat);
+            if clock.is_up() {
+                break;
+            }
             jacobian.apply(hat, t, scratch);
             omega = problem.dot(t, residual) / problem.dot(t, t);
             if !omega.is_normal() {

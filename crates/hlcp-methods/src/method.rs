@@ -139,7 +139,9 @@ pub(crate) fn iterate<T: Scalar, M: Method<T>>(
     clock: &mut Clock<'_>,
 ) -> Norms {
     let norms = method.step(q, x, y, clock);
-    method.complete(q, y, spare);
+    if !clock.is_up() {
+        method.complete(q, y, spare);
+    }
     norms
 }
 

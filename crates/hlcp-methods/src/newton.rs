@@ -55,9 +55,8 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// that does not end ‖F‖ falls by tenths for ever; one that ends hands over an iterate whose error
 /// is at most a constant times that at its start, and the base's iterations between phases, of
 /// which there are ever more, multiply it by a number that tends to zero (`docs/theory.md` has the
-/// proof). From an `x` on the solution's piece one step with an exact inner solve ends at the
-/// solution; unless some `zᵢ = rᵢ = 0` that is every `x` near it (Fischer and Kanzow), and in any
-/// case convergence is superlinear (Qi and Sun).
+/// proof). From every `x` near the solution one step with an exact inner solve ends there, also
+/// where some `zᵢ = rᵢ = 0`; with inexact ones convergence is superlinear (Qi and Sun).
 ///
 /// # Source
 ///
@@ -146,6 +145,9 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);
         self.linear_iterations += inner.iterations;
+        if clock.is_up() {
+            return None;
+        }
         let mut flips = [0; 2];
         for (y, &at) in y.iter_mut().zip(&self.at) {
             *y = at - *y;
@@ -210,7 +212,13 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         if self.safeguard.begins() {
             self.base_iterations += 2;
             norms = iterate(&mut self.base, q, x, y, &mut self.f, clock);
+            if clock.is_up() {
+                return norms;
+            }
             let _ = iterate(&mut self.base, q, y, &mut self.at, &mut self.f, clock);
+            if clock.is_up() {
+                return norms;
+            }
             forcing = FORCING[0];
             (self.last, self.ways, self.nested) = (self.measure(q).l2, [false; 2], false);
         } else {
@@ -227,7 +235,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             self.safeguard.flipped(flips[0] + flips[1]);
             self.nested = ways == self.ways && ways[0] != ways[1];
             self.ways = ways;
-        } else {
+        } else if !clock.is_up() {
             self.fall_back(q, y, clock);
         }
         norms

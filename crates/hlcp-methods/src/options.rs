@@ -187,7 +187,28 @@ impl<'c> Clock<'c> {
         }
         self.up
     }
+
+    /// As [`is_up`](Self::is_up) of a loop that asks at each row, which at most one in 16,384 does.
+    ///
+    /// ```
+    /// use hlcp_methods::Clock;
+    ///
+    /// let mut asked = 0;
+    /// let mut is_up = || {
+    ///     asked += 1;
+    ///     asked > 2
+    /// };
+    /// let mut clock = Clock::new(&mut is_up);
+    /// assert_eq!((0..1_000_000).position(|row| clock.is_up_at(row)), Some(3 * 16_384 - 1));
+    /// ```
+    #[inline]
+    pub fn is_up_at(&mut self, row: usize) -> bool {
+        if row % STRETCH == STRETCH - 1 { self.is_up() } else { self.up }
+    }
 }
+
+/// The rows that a loop walks over between two looks at the clock.
+const STRETCH: usize = 1 << 14;
 
 impl std::fmt::Debug for Clock<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use hlcp_core::{Error, Rows, Scalar, all_finite};
+use hlcp_methods::Clock;
 
 use crate::{
     classes::{Answer, radius_below_one},
@@ -61,6 +62,7 @@ pub enum Witness {
 /// let certificate = certify(&a, &b, &[-2.0; 99], &z, &r)?.expect("an M-matrix");
 /// assert_eq!(certificate.bound, Bound::Local);
 /// assert!((1e-6..1.1e-6).contains(&certificate.error()));
+/// assert_eq!(certificate.interval(0)[1], [0.0, 0.0]); // r* = 0 where z* > 0
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -192,6 +194,10 @@ impl Certificate {
         let Enclosure { centre, radius } = &self.enclosure;
         [0, 1].map(|k| {
             let (centre, radius) = (centre[k][j], radius[k][j]);
+            // The other unknown of a proved side is 0: no other solution on these sides is within.
+            if radius == 0.0 {
+                return [centre; 2];
+            }
             // Neither is negative.
             [(centre - radius).next_down().max(0.0), (centre + radius).next_up()]
         })
@@ -278,6 +284,8 @@ pub enum Refusal {
     },
     /// A number overflowed, or an entry of `A` or `B` is not finite.
     Overflow,
+    /// The clock was up before anything was proved.
+    TimeLimit,
 }
 
 impl fmt::Display for Refusal {
@@ -291,6 +299,7 @@ impl fmt::Display for Refusal {
                  residual may settle them"
             ),
             Self::Overflow => f.write_str("a number overflowed, or an entry is not finite"),
+            Self::TimeLimit => f.write_str("the time limit was reached"),
         }
     }
 }
@@ -334,6 +343,38 @@ pub fn certify<T: Scalar>(
     z: &[T],
     r: &[T],
 ) -> Result<Result<Certificate, Refusal>, Error> {
+    certify_within(a, b, q, z, r, &mut Clock::endless())
+}
+
+/// As [`certify`], with what is proved until the clock is up, or [`Refusal::TimeLimit`].
+///
+/// A few walks over the rows come before the first look at the clock.
+///
+/// # Errors
+///
+/// As [`certify`].
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_methods::Clock;
+/// use hlcp_verify::{Refusal, certify_within};
+///
+/// // −u″ with u = 0 at both ends: no row is dominant enough for a bound at first sight.
+/// let (a, b) = (FivePoint::new(99, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?, Identity { order: 99 });
+/// let z: Vec<f64> = (1..100).map(|i| (i * (100 - i)) as f64 + 1e-6).collect();
+/// let mut late = || true;
+/// let found = certify_within(&a, &b, &[-2.0; 99], &z, &[0.0; 99], &mut Clock::new(&mut late))?;
+/// assert_eq!(found, Err(Refusal::TimeLimit));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn certify_within<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    q: &[T],
+    z: &[T],
+    r: &[T],
+    clock: &mut Clock<'_>,
+) -> Result<Result<Certificate, Refusal>, Error> {
     /// How many times the error a bound may be that is not improved upon.
     const ENOUGH: f64 = 5.0;
     check(a, b, q, [z, r])?;
@@ -343,18 +384,18 @@ pub fn certify<T: Scalar>(
     let defect = pair.defect(q, [&near[0], &near[1]]);
     let ones = vec![1.0; q.len()];
     let from_ones = by_norm(&pair, &ones, &defect);
-    let global = |d: Vec<f64>, scale| {
-        let bounds = of_both(finest(&pair, &defect, &d, scale), &omega);
+    let global = |d: Vec<f64>, scale, clock: &mut Clock<'_>| {
+        let bounds = of_both(finest(&pair, &defect, &d, scale, clock), &omega);
         let witness = Witness::Right { omega: omega.clone(), d };
         certificate(Bound::Componentwise, Some(witness), bounds, near.clone(), [z, r])
     };
     if let Some(scale) = &from_ones {
-        let found = global(ones.clone(), scale);
+        let found = global(ones.clone(), scale, clock);
         if found.z.iter().all(|bound| *bound <= ENOUGH * scale.least) {
             return Ok(Ok(found));
         }
     }
-    let refusal = match enclose(a, b, q, &near, &omega) {
+    let refusal = match enclose(a, b, q, &near, &omega, clock) {
         Ok(found) => {
             let mut found = near_the_answer(found, &omega, [z, r]);
             found.witness = from_ones.map(|_| Witness::Right { omega, d: ones });
@@ -362,12 +403,20 @@ pub fn certify<T: Scalar>(
         }
         Err(refusal) => refusal,
     };
-    if let Some((d, scale)) = from_the_right(&pair, &defect) {
-        return Ok(Ok(global(d, &scale)));
+    if clock.is_up() && from_ones.is_none() {
+        return Ok(Err(Refusal::TimeLimit));
     }
-    let Some((v, columns)) = from_the_left(a, b) else { return Ok(Err(refusal)) };
-    let Some(bounds) = sums(&columns, &v, &defect) else { return Ok(Err(refusal)) };
-    Ok(Ok(certificate(Bound::Sum, Some(Witness::Left { v }), bounds, near, [z, r])))
+    if let Some((d, scale)) = from_the_right(&pair, &defect, clock) {
+        return Ok(Ok(global(d, &scale, clock)));
+    }
+    let left = from_the_left(a, b, clock);
+    let bounds = left.and_then(|(v, columns)| Some((sums(&columns, &v, &defect)?, v)));
+    Ok(match bounds {
+        Some((bounds, v)) => {
+            Ok(certificate(Bound::Sum, Some(Witness::Left { v }), bounds, near, [z, r]))
+        }
+        None => Err(if clock.is_up() { Refusal::TimeLimit } else { refusal }),
+    })
 }
 
 /// Searches for a proof that HLCP(A, B, q) has exactly one solution for every `q`.
@@ -391,14 +440,37 @@ pub fn certify<T: Scalar>(
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn witness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Option<Witness>, Error> {
+    witness_within(a, b, &mut Clock::endless())
+}
+
+/// As [`witness`], with what is found until the clock is up.
+///
+/// # Errors
+///
+/// As [`certify`].
+///
+/// ```
+/// use hlcp_methods::Clock;
+/// use hlcp_verify::{Slider, witness_within};
+///
+/// let (a, b, _) = Slider { cells: 20 }.pose::<f64>()?;
+/// let mut late = || true;
+/// assert_eq!(witness_within(&a, &b, &mut Clock::new(&mut late))?, None);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn witness_within<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    clock: &mut Clock<'_>,
+) -> Result<Option<Witness>, Error> {
     check_pair(a, b)?;
     let Some(omega) = ratio(a, b) else { return Ok(None) };
     let pair = Pair::new(a, b, &omega);
     let defect = vec![1.0; a.order()];
-    Ok(match from_the_right(&pair, &defect) {
+    Ok(match from_the_right(&pair, &defect, clock) {
         Some((d, _)) => Some(Witness::Right { omega, d }),
         // Bounds with it prove that it is one.
-        None => from_the_left(a, b)
+        None => from_the_left(a, b, clock)
             .filter(|(v, columns)| sums(columns, v, &defect).is_some())
             .map(|(v, _)| Witness::Left { v }),
     })
@@ -464,7 +536,8 @@ pub fn certify_with<T: Scalar>(
     let (bound, bounds) = match &witness {
         Witness::Right { omega, d } => {
             let scale = by_norm(&pair, d, &defect);
-            let finest = |scale| of_both(finest(&pair, &defect, d, &scale), omega);
+            let clock = &mut Clock::endless();
+            let finest = |scale| of_both(finest(&pair, &defect, d, &scale, clock), omega);
             (Bound::Componentwise, scale.map(finest))
         }
         Witness::Left { v } => {
@@ -598,6 +671,7 @@ fn complementary<T: Scalar>(z: &[T], r: &[T], omega: &[f64]) -> [Vec<f64>; 2] {
 fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     defect: &[f64],
+    clock: &mut Clock<'_>,
 ) -> Option<(Vec<f64>, Scale)> {
     let ones = vec![1.0; defect.len()];
     if let Some(scale) = by_norm(pair, &ones, defect) {
@@ -605,11 +679,11 @@ fn from_the_right<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
     // An approximate C⁻¹e is the better witness where the vector of ones nearly is one; a Perron
     // vector exists wherever a witness does, but it may span many orders of magnitude.
-    let inverse = solve(&pair.coupled, &ones, &ones);
+    let inverse = solve(&pair.coupled, &ones, &ones, clock);
     if let Some(scale) = by_norm(pair, &inverse, defect) {
         return Some((inverse, scale));
     }
-    let Answer::Yes(d) = radius_below_one(&pair.coupled) else { return None };
+    let Answer::Yes(d) = radius_below_one(&pair.coupled, clock) else { return None };
     let scale = by_norm(pair, &d, defect)?;
     Some((d, scale))
 }
@@ -620,10 +694,11 @@ fn finest<T: Scalar, A: Rows<T>, B: Rows<T>>(
     defect: &[f64],
     d: &[f64],
     Scale { t, poor, .. }: &Scale,
+    clock: &mut Clock<'_>,
 ) -> Vec<f64> {
     let mut w: Vec<f64> = d.iter().map(|d| up(d * t, 1.0)).collect();
     if *poor {
-        let finer = componentwise(pair, d, defect);
+        let finer = componentwise(pair, d, defect, clock);
         w.iter_mut().zip(finer).for_each(|(w, finer)| *w = w.min(finer));
     }
     (0..2).for_each(|_| sharpen(pair, defect, &mut w));
@@ -684,8 +759,9 @@ fn componentwise<T: Scalar, A: Rows<T>, B: Rows<T>>(
     pair: &Pair<'_, T, A, B>,
     d: &[f64],
     defect: &[f64],
+    clock: &mut Clock<'_>,
 ) -> Vec<f64> {
-    let mut w = solve(&pair.coupled, d, defect);
+    let mut w = solve(&pair.coupled, d, defect, clock);
     w.iter_mut().for_each(|w| *w = w.max(0.0));
     let mut missing = Vec::with_capacity(w.len());
     rows(pair, &w, |i, pivot, y| {
@@ -720,9 +796,16 @@ fn sharpen<T: Scalar, A: Rows<T>, B: Rows<T>>(
 }
 
 /// A vector `v > 0` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, not yet checked.
-fn from_the_left<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<(Vec<f64>, Transposed)> {
+fn from_the_left<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    clock: &mut Clock<'_>,
+) -> Option<(Vec<f64>, Transposed)> {
+    if clock.is_up() {
+        return None;
+    }
     let columns = Transposed::of(a, b)?;
-    match radius_below_one(&columns) {
+    match radius_below_one(&columns, clock) {
         Answer::Yes(v) => Some((v, columns)),
         _ => None,
     }
@@ -759,7 +842,8 @@ mod tests {
         let scene = Example { symmetric: true, m: 40, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
         let omega = vec![1.0; 1600];
         let pair = Pair::new(&scene.a, &scene.b, &omega);
-        let Answer::Yes(d) = radius_below_one(&pair.coupled) else { panic!("an M-matrix") };
+        let clock = &mut Clock::endless();
+        let Answer::Yes(d) = radius_below_one(&pair.coupled, clock) else { panic!("an M-matrix") };
         let largest = |w: &[f64]| w.iter().copied().fold(0.0, larger);
         let shapes: [fn(usize) -> f64; 3] = [
             |k| if k == 815 { 1.0 } else { 0.0 },
@@ -772,7 +856,7 @@ mod tests {
             let z: Vec<f64> = (0..1600).map(|k| scene.z[k] + error(k)).collect();
             let f = pair.defect(&scene.q, [&z, &scene.r]);
             let by_norm = largest(&d) * by_norm(&pair, &d, &f).unwrap().t;
-            let w = componentwise(&pair, &d, &f);
+            let w = componentwise(&pair, &d, &f, clock);
             // C w ≥ f, up to the rounding of this check.
             rows(&pair, &w, |i, pivot, y| {
                 assert!(pivot * w[i] - y >= f[i] - 1e-13 * (pivot * w[i]));

@@ -12,6 +12,7 @@
 use std::fmt;
 
 use hlcp_core::{Rows, Scalar};
+use hlcp_methods::Clock;
 
 use crate::{
     comparison::{Modulus, visit},
@@ -176,9 +177,13 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
+    is_h_within(a, &mut Clock::endless())
+}
+
+fn is_h_within<T: Scalar>(a: &impl Rows<T>, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
     let finite = all_entries(a, |_, _, _| true);
     let sound = || sound_diagonal(a, f64::abs);
-    finite.then(sound).then(|| radius_below_one(&Modulus::of(a)))
+    finite.then(sound).then(|| radius_below_one(&Modulus::of(a), clock))
 }
 
 /// Whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
@@ -192,7 +197,15 @@ pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_h_plus<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
-    sound_diagonal(a, |entry| entry).then(|| is_h(a))
+    is_h_plus_within(a, &mut Clock::endless())
+}
+
+/// As [`is_h_plus`], undecided when the clock is up.
+pub(crate) fn is_h_plus_within<T: Scalar>(
+    a: &impl Rows<T>,
+    clock: &mut Clock<'_>,
+) -> Answer<Vec<f64>> {
+    sound_diagonal(a, |entry| entry).then(|| is_h_within(a, clock))
 }
 
 /// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of
@@ -237,9 +250,9 @@ pub(crate) fn all_entries<T: Scalar>(
 }
 
 /// Whether `ρ(D⁻¹G) < 1`, with the `x > 0` for which `Gx < Dx`.
-pub(crate) fn radius_below_one(z: &impl Comparison) -> Answer<Vec<f64>> {
+pub(crate) fn radius_below_one(z: &impl Comparison, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
     let Bracket { lower, upper, vector } =
-        noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0);
+        noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0, clock);
     if upper < 1.0 {
         Answer::Yes(vector)
     } else if lower >= 1.0 && z.matrices() == 1 {

@@ -3,8 +3,9 @@
 //! Films carry oil along in a gap that is textured, rough, tapered or closed to a ring: `A`
 //! conducts the gap's cube between cells, by the harmonic mean, and `B` carries the gap upwind.
 //! Contacts have diffusion in `A` and, as a rule, the identity in `B`. Columns of `A` and `B`
-//! dominate in all but the dense family, where `A` is a P-matrix and `B` the identity: there is one
-//! solution and no more.
+//! dominate, if weakly, in all but the dense family, where `A` is a P-matrix and `B` the identity,
+//! so that there is one solution and no more. [`witness`](crate::witness) proves that of most of
+//! the others; on rings, where `B` is singular, nothing is proved.
 
 use std::f64::consts::{PI, TAU};
 

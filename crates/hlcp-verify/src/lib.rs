@@ -79,7 +79,8 @@ mod steps;
 mod theory;
 
 pub use certificate::{
-    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, witness,
+    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, certify_within, witness,
+    witness_within,
 };
 pub use decimal::{decimal, fixed};
 pub use perron::Bracket;
@@ -90,8 +91,8 @@ pub use scenes::{
 };
 pub use steps::Contraction;
 pub use theory::{
-    Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, relaxed_alpha_bound,
-    relaxed_theorem, theorem_1, theorem_2,
+    Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, convergence_within,
+    relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
 };
 
 /// The README's program, compiled and run with the documentation's other examples.

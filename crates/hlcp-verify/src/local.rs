@@ -10,6 +10,7 @@
 //! the length of those steps.
 
 use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows, Scalar};
+use hlcp_methods::Clock;
 
 use crate::{
     certificate::Refusal,
@@ -56,6 +57,7 @@ pub(crate) fn enclose<T: Scalar>(
     q: &[T],
     [z, r]: &[Vec<f64>; 2],
     omega: &[f64],
+    clock: &mut Clock<'_>,
 ) -> Result<Local, Refusal> {
     let n = q.len();
     let on_r: Vec<bool> = r.iter().map(|r| *r > 0.0).collect();
@@ -63,22 +65,25 @@ pub(crate) fn enclose<T: Scalar>(
     let wide = Hlcp::new(Wide(a), Wide(b), Omega::Each(omega.to_vec()));
     let wide = wide.map_err(|_| Refusal::Overflow)?;
     let mut inverse = Inverse::new(&wide);
-    let mut matrix = jacobian(a, b, &on_r)?;
+    let mut matrix = jacobian(a, b, &on_r, clock)?;
     let mut centre = Centre { near: near.clone(), more: vec![0.0; n], on_r };
     let mut witness = None;
     let (mut last, mut changes, mut opened) = (f64::INFINITY, n, n);
     for step in 0..STEPS {
-        let [value, bound] = defect(&matrix, q, &centre);
+        let [value, bound] = defect(&matrix, q, &centre, clock)?;
         let size = bound.iter().copied().fold(0.0, larger);
         if !size.is_finite() {
             return Err(Refusal::Overflow);
+        }
+        if clock.is_up() {
+            return Err(Refusal::TimeLimit);
         }
         let ending = step + 1 == STEPS || changes == 0 && size > 0.5 * last;
         last = size;
         if step > 0 && (changes == 0 || ending) {
             let d = match witness.take() {
                 Some(d) => d,
-                None => positive(&matrix, &bound, &mut inverse, &centre.on_r),
+                None => positive(&matrix, &bound, &mut inverse, &centre.on_r, clock),
             };
             let radius = radii(&matrix, &d, &bound)?;
             let open = centre.open(&radius, None);
@@ -87,8 +92,8 @@ pub(crate) fn enclose<T: Scalar>(
                 return Ok(Local { centre, radius, open });
             }
             if count > 0 && (ending || count >= opened) {
-                let found = weakened(a, b, (&centre, open), (omega, &bound), &mut inverse);
-                match found {
+                let now = (&centre, open);
+                match weakened(a, b, now, (omega, &bound), &mut inverse, clock) {
                     Ok((radius, open)) => return Ok(Local { centre, radius, open }),
                     Err(refusal) if ending => return Err(refusal),
                     Err(_) => {}
@@ -98,10 +103,10 @@ pub(crate) fn enclose<T: Scalar>(
             witness = Some(d);
         }
         let enough = |rest: &[f64]| rest.iter().map(|r| r * r).sum::<f64>() <= PART * PART;
-        let way = inverse.solve(&matrix, &centre.on_r, &value, enough);
+        let way = inverse.solve(&matrix, &centre.on_r, &value, enough, clock);
         changes = centre.step(&way, omega, step < FREE);
         if changes > 0 {
-            matrix = jacobian(a, b, &centre.on_r)?;
+            matrix = jacobian(a, b, &centre.on_r, clock)?;
             witness = None;
         }
     }
@@ -148,10 +153,18 @@ impl Centre {
 }
 
 /// Columns of `A`, and of `B` where `on_r`, exactly.
-fn jacobian<T: Scalar>(a: &dyn Rows<T>, b: &dyn Rows<T>, on_r: &[bool]) -> Result<Sparse, Refusal> {
+fn jacobian<T: Scalar>(
+    a: &dyn Rows<T>,
+    b: &dyn Rows<T>,
+    on_r: &[bool],
+    clock: &mut Clock<'_>,
+) -> Result<Sparse, Refusal> {
     let (mut row, mut finite) = (vec![], true);
     let mut matrix = Sparse::with_capacity(on_r.len(), 5 * on_r.len());
     for i in 0..on_r.len() {
+        if clock.is_up_at(i) {
+            return Err(Refusal::TimeLimit);
+        }
         row.clear();
         let mut part = |side: bool, j: usize, value: f64| {
             finite &= value.is_finite();
@@ -175,10 +188,14 @@ fn hull<T: Scalar>(
     on_r: &[bool],
     open: &[bool],
     omega: &[f64],
-) -> Sparse {
+    clock: &mut Clock<'_>,
+) -> Result<Sparse, Refusal> {
     let mut row = vec![];
     let mut matrix = Sparse::with_capacity(on_r.len(), 5 * on_r.len());
     for i in 0..on_r.len() {
+        if clock.is_up_at(i) {
+            return Err(Refusal::TimeLimit);
+        }
         merge((&a, &b), i, &mut row);
         let entry = |&(j, [a, b]): &(usize, [f64; 2])| {
             let (on_r, omega) = (on_r[j], omega[j]);
@@ -194,13 +211,21 @@ fn hull<T: Scalar>(
         };
         matrix.push(row.iter().map(entry).filter(|&(_, value)| value != 0.0));
     }
-    matrix
+    Ok(matrix)
 }
 
 /// `F(v) = q + J v`, nearly, and what is not less than its modulus.
-fn defect<T: Scalar>(matrix: &Sparse, q: &[T], centre: &Centre) -> [Vec<f64>; 2] {
+fn defect<T: Scalar>(
+    matrix: &Sparse,
+    q: &[T],
+    centre: &Centre,
+    clock: &mut Clock<'_>,
+) -> Result<[Vec<f64>; 2], Refusal> {
     let [mut value, mut bound] = [(); 2].map(|()| Vec::with_capacity(q.len()));
     for (i, q) in q.iter().enumerate() {
+        if clock.is_up_at(i) {
+            return Err(Refusal::TimeLimit);
+        }
         let mut sum = Doubled::default();
         sum.add(q.wide(), 1.0);
         for (j, entry) in matrix.row(i) {
@@ -212,7 +237,7 @@ fn defect<T: Scalar>(matrix: &Sparse, q: &[T], centre: &Centre) -> [Vec<f64>; 2]
         value.push(sum.value());
         bound.push(sum.interval().magnitude());
     }
-    [value, bound]
+    Ok([value, bound])
 }
 
 /// A candidate for a `d > 0` with `M d > 0`, where M is the comparison matrix of `matrix`: about
@@ -222,6 +247,7 @@ fn positive<A: Rows<f64>, B: Rows<f64>>(
     bound: &[f64],
     inverse: &mut Inverse<'_, A, B>,
     on_r: &[bool],
+    clock: &mut Clock<'_>,
 ) -> Vec<f64> {
     let largest = bound.iter().copied().fold(0.0, f64::max);
     let mut g: Vec<f64> =
@@ -233,9 +259,9 @@ fn positive<A: Rows<f64>, B: Rows<f64>>(
     g.iter_mut().for_each(|g| *g /= unit);
     let enough = |rest: &[f64]| rest.iter().zip(&g).all(|(rest, g)| rest.abs() <= 0.5 * g);
     if matrix.is_z() {
-        inverse.solve(matrix, on_r, &g, enough)
+        inverse.solve(matrix, on_r, &g, enough, clock)
     } else {
-        matrix.comparison().solve(&g, enough)
+        matrix.comparison().solve(&g, enough, clock)
     }
 }
 
@@ -264,11 +290,12 @@ fn weakened<T: Scalar, A: Rows<f64>, B: Rows<f64>>(
     (centre, mut open): (&Centre, Vec<bool>),
     (omega, bound): (&[f64], &[f64]),
     inverse: &mut Inverse<'_, A, B>,
+    clock: &mut Clock<'_>,
 ) -> Result<(Vec<f64>, Vec<bool>), Refusal> {
     const ROUNDS: usize = 6;
     for _ in 0..ROUNDS {
-        let matrix = hull(a, b, &centre.on_r, &open, omega);
-        let d = positive(&matrix, bound, inverse, &centre.on_r);
+        let matrix = hull(a, b, &centre.on_r, &open, omega, clock)?;
+        let d = positive(&matrix, bound, inverse, &centre.on_r, clock);
         let Ok(radius) = radii(&matrix, &d, bound) else { break };
         let next = centre.open(&radius, Some(&open));
         if next == open {

@@ -1,6 +1,8 @@
 //! The spectral radius of a non-negative matrix between two checked numbers, and the vector that
 //! proves it.
 
+use hlcp_methods::Clock;
+
 use crate::{
     rounding::{Sum, div_down, div_up, mul_up},
     sparse::{Sparse, dot},
@@ -99,12 +101,15 @@ fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>)
     worst
 }
 
-/// The bracket of a trial vector, from one product.
-pub(crate) fn bracket(z: &impl Comparison, vector: Vec<f64>) -> Bracket {
+/// The bracket of a trial vector, from one product; from 0 to ∞ when the clock is up.
+fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Bracket {
     let mut g = vec![];
     let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
     let positive = vector.iter().all(|&x| x > 0.0 && x.is_finite());
     for i in 0..vector.len() {
+        if clock.is_up_at(i) {
+            return Bracket { lower: 0.0, upper: f64::INFINITY, vector };
+        }
         let q = quotient(z, i, &vector, &mut g);
         (lower, upper) = (lower.min(q.lower), upper.max(q.upper));
     }
@@ -119,27 +124,31 @@ pub(crate) fn bracket(z: &impl Comparison, vector: Vec<f64>) -> Bracket {
 ///
 /// The matrix is a nonsingular M-matrix as long as `ρ̄` is too large, so `x` stays positive; `ρ̄`
 /// falls quadratically. The start is the balanced vector where that is better. Ends when the
-/// bracket is `enough` or no longer falls.
-pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Bracket {
-    let mut best = bracket(z, vec![1.0; z.order()]);
+/// bracket is `enough` or no longer falls, or when the clock is up.
+pub(crate) fn noda(
+    z: &impl Comparison,
+    enough: impl Fn(&Bracket) -> bool,
+    clock: &mut Clock<'_>,
+) -> Bracket {
+    let mut best = bracket(z, vec![1.0; z.order()], clock);
     if !enough(&best)
-        && let Some(vector) = balanced(z)
+        && let Some(vector) = balanced(z, clock)
     {
-        let other = bracket(z, vector);
+        let other = bracket(z, vector, clock);
         if other.upper < best.upper {
             best = other;
         }
     }
     if z.matrices() > 1 {
-        return policies(z, best, enough);
+        return policies(z, best, enough, clock);
     }
     let mut idle = 0;
     for _ in 0..40 {
-        if enough(&best) || !best.upper.is_finite() || idle == 3 {
+        if enough(&best) || !best.upper.is_finite() || idle == 3 || clock.is_up() {
             break;
         }
-        let Some(vector) = improved(z, &best, best.upper) else { break };
-        let next = bracket(z, vector);
+        let Some(vector) = improved(z, &best, best.upper, clock) else { break };
+        let next = bracket(z, vector, clock);
         if next.upper.is_infinite() {
             break;
         }
@@ -156,14 +165,19 @@ pub(crate) fn noda(z: &impl Comparison, enough: impl Fn(&Bracket) -> bool) -> Br
 ///
 /// The upper end may rise while the rows change hands. It falls below 1 if all mixtures of rows are
 /// nonsingular M-matrices, which is what a common witness comes to.
-fn policies(z: &impl Comparison, start: Bracket, enough: impl Fn(&Bracket) -> bool) -> Bracket {
+fn policies(
+    z: &impl Comparison,
+    start: Bracket,
+    enough: impl Fn(&Bracket) -> bool,
+    clock: &mut Clock<'_>,
+) -> Bracket {
     let mut now = start;
     for _ in 0..15 {
-        if enough(&now) || !now.upper.is_finite() {
+        if enough(&now) || !now.upper.is_finite() || clock.is_up() {
             break;
         }
-        let Some(vector) = improved(z, &now, now.upper.min(1.0)) else { break };
-        now = bracket(z, vector);
+        let Some(vector) = improved(z, &now, now.upper.min(1.0), clock) else { break };
+        now = bracket(z, vector, clock);
     }
     now
 }
@@ -172,9 +186,9 @@ fn policies(z: &impl Comparison, start: Bracket, enough: impl Fn(&Bracket) -> bo
 /// there is one.
 ///
 /// A convection spreads the Perron vector over hundreds of orders of magnitude, which the iteration
-/// would be long to find. `None` where doubles do not reach that far.
-fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
-    let (mut row, mut other) = (vec![], vec![]);
+/// would be long to find. `None` where doubles do not reach that far, or when the clock is up.
+fn balanced(z: &impl Comparison, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
+    let (mut row, mut other, mut met) = (vec![], vec![], 0);
     let mut logarithm = vec![f64::NAN; z.order()];
     let mut stack = vec![];
     for root in 0..z.order() {
@@ -183,6 +197,10 @@ fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
             stack.push(root);
         }
         while let Some(i) = stack.pop() {
+            if clock.is_up_at(met) {
+                return None;
+            }
+            met += 1;
             z.row(0, i, &mut row);
             for &(j, forth) in &row {
                 if logarithm[j].is_nan() {
@@ -207,22 +225,36 @@ fn balanced(z: &impl Comparison) -> Option<Vec<f64>> {
         .then(|| logarithm.into_iter().map(|l| (l - middle).exp2()).collect())
 }
 
-fn improved(z: &impl Comparison, best: &Bracket, shift: f64) -> Option<Vec<f64>> {
-    let (matrix, _) = scaled(z, &best.vector, shift * (1.0 + 8.0 * f64::EPSILON));
-    let factor = matrix.solve(&vec![1.0; z.order()], |rest| dot(rest, rest) <= 1e-10);
+/// A better trial vector, if there is one and the time to find it.
+fn improved(
+    z: &impl Comparison,
+    best: &Bracket,
+    shift: f64,
+    clock: &mut Clock<'_>,
+) -> Option<Vec<f64>> {
+    let (matrix, _) = scaled(z, &best.vector, shift * (1.0 + 8.0 * f64::EPSILON), clock)?;
+    let factor = matrix.solve(&vec![1.0; z.order()], |rest| dot(rest, rest) <= 1e-10, clock);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
 }
 
-/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`.
+/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up.
 ///
 /// In these variables a good `x` is the vector of ones, which is what the aggregates of a multigrid
 /// represent, rows have one size, and a row sum is non-negative as soon as `s` is an
 /// upper end for `x`.
-fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
+fn scaled(
+    z: &impl Comparison,
+    x: &[f64],
+    shift: f64,
+    clock: &mut Clock<'_>,
+) -> Option<(Sparse, Vec<f64>)> {
     let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
     for i in 0..z.order() {
+        if clock.is_up_at(i) {
+            return None;
+        }
         let k = if z.matrices() == 1 { 0 } else { quotient(z, i, x, &mut g).k };
         let d = z.row(k, i, &mut g);
         let loops: f64 = g.iter().filter(|g| g.0 == i).map(|g| g.1).sum();
@@ -231,13 +263,19 @@ fn scaled(z: &impl Comparison, x: &[f64], shift: f64) -> (Sparse, Vec<f64>) {
         matrix.push([(i, (shift - loops / d).max(f64::EPSILON))].into_iter().chain(off));
         diagonal.push(d);
     }
-    (matrix, diagonal)
+    Some((matrix, diagonal))
 }
 
-/// An approximate solution of `(D − G) w = rhs` for a witness `x > 0` with `(D − G)x > 0`.
-pub(crate) fn solve(z: &impl Comparison, x: &[f64], rhs: &[f64]) -> Vec<f64> {
-    let (matrix, d) = scaled(z, x, 1.0);
+/// An approximate solution of `(D − G) w = rhs` for a witness `x > 0` with `(D − G)x > 0`; 0 when
+/// the clock is up.
+pub(crate) fn solve(
+    z: &impl Comparison,
+    x: &[f64],
+    rhs: &[f64],
+    clock: &mut Clock<'_>,
+) -> Vec<f64> {
+    let Some((matrix, d)) = scaled(z, x, 1.0, clock) else { return vec![0.0; x.len()] };
     let scaled: Vec<f64> = rhs.iter().zip(x).zip(d).map(|((rhs, x), d)| rhs / x / d).collect();
-    let factor = matrix.solve(&scaled, |rest| dot(rest, rest) <= 1e-6);
+    let factor = matrix.solve(&scaled, |rest| dot(rest, rest) <= 1e-6, clock);
     x.iter().zip(factor).map(|(x, c)| x * c).collect()
 }

@@ -4,7 +4,7 @@
 //! rounded outward checks them.
 
 use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Amg, Jacobian, Preconditioner, TridiagonalPart};
+use hlcp_methods::{Amg, Clock, Jacobian, Preconditioner, TridiagonalPart};
 
 /// A square matrix by rows, their entries by increasing column.
 #[derive(Debug, Clone, Default)]
@@ -51,10 +51,17 @@ impl Sparse {
     }
 
     /// An approximate solution of `S x = b`, as good as it gets; NaN where that is impossible.
-    pub(crate) fn solve(&self, b: &[f64], enough: impl Fn(&[f64]) -> bool) -> Vec<f64> {
+    pub(crate) fn solve(
+        &self,
+        b: &[f64],
+        enough: impl Fn(&[f64]) -> bool,
+        clock: &mut Clock<'_>,
+    ) -> Vec<f64> {
         // As a pair with itself, so that no column is that of another operator.
         match Hlcp::new(self, self, Omega::Uniform(1.0)) {
-            Ok(problem) => Inverse::new(&problem).solve(self, &vec![false; b.len()], b, enough),
+            Ok(problem) => {
+                Inverse::new(&problem).solve(self, &vec![false; b.len()], b, enough, clock)
+            }
             Err(_) => vec![f64::NAN; b.len()],
         }
     }
@@ -77,13 +84,15 @@ impl Sparse {
     /// which it is given in units of ‖b‖₂; whether it did.
     ///
     /// `approximate(rhs, y)` overwrites `y` with an approximate solution of `S y = rhs`, up to a
-    /// factor that is common to all. Ends after `limit` steps, or where ten gain nothing.
+    /// factor that is common to all. Ends after `limit` steps, where ten gain nothing, or when the
+    /// clock is up.
     pub(crate) fn gcr(
         &self,
-        mut approximate: impl FnMut(&[f64], &mut [f64]),
+        mut approximate: impl FnMut(&[f64], &mut [f64], &mut Clock<'_>),
         b: &[f64],
         limit: usize,
         enough: impl Fn(&[f64]) -> bool,
+        clock: &mut Clock<'_>,
     ) -> (Vec<f64>, bool) {
         const KEPT: usize = 10;
         let largest = b.iter().fold(0.0_f64, |most, b| most.max(b.abs()));
@@ -98,7 +107,7 @@ impl Sparse {
         let (mut best, mut idle, mut done) = (1.0, 0, false);
         for step in 0..limit {
             done = enough(&r);
-            if done || idle == 10 {
+            if done || idle == 10 || clock.is_up() {
                 break;
             }
             let at = step % KEPT;
@@ -106,7 +115,10 @@ impl Sparse {
                 kept.push([vec![0.0; b.len()], vec![0.0; b.len()]]);
             }
             let [mut p, mut image] = std::mem::take(&mut kept[at]);
-            approximate(&r, &mut p);
+            approximate(&r, &mut p, clock);
+            if clock.is_up() {
+                break;
+            }
             self.apply(&p, &mut image);
             for [older, of_older] in kept.iter().filter(|pair| !pair[0].is_empty()) {
                 let share = dot(&image, of_older);
@@ -156,13 +168,14 @@ impl<'p, A: Rows<f64>, B: Rows<f64>> Inverse<'p, A, B> {
     }
 
     /// An approximate solution of `matrix x = rhs`, whose columns are those of `B` where `on_r`;
-    /// as good as it gets.
+    /// as good as it gets until the clock is up.
     pub(crate) fn solve(
         &mut self,
         matrix: &Sparse,
         on_r: &[bool],
         rhs: &[f64],
         enough: impl Fn(&[f64]) -> bool,
+        clock: &mut Clock<'_>,
     ) -> Vec<f64> {
         /// What a step of sweeps may leave of the residual, or multigrid is worth building.
         const SLOW: f64 = 0.7;
@@ -174,7 +187,7 @@ impl<'p, A: Rows<f64>, B: Rows<f64>> Inverse<'p, A, B> {
         loop {
             let x: Vec<f64> = self.on_r.iter().map(|r| if *r { -1.0 } else { 1.0 }).collect();
             let (jacobian, mut sizes) = (Jacobian::new(self.problem, &x), vec![]);
-            let approximate = |rhs: &[f64], y: &mut [f64]| {
+            let approximate = |rhs: &[f64], y: &mut [f64], clock: &mut Clock<'_>| {
                 sizes.push(dot(rhs, rhs).sqrt());
                 if matches!(self.way, Way::Sweeps)
                     && let [.., before, last] = sizes[..]
@@ -186,15 +199,15 @@ impl<'p, A: Rows<f64>, B: Rows<f64>> Inverse<'p, A, B> {
                 match &mut self.way {
                     Way::Sweeps => return matrix.sweeps(rhs, y),
                     Way::Elimination(lines) => lines.solve(&jacobian, rhs, y),
-                    Way::Multigrid(amg) => amg.solve(&jacobian, rhs, y),
+                    Way::Multigrid(amg) => amg.cycle(&jacobian, rhs, y, clock),
                 }
                 // Their columns are those of BΩ.
                 for (j, y) in y.iter_mut().enumerate().filter(|(j, _)| on_r[*j]) {
                     *y *= self.problem.omega().entry(j);
                 }
             };
-            let (solution, done) = matrix.gcr(approximate, rhs, STEPS, &enough);
-            if done || self.on_r == on_r {
+            let (solution, done) = matrix.gcr(approximate, rhs, STEPS, &enough, clock);
+            if done || self.on_r == on_r || clock.is_up() {
                 return solution;
             }
             self.on_r.copy_from_slice(on_r);

@@ -3,9 +3,10 @@
 use std::fmt;
 
 use hlcp_core::{Aor, Hlcp, Rows, Scalar};
+use hlcp_methods::Clock;
 
 use crate::{
-    classes::{Answer, Failure, all_entries, is_h_plus, radius_below_one},
+    classes::{Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius_below_one},
     comparison::{Against, Coupled, Weights, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
@@ -69,12 +70,20 @@ pub fn theorem_1<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     steps: &[Aor<T>],
 ) -> Theorem1 {
+    theorem_1_within(problem, steps, &mut Clock::endless())
+}
+
+fn theorem_1_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[Aor<T>],
+    clock: &mut Clock<'_>,
+) -> Theorem1 {
     Theorem1 {
-        a_is_h_plus: is_h_plus(problem.a()),
-        b_is_h_plus: is_h_plus(problem.b()),
+        a_is_h_plus: is_h_plus_within(problem.a(), clock),
+        b_is_h_plus: is_h_plus_within(problem.b(), clock),
         compatible: compatible(problem, steps),
         signs_and_sizes: signs_and_sizes(problem),
-        omega: radius_below_one(&Coupled::of(problem, Against::Condition8)),
+        omega: radius_below_one(&Coupled::of(problem, Against::Condition8), clock),
     }
 }
 
@@ -102,7 +111,8 @@ pub struct Theorem2 {
     pub signs_and_sizes: Answer,
     /// `Ω ≥ D_A D_B⁻¹`.
     pub omega: Answer,
-    /// One α for `A`, `B` and all steps, one β too, `0 < β ≤ α`, and no accelerated step.
+    /// One α for `A` and `B`, one β too, `0 < β ≤ α`, and one step that is not accelerated, or two
+    /// of opposite directions.
     pub parameters: Answer,
     /// α below the bound of (16); yes with a `d` that proves it.
     pub alpha: Answer<Vec<f64>>,
@@ -142,9 +152,10 @@ pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
 ) -> Theorem2 {
     let pairs = |step: &Aor<T>| step.pairs().map(|pair| pair.map(T::wide));
     let [alpha, beta] = steps.first().map_or([f64::NAN; 2], |step| pairs(step)[0]);
-    let same = |step: &Aor<T>| pairs(step) == [[alpha, beta]; 2] && !step.is_accelerated();
-    let parameters = if !steps.iter().all(same) {
-        Answer::No(Failure::Parameter("one (alpha, beta) for A, B and all steps of MMS or TMMS"))
+    let parameters = if !are_of_the_paper(steps) {
+        let range = "one (alpha, beta) for A, B and the step of MMS, or the forward and the \
+                     backward step of TMMS";
+        Answer::No(Failure::Parameter(range))
     } else if !(0.0 < beta && beta <= alpha) {
         Answer::No(Failure::Parameter("0 < beta <= alpha"))
     } else {
@@ -156,7 +167,7 @@ pub fn theorem_2<T: Scalar, A: Rows<T>, B: Rows<T>>(
         signs_and_sizes: signs_and_sizes(problem),
         omega: omega_large(problem),
         parameters,
-        alpha: below_bound(&Coupled::of(problem, Against::Paper), alpha),
+        alpha: below_bound(&Coupled::of(problem, Against::Paper), alpha, &mut Clock::endless()),
     }
 }
 
@@ -201,7 +212,9 @@ pub fn relaxed_alpha_bound<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, 
 }
 
 fn narrow(z: &impl Comparison) -> Bracket {
-    noda(z, |bracket| bracket.upper - bracket.lower <= 1e-6 * (1.0 - bracket.upper).abs())
+    let enough =
+        |bracket: &Bracket| bracket.upper - bracket.lower <= 1e-6 * (1.0 - bracket.upper).abs();
+    noda(z, enough, &mut Clock::endless())
 }
 
 /// The relaxed theorem: `C − max(0, 1 − 1/α)(D_A + D_BΩ)` is a nonsingular M-matrix for the largest
@@ -224,6 +237,14 @@ pub fn relaxed_theorem<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     steps: &[Aor<T>],
 ) -> Answer<Vec<f64>> {
+    relaxed_theorem_within(problem, steps, &mut Clock::endless())
+}
+
+fn relaxed_theorem_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[Aor<T>],
+    clock: &mut Clock<'_>,
+) -> Answer<Vec<f64>> {
     let fits = |step: &Aor<T>| {
         let [of_a, of_b] = step.pairs();
         of_a == of_b && T::zero() <= of_a[1] && of_a[1] <= of_a[0]
@@ -232,18 +253,18 @@ pub fn relaxed_theorem<T: Scalar, A: Rows<T>, B: Rows<T>>(
         return Answer::No(Failure::Parameter("one 0 <= beta <= alpha for A and B in each step"));
     }
     let alpha = steps.iter().map(|step| step.pairs()[0][0].wide()).fold(1.0, f64::max);
-    below_bound(&Coupled::of(problem, Against::Pair), alpha)
+    below_bound(&Coupled::of(problem, Against::Pair), alpha, clock)
 }
 
 /// Whether `α ρ < 1`, from one product with the vector that comes with yes.
-fn below_bound(z: &impl Comparison, alpha: f64) -> Answer<Vec<f64>> {
+fn below_bound(z: &impl Comparison, alpha: f64, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
     if alpha <= 0.0 || alpha.is_nan() {
         return Answer::No(Failure::Parameter("alpha > 0"));
     }
     let below = |upper: f64| (alpha * upper).next_up() < 1.0;
     let above = |lower: f64| (alpha * lower).next_down() >= 1.0;
     let Bracket { lower, upper, vector } =
-        noda(z, |bracket| below(bracket.upper) || above(bracket.lower));
+        noda(z, |bracket| below(bracket.upper) || above(bracket.lower), clock);
     if below(upper) {
         Answer::Yes(vector)
     } else if above(lower) {
@@ -355,36 +376,71 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     steps: &[Aor<T>],
 ) -> Convergence {
+    convergence_within(problem, steps, &mut Clock::endless())
+}
+
+/// As [`convergence`], with what is proved until the clock is up.
+///
+/// ```
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_methods::Clock;
+/// use hlcp_verify::{Convergence, convergence_within};
+///
+/// // Ones are no witness, so one has to be searched for.
+/// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+/// let mut late = || true;
+/// let found = convergence_within(&problem, &[Aor::gauss_seidel()], &mut Clock::new(&mut late));
+/// assert!(matches!(found, Convergence::NotProved(_)));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    steps: &[Aor<T>],
+    clock: &mut Clock<'_>,
+) -> Convergence {
     let all = Steps::new(problem, steps);
     // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched
     // for once.
-    let relaxed = relaxed_theorem(problem, steps);
+    let relaxed = relaxed_theorem_within(problem, steps, clock);
     if let Answer::Yes(d) = &relaxed
         && let Some(contraction) = all.contraction(d.clone())
     {
         // An H₊-matrix A follows from C, which is ⟨A⟩ where these two hold.
         let hypotheses = [signs_and_sizes(problem), omega_large(problem)];
-        let [pair, _] = steps[0].pairs();
-        let plain = |step: &Aor<T>| step.pairs()[0] == pair && !step.is_accelerated();
-        let paper = pair[1] > T::zero()
-            && steps.iter().all(plain)
+        let paper = steps[0].pairs()[0][1] > T::zero()
+            && are_of_the_paper(steps)
             && hypotheses.iter().all(Answer::is_yes)
-            && is_h_plus(problem.b()).is_yes();
+            && is_h_plus_within(problem.b(), clock).is_yes();
         let proof = if paper { Proof::Theorem2 } else { Proof::Relaxed };
         return Convergence::Proved(proof, contraction);
     }
     if !steps.is_empty()
-        && let Answer::Yes(d) = radius_below_one(&all)
+        && let Answer::Yes(d) = radius_below_one(&all, clock)
         && let Some(contraction) = all.contraction(d)
     {
-        let proof =
-            if theorem_1(problem, steps).applies() { Proof::Theorem1 } else { Proof::Witness };
+        let paper = theorem_1_within(problem, steps, clock).applies();
+        let proof = if paper { Proof::Theorem1 } else { Proof::Witness };
         return Convergence::Proved(proof, contraction);
     }
     Convergence::NotProved(match relaxed {
         Answer::No(failure) => Answer::No(failure),
         Answer::Yes(_) | Answer::Undecided => Answer::Undecided,
     })
+}
+
+/// Whether the steps are those of Theorem 2, or the one of Corollary 1: one (α, β) for A and B, not
+/// accelerated, in one direction and then in the other.
+fn are_of_the_paper<T: Scalar>(steps: &[Aor<T>]) -> bool {
+    let plain = |step: &Aor<T>| {
+        let [of_a, of_b] = step.pairs();
+        of_a == of_b && !step.is_accelerated()
+    };
+    match steps {
+        [one] => plain(one),
+        [one, other] => plain(one) && one != other && one.forward() == other.forward(),
+        _ => false,
+    }
 }
 
 /// (I) for AOR splittings, entry by entry: `⟨A⟩ = ⟨M⟩ − |N|` holds on the diagonal for α ≤ 1, in

@@ -107,7 +107,8 @@ pub(crate) struct Arguments {
     /// The largest number of iterations
     #[arg(long, help_heading = STOPPING, default_value_t = 30_000, allow_hyphen_values = true)]
     pub(crate) max_iterations: usize,
-    /// The longest time of one solve, in seconds
+    /// The longest time of one solve with its certificate, in seconds; to read or pose the problem
+    /// comes before
     #[arg(long, help_heading = STOPPING, allow_hyphen_values = true)]
     pub(crate) max_seconds: Option<f64>,
     /// Write z to this file, also of a solve that did not converge; needs --method. A regular file

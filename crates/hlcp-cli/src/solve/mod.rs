@@ -10,7 +10,7 @@ use std::{
     ops::ControlFlow,
     path::Path,
     sync::Arc,
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 pub(crate) use arguments::Arguments;
@@ -20,8 +20,10 @@ use hlcp_core::World;
 use hlcp_core::{
     FivePoint, Identity, LinearOperator, Ranks, Rows, Scalar, Strip, files, market, recognise_grid,
 };
-use hlcp_methods::{Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance};
-use hlcp_verify::{Certificate, convergence};
+use hlcp_methods::{
+    Clock, Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance,
+};
+use hlcp_verify::{Certificate, Convergence, convergence_within};
 use serde_json::json;
 
 use crate::{
@@ -198,14 +200,15 @@ impl Run<'_> {
         given: &Problem<T>,
         q: &[T],
         answer: [&[T]; 2],
+        clock: &mut Clock<'_>,
     ) -> Result<report::Proved, Box<dyn Error>> {
         let [z, r] = answer;
         if given.march.0 > 1 || size_of::<T>() == size_of::<f64>() {
-            return Ok(report::certify(given, q, z, r)?);
+            return Ok(report::certify(given, q, z, r, clock)?);
         }
         let exact = self.problem(self.arguments.given.scene.wide)?;
         let [z, r] = answer.map(|v| v.iter().map(|v| v.wide()).collect::<Vec<f64>>());
-        Ok(report::certify(&exact, &exact.q, &z, &r)?)
+        Ok(report::certify(&exact, &exact.q, &z, &r, clock)?)
     }
 
     /// Whether this is the only process, or the one that prints.
@@ -326,8 +329,13 @@ impl Run<'_> {
                 continue;
             };
             let figures = (given.figures)(&z, &r);
+            // Proofs have what the solve has left of its time.
+            let left = time.map(|time| time.saturating_sub(outcome.elapsed));
+            let begun = Instant::now();
+            let mut is_late = || left.is_some_and(|left| begun.elapsed() >= left);
+            let clock = &mut Clock::new(&mut is_late);
             let certificate = if arguments.certify {
-                Some(self.certified(given, &q, [solver.z(), solver.r()])?)
+                Some(self.certified(given, &q, [solver.z(), solver.r()], clock)?)
             } else {
                 None
             };
@@ -363,7 +371,13 @@ impl Run<'_> {
                 }
                 if let Some(certificate) = &certificate {
                     print::line(match named.steps(&problem)? {
-                        Some(steps) => format!("  {}", convergence(&problem, &steps)),
+                        Some(steps) => match convergence_within(&problem, &steps, clock) {
+                            Convergence::NotProved(_) if clock.is_up() => {
+                                "  convergence: not proved, because the time limit was reached"
+                                    .into()
+                            }
+                            found => format!("  {found}"),
+                        },
                         None => {
                             "  convergence: not proved, because the check does not cover the method"
                                 .into()

@@ -3,8 +3,8 @@
 use std::io;
 
 use hlcp_core::{Norms, Scalar};
-use hlcp_methods::{Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Refusal, decimal, witness};
+use hlcp_methods::{Clock, Named, Outcome, Status};
+use hlcp_verify::{Branch, Certificate, Refusal, certify_within, decimal, witness_within};
 use serde_json::{Value, json};
 
 use super::{
@@ -120,19 +120,21 @@ const SEARCHED: usize = 100_000;
 /// What is proved of an answer, or why nothing is.
 pub(crate) type Proved = Result<Certificate, Refusal>;
 
-/// What is proved of an answer; of smaller problems also that it is the only one, if it can be.
+/// What is proved of an answer before the clock is up; of smaller problems also that it is the only
+/// one, if it can be.
 pub(crate) fn certify<T: Scalar>(
     Problem { a, b, .. }: &Problem<T>,
     q: &[T],
     z: &[T],
     r: &[T],
+    clock: &mut Clock<'_>,
 ) -> Result<Proved, hlcp_core::Error> {
-    let mut found = hlcp_verify::certify(a, b, q, z, r)?;
+    let mut found = certify_within(a, b, q, z, r, clock)?;
     if let Ok(certificate) = &mut found
         && certificate.witness.is_none()
         && q.len() <= SEARCHED
     {
-        certificate.witness = witness(a, b)?;
+        certificate.witness = witness_within(a, b, clock)?;
     }
     Ok(found)
 }

@@ -3,6 +3,7 @@
 use hlcp_core::Scalar;
 
 use super::matrix::{Matrix, NONE};
+use crate::Clock;
 
 /// A coupling of less than this part of an unknown's largest one is weak.
 const WEAK: f64 = 0.25;
@@ -21,14 +22,17 @@ const MEMBERS: u8 = 4;
 /// columns alike, so that no direction of a flow is preferred. Unknowns of which `apart` is true
 /// join none. Unknowns that are aggregates themselves `held` by some coupling do not join by one
 /// that is weak beside it: sweeps, which move the members of a stiff block one by one, do not move
-/// the block, and the coarser level could not move it without its neighbours.
+/// the block, and the coarser level could not move it without its neighbours. None when the clock
+/// is up.
 pub(super) fn pairs<T: Scalar>(
     matrices: &[(&Matrix<T>, T)],
     held: &[T],
     apart: impl Fn(usize) -> bool,
-) -> (Vec<u32>, Vec<T>) {
+    clock: &mut Clock<'_>,
+) -> Option<(Vec<u32>, Vec<T>)> {
     let n = matrices.first().map_or(0, |(matrix, _)| matrix.order());
-    let columns: Vec<_> = matrices.iter().map(|(matrix, _)| matrix.transpose()).collect();
+    let columns = matrices.iter().map(|(matrix, _)| matrix.transpose(clock));
+    let columns = columns.collect::<Option<Vec<_>>>()?;
     let mut aggregate = vec![NONE; n];
     let mut members: Vec<u8> = Vec::with_capacity(n / 2 + 1);
     let mut bonds: Vec<T> = Vec::with_capacity(n / 2 + 1);
@@ -37,6 +41,9 @@ pub(super) fn pairs<T: Scalar>(
     let mut near: Vec<u32> = Vec::new();
     let [weak, alike] = [WEAK, ALIKE].map(T::of);
     for i in 0..n {
+        if clock.is_up_at(i) {
+            return None;
+        }
         if aggregate[i] != NONE || apart(i) {
             continue;
         }
@@ -83,19 +90,21 @@ pub(super) fn pairs<T: Scalar>(
             members[joined as usize] += 1;
         }
     }
-    (aggregate, bonds)
+    Some((aggregate, bonds))
 }
 
-/// The aggregates of two passes of pairing, and the sums over pairs of them.
+/// The aggregates of two passes of pairing, and the sums over pairs of them; none when the clock is
+/// up.
 pub(super) fn coarsen<T: Scalar>(
     matrix: &Matrix<T>,
     apart: impl Fn(usize) -> bool,
-) -> (Vec<u32>, Matrix<T>) {
-    let (mut aggregate, bonds) = pairs(&[(matrix, T::one())], &[], apart);
-    let middle = matrix.aggregated(&aggregate, bonds.len());
-    let (second, quarter) = pairs(&[(&middle, T::one())], &bonds, |_| false);
+    clock: &mut Clock<'_>,
+) -> Option<(Vec<u32>, Matrix<T>)> {
+    let (mut aggregate, bonds) = pairs(&[(matrix, T::one())], &[], apart, clock)?;
+    let middle = matrix.aggregated(&aggregate, bonds.len(), clock)?;
+    let (second, quarter) = pairs(&[(&middle, T::one())], &bonds, |_| false, clock)?;
     for a in aggregate.iter_mut().filter(|a| **a != NONE) {
         *a = second[*a as usize];
     }
-    (aggregate, middle.aggregated(&second, quarter.len()))
+    Some((aggregate, middle.aggregated(&second, quarter.len(), clock)?))
 }

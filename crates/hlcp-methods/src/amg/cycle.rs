@@ -101,7 +101,7 @@ impl<T: Scalar> Hierarchy<T> {
                 bottom = Some(Lu::of(&fine.matrix));
                 break;
             }
-            let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart(i));
+            let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart(i), clock)?;
             // Two transposes, and two sums of which the second is half as long.
             walked += 4 * fine.matrix.entries();
             // Every level is shorter by a tenth at least, so the loop ends.
@@ -276,8 +276,12 @@ pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) 
         if v.len() >= LONG && clock.is_up() {
             break;
         }
-        (0..v.len()).for_each(|i| matrix.relax_homogeneous(i, &mut v));
-        (0..v.len()).rev().for_each(|i| matrix.relax_homogeneous(i, &mut v));
+        for i in (0..v.len()).chain((0..v.len()).rev()) {
+            if clock.is_up_at(i) {
+                break;
+            }
+            matrix.relax_homogeneous(i, &mut v);
+        }
     }
     bounded(&mut v);
     v

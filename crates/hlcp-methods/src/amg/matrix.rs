@@ -5,6 +5,8 @@ use std::ops::Range;
 
 use hlcp_core::{Diagonal, LinearOperator, Rows, Scalar};
 
+use crate::Clock;
+
 /// No aggregate: an unknown that the sweeps alone settle.
 pub(super) const NONE: u32 = u32::MAX;
 
@@ -34,17 +36,20 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// The rows of an operator.
-    pub(super) fn of(operator: &impl Rows<T>) -> Self {
+    /// The rows of an operator. None when the clock is up, as of all that follows.
+    pub(super) fn of(operator: &impl Rows<T>, clock: &mut Clock<'_>) -> Option<Self> {
         let n = operator.order();
         let mut matrix = Self::with_capacity(n, 4 * n);
         let mut row: Vec<(u32, T)> = vec![];
         for i in 0..n {
+            if clock.is_up_at(i) {
+                return None;
+            }
             row.clear();
             operator.visit_row(i, &mut |j, a| row.push((j as u32, a)));
             matrix.push(&row);
         }
-        matrix
+        Some(matrix)
     }
 
     /// Appends the next row, no column of which comes twice.
@@ -162,7 +167,7 @@ impl<T: Scalar> Matrix<T> {
     }
 
     /// The columns' entries beside the diagonal: the rows of the transpose.
-    pub(super) fn transpose(&self) -> Transpose<T> {
+    pub(super) fn transpose(&self, clock: &mut Clock<'_>) -> Option<Transpose<T>> {
         let mut starts = vec![0; self.order() + 1];
         for &j in &self.columns {
             starts[j as usize + 1] += 1;
@@ -173,22 +178,33 @@ impl<T: Scalar> Matrix<T> {
         let mut next = starts.clone();
         let mut entries = vec![(0, T::zero()); self.columns.len()];
         for i in 0..self.order() {
+            if clock.is_up_at(i) {
+                return None;
+            }
             for (j, a) in self.off(i) {
                 entries[next[j]] = (i as u32, a);
                 next[j] += 1;
             }
         }
-        Transpose { starts, entries }
+        Some(Transpose { starts, entries })
     }
 
     /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is
     /// left out.
-    pub(super) fn aggregated(&self, aggregate: &[u32], count: usize) -> Self {
+    pub(super) fn aggregated(
+        &self,
+        aggregate: &[u32],
+        count: usize,
+        clock: &mut Clock<'_>,
+    ) -> Option<Self> {
         let members = Members::new(aggregate, count);
         let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
         let mut place = vec![usize::MAX; count];
         let mut row: Vec<(u32, T)> = Vec::new();
         for a in 0..count {
+            if clock.is_up_at(a) {
+                return None;
+            }
             row.clear();
             let mut add = |to: u32, value: T| {
                 // A place of an earlier row holds another column now, or lies beyond.
@@ -210,7 +226,7 @@ impl<T: Scalar> Matrix<T> {
             row.sort_unstable_by_key(|entry| entry.0);
             coarse.push(&row);
         }
-        coarse
+        Some(coarse)
     }
 }
 

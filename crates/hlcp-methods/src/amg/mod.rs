@@ -209,7 +209,7 @@ impl<T: Scalar> Amg<T> {
             let pairs = active.clone().zip(&self.active);
             let changed = pairs.filter(|(active, before)| active != *before).count();
             let stale = self.stale + changed;
-            if stale <= few && (changed == 0 || self.renew(jacobian)) {
+            if stale <= few && (changed == 0 || self.renew(jacobian, clock)) {
                 self.stale = stale;
                 return;
             }
@@ -221,15 +221,50 @@ impl<T: Scalar> Amg<T> {
             self.hierarchy = None;
             return;
         };
-        let (mut matrix, scale, dry) = self.split(jacobian, a_conducts);
+        let Some((mut matrix, scale, dry)) = self.split(jacobian, a_conducts, clock) else {
+            self.hierarchy = None;
+            return;
+        };
         matrix.scale_columns(&scale);
         self.build(matrix, scale, |at| dry[at], clock);
     }
 
-    /// Puts J on the finest level and leaves the others as they are; whether there are any.
-    fn renew<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) -> bool {
+    /// Overwrites `y` with what a W-cycle makes of `rhs`, as [`Preconditioner::solve`] does; with
+    /// anything when the clock is up.
+    ///
+    /// # Panics
+    ///
+    /// Unless the problem, `rhs` and `y` are of the order of the problem given to
+    /// [`new`](Self::new).
+    pub fn cycle<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        rhs: &[T],
+        y: &mut [T],
+        clock: &mut Clock<'_>,
+    ) {
+        self.set_up_within(jacobian, 0, clock);
+        for at in 0..rhs.len() {
+            self.rhs[at] = rhs[self.at(at)];
+        }
+        let Some(hierarchy) = &mut self.hierarchy else { return };
+        hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
+        for at in 0..rhs.len() {
+            y[self.at(at)] = self.y[at] * self.scale[at];
+        }
+    }
+
+    /// Puts J on the finest level and leaves the others as they are; whether there are any, and
+    /// time.
+    fn renew<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) -> bool {
         let Some(a_conducts) = self.a_conducts else { return false };
-        let (mut matrix, scale, dry) = self.split(jacobian, a_conducts);
+        let Some((mut matrix, scale, dry)) = self.split(jacobian, a_conducts, clock) else {
+            return false;
+        };
         for (at, scale) in scale.into_iter().enumerate() {
             let i = self.at(at);
             if jacobian.is_active(i) != self.active[i] {
@@ -242,18 +277,20 @@ impl<T: Scalar> Amg<T> {
         self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
     }
 
-    /// The rows of J, the scale of each column, and which unknowns are dry.
+    /// The rows of J, the scale of each column, and which unknowns are dry; nothing when the clock
+    /// is up.
     fn split<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
         a_conducts: bool,
-    ) -> (Matrix<T>, Vec<T>, Vec<bool>) {
-        let matrix = self.assemble(jacobian);
+        clock: &mut Clock<'_>,
+    ) -> Option<(Matrix<T>, Vec<T>, Vec<bool>)> {
+        let matrix = self.assemble(jacobian, clock)?;
         let void = |at| jacobian.is_active(self.at(at)) != a_conducts;
         let void: Vec<bool> = (0..self.rhs.len()).map(void).collect();
         self.walks += VOID as f64;
-        let (scale, dry) = void_scale(&matrix, &void);
-        (matrix, scale, dry)
+        let (scale, dry) = void_scale(&matrix, &void, clock);
+        Some((matrix, scale, dry))
     }
 
     /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
@@ -264,17 +301,15 @@ impl<T: Scalar> Amg<T> {
         clock: &mut Clock<'_>,
     ) -> Option<bool> {
         if self.a_conducts.is_none() {
-            let a = Flow::of(&Matrix::of(problem.a()));
-            if clock.is_up() {
-                return None;
-            }
-            let b = Flow::of(&Matrix::of(problem.b()));
-            if clock.is_up() {
-                return None;
-            }
+            let a = Flow::of(&Matrix::of(problem.a(), clock)?, clock)?;
+            let b = Flow::of(&Matrix::of(problem.b(), clock)?, clock)?;
             let a_conducts = a.share <= b.share;
             let carries = if a_conducts { b } else { a };
-            self.order = carries.order(problem.order()).unwrap_or_default();
+            let order = carries.order(problem.order(), clock).unwrap_or_default();
+            if clock.is_up() {
+                return None;
+            }
+            self.order = order;
             self.place = vec![0; self.order.len()];
             for (at, &i) in self.order.iter().enumerate() {
                 self.place[i as usize] = at as u32;
@@ -309,20 +344,27 @@ impl<T: Scalar> Amg<T> {
         self.order.get(place).map_or(place, |&i| i as usize)
     }
 
-    /// The rows of J in the order along the flow.
-    fn assemble<A: Rows<T>, B: Rows<T>>(&self, jacobian: &Jacobian<'_, T, A, B>) -> Matrix<T> {
+    /// The rows of J in the order along the flow; nothing when the clock is up.
+    fn assemble<A: Rows<T>, B: Rows<T>>(
+        &self,
+        jacobian: &Jacobian<'_, T, A, B>,
+        clock: &mut Clock<'_>,
+    ) -> Option<Matrix<T>> {
         let n = self.rhs.len();
         let entries = self.hierarchy.as_ref().map_or(4 * n, Hierarchy::entries);
         let mut matrix = Matrix::with_capacity(n, entries);
         let mut row: Vec<(u32, T)> = vec![];
         for at in 0..n {
+            if clock.is_up_at(at) {
+                return None;
+            }
             row.clear();
             jacobian.visit_row(self.at(at), |j, a| {
                 row.push((self.place.get(j).copied().unwrap_or(j as u32), a));
             });
             matrix.push(&row);
         }
-        matrix
+        Some(matrix)
     }
 
     /// Builds the hierarchy below `matrix`, whose columns have been scaled by `scale`.
@@ -441,7 +483,10 @@ impl<T: Scalar> Amg<T> {
         self.flexible(&mut residual, &mut v, (0.0, ROUGH), clock);
         bounded(&mut v);
         v.iter_mut().zip(&self.scale).for_each(|(v, &scale)| *v *= scale);
-        let mut matrix = self.assemble(jacobian);
+        let Some(mut matrix) = self.assemble(jacobian, clock) else {
+            self.hierarchy = None;
+            return;
+        };
         matrix.scale_columns(&v);
         self.build(matrix, v, |_| false, clock);
     }
@@ -491,13 +536,23 @@ impl<T: Scalar> Amg<T> {
     }
 }
 
-/// The scale of the void and which of it is dry: 1 elsewhere, and in the void what solves its rows.
-fn void_scale<T: Scalar>(matrix: &Matrix<T>, void: &[bool]) -> (Vec<T>, Vec<bool>) {
+/// The scale of the void and which of it is dry: 1 elsewhere, and in the void what solves its rows;
+/// anything when the clock is up.
+fn void_scale<T: Scalar>(
+    matrix: &Matrix<T>,
+    void: &[bool],
+    clock: &mut Clock<'_>,
+) -> (Vec<T>, Vec<bool>) {
     let of_void = || (0..void.len()).filter(|&i| void[i]);
     let mut scale: Vec<T> =
         void.iter().map(|&void| if void { T::zero() } else { T::one() }).collect();
     for _ in 0..VOID {
-        of_void().for_each(|i| matrix.relax_homogeneous(i, &mut scale));
+        for (k, i) in of_void().enumerate() {
+            if clock.is_up_at(k) {
+                break;
+            }
+            matrix.relax_homogeneous(i, &mut scale);
+        }
     }
     let full = (0..void.len()).filter(|&i| !void[i]).map(|i| matrix.diagonal[i]);
     let (sum, count) = full.fold((T::zero(), 0.0), |(sum, count), d| (sum + d, count + 1.0));
@@ -535,17 +590,7 @@ fn check<T: Scalar>(
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
     fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
-        self.set_up(jacobian);
-        for at in 0..rhs.len() {
-            self.rhs[at] = rhs[self.at(at)];
-        }
-        if let Some(hierarchy) = &mut self.hierarchy {
-            let clock = &mut Clock::endless();
-            hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
-        }
-        for at in 0..rhs.len() {
-            y[self.at(at)] = self.y[at] * self.scale[at];
-        }
+        self.cycle(jacobian, rhs, y, &mut Clock::endless());
     }
 }
 

@@ -28,8 +28,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     if clock.is_up() {
         return Ok(0.0);
     }
-    let coarser = coarser(&Matrix::of(problem.a()), &Matrix::of(problem.b()), clock);
-    let Some((aggregate, a, b)) = coarser else { return Ok(0.0) };
+    let Some((aggregate, a, b)) = coarser(problem, clock) else { return Ok(0.0) };
     let count = a.order();
     if 10 * count > 9 * n || clock.is_up() {
         return Ok(0.0);
@@ -73,8 +72,12 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
 type Coarser<T> = (Vec<u32>, Matrix<T>, Matrix<T>);
 
 /// The aggregates of two passes of pairing, unless the clock is up before.
-fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
-    let (mut aggregate, a, b) = halved(a, b, clock)?;
+fn coarser<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    clock: &mut Clock<'_>,
+) -> Option<Coarser<T>> {
+    let (a, b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
+    let (mut aggregate, a, b) = halved(&a, &b, clock)?;
     let (second, a, b) = halved(&a, &b, clock)?;
     aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);
     Some((aggregate, a, b))
@@ -83,33 +86,39 @@ fn coarser<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Op
 fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
     let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
     // In one unit: of equal traces.
-    let (aggregate, bonds) = pairs(&[(a, T::one()), (b, trace(a) / trace(b))], &[], |_| false);
+    let both = [(a, T::one()), (b, trace(a) / trace(b))];
+    let (aggregate, bonds) = pairs(&both, &[], |_| false, clock)?;
     let count = bonds.len();
-    let mut sum = |m| {
-        let late = clock.is_up();
-        (!late).then(|| in_series(m, &aggregate, count).aggregated(&aggregate, count))
-    };
+    let mut sum = |m| in_series(m, &aggregate, count, clock)?.aggregated(&aggregate, count, clock);
     let (a, b) = (sum(a)?, sum(b)?);
     Some((aggregate, a, b))
 }
 
 /// The matrix with couplings between aggregates weakened, as conductors are by others in series
-/// with them.
+/// with them; none when the clock is up.
 ///
 /// From the middle of an aggregate to the middle of the next lead half of the coupling within the
 /// one, the coupling between them, and half of that within the other; what leads there side by side
 /// adds up. On cells of two by two of a grid that is the usual rule for conductances. Only what is
 /// symmetric conducts: transport stays as it is, and so do the sums of rows and of columns, that is
 /// the balances.
-fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> Matrix<T> {
+fn in_series<T: Scalar>(
+    matrix: &Matrix<T>,
+    aggregate: &[u32],
+    count: usize,
+    clock: &mut Clock<'_>,
+) -> Option<Matrix<T>> {
     let (n, two) = (matrix.order(), T::one() + T::one());
-    let conduction = conduction(matrix);
+    let conduction = conduction(matrix, clock)?;
     let members = Members::new(aggregate, count);
     // Which members of the aggregate at hand, a bit each, touch another one.
     let mut touching = vec![(NONE, 0_u8); count];
     let mut within = vec![T::zero(); n];
     let mut half = conduction.clone();
     for own in 0..count {
+        if clock.is_up_at(own) {
+            return None;
+        }
         let group = members.of(own);
         for (bit, &i) in group.iter().enumerate() {
             for (j, _) in conduction.off(i as usize) {
@@ -136,10 +145,13 @@ fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> 
     }
     // The same couplings seen from the other side: rows and columns of a symmetric pattern come in
     // one order.
-    let other = half.transpose();
+    let other = half.transpose(clock)?;
     let mut weakened = Matrix::with_capacity(n, matrix.entries());
     let (mut loss, mut row) = (vec![T::zero(); n], vec![]);
     for i in 0..n {
+        if clock.is_up_at(i) {
+            return None;
+        }
         let mut total = T::zero();
         let sides = half.off(i).zip(other.column(i));
         for ((j, c), ((_, own), &(_, other))) in conduction.off(i).zip(sides) {
@@ -154,16 +166,19 @@ fn in_series<T: Scalar>(matrix: &Matrix<T>, aggregate: &[u32], count: usize) -> 
         weakened.push(&row);
         conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
     }
-    weakened
+    Some(weakened)
 }
 
 /// The symmetric part of the negative couplings, `min(−aᵢⱼ, −aⱼᵢ)` where that is positive.
-fn conduction<T: Scalar>(matrix: &Matrix<T>) -> Matrix<T> {
-    let (n, columns) = (matrix.order(), matrix.transpose());
+fn conduction<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Matrix<T>> {
+    let (n, columns) = (matrix.order(), matrix.transpose(clock)?);
     let mut back = vec![T::zero(); n];
     let mut conduction = Matrix::with_capacity(n, matrix.entries());
     let mut row = vec![];
     for i in 0..n {
+        if clock.is_up_at(i) {
+            return None;
+        }
         columns.column(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
         row.clear();
         row.extend(matrix.off(i).map(|(j, a)| (j as u32, back[j].min(-a))));
@@ -171,7 +186,7 @@ fn conduction<T: Scalar>(matrix: &Matrix<T>) -> Matrix<T> {
         conduction.push(&row);
         columns.column(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
     }
-    conduction
+    Some(conduction)
 }
 
 #[cfg(test)]
@@ -190,9 +205,11 @@ mod tests {
             let [s, w, e, n] = [d(i, j), c(i, j), c(i + 1, j), d(i, j + 1)];
             [-s, -w, s + w + e + n, -e, -n]
         });
-        let fine = Matrix::<f64>::of(&a.unwrap());
+        let clock = &mut Clock::endless();
+        let fine = Matrix::<f64>::of(&a.unwrap(), clock).unwrap();
         let aggregate: Vec<u32> = (0..16).map(|k| k / 8 * 2 + k % 4 / 2).collect();
-        let coarse = in_series(&fine, &aggregate, 4).aggregated(&aggregate, 4);
+        let weakened = in_series(&fine, &aggregate, 4, clock).unwrap();
+        let coarse = weakened.aggregated(&aggregate, 4, clock).unwrap();
         let row = |j: usize| 1.0 / (0.5 / c(1, j) + 1.0 / c(2, j) + 0.5 / c(3, j));
         let line = |i: usize| 1.0 / (0.5 / d(i, 1) + 1.0 / d(i, 2) + 0.5 / d(i, 3));
         let off: Vec<_> = coarse.off(0).collect();
@@ -210,9 +227,11 @@ mod tests {
     #[test]
     fn transport_is_summed_as_it_is() {
         let b = FivePoint::from_fn(6, 1, |i, _| [0.0, -1.0 - i as f64, 2.0 + i as f64, 0.0, 0.0]);
-        let fine = Matrix::<f64>::of(&b.unwrap());
+        let clock = &mut Clock::endless();
+        let fine = Matrix::<f64>::of(&b.unwrap(), clock).unwrap();
         let aggregate = [0, 0, 1, 1, 2, 2];
-        let coarse = in_series(&fine, &aggregate, 3).aggregated(&aggregate, 3);
+        let weakened = in_series(&fine, &aggregate, 3, clock).unwrap();
+        let coarse = weakened.aggregated(&aggregate, 3, clock).unwrap();
         assert_eq!(coarse.diagonal, [3.0, 5.0, 7.0]);
         assert_eq!(coarse.off(2).collect::<Vec<_>>(), [(1, -5.0)]);
     }

@@ -5,6 +5,7 @@ use std::{cmp::Reverse, collections::BinaryHeap};
 use hlcp_core::Scalar;
 
 use super::matrix::Matrix;
+use crate::Clock;
 
 /// The transport in a matrix.
 #[derive(Debug)]
@@ -16,12 +17,16 @@ pub(super) struct Flow {
 }
 
 impl Flow {
-    pub(super) fn of<T: Scalar>(matrix: &Matrix<T>) -> Self {
-        let (n, columns) = (matrix.order(), matrix.transpose());
+    /// None when the clock is up.
+    pub(super) fn of<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Self> {
+        let (n, columns) = (matrix.order(), matrix.transpose(clock)?);
         let mut net = vec![T::zero(); n];
         let (mut arrows, mut sum, mut all) = (vec![], 0.0, 0.0);
         let wide = |a: T| a.to_f64().unwrap_or(f64::NAN);
         for i in 0..n {
+            if clock.is_up_at(i) {
+                return None;
+            }
             for (j, a) in matrix.off(i) {
                 net[j] += a.abs();
                 all += wide(a.abs());
@@ -39,15 +44,16 @@ impl Flow {
             }
         }
         arrows.sort_unstable();
-        Self { arrows, share: if all > 0.0 { sum / all } else { 1.0 } }
+        Some(Self { arrows, share: if all > 0.0 { sum / all } else { 1.0 } })
     }
 
     /// The `n` unknowns in an order in which, as far as there is one, arrows lead from the earlier
-    /// to the later; `None` where the natural one is that, or there are no arrows.
+    /// to the later; `None` where the natural one is that, or there are no arrows, or when the
+    /// clock is up.
     ///
     /// Of those that may come next the one with the smallest number does (Kahn's algorithm with a
     /// heap), also where a circle leaves none: so a grid keeps its lines.
-    pub(super) fn order(&self, n: usize) -> Option<Vec<u32>> {
+    pub(super) fn order(&self, n: usize, clock: &mut Clock<'_>) -> Option<Vec<u32>> {
         if self.arrows.iter().all(|[from, to]| from < to) {
             return None;
         }
@@ -64,6 +70,9 @@ impl Flow {
             first += u32::from(i == first);
             if std::mem::replace(&mut done[i as usize], true) {
                 continue;
+            }
+            if clock.is_up_at(order.len()) {
+                return None;
             }
             order.push(i);
             let from = self.arrows.partition_point(|arrow| arrow[0] < i);
@@ -93,14 +102,16 @@ mod tests {
 
     #[test]
     fn the_order_follows_the_flow_and_cuts_circles() {
+        let of = |matrix| Flow::of(&matrix, &mut Clock::endless()).unwrap();
+        let order = |flow: &Flow, n| flow.order(n, &mut Clock::endless());
         // Transport 3 → 1 → 0 → 2, beside a coupling of 2 and 3 with a counterpart.
-        let flow = Flow::of(&matrix(4, &[(1, 3), (0, 1), (2, 0), (2, 3), (3, 2)]));
-        assert_eq!((flow.order(4), flow.share), (Some(vec![3, 1, 0, 2]), 0.6));
+        let flow = of(matrix(4, &[(1, 3), (0, 1), (2, 0), (2, 3), (3, 2)]));
+        assert_eq!((order(&flow, 4), flow.share), (Some(vec![3, 1, 0, 2]), 0.6));
         // A circle 0 → 2 → 1 → 0 begins at its smallest number.
-        assert_eq!(Flow::of(&matrix(3, &[(2, 0), (1, 2), (0, 1)])).order(3), Some(vec![0, 2, 1]));
+        assert_eq!(order(&of(matrix(3, &[(2, 0), (1, 2), (0, 1)])), 3), Some(vec![0, 2, 1]));
         // Along the numbers, and no flow at all.
-        assert_eq!(Flow::of(&matrix(3, &[(1, 0), (2, 1)])).order(3), None);
-        assert_eq!(Flow::of(&matrix(2, &[(0, 1), (1, 0)])).order(2), None);
-        assert_eq!(Flow::of(&matrix(2, &[])).share, 1.0);
+        assert_eq!(order(&of(matrix(3, &[(1, 0), (2, 1)])), 3), None);
+        assert_eq!(order(&of(matrix(2, &[(0, 1), (1, 0)])), 2), None);
+        assert_eq!(of(matrix(2, &[])).share, 1.0);
     }
 }

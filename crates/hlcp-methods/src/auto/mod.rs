@@ -73,11 +73,12 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
-/// is set going. Its progress is at least `0.3/W` once its window is `4W`. Promises fall below that
-/// after some windows each, and a method whose progress has come out smaller is left; so from then
-/// on the method at work makes that progress, and the solve converges if its limits allow. Until
-/// then the trial of a method takes the work in which one as good as its promise takes off a fixed
-/// number of digits. No theorem says beforehand which method that will be.
+/// is set going. Then the solve converges, if its limits allow. For that method's windows grow if
+/// it has turns without end, and one of `4W` shows a progress of `0.23/W` at least, although it may
+/// begin at ten times the smallest residual. If its turns end, the windows of the others make, at
+/// last, the progress that it still promises. How fast that is no theorem says: promises fall by
+/// four while windows double, so a slow method may keep its turns where the good one's promise has
+/// fallen below its progress before the good one's window was long enough to show more.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton

@@ -105,9 +105,14 @@ pub(super) struct Equation<'l, T: Scalar> {
 }
 
 impl<T: Scalar> Equation<'_, T> {
+    /// Returns whether there is no time for a walk over this grid.
+    fn is_late(&self, clock: &mut Clock<'_>) -> bool {
+        self.points >= LONG && clock.is_up()
+    }
+
     /// A forward and a backward sweep.
     pub(super) fn smooth(&mut self, x: &mut [T], clock: &mut Clock<'_>) {
-        if self.points >= LONG && clock.is_up() {
+        if self.is_late(clock) {
             return;
         }
         let between = &mut self.between[..x.len()];
@@ -144,6 +149,9 @@ impl<T: Scalar> Equation<'_, T> {
     /// receives the interpolated `x_H − I x`, unless it is not finite. Between the grids `x_H` has
     /// the scale of `x`.
     pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
+        if self.is_late(clock) {
+            return;
+        }
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
         let points = level.grid().iter().product();
         let Level { transfer, gathered, problem, ratio, x: coarse, f } = level;
@@ -161,6 +169,9 @@ impl<T: Scalar> Equation<'_, T> {
         for &visit in visits {
             below.cycle(visit, coarse, clock);
         }
+        if self.points >= LONG && clock.is_up() {
+            return;
+        }
         keep_own(gathered, own, coarse);
         let mut finite = true;
         transfer.inject(x, |k, fine| {
@@ -177,6 +188,9 @@ impl<T: Scalar> Equation<'_, T> {
     /// Overwrites `x` by nested iteration: from the coarsest grid's solution, one cycle on each
     /// finer grid.
     pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
+        if self.is_late(clock) {
+            return;
+        }
         x.fill(T::zero());
         if let Some((level, coarser)) = self.coarser.split_first_mut() {
             let points = level.grid().iter().product();
@@ -191,6 +205,9 @@ impl<T: Scalar> Equation<'_, T> {
             let (between, parallel) = (&mut *self.between, self.parallel);
             Equation { smoother, f: (T::one(), f), points, coarser, between, parallel }
                 .nested(kind, coarse, clock);
+            if self.points >= LONG && clock.is_up() {
+                return;
+            }
             keep_own(gathered, own, coarse);
             let coarse = &mut coarse[..own];
             for (k, coarse) in coarse.iter_mut().enumerate() {

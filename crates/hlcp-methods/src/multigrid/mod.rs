@@ -307,7 +307,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
             Turn::Compare => {
                 let [before, swept, cycled] = compare(&mut equation, kind, q, y, clock);
                 pace.compared(cycled / before, (swept / before).powi(pairs as i32));
-                if cycled.is_nan() || cycled > swept {
+                if (cycled.is_nan() || cycled > swept) && !clock.is_up() {
                     y.copy_from_slice(x);
                     self.scaling.rescale(&self.problem, y, false);
                     let mut equation = self.equation(q);
@@ -322,7 +322,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
 }
 
 /// A cycle with three pairs of sweeps before the correction; the defects before and after the
-/// third, and in the end.
+/// third, and in the end, NaN when the clock is up.
 ///
 /// By the third pair what is rough is gone, so the first two numbers tell the pace of sweeps, and
 /// the first and the last that of a cycle.
@@ -334,13 +334,16 @@ fn compare<T: Scalar>(
     clock: &mut Clock<'_>,
 ) -> [f64; 3] {
     let smoother = equation.smoother;
+    let norm = |x: &[T], clock: &mut Clock<'_>| {
+        if clock.is_up() { f64::NAN } else { smoother.norms(q, x).l2 }
+    };
     equation.smooth(x, clock);
-    let before = smoother.norms(q, x).l2;
+    let before = norm(x, clock);
     equation.smooth(x, clock);
-    let swept = smoother.norms(q, x).l2;
+    let swept = norm(x, clock);
     equation.correct(kind, x, clock);
     equation.smooth(x, clock);
-    [before, swept, smoother.norms(q, x).l2]
+    [before, swept, norm(x, clock)]
 }
 
 /// Where ranks share a problem, each has the whole of coarser grids of fewer points, and of those

@@ -6,8 +6,8 @@ use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 use crate::common::{Counted, Walked};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingFn, SplittingStep};
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid,
-    Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
+    AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms,
+    Multigrid, Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
 };
 
 const M: usize = 24;
@@ -116,6 +116,46 @@ fn cycles_end_with_the_time() {
         let norms = method.step(&q, &vec![1.0; m * m], &mut y, &mut Clock::new(&mut ask));
         assert!(norms.l2.is_finite());
         assert_eq!(asked, 4, "asked until the time is up, and no more");
+    }
+}
+
+/// Between two looks at the clock, and after the last, no step walks over the rows more often than a
+/// sweep, or a pair, and what measures it.
+#[test]
+fn steps_look_at_the_clock_between_sweeps() {
+    const WALKS: usize = 3;
+    let m = 180;
+    let a = Counted::new(FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
+    let p = || problem.clone();
+    let tmgs = || Tmms::mirrored(p(), Aor::gauss_seidel()).unwrap();
+    let mut newton = Newton::new(tmgs(), Ssor);
+    let mut anderson = Anderson::new(tmgs(), 5).unwrap();
+    let mut amg = AmgNewton::new(Mms::new(p(), Aor::gauss_seidel()).unwrap()).unwrap();
+    let methods: [(&str, &mut dyn Method<f64, A = _, B = _>); 3] =
+        [("newton", &mut newton), ("anderson", &mut anderson), ("amg", &mut amg)];
+    let q: Vec<f64> = (0..m * m).map(|k| (0.01 * k as f64).sin() - 0.3).collect();
+    let q = Rhs::new(&q).unwrap();
+    for (name, method) in methods {
+        let mut cut = |late: usize| {
+            let (mut asked, mut most) = (0, 0);
+            let mut ask = || {
+                asked += 1;
+                most = most.max(a.products.swap(0, Ordering::Relaxed));
+                asked > late
+            };
+            method.restart();
+            a.products.store(0, Ordering::Relaxed);
+            let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+            let _ = method.step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+            (asked, most.max(a.products.swap(0, Ordering::Relaxed)))
+        };
+        let (whole, most) = cut(usize::MAX);
+        assert!(most <= WALKS, "{name}: {most} walks of {whole} looks");
+        for late in (0..6).chain((1..12).map(|k| whole * k / 12)).filter(|late| *late < whole) {
+            let (asked, most) = cut(late);
+            assert!(asked == late + 1 && most <= WALKS, "{name}, {late}: {asked}, {most} walks");
+        }
     }
 }
 

@@ -12,6 +12,7 @@ mod sizes;
 mod theorem_1;
 mod theorem_2;
 mod tight;
+mod time;
 
 use hlcp_core::Aor;
 use hlcp_verify::{

@@ -4,9 +4,9 @@ use crate::common::posed;
 use crate::{stays_away, textbook};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Scalar};
 use hlcp_verify::{
-    Planted,
+    Convergence, Planted, Proof,
     classes::{Answer, Failure},
-    theorem_2,
+    convergence, theorem_2,
 };
 use nalgebra::{dmatrix, dvector};
 
@@ -36,6 +36,29 @@ fn without_a_positive_beta_tmaor_stays_away() {
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes() && theorem.alpha.is_yes());
     assert!(matches!(theorem.parameters, Answer::No(Failure::Parameter(_))));
     assert!(stays_away(&p, &steps));
+}
+
+/// Steps that neither Theorem 2 nor Corollary 1 is about are proved by the relaxed theorem.
+#[test]
+fn theorem_2_is_said_of_its_own_steps_alone() {
+    let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0]).unwrap();
+    let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap();
+    let (gs, red_black) = (Aor::gauss_seidel(), Aor::gauss_seidel().red_black(4).unwrap());
+    for (steps, theorem) in [
+        (vec![gs], true),
+        (vec![gs.backward()], true),
+        (vec![gs, gs.backward()], true),
+        (vec![red_black, red_black.backward()], true),
+        (vec![gs, gs], false),
+        (vec![gs, gs.backward(), gs], false),
+        (vec![gs.backward(), red_black], false),
+        (vec![gs.accelerated()], false),
+    ] {
+        assert_eq!(theorem_2(&problem, &steps).applies(), theorem, "{steps:?}");
+        let Convergence::Proved(proof, _) = convergence(&problem, &steps) else { panic!() };
+        let expected = if theorem { Proof::Theorem2 } else { Proof::Relaxed };
+        assert_eq!(proof, expected, "{steps:?}");
+    }
 }
 
 /// Grids with random diagonals at the paper's own τ = 1, where Ω = D_A D_B⁻¹ must not come out half

@@ -1,0 +1,92 @@
+//! Proofs that end with the time, by counting.
+
+use std::sync::atomic::Ordering::Relaxed;
+
+use crate::common::Counted;
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, LinearOperator, Omega};
+use hlcp_methods::Clock;
+use hlcp_verify::{
+    Convergence, Refusal, Witness, certify_within, convergence_within, witness_within,
+};
+
+const M: usize = 180;
+
+/// The walks over A between two looks at the clock: at most one of the certificate's loops, of which
+/// those before the first look, and the checks of what it takes for linear solves, have several.
+const WALKS: usize = 6;
+
+type Grid = Counted<FivePoint<f64>>;
+
+/// Runs `work` with a clock that is up when it has been asked more than `late` times; returns what
+/// it makes, how often it asked, and the most walks over `a` before a look or after the last one.
+fn cut<R>(a: &Grid, late: usize, work: impl FnOnce(&mut Clock<'_>) -> R) -> (R, usize, usize) {
+    let (mut asked, mut most) = (0, 0);
+    let mut ask = || {
+        asked += 1;
+        most = most.max(a.products.swap(0, Relaxed));
+        asked > late
+    };
+    a.products.store(0, Relaxed);
+    let made = work(&mut Clock::new(&mut ask));
+    (made, asked, most.max(a.products.swap(0, Relaxed)))
+}
+
+/// Some of the times at which `whole` looks can end.
+fn times(whole: usize) -> impl Iterator<Item = usize> {
+    (0..8).chain((1..20).map(move |k| whole * k / 20))
+}
+
+/// A contact with a solution in whole numbers, exact in A z − r + q = 0, and an answer 1e-6 off. No
+/// row is dominant enough for the bound at first sight.
+#[test]
+fn a_certificate_ends_with_the_time() {
+    let a = FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let b = Identity { order: M * M };
+    let in_z = |k: usize| k % M < 110;
+    let exact: Vec<f64> =
+        (0..M * M).map(|k| if in_z(k) { 1 + 7 * k % 5 } else { 0 } as f64).collect();
+    let r: Vec<f64> = (0..M * M).map(|k| if in_z(k) { 0 } else { 1 + k % 3 } as f64).collect();
+    let mut q = vec![0.0; M * M];
+    a.apply(&exact, &mut q);
+    q.iter_mut().zip(&r).for_each(|(q, r)| *q = r - *q);
+    let z: Vec<f64> = exact.iter().map(|z| if *z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
+    let a = Counted::new(a);
+    let certified =
+        |late| cut(&a, late, |clock| certify_within(&a, &b, &q, &z, &r, clock).unwrap());
+    let (found, whole, most) = certified(usize::MAX);
+    assert!(found.is_ok_and(|found| found.error() < 2e-6));
+    assert!(whole > 50 && most <= WALKS, "{whole} looks, {most} walks");
+    for late in times(whole) {
+        let (found, asked, most) = certified(late);
+        assert!(asked == late + 1 && most <= WALKS, "{late}: {asked} looks, {most} walks");
+        match found {
+            Ok(found) => assert!((0..M * M).all(|j| found.z[j] >= (z[j] - exact[j]).abs())),
+            Err(refusal) => assert_eq!(refusal, Refusal::TimeLimit),
+        }
+    }
+}
+
+#[test]
+fn searches_for_witnesses_end_with_the_time() {
+    let a = Counted::new(FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    let b = Identity { order: M * M };
+    let searched = |late| cut(&a, late, |clock| witness_within(&a, &b, clock).unwrap());
+    let (found, whole, most) = searched(usize::MAX);
+    assert!(matches!(found, Some(Witness::Right { .. })));
+    assert!(whole > 20 && most <= WALKS, "{whole} looks, {most} walks");
+    for late in times(whole) {
+        let (_, asked, most) = searched(late);
+        assert!(asked == late + 1 && most <= WALKS, "{late}: {asked} looks, {most} walks");
+    }
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(4.0)).unwrap();
+    let steps = [Aor::gauss_seidel()];
+    let proved = |late| cut(&a, late, |clock| convergence_within(&problem, &steps, clock));
+    let (found, whole, most) = proved(usize::MAX);
+    assert!(matches!(found, Convergence::Proved(..)));
+    // The hypotheses are checked after the search.
+    assert!(whole > 20 && most <= 2 * WALKS, "{whole} looks, {most} walks");
+    for late in times(whole) {
+        let (_, asked, most) = proved(late);
+        assert!(asked == late + 1 && most <= 2 * WALKS, "{late}: {asked} looks, {most} walks");
+    }
+}
