@@ -63,9 +63,10 @@ impl<T: Scalar> Omega<T> {
         if n == 0 {
             return Err(Error::Empty { what: "A" });
         }
-        let first = ratio(0)?;
+        let (first, diagonals) = (ratio(0)?, |i| (a.diagonal_entry(i), b.diagonal_entry(i)));
+        let of_first = diagonals(0);
         for i in 1..n {
-            if ratio(i)? != first {
+            if diagonals(i) != of_first && ratio(i)? != first {
                 return (0..n).map(ratio).collect::<Result<_, _>>().map(Self::Each);
             }
         }
