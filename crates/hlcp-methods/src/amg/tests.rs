@@ -619,8 +619,8 @@ fn a_step_ends_with_the_time() {
     };
     let expected = amg.step(&q, &x, &mut y, &mut Clock::new(&mut count));
     let walks = amg.work().unwrap().sweeps;
-    // Every walk over a matrix that is long is asked for, but those that measure or assemble.
-    assert!(2 * whole > walks, "{whole} of {walks}");
+    // Every walk over a matrix that is long is asked for, and most are at their 16,384th row.
+    assert!(whole > 2 * walks, "{whole} of {walks}");
     for late in (0..whole).step_by(7) {
         amg.restart();
         let mut asked = 0;
