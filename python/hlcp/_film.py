@@ -149,6 +149,14 @@ def film(
     if cells.ndim != 2:
         raise ValueError(f"gap has {cells.ndim} dimensions, but it must be a map of shape (ny, nx)")
     heights, thickness = vector("gap", cells, np.float64), real("viscosity", viscosity)
+    depth = None if oil is None else real("oil", oil)
+    for name, array, shapes in (("viscosity", thickness, [(), cells.shape]),
+                                ("oil", cells if depth is None else depth, [cells.shape])):
+        if array.shape not in shapes:
+            raise ValueError(f"{name} has the shape {array.shape}, but the gap has {cells.shape}")
+    if start is not None and (not isinstance(start, FilmResult)
+                              or start.pressure.shape != cells.shape):
+        raise ValueError(f"start must be the answer of a film of the shape {cells.shape}")
     if not isinstance(supplies, Sequence):
         raise ValueError(f"supplies is {supplies!r}, but it must be a list")
     ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
@@ -161,7 +169,7 @@ def film(
                          " finite")
     given = {"west": west, "east": east, "south": south, "north": north}
     for one, other in (("west", "east"), ("south", "north")):
-        if (given[one] == "periodic") != (given[other] == "periodic"):
+        if _is(given[one], "periodic") != _is(given[other], "periodic"):
             raise ValueError(f"{one} and {other} must both be 'periodic', or neither")
     described = {
         "grid": cells.shape,
@@ -173,8 +181,8 @@ def film(
         "sides": [_side(name, side, ambient) for name, side in given.items()],
         "supplies": [_supply(supply) for supply in supplies],
         "cavitation": cavitation,
-        "step": None if oil is None else (_number("duration", duration),
-                                           vector("oil", oil, np.float64)),
+        "step": None if depth is None else (_number("duration", duration),
+                                             vector("oil", depth, np.float64)),
     }
     of_a, of_b, q, unit, is_fed = _hlcp.film(described)
     if not {"rtol", "atol", "rounding"} & set(options):
@@ -189,7 +197,7 @@ def film(
     if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(_numbers("size", size, 2)):
         warnings.warn(f"the least gap is {figures['least_gap']} m in a film of {size} m; lengths are"
                       " in metres", stacklevel=2)
-    if is_fed and oil is None and figures["peak"] <= cavitation:
+    if is_fed and oil is None and result.success and figures["peak"] <= cavitation:
         warnings.warn("the film carries nothing, because its pressure is that of cavitation"
                       " everywhere; where speed is positive, pressure builds up where the gap"
                       " narrows along x", stacklevel=2)
@@ -210,15 +218,20 @@ def _numbers(name: str, values: Any, count: int) -> list[float]:
     return [_number(name, value) for value in values]
 
 
+def _is(side: Any, word: str) -> bool:
+    return isinstance(side, str) and side == word
+
+
 def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float]:
-    if side is None or isinstance(side, (int, float)):
-        return "pressure", _number(name, ambient if side is None else side)
-    if side in ("closed", "periodic"):
+    if _is(side, "closed") or _is(side, "periodic"):
         return str(side), 0.0
-    if isinstance(side, tuple) and len(side) == 2 and side[0] == "starved":
+    if isinstance(side, tuple) and len(side) == 2 and _is(side[0], "starved"):
         return "starved", _number(name, side[1])
-    raise ValueError(f"{name} is {side!r}, but it must be a pressure, 'closed', 'periodic' or"
-                     " ('starved', content)")
+    try:
+        return "pressure", _number(name, ambient if side is None else side)
+    except ValueError:
+        raise ValueError(f"{name} is {side!r}, but it must be a pressure, 'closed', 'periodic' or"
+                         " ('starved', content)") from None
 
 
 def _supply(supply: Any) -> tuple[Any, Any, Any]:

@@ -32,6 +32,25 @@ def vector(name: str, value: Any, dtype: Any) -> Vector:
     return np.require(array, dtype, ["C", "ALIGNED", "ENSUREARRAY"]).reshape(-1)
 
 
+def exact(name: str, value: Any) -> NDArray[Any]:
+    """Return `value` as an array of float64, unless that would round an entry."""
+    array = real(name, value)
+    with np.errstate(over="ignore"):
+        wide = array.astype(np.float64, copy=False)
+    if array.dtype.kind in "iu":
+        large = np.argwhere((array > 2**53) | (array < -(2**53)))
+        rounded = [at for at in large if int(wide[tuple(at)]) != int(array[tuple(at)])]
+    elif array.dtype.itemsize > 8:
+        rounded = list(np.argwhere(np.isfinite(array) & (wide.astype(array.dtype) != array)))
+    else:
+        rounded = []
+    if rounded:
+        place, entry = ", ".join(map(str, rounded[0])), array[tuple(rounded[0])]
+        raise ValueError(f"{name}[{place}] is {entry}, which float64 would round; a proof needs"
+                         " numbers that float64 holds")
+    return wide
+
+
 def count(name: str, value: Any, least: int) -> int:
     """Return a whole number of at least `least`; the machine's largest for a larger one."""
     try:
@@ -48,7 +67,8 @@ def number(name: str, value: Any) -> float | None:
     if value is None:
         return None
     try:
-        if isinstance(value, str):
+        kind = value.dtype.kind if isinstance(value, (np.generic, np.ndarray)) else "f"
+        if isinstance(value, (str, bool)) or kind not in "iuf" or np.ndim(value):
             raise TypeError
         return float(value)
     except (TypeError, ValueError, OverflowError):
@@ -170,8 +190,9 @@ def _inside(step: int) -> slice:
     return slice(max(step, 0), min(step, 0) or None)
 
 
-def described(name: str, given: Any, dtype: Any, order: int) -> Any:
-    """Return what the compiled half takes for an operator; None is the identity."""
+def described(name: str, given: Any, dtype: Any, order: int, is_proof: bool = False) -> Any:
+    """Return what the compiled half takes for an operator; None is the identity. A proof is of the
+    matrix as it is given: what would round on the way is refused."""
     if given is None:
         return order
     if isinstance(given, FivePoint):
@@ -179,14 +200,25 @@ def described(name: str, given: Any, dtype: Any, order: int) -> Any:
                             for c in given._coefficients()]
     if isinstance(given, LinearOperator):
         rows, columns = given.shape
+        if min(rows, columns) < 0:
+            raise ValueError(f"{name} has the shape {given.shape}, but it must be (n, n)")
         return rows, columns, function(f"{name} @ x", given.matvec, dtype, rows)
     if not sparse.issparse(given):
-        array = real(name, given)
+        array = exact(name, given) if is_proof else real(name, given)
         if array.ndim != 2:
             raise ValueError(f"{name} has {array.ndim} dimensions, but it must be a matrix")
         given = sparse.csr_array(array.astype(dtype, copy=False))
     if given.ndim != 2:
         raise ValueError(f"{name} has {given.ndim} dimensions, but it must be a matrix")
+    for label in ("indptr", "indices", "row", "col"):
+        places = getattr(given, label, None)
+        if places is not None and (places.ndim != 1 or places.dtype.kind != "i"):
+            raise ValueError(f"{name}.{label} is an array of {places.ndim} dimensions of the type"
+                             f" {places.dtype}, but it must be a vector of int32 or int64")
+    if is_proof and given.dtype != np.float64:
+        if given.dtype.itemsize >= 8:
+            exact(f"{name}.data", given.tocoo(copy=True).data)
+        given = given.astype(np.float64)
     matrix = given.tocsr()
     real(name, matrix.data)
     pointers, indices = matrix.indptr, matrix.indices
@@ -199,6 +231,9 @@ def described(name: str, given: Any, dtype: Any, order: int) -> Any:
         if not matrix.has_canonical_format:
             matrix = matrix.copy()
             matrix.sum_duplicates()
+        if is_proof and given.format in ("bsr", "coo", "csc", "csr") and matrix.nnz != given.nnz:
+            raise ValueError(f"{name} has entries given twice, whose sum may round; call"
+                             f" {name}.sum_duplicates() before")
         pointers = matrix.indptr
         # Arrays may be longer than the matrix.
         indices, entries = matrix.indices[:pointers[-1]], matrix.data[:pointers[-1]]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import OptimizeResult
 
 from hlcp import _hlcp
-from hlcp._operators import Vector, count, described, function, number, real, vector
+from hlcp._operators import Vector, count, described, exact, function, number, real, vector
 
 Map = Callable[[Vector], ArrayLike]
 
@@ -280,7 +280,8 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
         "window": None if window is None else count("window", window, 0),
         "linf": largest,
         "maxiter": count("maxiter", maxiter, 0),
-        "maxtime": None if settings["maxtime"] == np.inf else settings["maxtime"],
+        # Thirty years are no limit, and more may be too much for a clock.
+        "maxtime": None if (settings["maxtime"] or 0.0) >= 1e9 else settings["maxtime"],
         "threads": count("threads", threads, 1),
         "callback": None if callback is None else watch,
     }
@@ -428,7 +429,8 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     A, B : sparse matrix, ndarray or FivePoint, of shape (n, n)
         The operators; B = None is the identity.
     q, z, r : array_like with n entries
-        The right-hand side, and an answer that may come from anywhere.
+        The right-hand side, and an answer that may come from anywhere. The proof is in double
+        precision, in which float32 is exact.
     maxtime : float
         The longest time, in seconds; where it is too short, `message` says so.
 
@@ -440,8 +442,9 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     Raises
     ------
     ValueError
-        For input that does not fit or is not finite, and for a LinearOperator, of which the rows
-        are not known.
+        For input that does not fit or is not finite, for a LinearOperator, of which the rows are
+        not known, and for numbers that double precision would round: integers beyond 2^53, long
+        doubles, entries of a sparse matrix that are given twice.
 
     Notes
     -----
@@ -455,12 +458,15 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     >>> bool(0.001 <= bound.z[0] < 0.0014), bound.unique, bound.sides.tolist()
     (True, True, [1, -1])
     """
-    array = real("q", q)
-    shape, dtype = array.shape, _precision(array)
-    of_a, of_b = _Pair(A, B).described(dtype)
-    entries = [vector(name, given, dtype) for name, given in (("q", array), ("z", z), ("r", r))]
+    if A is None:
+        raise ValueError("A is None, but only B may be, for the identity")
+    shape = np.shape(q)
+    of_a = described("A", A, np.float64, 0, is_proof=True)
+    of_b = described("B", B, np.float64, np.shape(A)[0], is_proof=True)
+    entries = [vector(name, exact(name, given), np.float64)
+               for name, given in (("q", q), ("z", z), ("r", r))]
     limit = None if maxtime == np.inf else maxtime
-    proof = _hlcp.certify(dtype is np.float64, [of_a, of_b], entries, limit)
+    proof = _hlcp.certify([of_a, of_b], entries, limit)
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
         open_sides = np.zeros(shape, np.int8)

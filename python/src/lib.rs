@@ -80,7 +80,7 @@ fn room(numbers: Option<usize>) -> PyResult<()> {
 
 // Operators.
 
-/// An operator as `hlcp/_problem.py` describes it.
+/// An operator as `hlcp/_operators.py` describes it.
 #[derive(FromPyObject)]
 enum Given<'py, T: Element> {
     /// The order of an identity.
@@ -519,14 +519,14 @@ enum Proof<'py> {
     Refused(String),
 }
 
-fn certify_in<'py, T: Real>(
+fn certify_in<'py>(
     py: Python<'py>,
     clock: &mut (dyn FnMut() -> bool + Send),
     [a, b]: [&Bound<'py, PyAny>; 2],
     vectors: [&Bound<'py, PyAny>; 3],
 ) -> PyResult<Proof<'py>> {
-    let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
-    let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, T>>());
+    let (a, b): (Given<'_, f64>, Given<'_, f64>) = (a.extract()?, b.extract()?);
+    let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, f64>>());
     let (q, z, r) = (q?, z?, r?);
     let (q, z, r) = (q.as_slice()?, z.as_slice()?, r.as_slice()?);
     let failure = Failure::default();
@@ -693,7 +693,6 @@ mod _hlcp {
     #[pyfunction]
     fn certify(
         py: Python<'_>,
-        double: bool,
         operators: [Py<PyAny>; 2],
         vectors: [Py<PyAny>; 3],
         maxtime: Option<f64>,
@@ -705,11 +704,7 @@ mod _hlcp {
                 || told.load(Ordering::Relaxed) || time.is_some_and(|time| begun.elapsed() >= time);
             let operators = operators.each_ref().map(|operator| operator.bind(py));
             let vectors = vectors.each_ref().map(|vector| vector.bind(py));
-            let proof = if double {
-                certify_in::<f64>(py, &mut is_up, operators, vectors)
-            } else {
-                certify_in::<f32>(py, &mut is_up, operators, vectors)
-            };
+            let proof = certify_in(py, &mut is_up, operators, vectors);
             Ok(proof?.into_pyobject(py)?.into_any().unbind())
         })
     }

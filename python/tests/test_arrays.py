@@ -7,6 +7,7 @@ import textwrap
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator
 
 import hlcp
 from hlcp import FivePoint, scenes
@@ -135,6 +136,24 @@ SPOILT = np.eye(3)
 SPOILT[2, 1] = np.inf
 
 
+def indexed(dtype):
+    """A unit matrix whose index arrays have this type."""
+    matrix = sp.eye_array(3, format="csr")
+    matrix.indices, matrix.indptr = matrix.indices.astype(dtype), matrix.indptr.astype(dtype)
+    return matrix
+
+
+class Shaped(LinearOperator):
+    """An operator of a shape that none has."""
+
+    def __init__(self, shape):
+        super().__init__(np.float64, (3, 3))
+        self.shape = shape
+
+    def _matvec(self, x):
+        return x
+
+
 def broken(**parts):
     matrix = sp.eye_array(3, format="csr")
     for name, value in parts.items():
@@ -178,6 +197,10 @@ def broken(**parts):
     (r"A: offsets\[0\] is -1", (broken(indptr=[-1, 1, 2, 3]), None, np.ones(3))),
     (r"A: values\[1\] is 1", (broken(data=[1.0]), None, np.ones(3))),
     ("A has 0 rows and 3 columns", (broken(indptr=[]), None, np.ones(3))),
+    ("A.indices is an array of 2 dimensions", (broken(indices=[[0, 1, 2]]), None, np.ones(3))),
+    ("A.indptr is an array of .* type uint64", (indexed(np.uint64), None, np.ones(3))),
+    ("B.indptr is an array of .* type float64", (EYE, indexed(np.float64), np.ones(3))),
+    (r"A has the shape \(-3, -3\)", (Shaped((-3, -3)), None, np.ones(3))),
 ])
 def test_wrong_input_is_a_value_error_that_says_where(sentence, arguments):
     with pytest.raises(ValueError, match=sentence):
@@ -213,6 +236,8 @@ def test_an_index_that_leads_astray_is_not_followed(indptr):
     ("callback is 3, but it must be a function", {"callback": 3}),
     ("maxiter is -1", {"maxiter": -1}),
     ("maxtime is -1", {"maxtime": -1}),
+    ("alpha is True", {"method": "MSOR", "alpha": True}),
+    ("rtol is .*1j", {"rtol": np.complex128(1j)}),
     ("maxtime is NaN", {"maxtime": np.nan}),
     ("threads is 0", {"threads": 0}),
     ("threads is 1000000", {"threads": 10**6}),
@@ -235,6 +260,11 @@ def test_an_index_that_leads_astray_is_not_followed(indptr):
 def test_a_wrong_option_is_a_value_error_that_names_it(sentence, options):
     with pytest.raises(ValueError, match=sentence):
         hlcp.solve(EYE, None, [-1.0, -2.0, 3.0], **options)
+
+
+@pytest.mark.parametrize("maxtime", [1e8, 1e19, 1e308, np.inf, np.float32(1e30), np.array(5)])
+def test_a_long_time_is_a_time(maxtime):
+    assert hlcp.solve(EYE, None, [-1.0, -2.0, 3.0], maxtime=maxtime).success
 
 
 @pytest.mark.parametrize("sentence, grid, coefficients", [

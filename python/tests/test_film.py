@@ -47,6 +47,41 @@ def test_units_and_directions_that_were_hardly_meant_are_told():
     assert result.success and result.load == 0
 
 
+def test_maps_of_another_shape_and_negative_oil_are_refused():
+    gap = np.linspace(40e-6, 20e-6, 12) * np.ones((5, 1))
+    film = dict(size=(0.05, 0.03), speed=3.0)
+    thick = np.linspace(0.01, 0.1, 60).reshape(12, 5)
+    assert hlcp.film(gap, viscosity=thick.T, **film).load > 0
+    for wrong in (thick, thick.ravel(), thick[:1, :1]):
+        with pytest.raises(ValueError, match=r"viscosity has the shape \(.*\), but the gap has \(5, 12\)"):
+            hlcp.film(gap, viscosity=wrong, **film)
+    step = dict(viscosity=0.04, duration=1e-3, **film)
+    assert hlcp.film(gap, oil=gap, **step).load > 0
+    for wrong in (gap.T, gap.ravel()):
+        with pytest.raises(ValueError, match=r"oil has the shape \(.*\), but the gap has \(5, 12\)"):
+            hlcp.film(gap, oil=wrong, **step)
+    with pytest.raises(ValueError, match="the oil before a time step, in m, is -"):
+        hlcp.film(gap, oil=-gap, **step)
+    other = hlcp.film(gap.T.copy(), viscosity=0.04, **film)
+    for start in (other, 3.0):
+        with pytest.raises(ValueError, match=r"start must be the answer of a film of the shape \(5, 12\)"):
+            hlcp.film(gap, viscosity=0.04, start=start, **film)
+
+
+def test_a_pressure_is_any_real_number_but_not_a_truth():
+    expected = rayleigh(west=1e5, east=10).load
+    for kind in (np.float32, np.int64, np.array, float):
+        assert rayleigh(west=kind(1e5), east=kind(10)).load == expected
+    for wrong in (True, np.True_, np.array([1e5]), 1j, np.complex128(1)):
+        with pytest.raises(ValueError, match="west is .* but it must be a pressure"):
+            rayleigh(west=wrong)
+
+
+def test_a_film_that_its_callback_stops_is_not_said_to_carry_nothing(recwarn):
+    result = rayleigh(callback=lambda progress: True, method="MGS")
+    assert result.status == hlcp.Status.STOPPED and not list(recwarn)
+
+
 def test_a_ring_and_a_supply():
     around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     gap = 1e-5 * (1 + 0.5 * np.cos(around)) * np.ones((20, 1))
@@ -73,7 +108,7 @@ def test_a_time_step_stores_oil_and_starts_from_the_one_before():
     ("gap has 1 dimensions", {"gap": STEP[0]}),
     (r"gap\[0, 3\] is -1.0, but it must be positive", {"gap": [[1.0, 1.0, 1.0, -1.0]]}),
     (r"viscosity\[0\] is 0, but it must be positive", {"viscosity": 0.0}),
-    ("viscosity has order 3", {"viscosity": [1.0, 2.0, 3.0]}),
+    (r"viscosity has the shape \(3,\)", {"viscosity": [1.0, 2.0, 3.0]}),
     ("size is 1.0, but it must be 2 numbers", {"size": 1.0}),
     (r"speed is \(1.0, 2.0, 3.0\), but it must be 2 numbers", {"speed": (1.0, 2.0, 3.0)}),
     ("west is 'wall', but it must be a pressure", {"west": "wall"}),

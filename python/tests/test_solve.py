@@ -238,6 +238,37 @@ def test_a_certificate_has_its_time():
         hlcp.certify(*given, maxtime=-1)
 
 
+def test_a_certificate_is_of_the_numbers_as_they_are_given():
+    # -3.3 of single precision is 4.8e-8 from that of double precision.
+    q = np.array([-3.3], np.float32)
+    bound = hlcp.certify(np.array([[3.3]]), None, q, [1.0], [0.0])
+    assert bound and bound.error >= abs(-float(q[0]) / 3.3 - 1) > 1e-8
+    off = hlcp.certify(np.array([[1.0]]), None, np.array([-1], np.float32), [1 + 1e-8], [0.0])
+    assert off.error >= 1e-8
+    pair = np.array([[1, -0.99999999], [-0.99999999 - 3e-8, 1]])  # its determinant is negative
+    assert not hlcp.certify(pair, None, np.ones(2, np.float32), [0, 0], [1, 1]).unique
+    one, whole = np.eye(1), 2**53 + 1
+    assert hlcp.certify(one, None, [-(whole - 1)], [whole - 1], [0])
+    for sentence, A, q in [
+        (rf"q\[0\] is -{whole}", one, np.array([-whole])),
+        (rf"q\[0\] is {2**64 - 1}", one, np.array([2**64 - 1], np.uint64)),
+        (rf"A\[0, 0\] is {whole}", np.array([[whole]]), [-1.0]),
+        (rf"A.data\[0\] is {whole}", sp.csr_array(np.array([[whole]])), [-1.0]),
+        (r"q\[0\] is -0.1", one, np.array([-1], np.longdouble) / 10),
+        ("A has entries given twice", sp.coo_array(([0.1, 0.2], ([0, 0], [0, 0]))), [-1.0]),
+    ]:
+        if np.asarray(q).dtype == np.longdouble and np.finfo(np.longdouble).nmant == 52:
+            continue  # the same type as double
+        with pytest.raises(ValueError, match=sentence):
+            hlcp.certify(A, None, q, [1.0], [0.0])
+    # One is exact in any type, and the proof the same.
+    wide = hlcp.certify(one, None, [-1.0], [1.0], [0.0])
+    for kind in (np.float32, np.longdouble, np.int64, np.uint8):
+        proof = hlcp.certify(np.ones((1, 1), kind), None, -np.ones(1), np.ones(1, kind), [0])
+        assert proof.unique and proof.error == wide.error
+
+
+
 SCENES = {
     "example1": (8,), "example2": (8,), "disc_lcp": (15,), "disc_hlcp": (15,), "slider": (40,),
     "journal_bearing": (12, 10), "obstacle": (12,), "bearing2d": (15, 7),

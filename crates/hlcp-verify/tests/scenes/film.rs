@@ -378,6 +378,16 @@ fn unsound_films_are_refused_with_their_numbers() {
             Film { step: Some(TimeStep { duration: 0.0, oil: vec![] }), ..film() },
             "the duration of a time step is 0",
         ),
+        (
+            Film {
+                step: Some(TimeStep {
+                    duration: 1e-3,
+                    oil: film().gap.iter().map(|h| -h).collect(),
+                }),
+                ..film()
+            },
+            "the oil before a time step, in m, is -",
+        ),
         (Film::new([0, 3], [1.0, 1.0], 1.0, 1.0), "the grid has 0 x 3 points"),
     ];
     for (film, what) in cases {
@@ -386,5 +396,5 @@ fn unsound_films_are_refused_with_their_numbers() {
     }
     let mut bad = film();
     bad.gap[5] = -1e-6;
-    assert!(bad.pose().unwrap_err().to_string().starts_with("gap[5] is -0.000001"));
+    assert!(bad.pose().unwrap_err().to_string().starts_with("gap[5] is -1e-6"));
 }

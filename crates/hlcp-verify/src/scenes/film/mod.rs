@@ -196,10 +196,11 @@ impl Film {
     ///
     /// [`Error::Grid`] for a grid without cells; [`Error::Order`] for a list that has not one entry
     /// for each cell; [`Error::NotPositive`] for a gap or a viscosity that is not positive and
-    /// finite; [`Error::Parameter`] for an extent or a duration that is not, a speed that is not
-    /// finite, a pressure below that of cavitation, a film content outside 0 to 1, one periodic
-    /// side without the opposite one, two cells along a periodic direction, and a supply that is
-    /// not in the film, or holds no cell.
+    /// finite; [`Error::Parameter`] for an extent or a duration that is not, oil before a time step
+    /// that is negative by more than a millionth of the gap, a speed that is not finite, a pressure
+    /// below that of cavitation, a film content outside 0 to 1, one periodic side without the
+    /// opposite one, two cells along a periodic direction, and a supply that is not in the film, or
+    /// holds no cell.
     pub fn pose(&self) -> Result<Grids<f64>, Error> {
         self.check()?;
         let (n, frame) = (self.gap.len(), self.frame());
@@ -434,6 +435,10 @@ impl Film {
             super::positive("the duration of a time step", step.duration)?;
             order("the oil", step.oil.len())?;
             hlcp_core::all_finite("the oil", &step.oil)?;
+            // An answer's content may lie below 0, by what its residual leaves.
+            let negative = step.oil.iter().zip(&self.gap).find(|(oil, gap)| **oil < -1e-6 * **gap);
+            let least = negative.map_or(0.0, |(oil, _)| *oil);
+            check("the oil before a time step, in m,", least, least >= 0.0, "at least 0")?;
         }
         Ok(())
     }
