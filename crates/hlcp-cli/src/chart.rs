@@ -5,6 +5,7 @@
 
 use std::{error::Error, fs, path::Path, process::Command, sync::Arc};
 
+use hlcp_core::files;
 use kuva::{
     backend::svg::SvgBackend,
     plot::{
@@ -345,10 +346,16 @@ pub(crate) fn write(
     panels: Vec<Panel>,
     caption: &str,
 ) -> Result<(), Box<dyn Error>> {
+    save(&path.with_extension("svg"), &svg(columns, panels, caption))
+}
+
+/// Writes a text to a file, in a folder that is made where there is none.
+pub(crate) fn save(path: &Path, text: &str) -> Result<(), Box<dyn Error>> {
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
+        fs::create_dir_all(folder)
+            .map_err(|e| format!("{}: {e}", files::printable(folder.display())))?;
     }
-    Ok(fs::write(path.with_extension("svg"), svg(columns, panels, caption))?)
+    Ok(files::write_together(&[(path, text)], |text, file| file.write_all(text.as_bytes()))?)
 }
 
 /// Draws `panels`, `columns` to a row, with one legend and a caption of some lines.
@@ -390,10 +397,7 @@ pub(crate) fn svg(columns: usize, panels: Vec<Panel>, caption: &str) -> String {
 
 /// Writes the data of a chart beside it, as `path`.csv.
 pub(crate) fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<(), Box<dyn Error>> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
-    }
-    Ok(fs::write(path.with_extension("csv"), csv(header, rows))?)
+    save(&path.with_extension("csv"), &csv(header, rows))
 }
 
 /// A heading and rows as a text.

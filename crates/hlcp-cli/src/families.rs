@@ -8,7 +8,6 @@
 use std::{
     error::Error,
     fmt::Write as _,
-    fs,
     path::PathBuf,
     time::{Duration, Instant},
 };
@@ -19,7 +18,7 @@ use hlcp_methods::{Auto, AutoTurn, Limits, Named, Outcome, Parameters, Solver};
 use hlcp_verify::families::{self, Drawn};
 
 use crate::{
-    chart::{provenance, write_csv},
+    chart::{provenance, save, write_csv},
     print,
     progress::counting,
     scenes::Problem,
@@ -35,6 +34,7 @@ Examples:
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Problems by name, as rings-7; otherwise all families are drawn from
+    #[arg(conflicts_with_all = ["problems", "seed", "quick"])]
     names: Vec<String>,
     /// How many problems to draw
     #[arg(long, default_value_t = 510, default_value_if("quick", "true", "15"))]
@@ -43,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// One problem of each family
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["problems", "seed"])]
     quick: bool,
     /// The folder for the table and the list of runs
     #[arg(long, default_value = "target/families")]
@@ -217,7 +217,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let command = format!("cargo run --release -- families{suffix}");
     let text = report(&rows, &provenance(&command))?;
     print::line(&text)?;
-    Ok(fs::write(out.join("families.md"), text)?)
+    save(&out.join("families.md"), &text)
 }
 
 /// A table of the distributions, and the problems that AUTO does not solve or not as fast.

@@ -13,7 +13,11 @@ use hlcp_verify::{Film, Side};
 
 #[cfg(feature = "faer")]
 use crate::direct;
-use crate::{chart::provenance, print, progress::counting};
+use crate::{
+    chart::{provenance, save},
+    print,
+    progress::counting,
+};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -236,8 +240,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         writeln!(text, "Fischer–Burmeister–Newton–Schur was left out: it needs --features faer.")?;
     }
     print::line(&text)?;
-    fs::create_dir_all(out)?;
-    fs::write(out.join("films.md"), text)?;
+    save(&out.join("films.md"), &text)?;
     match rows.iter().find(|row| !row.converged) {
         Some(row) => Err(format!("{} did not converge", row.title).into()),
         None => Ok(()),

@@ -119,9 +119,14 @@ fn refuse(error: &clap::Error) -> ExitCode {
     // Without a command the help is the answer.
     let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if is_help || !error.use_stderr() {
-        // Its reader has gone, or there is none to tell.
-        let _ = error.print();
-        return if is_help { ExitCode::from(1) } else { ExitCode::SUCCESS };
+        return match error.print() {
+            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+                say(format!("error: {error}"));
+                ExitCode::from(1)
+            }
+            _ if is_help => ExitCode::from(1),
+            _ => ExitCode::SUCCESS,
+        };
     }
     let text = error.to_string();
     let reason =

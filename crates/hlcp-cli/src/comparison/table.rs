@@ -1,6 +1,6 @@
 //! What was measured as CSV and as Markdown tables, and the slopes fitted to it.
 
-use std::{error::Error, fmt::Write as _, fs, path::Path};
+use std::{error::Error, fmt::Write as _, path::Path};
 
 use hlcp_methods::Status;
 use hlcp_verify::decimal;
@@ -10,7 +10,7 @@ use super::{
     problem::{METHODS, Run},
 };
 use crate::{
-    chart::{provenance, write_csv},
+    chart::{provenance, save, write_csv},
     scenes::Ladder,
 };
 
@@ -115,8 +115,7 @@ pub(crate) fn write_tables(
         };
         table(&mut text, (rows, title, sizes), "true error ≤ certified", errors, None)?;
     }
-    fs::create_dir_all(folder)?;
-    Ok(fs::write(folder.join("comparison.md"), text)?)
+    save(&folder.join("comparison.md"), &text)
 }
 
 /// A line a method, a column a size, and the slope last.

@@ -1,6 +1,8 @@
 //! A table in three formats.
 
-use std::{fs, io, path::Path};
+use std::{error::Error, path::Path};
+
+use crate::chart::save;
 
 /// A head and rows of the same length.
 #[derive(Debug)]
@@ -68,13 +70,12 @@ impl Table {
 }
 
 /// Writes `tables.txt`, `tables.md` and a CSV file for each table.
-pub(crate) fn write(folder: &Path, tables: &[Table]) -> io::Result<()> {
-    fs::create_dir_all(folder)?;
+pub(crate) fn write(folder: &Path, tables: &[Table]) -> Result<(), Box<dyn Error>> {
     let all =
         |format: fn(&Table) -> String| tables.iter().map(format).collect::<Vec<_>>().join("\n");
-    fs::write(folder.join("tables.txt"), all(Table::text))?;
+    save(&folder.join("tables.txt"), &all(Table::text))?;
     let introduction = "# Tables\n\nWritten by `cargo run --release -- paper --out docs/results`; \
                         [../results.md](../results.md#the-papers-tables) reads them.\n\n";
-    fs::write(folder.join("tables.md"), introduction.to_owned() + &all(Table::markdown))?;
-    tables.iter().try_for_each(|t| fs::write(folder.join(format!("{}.csv", t.name)), t.csv()))
+    save(&folder.join("tables.md"), &(introduction.to_owned() + &all(Table::markdown)))?;
+    tables.iter().try_for_each(|t| save(&folder.join(format!("{}.csv", t.name)), &t.csv()))
 }

@@ -38,6 +38,35 @@ pub(crate) fn refused(arguments: &str, named: &str) {
     assert!(err.contains(named), "{arguments}: {err}");
 }
 
+/// What cannot be written is an error that names it, also of help and pictures.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told() {
+    use std::fs::File;
+    let full = || File::options().write(true).open("/dev/full").expect("Linux has it");
+    for arguments in ["--help", "--version", "solve --help", "solve --m 8"] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_hlcp"));
+        let output = command.args(arguments.split(' ')).stdout(full()).output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
+        assert!(err.starts_with("error: No space left on device"), "{arguments}: {err}");
+    }
+    for (arguments, file) in [("gallery --out", "gallery-"), ("families rings-1 --out", "families")]
+    {
+        // A folder in the place of a file can be written as little as a full disk.
+        let out = crate::folder::Folder::new("full");
+        for name in ["slider", "american-put"] {
+            std::fs::create_dir(out.0.join(format!("gallery-{name}.svg"))).unwrap();
+        }
+        std::fs::create_dir(out.0.join("families.csv")).unwrap();
+        let (name, rest) = arguments.split_once(' ').unwrap();
+        let output = hlcp(name, rest).arg(&out.0).output().unwrap();
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
+        assert!(err.lines().count() == 1 && err.contains(file), "{arguments}: {err}");
+    }
+}
+
 #[test]
 fn without_a_command_the_help_is_printed_with_status_1() {
     let output = Command::new(env!("CARGO_BIN_EXE_hlcp")).output().expect("the command starts");
