@@ -63,11 +63,5 @@ pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
         ..*limits
     };
     let second = double.solve(q, Options::from_x(&start).limits(remaining))?;
-    Ok(Outcome {
-        iterations: first.iterations + second.iterations,
-        answer: first.iterations + second.answer,
-        sweeps: first.sweeps + second.sweeps,
-        elapsed: begin.elapsed(),
-        ..second
-    })
+    Ok(Outcome { elapsed: begin.elapsed(), ..first.then(second) })
 }

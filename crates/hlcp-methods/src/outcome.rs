@@ -2,6 +2,8 @@ use std::{fmt, time::Duration};
 
 use hlcp_core::Norms;
 
+use crate::Work;
+
 /// How an iteration ended.
 ///
 /// ```
@@ -162,6 +164,41 @@ impl Outcome {
     pub fn converged(&self) -> bool {
         self.status == Status::Converged
     }
+
+    /// Returns the outcome of this solve and of the `next` one, which began where this one ended:
+    /// the status and the residual of `next`, and iterations, sweeps, linear iterations and time of
+    /// both.
+    ///
+    /// ```
+    /// use hlcp_core::{Aor, Hlcp, Identity, Omega};
+    /// use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, Ssor};
+    ///
+    /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
+    /// let base = Mms::new(problem, Aor::sor(0.5)?)?;
+    /// let mut sweeps = Solver::new(base.clone());
+    /// let rough = sweeps.solve(&[-3.0], Limits::relative(1e-3))?;
+    /// assert_eq!(rough.linear_iterations, None);
+    /// let mut newton = Solver::new(Newton::new(base, Ssor));
+    /// let fine: Outcome = newton.solve(&[-3.0], Options::from_x(sweeps.x()))?;
+    ///
+    /// let both = rough.then(fine);
+    /// assert_eq!(both.iterations, rough.iterations + fine.iterations);
+    /// assert_eq!((both.status, both.linear_iterations), (fine.status, fine.linear_iterations));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn then(self, next: Self) -> Self {
+        let [one, two] = [self, next]
+            .map(|Self { sweeps, linear_iterations, .. }| Work { sweeps, linear_iterations });
+        let Work { sweeps, linear_iterations } = one + two;
+        Self {
+            iterations: self.iterations + next.iterations,
+            answer: self.iterations + next.answer,
+            sweeps,
+            linear_iterations,
+            elapsed: self.elapsed + next.elapsed,
+            ..next
+        }
+    }
 }
 
 impl fmt::Display for Outcome {
@@ -174,10 +211,11 @@ impl fmt::Display for Outcome {
             _ => {}
         }
         let seconds = elapsed.as_secs_f64();
+        let count = |n: usize, one: &str| format!("{n} {one}{}", if n == 1 { "" } else { "s" });
+        let (iterations, sweeps) = (count(*iterations, "iteration"), count(*sweeps, "sweep"));
         write!(
             f,
-            " after {iterations} iterations ({sweeps} sweeps, {seconds:.3} s), \
-             residual {:.2e} ({:.1e} of q)",
+            " after {iterations} ({sweeps}, {seconds:.3} s), residual {:.2e} ({:.1e} of q)",
             residual.l2, relative.l2
         )
     }

@@ -45,7 +45,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     run_on(arguments, Some(&ranks)).or_else(|error| {
         // The others may have had no error, and wait; or have the same, which the first says.
         std::thread::sleep(Duration::from_millis(if ranks.rank() == 0 { 0 } else { 800 }));
-        let _ = writeln!(io::stderr(), "error: {}", files::printable(error));
+        say(format!("error: {error}"));
         world.end_all(1)
     })
 }
@@ -269,6 +269,8 @@ impl Run<'_> {
             (None, None) => (arguments.given.scene.limits().tolerance, None),
         };
         let (iterations, time) = (arguments.max_iterations, arguments.max_seconds);
+        // Thirty years are no limit, and more may be too much for a clock.
+        let time = time.filter(|&time| time.is_nan() || time < 1e9);
         let time = time.map(Duration::try_from_secs_f64).transpose();
         let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
         let limits = Limits { tolerance, rounding, norm, iterations, time };
@@ -287,15 +289,9 @@ impl Run<'_> {
             problem.x_from_solution(&z, &r, &mut x0);
         }
         if arguments.threads > 1 {
-            if self.is_first() && !problem.has_shared_sweeps() {
-                let _ = writeln!(
-                    io::stderr(),
-                    "note: --threads does not speed up the sweeps of this problem, which are \
-                     shared on grids of 16384 points or more"
-                );
-            }
             problem = problem.in_parallel();
         }
+        let mut alone = arguments.threads > 1 && self.is_first() && !problem.has_shared_sweeps();
         for method in &self.methods {
             let (name, named) = method;
             if arguments.a.is_some() && !is_given {
@@ -304,6 +300,10 @@ impl Run<'_> {
             }
             let posed = named.on(problem.clone());
             let mut solver = Solver::new(posed.map_err(|error| self.in_files(error))?);
+            if std::mem::take(&mut alone) {
+                say("note: --threads does not speed up the sweeps of this problem, which are \
+                     shared on grids of 16384 points or more");
+            }
             let mut q = given.q.to_vec();
             let mut solves = Vec::new();
             for _ in 0..arguments.repeats {
@@ -421,15 +421,7 @@ fn march<'p, T: Scalar>(
         }
         next(k, solver.z(), q);
         let options = Options::resume().limits(*limits).observer(&mut show);
-        let step = solver.solve(q, options)?;
-        let linear = outcome.linear_iterations.zip(step.linear_iterations);
-        outcome = Outcome {
-            iterations: outcome.iterations + step.iterations,
-            sweeps: outcome.sweeps + step.sweeps,
-            linear_iterations: linear.map(|(sum, more)| sum + more),
-            elapsed: outcome.elapsed + step.elapsed,
-            ..step
-        };
+        outcome = outcome.then(solver.solve(q, options)?);
     }
     Ok(outcome)
 }

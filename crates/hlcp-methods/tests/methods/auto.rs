@@ -4,8 +4,8 @@ use crate::common::{problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
 use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
-    AdaptiveSor, Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Options,
-    Outcome, Parameters, Solver, Status, solve_mixed,
+    AdaptiveSor, Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options,
+    Outcome, Parameters, Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -252,4 +252,34 @@ fn mixed_precision_reaches_double_precision() {
     let few = Limits { iterations: 3, ..Limits::relative(1e-13) };
     let outcome = solve_mixed(&mut single, &mut double, &q, &x0, &few).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
+}
+
+/// What both parts took is counted, and what neither has is not made up.
+#[test]
+fn mixed_precision_counts_the_linear_iterations_of_both_parts() {
+    fn by_newton<T: Scalar>(example: Example) -> (Solver<T, impl Method<T>>, Vec<T>) {
+        let p = example.pose::<T>().unwrap();
+        (Solver::new(Newton::new(tmgs(problem(1.0, p.a, p.b)), Ssor)), p.q)
+    }
+    let example = Example { symmetric: false, m: 24, mu: 0.0, nu: 0.0 };
+    let ((mut double, q), (mut single, narrow)) = (by_newton(example), by_newton::<f32>(example));
+    let (x0, limits) = (vec![1.0; q.len()], Limits::relative(1e-13));
+    let both = solve_mixed(&mut single, &mut double, &q, &x0, &limits).unwrap();
+    let limits = Limits { rounding: None, ..limits };
+    let first = single.solve(&narrow, Options::from_x(&vec![1.0; q.len()]).limits(limits)).unwrap();
+    let widened: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
+    let second = double.solve(&q, Options::from_x(&widened).limits(limits)).unwrap();
+    assert!(first.linear_iterations > Some(0));
+    assert_eq!(both.linear_iterations, first.then(second).linear_iterations);
+    assert_eq!(
+        both.linear_iterations.unwrap(),
+        first.linear_iterations.unwrap() + second.linear_iterations.unwrap()
+    );
+    let (mut plain, _) = by_tmgs::<f64>(example);
+    let sweeps = plain.solve(&q, Options::from_x(&x0)).unwrap();
+    assert_eq!(sweeps.linear_iterations, None);
+    assert_eq!(sweeps.then(second).linear_iterations, second.linear_iterations);
+    assert_eq!(second.then(sweeps).linear_iterations, second.linear_iterations);
+    let one = Outcome { iterations: 1, sweeps: 1, ..sweeps };
+    assert!(one.to_string().starts_with("converged after 1 iteration (1 sweep, "), "{one}");
 }
