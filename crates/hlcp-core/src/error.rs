@@ -1,5 +1,7 @@
 use thiserror::Error;
 
+use crate::files::number;
+
 /// Input that cannot be solved as it stands, with the numbers that are wrong.
 ///
 /// An iteration that ends without converging is *not* an error; it is an outcome.
@@ -115,7 +117,7 @@ pub enum Error {
         value: f64,
     },
     /// An entry that must be positive and finite is not: of Ω, or of a diagonal that is divided by.
-    #[error("{what}[{index}] is {value}, but it must be positive and finite{}", way_out(what, *value))]
+    #[error("{what}[{index}] is {}, but it must be positive and finite{}", number(*value), way_out(what, *value))]
     NotPositive {
         /// The vector or diagonal.
         what: &'static str,
@@ -174,7 +176,7 @@ pub enum Error {
         what: &'static str,
     },
     /// A parameter is outside its range.
-    #[error("{name} is {value}, but it must be {range}")]
+    #[error("{name} is {}, but it must be {range}", number(*value))]
     Parameter {
         /// The parameter.
         name: &'static str,

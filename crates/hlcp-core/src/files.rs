@@ -82,6 +82,37 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
+/// Returns the shortest text of a number: with an exponent where it is very small or very large.
+///
+/// ```
+/// use hlcp_core::files::number;
+///
+/// assert_eq!([0.25, 4.0, -1e-9, 1e300].map(number), ["0.25", "4", "-1e-9", "1e300"]);
+/// ```
+pub fn number(value: f64) -> String {
+    let is_long = value != 0.0 && value.is_finite() && !(1e-5..1e17).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
+}
+
+/// Says of bytes that begin as a binary file of a known kind what they are, and the way out.
+///
+/// ```
+/// use hlcp_core::files::binary;
+///
+/// assert_eq!(binary(&[0x1f, 0x8b, 8]), Some("is compressed by gzip; unpack it with gunzip"));
+/// assert_eq!(binary(b"1.5"), None);
+/// ```
+pub fn binary(bytes: &[u8]) -> Option<&'static str> {
+    match bytes {
+        [0x1f, 0x8b, ..] => Some("is compressed by gzip; unpack it with gunzip"),
+        [b'P', b'K', 3, 4, ..] => Some("is a ZIP archive, as NPZ is; unpack it with unzip"),
+        [0x93, b'N', b'U', b'M', b'P', b'Y', ..] => {
+            Some("is an NPY file; write text instead, in NumPy savetxt(path, v)")
+        }
+        _ => None,
+    }
+}
+
 /// Tells whether two paths lead to one file: through `.`, `..`, symbolic links and, on Unix, by
 /// hard links.
 ///

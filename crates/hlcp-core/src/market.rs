@@ -2,7 +2,8 @@
 //!
 //! What a header declares is checked against the file's length before anything is allocated, and
 //! every entry against the header. Read are `coordinate` matrices, `real` or `integer`, `general`
-//! or `symmetric`; vectors in the `array` or `coordinate` format or as plain numbers, one a line.
+//! or `symmetric`; vectors in the `array` or `coordinate` format, as a column or a row, or as plain
+//! numbers, one a line.
 
 use std::{
     any::type_name,
@@ -46,6 +47,7 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
     let banner = lines.expect("the banner %%MatrixMarket")?;
+    lines.is_whole = is_integer(banner);
     let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
@@ -165,6 +167,7 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         first = lines.expect_data(|| "a number".into())?;
     }
     let banner = first.to_ascii_lowercase();
+    lines.is_whole = is_integer(first);
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => (true, false),
@@ -176,7 +179,7 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
             )));
         }
     };
-    let mut entries = order;
+    let (mut entries, mut is_row) = (order, false);
     if !plain {
         let sizes = lines.expect_data(|| "the sizes".into())?;
         let mut words = sizes.split_whitespace();
@@ -185,7 +188,8 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
             [entries] = lines.numbers(&mut words, "rows columns entries")?;
         }
         lines.no_more(&mut words)?;
-        if (rows, columns) != (order, 1) {
+        is_row = rows == 1 && order != 1;
+        if (rows, columns) != (order, 1) && (rows, columns) != (1, order) {
             return Err(lines.fault(format!("{rows} × {columns} where {order} × 1 is wanted")));
         }
     }
@@ -202,13 +206,16 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         let mut words = line.split_whitespace();
         let mut at = k;
         if coordinate {
-            let [i, j] = lines.numbers(&mut words, "row 1 value")?;
-            if !(1..=order).contains(&i) || j != 1 {
-                return Err(lines.fault(format!("entry ({i}, {j}) is outside {order} × 1")));
+            let wanted = if is_row { "1 column value" } else { "row 1 value" };
+            let [i, j] = lines.numbers(&mut words, wanted)?;
+            let (along, across) = if is_row { (j, i) } else { (i, j) };
+            if !(1..=order).contains(&along) || across != 1 {
+                let of = if is_row { format!("1 × {order}") } else { format!("{order} × 1") };
+                return Err(lines.fault(format!("entry ({i}, {j}) is outside {of}")));
             }
-            at = i - 1;
+            at = along - 1;
             if std::mem::replace(&mut given[at], true) {
-                return Err(lines.fault(format!("entry ({i}, 1) is given twice")));
+                return Err(lines.fault(format!("entry ({i}, {j}) is given twice")));
             }
         }
         vector[at] = lines.value(&mut words)?;
@@ -253,7 +260,13 @@ fn content(path: &Path) -> Result<Vec<u8>, FileError> {
         let kind = files::kind(&found);
         return Err(FileError::new(path, format!("is {kind}; give a regular file instead")));
     }
-    fs::read(path).map_err(|e| FileError::new(path, e))
+    let bytes = fs::read(path).map_err(|e| FileError::new(path, e))?;
+    files::binary(&bytes).map_or(Ok(bytes), |what| Err(FileError::new(path, what)))
+}
+
+/// Tells whether a banner says that the numbers are whole.
+fn is_integer(banner: &str) -> bool {
+    banner.split_whitespace().nth(3).is_some_and(|word| word.eq_ignore_ascii_case("integer"))
 }
 
 /// The lines of a file, counted.
@@ -262,11 +275,13 @@ struct Lines<'f> {
     length: usize,
     rest: &'f [u8],
     number: usize,
+    /// The banner says that the numbers are whole.
+    is_whole: bool,
 }
 
 impl<'f> Lines<'f> {
     fn new(path: &'f Path, bytes: &'f [u8]) -> Self {
-        Self { path, length: bytes.len(), rest: bytes, number: 0 }
+        Self { path, length: bytes.len(), rest: bytes, number: 0, is_whole: false }
     }
 
     fn fault(&self, reason: impl ToString) -> FileError {
@@ -397,7 +412,12 @@ impl<'f> Lines<'f> {
 
     fn finite<T: Scalar>(&self, value: f64) -> Result<T, FileError> {
         let found = T::of(value);
-        if found.is_finite() {
+        if self.is_whole && value.fract() != 0.0 && value.is_finite() {
+            let value = files::number(value);
+            Err(self.fault(format!(
+                "{value} is not a whole number, as the banner's 'integer' says; write 'real' there"
+            )))
+        } else if found.is_finite() {
             Ok(found)
         } else if value.is_finite() {
             Err(self.fault(format!("{value:e} does not fit {}; take f64", type_name::<T>())))

@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hlcp_core::files::{FileError, excerpt};
+use hlcp_core::files::{FileError, binary, excerpt};
 
 /// Numbers in rows of the same length.
 pub(super) struct Array {
@@ -18,6 +18,9 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
     if let Some(rest) = bytes.strip_prefix(b"\x93NUMPY") {
         return npy(rest).map_err(|reason| fault(None, reason));
     }
+    if let Some(what) = binary(&bytes) {
+        return Err(fault(None, what.into()));
+    }
     let text =
         String::from_utf8(bytes).map_err(|_| fault(None, "neither an NPY file nor text".into()))?;
     let mut array = Array { columns: 0, rows: 0, values: vec![] };
@@ -30,9 +33,8 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
             return Err(fault(Some(number), reason));
         }
         let before = array.values.len();
-        let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
-        for word in line.split(separated).filter(|word| !word.is_empty()) {
-            let column = array.values.len() - before + 1;
+        for (column, word) in (1..).zip(cells(line).map_err(|reason| fault(Some(number), reason))?)
+        {
             match word.parse() {
                 Ok(value) if f64::is_finite(value) => array.values.push(value),
                 _ => {
@@ -51,6 +53,37 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
         (array.columns, array.rows) = (found, array.rows + 1);
     }
     if array.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(array) }
+}
+
+/// Reads a map of the gap, of which an array has no other to compare its columns with.
+pub(super) fn read_map(path: &Path) -> Result<Array, FileError> {
+    let map = read(path)?;
+    let Ok(text) = fs::read_to_string(path) else { return Ok(map) };
+    let digits = |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
+    let is_pair =
+        |line: &str| matches!(line.trim().split_once(','), Some((a, b)) if digits(a) && digits(b));
+    let data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    if map.columns == 2 && text.trim_start_matches('\u{feff}').lines().filter(data).all(is_pair) {
+        let reason = "two columns of whole numbers, or one with decimal commas? Separate columns \
+                      by semicolons, and write decimals with a point";
+        return Err(FileError { path: path.to_owned(), line: None, reason: reason.to_owned() });
+    }
+    Ok(map)
+}
+
+/// Splits a line into its cells, without the quotes that a cell is in: at semicolons, or else at
+/// commas, at tabs or at blanks.
+pub(super) fn cells(line: &str) -> Result<Vec<&str>, String> {
+    let words: Vec<&str> =
+        match [';', ',', '\t'].into_iter().find(|&mark| line.trim().contains(mark)) {
+            Some(mark) => line.trim_matches(' ').split(mark).map(str::trim).collect(),
+            None => line.split_whitespace().collect(),
+        };
+    if let Some(at) = words.iter().position(|word| word.is_empty()) {
+        return Err(format!("column {} is empty; write a number there", at + 1));
+    }
+    let bare = |word| str::strip_prefix(word, '"').and_then(|word| word.strip_suffix('"'));
+    Ok(words.into_iter().map(|word| bare(word).unwrap_or(word)).collect())
 }
 
 /// Whether commas stand within what semicolons or blanks separate.
@@ -100,7 +133,10 @@ fn npy(bytes: &[u8]) -> Result<Array, String> {
             ));
         }
     };
-    let count = rows.checked_mul(columns).filter(|&count| count > 0);
+    if rows == 0 || columns == 0 {
+        return Err(format!("the array has the shape ({rows}, {columns}), and so no numbers"));
+    }
+    let count = rows.checked_mul(columns);
     if count.and_then(|count| count.checked_mul(size)) != Some(data.len()) {
         let found = data.len();
         return Err(format!(

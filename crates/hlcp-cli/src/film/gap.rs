@@ -187,7 +187,7 @@ impl Posed {
 
     pub(super) fn new(arguments: &Arguments) -> Fallible<Self> {
         let [x_unit, h_unit, p_unit] = [arguments.x_unit, arguments.h_unit, arguments.p_unit];
-        let map = arguments.map.as_deref().map(array::read).transpose()?;
+        let map = arguments.map.as_deref().map(array::read_map).transpose()?;
         let [nx, ny] = match &map {
             Some(map) => [map.columns, map.rows],
             None => {

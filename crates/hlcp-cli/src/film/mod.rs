@@ -117,15 +117,15 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", group = "in_plane")]
     side: Vec<gap::Sided>,
     /// The unit of x, y and their extents: nm, um, mm, m or km, or so many metres, as 0.0254
-    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
+    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true, requires = "film")]
     #[arg(value_parser = named_unit("m", "mm, or in metres, e.g. 0.0254"))]
     x_unit: f64,
     /// The unit of gaps, depths and heights: as for x, or so many metres, as 1e-6
-    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true)]
+    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true, requires = "film")]
     #[arg(value_parser = named_unit("m", "um, or in metres, e.g. 1e-6"))]
     h_unit: f64,
     /// The unit of pressures: Pa, kPa, MPa or GPa, or so many pascals, as 1e5
-    #[arg(long, help_heading = UNITS, default_value = "Pa", allow_hyphen_values = true)]
+    #[arg(long, help_heading = UNITS, default_value = "Pa", allow_hyphen_values = true, requires = "film")]
     #[arg(value_parser = named_unit("Pa", "MPa, or in pascals, e.g. 1e5"))]
     p_unit: f64,
     /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER
@@ -142,9 +142,11 @@ pub(crate) struct Arguments {
     viscosity: Option<Viscosity>,
     /// The pressure around the film, in units of --p-unit
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(requires = "film")]
     ambient: f64,
     /// The pressure at which the film cavitates, in units of --p-unit
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
+    #[arg(requires = "film")]
     cavitation: f64,
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
     /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
@@ -163,7 +165,8 @@ pub(crate) struct Arguments {
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay
-    #[arg(long, help_heading = ASKED, requires = "motion", allow_hyphen_values = true)]
+    #[arg(long, help_heading = ASKED, requires = "motion", group = "in_plane")]
+    #[arg(allow_hyphen_values = true)]
     #[arg(value_parser = mass)]
     mass: Option<f64>,
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
@@ -198,6 +201,13 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.map.is_some() || arguments.journal || arguments.pad.is_some() {
         if arguments.mass.is_some() && arguments.motion.is_none() {
             return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
+        }
+        if arguments.ecc.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
+            return Err("--ecc is where a journal is, but --motion says that at every time; leave --ecc out, or let the journal move freely by --mass".into());
+        }
+        let asks = arguments.load.is_some() || arguments.motion.is_some() || arguments.coefficients;
+        if arguments.attitude.is_some() && !asks {
+            return Err("--attitude turns x = 0 with the load of --load, --motion or --coefficients; without them leave it out".into());
         }
         return plane::run(&arguments);
     }

@@ -193,7 +193,7 @@ fn dry(
         ways.join(", ")
     );
     if let Some(load) = &arguments.load {
-        let load = load.0[0];
+        let load = files::number(load.0[0]);
         return Err(format!("--load: nothing feeds this film, so it runs dry and carries 0 N instead of {load} N; {fed}").into());
     }
     let n = film.gap.len();

@@ -28,6 +28,7 @@
 
 use std::{
     error::Error,
+    fmt::Display,
     fs, io,
     path::Path,
     time::{Duration, Instant},
@@ -41,7 +42,7 @@ use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPar
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
-use super::{Arguments, PREFIXES, doubt};
+use super::{Arguments, PREFIXES, array, doubt};
 use crate::{
     chart::{self, Panel},
     print,
@@ -56,8 +57,12 @@ pub(super) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     arguments.out.as_mut_os_string().push(".svg");
     let profile = match &arguments.profile {
         Some(path) => {
-            let text = fs::read_to_string(path)
-                .map_err(|e| format!("{}: {e}", printable(path.display())))?;
+            let failed = |e: &dyn Display| format!("{}: {e}", printable(path.display()));
+            let bytes = fs::read(path).map_err(|e| failed(&e))?;
+            if let Some(what) = files::binary(&bytes) {
+                return Err(failed(&what).into());
+            }
+            let text = String::from_utf8(bytes).map_err(|_| failed(&"not a text file"))?;
             spare(path, &arguments.out)?;
             Profile::parse(path, &text)?
         }
@@ -120,12 +125,14 @@ impl Profile {
         for (number, line) in
             (1..).zip(lines).filter(|(_, line)| !line.trim_start().starts_with('#'))
         {
-            let separated = |c: char| c == ',' || c == ';' || c.is_whitespace();
-            let words: Vec<&str> = line.split(separated).filter(|word| !word.is_empty()).collect();
+            if line.trim().is_empty() {
+                continue;
+            }
+            let words = match array::cells(line) {
+                Ok(words) => words,
+                Err(reason) => return fault(Some(number), reason),
+            };
             let [place, gap] = words[..] else {
-                if words.is_empty() {
-                    continue;
-                }
                 let found = words.len();
                 let hint = if found > 2 && x.is_empty() {
                     "; a map of the gap in two dimensions is given by --map, with --lx and --ly"

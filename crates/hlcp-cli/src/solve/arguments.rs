@@ -32,21 +32,23 @@ The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad i
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    // First: it looks at `--a` before that is taken.
+    // First: it looks at `--a` before that is taken. Where an option conflicts with one that is
+    // given, clap drops what others require of it: each says its conflicts.
     #[command(flatten)]
     pub(crate) given: Given,
     /// A matrix A from a Matrix Market file, instead of a scene
     #[arg(long, help_heading = FILES, requires = "q", conflicts_with = "scene")]
     pub(crate) a: Option<PathBuf>,
     /// The matrix B [default: the identity, which makes the problem an LCP]
-    #[arg(long, help_heading = FILES, requires = "a")]
+    #[arg(long, help_heading = FILES, requires = "a", conflicts_with = "scene")]
     pub(crate) b: Option<PathBuf>,
     /// The vector q: a Matrix Market file, or one number a line
-    #[arg(long, help_heading = FILES, requires = "a")]
+    #[arg(long, help_heading = FILES, requires = "a", conflicts_with = "scene")]
     pub(crate) q: Option<PathBuf>,
     /// The grid of five-point operators A and B, such as 512x512, whose sweeps are faster and which
     /// multigrid needs [default: what the pattern of A and B shows]
     #[arg(long, help_heading = FILES, requires = "a", value_name = "NXxNY", value_parser = grid)]
+    #[arg(conflicts_with = "scene")]
     pub(crate) grid: Option<[usize; 2]>,
     /// The start x⁰ [default: all ones; of files 0 for what is not in the paper]
     #[arg(long, help_heading = FILES)]
@@ -55,7 +57,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILES, requires = "r0", conflicts_with = "x0")]
     pub(crate) z0: Option<PathBuf>,
     /// Start from this r and --z0
-    #[arg(long, help_heading = FILES, requires = "z0")]
+    #[arg(long, help_heading = FILES, requires = "z0", conflicts_with = "x0")]
     pub(crate) r0: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
     /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGV MGW MGF
@@ -176,6 +178,17 @@ impl Arguments {
         }
         if self.method.is_empty() && self.parameters() != Parameters::default() {
             return Err("--alpha, --beta, --alpha2 and --beta2 need --method".into());
+        }
+        let is_full = |name: &&String| name.trim().eq_ignore_ascii_case("FMG");
+        let start = [("--x0", &self.x0), ("--z0 and --r0", &self.z0)];
+        if let (Some(name), Some((option, _))) =
+            (self.method.iter().find(is_full), start.iter().find(|(_, given)| given.is_some()))
+        {
+            return Err(format!(
+                "{name} begins on the coarsest grid and takes no {option}; take MGF, or leave the \
+                 start out"
+            )
+            .into());
         }
         if let (Some(z), Some(r)) = (&self.out_z, &self.out_r)
             && files::same_file(z, r)

@@ -6,7 +6,6 @@ mod report;
 use std::{
     borrow::Cow,
     error::Error,
-    io::{self, Write},
     ops::ControlFlow,
     path::Path,
     sync::Arc,

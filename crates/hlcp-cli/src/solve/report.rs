@@ -2,7 +2,7 @@
 
 use std::io;
 
-use hlcp_core::{Norms, Scalar};
+use hlcp_core::{Norms, Scalar, files::number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
 use hlcp_verify::{Branch, Certificate, Refusal, certify_within, decimal, witness_within};
 use serde_json::{Value, json};
@@ -55,8 +55,9 @@ pub(crate) fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
 /// Prints the head of the table.
 pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::Result<()> {
     let Arguments { given, tau, gamma, .. } = arguments;
+    let [tau, gamma] = [*tau, *gamma].map(number);
     let shifts = if arguments.a.is_none() && name.starts_with("example") {
-        let [mu, nu] = ["mu", "nu"].map(|shift| given.numbers.get(shift));
+        let [mu, nu] = ["mu", "nu"].map(|shift| number(given.numbers.get(shift)));
         format!(" mu = {mu}, nu = {nu},")
     } else {
         String::new()

@@ -1,4 +1,5 @@
-//! Problems as Matrix Market files: read to the entry, refused without harm.
+//! Problems as Matrix Market files, and maps and profiles of films: read to the entry, refused
+//! without harm.
 
 use std::{fs, path::Path};
 
@@ -7,7 +8,7 @@ use hlcp_verify::Example;
 use proptest::{collection::vec, prelude::*};
 
 use crate::{
-    command::{json, refused},
+    command::{hlcp, json, refused, text},
     folder::Folder,
 };
 
@@ -163,6 +164,14 @@ fn what_a_matrix_may_look_like() {
         vector("%%MatrixMarket matrix coordinate real general\n3 1 2\n3 1 -2\n1 1 1.5\n"),
         [1.5, 0.0, -2.0]
     );
+    assert_eq!(
+        vector("%%MatrixMarket matrix array real general\n1 3\n1.5\n0\n-2\n"),
+        [1.5, 0.0, -2.0]
+    );
+    assert_eq!(
+        vector("%%MatrixMarket matrix coordinate integer general\n1 3 2\n1 3 -2\n1 1 1\n"),
+        [1.0, 0.0, -2.0]
+    );
     assert_eq!(vector("1.5\n\n% note\n0\n-2\n"), [1.5, 0.0, -2.0]);
     assert_eq!(vector("% note\n\n1.5\n0\n-2\n"), [1.5, 0.0, -2.0]);
 }
@@ -190,7 +199,15 @@ const BAD_ENTRIES: [(&str, &str); 16] = [
 ];
 
 /// The same, with the head.
-const BAD: [(&str, &str); 6] = [
+const BAD: [(&str, &str); 8] = [
+    (
+        "%%MatrixMarket matrix coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
+        "line 4: 1.5 is not a whole number, as the banner's 'integer' says; write 'real' there",
+    ),
+    (
+        "%%MatrixMarket matrix coordinate Integer symmetric\n2 2 2\n1 1  1e-9\n2 2 1\n",
+        "line 3: 1e-9 is not a whole number",
+    ),
     ("", "banner"),
     ("2 2 2\n1 1 1\n2 2 1\n", "is not"),
     ("%%MatrixMarket matrix coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
@@ -221,6 +238,13 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
     let not_text =
         folder.write("bytes.mtx", [HEAD.as_bytes(), b"2 2 2\n1 1 \xff\n2 2 1\n"].concat());
     refused(&command(&not_text, &sound, &q), "UTF-8");
+    for (bytes, named) in [
+        (&b"\x1f\x8b\x08\0"[..], "is compressed by gzip; unpack it with gunzip"),
+        (b"\x93NUMPY\x01\0", "is an NPY file"),
+    ] {
+        refused(&command(&folder.write("packed.mtx", bytes), &sound, &q), named);
+        refused(&command(&sound, &sound, &folder.write("packed", bytes)), named);
+    }
     let endless = folder.write("line.mtx", "%".repeat(1 << 17));
     refused(&command(&endless, &sound, &q), "longer than");
     refused(&command(&folder.0, &sound, &q), folder.0.to_str().unwrap());
@@ -235,6 +259,9 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
         ("1\nnan\n", "NaN"),
         ("1\r\n2\r\n", "CRLF"),
         ("%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n", "3 × 1 where 2 × 1"),
+        ("%%MatrixMarket matrix array real general\n1 3\n1\n2\n3\n", "1 × 3 where 2 × 1"),
+        ("%%MatrixMarket matrix array integer general\n2 1\n1\n0.5\n", "0.5 is not a whole"),
+        ("%%MatrixMarket matrix coordinate real general\n1 2 1\n2 1 1\n", "outside 1 × 2"),
         ("%%MatrixMarket matrix array real general\n1000000000000 1\n1\n", "1000000000000 × 1"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 2\n1 1 1\n1 1 2\n", "given twice"),
         ("%%MatrixMarket matrix coordinate real general\n2 1 1\n3 1 1\n", "(3, 1)"),
@@ -250,6 +277,59 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
     let wide = folder.write("wide.mtx", format!("{HEAD}3 3 3\n1 1 4\n2 2 3\n3 3 1\n"));
     refused(&command(&sound, &wide, &q), "order 3");
     assert_eq!(fs::read_to_string(&z).unwrap(), "precious");
+}
+
+/// A cell that is left out is not passed over, and a comma is not guessed at.
+#[test]
+fn maps_and_profiles_lose_no_cell() {
+    let folder = Folder::new("cells");
+    let run = |form: &str| {
+        let size = "--lx 0.05 --ly 0.03 --h-unit um --speed 3 --viscosity 0.04 --json";
+        let arguments = match form {
+            "profile" => "map --speed 3 --viscosity 0.04 --x-unit mm --h-unit um".to_owned(),
+            _ => format!("--map map {size}"),
+        };
+        let mut command = hlcp("film", &arguments);
+        command.current_dir(&folder.0).output().expect("the command starts")
+    };
+    let npy = |shape: &str| {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
+        [b"\x93NUMPY\x01\0", &(header.len() as u16).to_le_bytes()[..], header.as_bytes()].concat()
+    };
+    let empty = npy("(0, 4)");
+    for (bytes, form, named) in [
+        (&b"40,30\n40,,30\n"[..], "map", "map, line 2: column 2 is empty; write a number there"),
+        (b"40,30,\n40,30,\n", "map", "map, line 1: column 3 is empty"),
+        (b";40;30\n", "map", "map, line 1: column 1 is empty"),
+        (b"40\t\t30\n", "map", "map, line 1: column 2 is empty"),
+        (b"# h\n40,5\n30,2\n", "map", "map: two columns of whole numbers, or one with decimal"),
+        (b"\"40,5\";\"30,2\"\n", "map", "map, line 1: a comma within numbers"),
+        (b"\x1f\x8b\x08\0", "map", "map: is compressed by gzip; unpack it with gunzip"),
+        (b"PK\x03\x04", "map", "map: is a ZIP archive"),
+        (&empty, "map", "map: the array has the shape (0, 4), and so no numbers"),
+        (b"0,,40\n50,,20\n", "profile", "map, line 1: column 2 is empty"),
+        (b"\x1f\x8b\x08\0", "profile", "map: is compressed by gzip"),
+        (b"0 \xff\n", "profile", "map: not a text file"),
+    ] {
+        folder.write("map", bytes);
+        let output = run(form);
+        let err = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{named}: {err}");
+        assert!(err.lines().count() == 1 && err.contains(named), "{named}: {err}");
+    }
+    let load = |text_of: &str| {
+        folder.write("map", text_of);
+        let output = run("map");
+        assert!(output.status.success(), "{text_of}: {}", text(&output.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (report["load_n"].clone(), report["unknowns"].clone())
+    };
+    let plain = load("40 30\n40 30\n");
+    for same in
+        ["40;30\n40;30\n", "40.0, 30\n40, 30\n", "\"40\",\"30\"\n\"40\",30\n", "40\t30\n40\t30"]
+    {
+        assert_eq!(load(same), plain, "{same}");
+    }
 }
 
 const SYMBOLS: &[u8] = b"0123456789 -+.eEnN%\n\r\t";

@@ -159,8 +159,9 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
         ("--m 8 --tau -1.5", "tau is -1.5"),
         ("--m 8 --gamma 0", "gamma is 0"),
         ("--m 8 --gamma nan", "gamma is NaN"),
+        ("--m 8 --gamma -1e-300", "gamma is -1e-300, but"),
         ("--m 8 --method MSOR --alpha -1", "alpha is -1"),
-        ("--m 8 --tol -1e-9", "absolute tolerance is -0.000000001"),
+        ("--m 8 --tol -1e-9", "absolute tolerance is -1e-9"),
         ("--m 8 --mu -4", "diagonal of A[0] is 0"),
         ("--m 8 --nu -4.5", "diagonal of B[0] is -0.5"),
         ("--m 8 --mu nan", "NaN"),
@@ -282,6 +283,14 @@ fn a_certificate_is_refused_with_its_reason() {
     let why = "no M-matrix was found that bounds A and B from below";
     assert_eq!(report["certificate"]["refused"], why);
     assert!(text(&solve(&arguments).stdout).contains(&format!("none, because {why}")));
+}
+
+#[test]
+fn long_numbers_and_long_times_are_short() {
+    let out = text(&solve("--m 8 --gamma 1e-300 --method MGS").stdout);
+    assert!(out.contains("mu = 4, nu = 4, tau = 1, gamma = 1e-300\n"), "{out}");
+    let (report, status) = json("--m 8 --method MGS --max-seconds 1e308 --json");
+    assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0));
 }
 
 #[test]
