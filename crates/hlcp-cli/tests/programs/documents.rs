@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{command::hlcp, examples};
+use crate::{command::hlcp, examples, options};
 
 /// Commands whose full run takes minutes; here they run with `--quick`.
 const LONG: [&str; 6] =
@@ -153,6 +153,41 @@ fn the_help_of_each_command_has_examples_that_work() {
             assert!(output.status.success(), "{example}: {err}");
         }
     }
+}
+
+#[test]
+fn charts_name_commands_that_exist() {
+    let charts = examples::root().join("docs/charts");
+    let all = options::commands();
+    let mut count = 0;
+    for entry in fs::read_dir(charts).expect("a folder of the repository") {
+        let path = entry.expect("an entry").path();
+        if path.extension().is_none_or(|extension| extension != "svg") {
+            continue;
+        }
+        let text = fs::read_to_string(&path).expect("a chart is text");
+        for (at, _) in text.match_indices("cargo ") {
+            let command = text[at..].split(['·', '<']).next().unwrap_or_default().trim();
+            let words: Vec<&str> = command.split_whitespace().collect();
+            match words[..] {
+                ["cargo", "run", "--release", "--", name, ref rest @ ..]
+                | ["cargo", "run", "--release", "--features", "faer", "--", name, ref rest @ ..] => {
+                    assert!(all.iter().any(|known| known == name), "{}: {command}", path.display());
+                    let known = options::options(name);
+                    for option in rest.iter().filter_map(|word| word.strip_prefix("--")) {
+                        assert!(known.iter().any(|(known, _)| known == option), "{command}");
+                    }
+                }
+                ["cargo", "bench", "--bench", name] => {
+                    let path = examples::root().join(format!("benches/{name}.rs"));
+                    assert!(path.exists(), "{command}");
+                }
+                _ => panic!("{}: `{command}` is no command", path.display()),
+            }
+            count += 1;
+        }
+    }
+    assert!(count >= 20, "found only {count}");
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod film;
 mod film_plane;
 mod folder;
 mod gallery;
+mod options;
 mod outputs;
 mod paper;
 #[cfg(feature = "mpi")]
