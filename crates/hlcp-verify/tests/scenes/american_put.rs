@@ -1,6 +1,7 @@
 //! The American put is its time steps, and has the published price.
 
 use crate::common::{assembled, from, problem, scattered};
+use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Error, LinearOperator, Scalar};
 use hlcp_methods::{Mms, Solver};
 use hlcp_verify::{AmericanPut, Convergence, Proof, classes::is_m, convergence};
@@ -83,7 +84,7 @@ fn the_price_is_quantlibs() {
     let order = ((middle - coarse) / (fine - middle)).log2();
     assert!((1.5..2.5).contains(&order), "{order}: {coarse} {middle} {fine}");
     let limit = fine + (fine - middle) / 3.0;
-    assert!((limit - 4.48667344).abs() <= 1e-4, "{limit}");
+    assert_abs_diff_eq!(limit, 4.48667344, epsilon = 1e-4);
 }
 
 /// The mean of binomial trees of two successive lengths, the price's error of which is some 1e-5.
@@ -113,7 +114,7 @@ fn prices_are_those_of_binomial_trees() {
     for (rate, volatility, maturity, spot) in puts {
         let put = AmericanPut { rate, volatility, maturity, m: 32, steps: 256 };
         let (grid, tree) = (price(put, spot), tree(put, spot));
-        assert!((grid - tree).abs() <= 5e-5, "{grid} {tree}");
+        assert_abs_diff_eq!(grid, tree, epsilon = 5e-5);
     }
 }
 
@@ -155,7 +156,8 @@ fn single_precision_agrees() {
     let (wide, narrow) = (marched::<f64>(put, true).0, marched::<f32>(put, true).0);
     let [wide, narrow] = [put.price(&wide[41], 0.9), put.price(&narrow[41], 0.9)];
     // 42 steps, some four roundings of a residual of unit size each.
-    assert!((wide - narrow).abs() <= 42.0 * 4.0 * f64::from(f32::EPSILON));
+    let rounding = 42.0 * 4.0 * f64::from(f32::EPSILON);
+    assert_abs_diff_eq!(wide, narrow, epsilon = rounding);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::common::{assembled, by_tmgs, problem, scattered};
+use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Diagonal, Error};
 use hlcp_verify::{Bearing2d, Convergence, Witness, classes::is_m, convergence, witness};
 use nalgebra::{DMatrix, DVector};
@@ -67,11 +68,12 @@ fn the_bearing_is_its_balance_of_oil() {
     let lost = (&dense_a * &z - &dense_b * &r + &dense_q).sum();
     let [drawn, returned, ends] = scene.flows(z.as_slice(), r.as_slice());
     // 24 cells with seven terms each.
-    assert!((returned + ends - drawn - lost).abs() <= 168.0 * f64::EPSILON * dense_a.amax());
+    let rounding = 168.0 * f64::EPSILON * dense_a.amax();
+    assert_abs_diff_eq!(returned + ends - drawn, lost, epsilon = rounding);
     let (narrow, _, _) = scene.pose::<f32>().unwrap();
     for i in 0..24 {
-        let off = f64::from(narrow.diagonal_entry(i)) - dense_a[(i, i)];
-        assert!(off.abs() <= f64::from(f32::EPSILON) * dense_a[(i, i)]);
+        let (narrow, wide) = (f64::from(narrow.diagonal_entry(i)), dense_a[(i, i)]);
+        assert_abs_diff_eq!(narrow, wide, epsilon = f64::from(f32::EPSILON) * wide);
     }
 }
 
@@ -105,11 +107,11 @@ fn no_oil_is_lost() {
             assert!(lost.abs() <= 4e-10, "{i}: {lost}");
         }
         let [drawn, returned, ends] = scene.flows(&z, &r);
-        assert!((drawn - passing(0)).abs() <= 1e-14 * 48.0);
-        assert!((returned - passing(47)).abs() <= 1e-14 * 48.0);
-        assert!((ends - (1..48).map(leaking).sum::<f64>()).abs() <= 1e-14 * 48.0);
+        assert_abs_diff_eq!(drawn, passing(0), epsilon = 1e-14 * 48.0);
+        assert_abs_diff_eq!(returned, passing(47), epsilon = 1e-14 * 48.0);
+        assert_abs_diff_eq!(ends, (1..48).map(leaking).sum(), epsilon = 1e-14 * 48.0);
         // 564 residuals.
-        assert!((drawn - returned - ends).abs() <= 24.0 * 1e-10);
+        assert_abs_diff_eq!(drawn, returned + ends, epsilon = 24.0 * 1e-10);
         assert!(returned < drawn && ends > 0.1);
         // Both a full film and a broken one.
         assert!(z.iter().any(|&z| z > 0.0) && r.iter().any(|&r| r > 0.0));
@@ -128,8 +130,8 @@ fn the_short_bearing_is_ocvirks() {
     let bow = (PI * PI * root * root + 16.0 * ecc * ecc).sqrt();
     let sommerfeld = root.powi(4) / (PI * ecc * bow * aspect * aspect);
     // (L/D)² and h² of each.
-    assert!((scene.attitude(&z) - attitude).abs() <= 0.2, "{} {attitude}", scene.attitude(&z));
-    assert!((scene.sommerfeld(&z) / sommerfeld - 1.0).abs() <= 0.005);
+    assert_abs_diff_eq!(scene.attitude(&z), attitude, epsilon = 0.2);
+    assert_abs_diff_eq!(scene.sommerfeld(&z) / sommerfeld, 1.0, epsilon = 0.005);
 }
 
 /// `∫ (H − J)/H³` by Simpson's rule.

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use crate::common::{
     assembled, by_tmgs, largest_difference, problem, scattered, solve_from_ones, tmgs,
 };
+use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Error, LinearOperator, Rows};
 use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{
@@ -67,7 +68,8 @@ fn the_journal_bearing_is_its_elements() {
     let z = DVector::from_vec(scattered(35, 12.9898));
     let objective = 0.5 * z.dot(&(&stiffness * &z)) - load.dot(&z);
     // 35 points with five terms each, none larger than the scale.
-    assert!((scene.objective(z.as_slice()) - objective).abs() <= 175.0 * f64::EPSILON * scale);
+    let rounding = 175.0 * f64::EPSILON * scale;
+    assert_abs_diff_eq!(scene.objective(z.as_slice()), objective, epsilon = rounding);
 }
 
 #[test]
@@ -81,7 +83,7 @@ fn the_journal_bearing_has_petscs_objective() {
     let (a, b, q) = scene.pose::<f32>().unwrap();
     let [z, _] = by_tmgs(a, b, &q);
     // Second order in the error of z, first order in the rounding of A and q.
-    assert!((scene.objective(&z) + 0.183437).abs() <= 1e-5);
+    assert_abs_diff_eq!(scene.objective(&z), -0.183437, epsilon = 1e-5);
 }
 
 /// The energy of linear elements is second order in the mesh width.
@@ -120,7 +122,8 @@ fn the_obstacle_problem_is_its_stencil() {
         let around = membrane[(i - 1, j)] + membrane[(i + 1, j)];
         let around = around + membrane[(i, j - 1)] + membrane[(i, j + 1)];
         let expected = 4.0 * membrane[(i, j)] - around;
-        assert!((force + q[k] - expected).abs() <= 32.0 * f64::EPSILON * membrane.amax());
+        let rounding = 32.0 * f64::EPSILON * membrane.amax();
+        assert_abs_diff_eq!(force + q[k], expected, epsilon = rounding);
     }
 }
 
@@ -130,9 +133,9 @@ fn the_obstacle_problem_is_its_stencil() {
 fn the_exact_membrane_takes_off_smoothly() {
     let (at, step) = (Obstacle::CONTACT, 1e-6);
     // Half the jump of the second derivatives is below 10.
-    let apart = Obstacle::exact(at + step, 0.0) - Obstacle::dome(at + step, 0.0);
-    assert!(apart.abs() <= 10.0 * step * step);
-    assert!(Obstacle::exact(0.0, -2.0).abs() <= 1e-14);
+    let [exact, dome] = [Obstacle::exact, Obstacle::dome].map(|height| height(at + step, 0.0));
+    assert_abs_diff_eq!(exact, dome, epsilon = 10.0 * step * step);
+    assert_abs_diff_eq!(Obstacle::exact(0.0, -2.0), 0.0, epsilon = 1e-14);
 }
 
 #[test]
@@ -147,7 +150,7 @@ fn the_obstacle_problem_has_petscs_errors() {
         let [z, _] = by_tmgs(a, b, &q);
         // z is off by some hundred roundings, amplified by A⁻¹ ≤ m²/8.
         let [mean, _] = scene.errors(&z);
-        assert!((mean - printed[0].parse::<f64>().unwrap()).abs() <= 2e-4);
+        assert_abs_diff_eq!(mean, printed[0].parse().unwrap(), epsilon = 2e-4);
     }
 }
 
