@@ -23,6 +23,7 @@ mod figures;
 mod film;
 mod films;
 mod gallery;
+mod memory;
 mod paper;
 mod print;
 mod progress;

@@ -87,7 +87,7 @@ pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
     AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed,
-    Side, Slider, Supply, TimeStep,
+    ProvedFigures, Side, Slider, Supply, TimeStep,
 };
 pub use steps::Contraction;
 pub use theory::{

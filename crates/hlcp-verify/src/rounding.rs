@@ -110,6 +110,14 @@ impl Interval {
         Self { lower: div_down(a, b), upper: div_up(a, b) }
     }
 
+    /// The reciprocal of a positive number; NaN if zero is not excluded.
+    pub(crate) fn reciprocal(self) -> Self {
+        if self.lower > 0.0 {
+            return Self { lower: div_down(1.0, self.upper), upper: div_up(1.0, self.lower) };
+        }
+        Self::exactly(f64::NAN)
+    }
+
     /// Not less than the modulus.
     pub(crate) fn magnitude(self) -> f64 {
         if self.lower.is_nan() || self.upper.is_nan() {

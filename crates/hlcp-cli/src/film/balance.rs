@@ -31,8 +31,11 @@ pub(super) const METHOD: &str = "AMG";
 /// digits at best.
 const SEARCH: f64 = 1e-7;
 
-/// It is slow, but runs away least.
-const FALLBACK: &str = "MGS";
+/// It tries methods of all kinds, and leaves those that make no way.
+const FALLBACK: &str = "AUTO";
+
+/// The least content of a film, but for rounding.
+const LEAST: f64 = -1e-9;
 
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits() -> Limits {
@@ -43,7 +46,9 @@ impl Solved {
     /// Solves for the film, from a solution of a similar one if there is one.
     pub(super) fn new(film: Film, start: Option<&Self>, arguments: &Arguments) -> Fallible<Self> {
         let (a, b, q) = film.pose()?;
-        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, arguments)?;
+        // A steady film; what a step begins with may be below 0 by rounding.
+        let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
+        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, least, arguments)?;
         Ok(Self { film, z, r, x, outcome })
     }
 
@@ -51,7 +56,8 @@ impl Solved {
     fn clamped(&self, arguments: &Arguments) -> Fallible<Self> {
         let (a, _, q) = self.film.pose()?;
         let problem = Problem::new(a, Identity { order: q.len() }, q);
-        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), arguments)?;
+        let least = f64::NEG_INFINITY; // its r is no void fraction
+        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), least, arguments)?;
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
     }
 
@@ -132,20 +138,28 @@ impl Solved {
 /// `z`, `r`, `x` and what became of the solve.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
 
+/// Solves by the method of the command line, or by the usual one, and by another where that does
+/// not converge or leaves a content `1 − r` below `least`.
 fn solve(
     film: &Film,
     given: &Problem<f64>,
     start: Option<&Solved>,
+    least: f64,
     arguments: &Arguments,
 ) -> Fallible<Answer> {
     let (mut problem, q) = (given.hlcp(1.0)?, &given.q);
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let scaled = start.map(|start| {
-        let by = start.film.pressure_unit() / film.pressure_unit();
-        (start.z.iter().map(|z| z * by).collect::<Vec<_>>(), &start.r)
-    });
+    let scaled = match start {
+        Some(start) => {
+            let by = start.film.pressure_unit() / film.pressure_unit();
+            Some((start.z.iter().map(|z| z * by).collect::<Vec<_>>(), start.r.clone()))
+        }
+        // Dry: in a ring the content that is left is settled by the loss alone, which is less than
+        // what a solve leaves of the residual.
+        None => (!film.is_fed()).then(|| (vec![0.0; q.len()], film.dry())),
+    };
     let name = arguments.method.as_deref();
     let limits = limits();
     let attempt = |name: &str| -> Fallible<Answer> {
@@ -164,7 +178,13 @@ fn solve(
         Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
     };
     let found = attempt(name.unwrap_or(METHOD))?;
-    if found.3.converged() || name.is_some() { Ok(found) } else { attempt(FALLBACK) }
+    let is_film =
+        |(_, r, _, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
+    if is_film(&found) || name.is_some() {
+        return Ok(found);
+    }
+    let other = attempt(FALLBACK)?;
+    Ok(if other.3.converged() || !found.3.converged() { other } else { found })
 }
 
 /// The linear system of the derivatives at a solution.

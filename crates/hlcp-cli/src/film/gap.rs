@@ -6,8 +6,12 @@ use hlcp_core::files::printable;
 use hlcp_verify::{Film, Side, Supply};
 
 use super::{Arguments, Numbers, Viscosity, array, array::Array};
+use crate::memory;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
+
+/// What a film takes for each cell, at least: 640 to 720 bytes by the usual method.
+const BYTES: usize = 400;
 
 /// A pad without texture, in the user's units.
 #[derive(Debug, Clone)]
@@ -87,19 +91,20 @@ impl FromStr for Dimples {
 
 impl Dimples {
     /// The pockets on a film of these extents, in the same unit.
-    fn pockets(&self, lengths: [f64; 2]) -> Fallible<Vec<Pocket>> {
+    fn pockets(&self, lengths: [f64; 2]) -> Fallible<impl Iterator<Item = Pocket>> {
         let tile = [0, 1].map(|axis| lengths[axis] / self.counts[axis]);
         if (0..2).any(|axis| self.size[axis] > tile[axis] * (1.0 + 1e-9)) {
             let [lx, ly] = tile;
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
         let [kx, ky] = self.counts.map(|count| count as usize);
-        let place = |k: usize| {
+        let Self { size, depth, ellipse, .. } = *self;
+        let place = move |k: usize| {
             let corner = [k % kx, k / kx].map(|at| at as f64 + 0.5);
-            let corner = [0, 1].map(|axis| corner[axis] * tile[axis] - self.size[axis] / 2.0);
-            Pocket { corner, size: self.size, depth: self.depth, ellipse: self.ellipse }
+            let corner = [0, 1].map(|axis| corner[axis] * tile[axis] - size[axis] / 2.0);
+            Pocket { corner, size, depth, ellipse }
         };
-        Ok((0..kx * ky).map(place).collect())
+        Ok((0..kx * ky).map(place))
     }
 }
 
@@ -197,6 +202,7 @@ impl Posed {
         };
         let cells = nx.checked_mul(ny).filter(|&cells| cells <= 1 << 28);
         let cells = cells.ok_or("--nx times --ny is more than 268 million cells")?;
+        memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;
         let lengths = match (arguments.diameter, arguments.length, arguments.lx, arguments.ly) {
             (Some(diameter), Some(length), None, None) => [PI * diameter * x_unit, length * x_unit],
             (None, None, Some(lx), Some(ly)) => [lx * x_unit, ly * x_unit],
@@ -253,17 +259,18 @@ impl Posed {
             (modes, base, vec![0.0, tilt[0], tilt[1]], None)
         };
 
-        let mut pockets = arguments.pocket.clone();
-        for dimples in &arguments.dimples {
-            pockets.extend(dimples.pockets(lengths.map(|length| length / x_unit))?);
-        }
         let rough = arguments.roughness.as_deref().map(|path| same(path, [nx, ny])).transpose()?;
         if let Some(rough) = rough {
             base.iter_mut().zip(&rough.values).for_each(|(h, rough)| *h += rough * h_unit);
         }
         let around = arguments.journal;
-        for pocket in &pockets {
+        for pocket in &arguments.pocket {
             pocket.dig(&mut base, [nx, ny], lengths, [x_unit, h_unit], around)?;
+        }
+        for dimples in &arguments.dimples {
+            for pocket in dimples.pockets(lengths.map(|length| length / x_unit))? {
+                pocket.dig(&mut base, [nx, ny], lengths, [x_unit, h_unit], around)?;
+            }
         }
 
         let ambient = arguments.ambient * p_unit;

@@ -9,7 +9,7 @@ use std::{
 
 use hlcp_core::files;
 use hlcp_methods::{Named, Parameters, Status};
-use hlcp_verify::{Certificate, Film, FilmFigures, Refusal, Side};
+use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, decimal};
 use serde_json::{Value, json};
 
 use super::{
@@ -37,11 +37,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     Named::parse(arguments.method.as_deref().unwrap_or(METHOD), Parameters::default())?;
     let mut posed = Posed::new(arguments)?;
     if arguments.motion.is_none() {
-        let first = posed.here();
-        refuse_rest(&first, arguments)?;
-        if !first.is_fed() {
-            return dry(&posed, &first, arguments, begun);
-        }
+        refuse_idle(&posed, &posed.here(), arguments)?;
     }
     let outputs = outputs(arguments)?;
     let mut steps = None;
@@ -72,6 +68,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let report = Report {
         posed: &posed,
         figures: solved.film.figures(&solved.z, &solved.r, posed.ambient),
+        proved: proved(&posed, &solved.film, certificate.as_ref()),
         solved: &solved,
         solves,
         converged,
@@ -104,10 +101,16 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
             outputs.iter().map(|path| files::printable(path.display())).collect();
         print::line(format_args!("wrote {}", names.join(", ")))?;
     }
-    if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
+    if !film.is_fed() {
+        let way_out = feeding(&posed, film);
+        say(format!("warning: nothing feeds this film, so it runs dry; {way_out}"));
+    } else if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
         say("warning: the film carries nothing, because its pressure is that of cavitation \
              everywhere; oil moves along x where --speed is positive, and builds up pressure where \
              the gap narrows that way: turn the gap round, or change the sign of --speed");
+    }
+    if let Some(text) = report.figures.doubt().filter(|_| converged) {
+        say(format!("warning: {text}"));
     }
     doubt(report.figures.least_gap, &film.lengths, report.figures.peak);
     Ok(converged)
@@ -154,8 +157,8 @@ fn outputs(arguments: &Arguments) -> Result<Vec<PathBuf>, Box<dyn Error>> {
     Ok(outputs)
 }
 
-/// Refuses a film in which nothing happens.
-fn refuse_rest(film: &Film, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+/// Refuses a film in which nothing happens, and questions to one that runs dry.
+fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let mut pressures = vec![];
     for side in film.sides {
         match side {
@@ -166,49 +169,73 @@ fn refuse_rest(film: &Film, arguments: &Arguments) -> Result<(), Box<dyn Error>>
     }
     pressures.extend(film.supplies.iter().map(|supply| supply.pressure));
     let rests = film.speeds.iter().sum::<f64>() == 0.0;
-    let Some(&first) = pressures.first() else { return Ok(()) };
-    if rests && pressures.iter().all(|&pressure| pressure == first) {
-        let p = first / arguments.p_unit;
+    if rests && pressures.is_empty() {
+        return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into());
+    }
+    if rests && pressures.iter().all(|&pressure| pressure == pressures[0]) {
+        let p = pressures[0] / arguments.p_unit;
         return Err(format!("nothing drives the film: the walls carry nothing and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
     }
-    Ok(())
+    let asked = match &arguments.load {
+        Some(load) => format!(
+            "--load: nothing feeds this film, so it runs dry and carries nothing instead of {} N",
+            load.0[0]
+        ),
+        None if arguments.coefficients => {
+            "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
+                .into()
+        }
+        None => return Ok(()),
+    };
+    if film.is_fed() { Ok(()) } else { Err(format!("{asked}; {}", feeding(posed, film)).into()) }
 }
 
-/// Says that a film runs dry.
-fn dry(
-    posed: &Posed,
-    film: &Film,
-    arguments: &Arguments,
-    begun: Instant,
-) -> Result<bool, Box<dyn Error>> {
+/// How to feed a film that runs dry.
+fn feeding(posed: &Posed, film: &Film) -> String {
     let is_open = film.sides.iter().any(|side| matches!(side, Side::Pressure(_)));
     let mut ways = vec![];
     if posed.journal.is_some() {
         ways.push("--groove 0,2e5");
     }
     ways.push(if is_open { "--ambient 101325" } else { "--side south=101325" });
-    let fed = format!(
+    format!(
         "feed it above the pressure of --cavitation, by {} or --supply (pressures in units of \
          --p-unit)",
         ways.join(", ")
-    );
-    if let Some(load) = &arguments.load {
-        let load = files::number(load.0[0]);
-        return Err(format!("--load: nothing feeds this film, so it runs dry and carries 0 N instead of {load} N; {fed}").into());
+    )
+}
+
+/// The figures that are proved; of a journal the load is that of both directions.
+fn proved(
+    posed: &Posed,
+    film: &Film,
+    certificate: Option<&Result<Certificate, Refusal>>,
+) -> Option<ProvedFigures> {
+    let certificate = certificate?.as_ref().ok()?;
+    let mut proved = film.proved_figures(certificate, posed.ambient);
+    if posed.journal.is_some() {
+        let modes = [&posed.modes[0][..], &posed.modes[1]];
+        proved.load = film.proved_resultant(certificate, posed.ambient, modes);
     }
-    let n = film.gap.len();
-    let figures = film.figures(&vec![0.0; n], &vec![1.0; n], film.cavitation);
-    if arguments.json {
-        let mut object = figures_json(posed, film, &figures, [0.0, f64::NAN, f64::NAN]);
-        object["outcome"] = json!("converged");
-        object["seconds"] = json!(begun.elapsed().as_secs_f64());
-        print::line(object)?;
-    } else {
-        print::line(format!(
-            "nothing feeds this film, so it runs dry: z = 0 and r = 1 everywhere; {fed}"
-        ))?;
+    Some(proved)
+}
+
+/// How far a printed number may be off one in the interval.
+fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
+    (upper - printed).max(printed - lower).next_up()
+}
+
+/// The interval in words.
+fn between(interval: Option<[f64; 2]>) -> String {
+    let Some([lower, upper]) = interval else { return String::new() };
+    if lower.is_infinite() {
+        return ", nothing proved".into();
     }
-    Ok(true)
+    // As many digits as the two have in common, and one more.
+    let digits = (lower.abs().max(upper.abs()) / (upper - lower)).log10().clamp(2.0, 16.0);
+    let [lower, upper] =
+        [(lower, false), (upper, true)].map(|(end, up)| decimal(end, digits as usize, up));
+    format!(", proved between {lower} and {upper}")
 }
 
 /// The load and where it acts: of a journal its place around the bearing and along it.
@@ -221,6 +248,9 @@ fn load(posed: &Posed, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3
     let forces = posed.forces(film, z);
     let angle = forces[1].atan2(forces[0]);
     let load = forces[0].hypot(forces[1]);
+    if load == 0.0 {
+        return [load, f64::NAN, f64::NAN];
+    }
     let (mut moment, p) = (0.0, film.pressures(z));
     for (k, p) in p.iter().enumerate() {
         let along = posed.modes[0][k] * angle.cos() + posed.modes[1][k] * angle.sin();
@@ -267,6 +297,7 @@ fn figures_json(
     let [ecc, attitude] = eccentricity(posed, x).map_or([None; 2], |pair| pair.map(Some));
     json!({
         "outcome": null,
+        "converged": null,
         "load_n": load,
         "load_x_m": x,
         "load_y_m": y,
@@ -285,6 +316,9 @@ fn figures_json(
         "peak_pressure_pa": figures.peak,
         "least_gap_m": figures.least_gap,
         "broken_share": figures.broken_share,
+        "least_content": figures.least_content,
+        "feed": figures.feed,
+        "doubt": figures.doubt(),
         "ecc": ecc,
         "attitude_deg": attitude,
         "position": posed.journal.is_none().then_some(&posed.position),
@@ -316,6 +350,7 @@ struct Report<'r> {
     converged: bool,
     coefficients: Option<Coefficients>,
     certificate: Option<Result<Certificate, Refusal>>,
+    proved: Option<ProvedFigures>,
     /// Of a motion, over the whole run.
     run_imbalance: Option<f64>,
     seconds: f64,
@@ -342,7 +377,8 @@ impl Report<'_> {
         let film = &self.solved.film;
         let [load, ..] = self.load();
         format!(
-            "{} × {} cells; load {load:.4e} N, peak {:.4e} Pa, least gap {:.4e} m; {:.1} % of the film is broken, within the line",
+            "{}{} × {} cells; load {load:.4e} N, peak {:.4e} Pa, least gap {:.4e} m; {:.1} % of the film is broken, within the line",
+            if self.converged { "" } else { "not converged: " },
             film.nx,
             film.ny,
             self.figures.peak,
@@ -351,20 +387,10 @@ impl Report<'_> {
         )
     }
 
-    /// Bounds on the errors of the load, the peak and the flow through each side, from those on z
-    /// and r.
-    fn bounds(&self) -> Option<[f64; 3]> {
-        let certificate = self.certificate.as_ref()?.as_ref().ok()?;
-        let film = &self.solved.film;
-        let unit = film.pressure_unit();
-        let load = certificate.z.iter().sum::<f64>() * unit * film.cell();
-        let peak = certificate.z.iter().copied().fold(0.0, f64::max) * unit;
-        Some([load, peak, film.flow_bound(&certificate.z, &certificate.r)])
-    }
-
     fn json(&self) -> Value {
         let mut object = figures_json(self.posed, &self.solved.film, &self.figures, self.load());
         object["outcome"] = json!(self.status().replace(' ', "_"));
+        object["converged"] = json!(self.converged);
         object["seconds"] = json!(self.seconds);
         object["mass_imbalance_m3_s"] = json!(self.imbalance());
         if let Some(found) = &self.coefficients {
@@ -373,9 +399,25 @@ impl Report<'_> {
             object["stiffness_clamp_n_m"] = json!(found.clamped[0]);
             object["damping_clamp_n_s_m"] = json!(found.clamped[1]);
         }
-        if let Some([load, peak, flow]) = self.bounds() {
-            object["bounds"] =
-                json!({ "load_n": load, "peak_pressure_pa": peak, "flow_m3_s": flow });
+        if let Some(proved) = &self.proved {
+            let figures = &self.figures;
+            let [load, ..] = self.load();
+            let side = |k: usize| match self.solved.film.sides[k] {
+                Side::Periodic => Value::Null,
+                _ => json!(off(figures.sides[k], proved.sides[k])),
+            };
+            let supplies = figures.supplies.iter().zip(&proved.supplies);
+            object["bounds"] = json!({
+                "load_n": off(load, proved.load),
+                "peak_pressure_pa": off(figures.peak, proved.peak),
+                "flow_m3_s": {
+                    "west": side(0),
+                    "east": side(1),
+                    "south": side(2),
+                    "north": side(3),
+                    "supplies": supplies.map(|(flow, ends)| off(*flow, *ends)).collect::<Vec<_>>(),
+                },
+            });
         }
         object
     }
@@ -391,13 +433,13 @@ impl Report<'_> {
             String::new()
         };
         print::line(format_args!("{nx} × {ny} cells, {n} unknowns: {many}{outcome}"))?;
+        if !self.converged {
+            print::line("not converged, so these are no figures of the film:")?;
+        }
         let [load, x, y] = self.load();
-        let bounds = self.bounds();
-        let within = |k: usize, unit: &str| {
-            bounds
-                .map_or(String::new(), |bounds| format!(", certified to {:.1e} {unit}", bounds[k]))
-        };
-        print::line(format_args!("load              {load:.6e} N{}", within(0, "N")))?;
+        let proved = self.proved.as_ref();
+        let within = between(proved.map(|proved| proved.load));
+        print::line(format_args!("load              {load:.6e} N{within}"))?;
         if y.is_nan() {
             print::line("                  at no point, because it is zero")?;
         } else if self.posed.journal.is_some() {
@@ -421,31 +463,39 @@ impl Report<'_> {
         let names = ["west", "east", "south", "north"];
         let open =
             (0..4).filter(|&k| matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)));
+        let within = |side: usize| between(proved.map(|proved| proved.sides[side]));
         let flows: Vec<String> =
-            open.map(|k| format!("{} {:.6e}", names[k], figures.sides[k])).collect();
+            open.map(|k| format!("{} {:.6e}{}", names[k], figures.sides[k], within(k))).collect();
+        // One a line where there is more to say.
+        let next = if proved.is_some() { "\n                  " } else { ", " };
         if !flows.is_empty() {
-            print::line(format_args!(
-                "flow out, m³/s    {}{}",
-                flows.join(", "),
-                within(2, "m³/s")
-            ))?;
+            print::line(format_args!("flow out, m³/s    {}", flows.join(next)))?;
         }
         if !figures.supplies.is_empty() {
+            let within = |k: usize| between(proved.map(|proved| proved.supplies[k]));
+            let flows = figures.supplies.iter().enumerate();
             let flows: Vec<String> =
-                figures.supplies.iter().map(|flow| format!("{flow:.6e}")).collect();
-            print::line(format_args!("supplied, m³/s    {}", flows.join(", ")))?;
+                flows.map(|(k, flow)| format!("{flow:.6e}{}", within(k))).collect();
+            print::line(format_args!("supplied, m³/s    {}", flows.join(next)))?;
         }
         print::line(format_args!("mass imbalance    {:.1e} m³/s", self.imbalance()))?;
-        print::line(format_args!("peak pressure     {:.6e} Pa{}", figures.peak, within(1, "Pa")))?;
+        let within = between(proved.map(|proved| proved.peak));
+        print::line(format_args!("peak pressure     {:.6e} Pa{within}", figures.peak))?;
         print::line(format_args!("least gap         {:.6e} m", figures.least_gap))?;
         print::line(format_args!(
             "broken            {:.4} % of the area",
             100.0 * figures.broken_share
         ))?;
-        if let Some([ecc, attitude]) = eccentricity(self.posed, x) {
+        if figures.feed.is_finite() {
+            let (feed, least) = (figures.feed, figures.least_content);
             print::line(format_args!(
-                "eccentricity      {ecc:.6} of the clearance, attitude {attitude:.4}°"
+                "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
             ))?;
+        }
+        if let Some([ecc, attitude]) = eccentricity(self.posed, x) {
+            let at =
+                if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
+            print::line(format_args!("eccentricity      {ecc:.6} of the clearance, {at}"))?;
         } else if arguments.load.is_some() || arguments.motion.is_some() {
             let [rise, along, across] = [0, 1, 2].map(|k| self.posed.position[k]);
             print::line(format_args!(

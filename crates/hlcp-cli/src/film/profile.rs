@@ -45,8 +45,11 @@ use serde_json::{Value, json};
 use super::{Arguments, PREFIXES, array, doubt};
 use crate::{
     chart::{self, Panel},
-    print,
+    memory, print,
 };
+
+/// What a piece takes, at least: its places, gaps, coefficients and unknowns.
+const BYTES: usize = 200;
 
 /// Solves for the film, writes its picture and its numbers, and prints its figures; whether it
 /// converged.
@@ -77,7 +80,7 @@ pub(super) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     }
     files::check_output(svg)?;
     files::check_output(csv)?;
-    let profile = profile.refined(arguments.refine);
+    let profile = profile.refined(arguments.refine)?;
     let film = Film::solve(&profile, conditions, &arguments)?;
     // Before anything is printed, because a reader that goes away ends the program.
     let texts = film.drawn(&profile, &arguments);
@@ -187,18 +190,20 @@ impl Profile {
     /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane
     /// wedge is 7e-6 off if the gap narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and
     /// a rupture is known to 1/400 of the film.
-    fn refined(self, refine: Option<u16>) -> Self {
+    fn refined(self, refine: Option<u16>) -> Result<Self, String> {
         let length = self.x[self.x.len() - 1] - self.x[0];
         let by_length = |x: &[f64]| ((x[1] - x[0]) / length * 400.0).ceil().max(1.0) as usize;
         let pieces: Vec<usize> =
             self.x.windows(2).map(|x| refine.map_or_else(|| by_length(x), usize::from)).collect();
+        let count = pieces.iter().fold(0, |sum: usize, pieces| sum.saturating_add(*pieces));
+        memory::check(count, BYTES, "take a smaller --refine, or fewer points")?;
         let cut = |v: &[f64]| -> Vec<f64> {
             let inner = v.windows(2).zip(&pieces).flat_map(|(ends, &pieces)| {
                 (0..pieces).map(move |k| ends[0] + (ends[1] - ends[0]) * k as f64 / pieces as f64)
             });
             inner.chain(v.last().copied()).collect()
         };
-        Self { x: cut(&self.x), h: cut(&self.h) }
+        Ok(Self { x: cut(&self.x), h: cut(&self.h) })
     }
 }
 
@@ -333,6 +338,7 @@ impl Film {
             |rupture| self.fronts(rupture).into_iter().map(|i| self.x[i]).collect::<Vec<_>>();
         json!({
             "outcome": self.outcome.status.to_string().replace(' ', "_"),
+            "converged": self.outcome.converged(),
             "load_n_m": self.load(arguments),
             "friction_n_m": self.friction,
             "flow_m2_s": flow,
@@ -349,6 +355,9 @@ impl Film {
 
     fn report(&self, profile: &Profile, arguments: &Arguments) -> io::Result<()> {
         print::line(format_args!("{} unknowns: {}", self.x.len() - 2, self.outcome))?;
+        if !self.outcome.converged() {
+            print::line("not converged, so these are no figures of the film:")?;
+        }
         let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
         let peak = self.peak();
         print::line(format_args!(

@@ -26,7 +26,7 @@ use hlcp_verify::{Certificate, Convergence, convergence_within};
 use serde_json::json;
 
 use crate::{
-    print,
+    memory, print,
     progress::Way,
     say,
     scenes::{Boxed, Given, Numbers, Problem, goal},
@@ -85,11 +85,26 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
         let named = Named::parse(name, arguments.parameters()).map_err(in_options)?;
         Ok((name.to_ascii_uppercase(), named))
     };
-    let methods = match &arguments.method[..] {
+    let methods: Vec<_> = match &arguments.method[..] {
         [] => ["MGS", "AMGS", "TMGS"].into_iter().map(parse).collect::<Result<_, _>>()?,
         names => names.iter().map(|name| parse(name)).collect::<Result<_, _>>()?,
     };
     let scene = arguments.given.scene;
+    if let (Some([nx, ny]), None, None) =
+        (scene.grid(&arguments.given.numbers), &arguments.a, ranks)
+    {
+        // About what is measured.
+        let bytes = |(name, _): &(String, Named)| match name.as_str() {
+            "AMG" => 500,
+            "ANDERSON" => 200,
+            "NEWTON" => 120,
+            _ => 60,
+        };
+        let each = methods.iter().map(bytes).max().unwrap_or_default();
+        let single = arguments.precisions().iter().all(|&precision| precision == Precision::F32);
+        let each = if single { each / 2 } else { each };
+        memory::check(nx.saturating_mul(ny), each, "take a smaller grid by --m, or --nx and --ny")?;
+    }
     let name = if arguments.a.is_some() { "file" } else { scene.name };
     let strip = ranks.map(|ranks| strip(arguments, ranks)).transpose()?;
     let mut run = Run { arguments, name, methods, rows: 0, all_converged: true, strip };
@@ -365,8 +380,13 @@ impl Run<'_> {
                 if let Some(advice) = report::advice(outcome.status) {
                     say(format!("note: {name} did not converge; {advice}"));
                 }
+                let unsettled = if outcome.converged() {
+                    ""
+                } else {
+                    " (not converged: no figure of the scene)"
+                };
                 for (key, value) in &figures {
-                    print::line(format_args!("          {key} {value:.6e}"))?;
+                    print::line(format_args!("          {key} {value:.6e}{unsettled}"))?;
                 }
                 if let Some(certificate) = &certificate {
                     print::line(match named.steps(&problem)? {

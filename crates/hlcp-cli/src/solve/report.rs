@@ -35,6 +35,7 @@ pub(crate) fn object(
         "precision": precision.name(),
         "threads": arguments.threads,
         "outcome": status.to_string().replace(' ', "_"),
+        "converged": outcome.converged(),
         "iterations": iterations,
         "sweeps": sweeps,
         "linear_iterations": outcome.linear_iterations,

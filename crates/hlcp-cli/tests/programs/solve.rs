@@ -37,7 +37,7 @@ fn the_report_has_its_keys_and_numbers() {
                      --gamma 2.5 --json";
     let (report, status) = json(arguments);
     let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
-    let expected = "scene n method alpha beta tau gamma precision threads outcome iterations sweeps linear_iterations \
+    let expected = "scene n method alpha beta tau gamma precision threads outcome converged iterations sweeps linear_iterations \
                     residual_l2 residual_linf error_linf objective seconds";
     assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
     assert_eq!(status, 0);
@@ -73,6 +73,15 @@ fn not_converging_is_status_2_with_the_outcome_printed() {
         (&report["outcome"], &report["iterations"], status),
         (&"iteration_limit".into(), &3.into(), 2)
     );
+    assert_eq!(report["converged"], false);
+    // Its figures are marked, too.
+    let marked = |arguments: &str| -> Vec<bool> {
+        let out = text(&solve(&format!("--scene bearing2d --nx 31 --ny 15 {arguments}")).stdout);
+        let figures = out.lines().filter(|line| line.starts_with("          "));
+        figures.map(|line| line.ends_with(" (not converged: no figure of the scene)")).collect()
+    };
+    assert_eq!(marked("--method MGS --max-iterations 5"), [true; 5]);
+    assert_eq!(marked("--method AUTO"), [false; 5]);
     let (report, status) = json("--m 20 --mu 0 --nu 0 --method MSOR --alpha 3.5 --json");
     assert_eq!((&report["outcome"], status), (&"diverged".into(), 2));
     assert!(report["residual_l2"].as_f64().is_some_and(f64::is_finite));

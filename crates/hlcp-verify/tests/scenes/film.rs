@@ -26,7 +26,7 @@ fn figures(film: &Film, ambient: f64) -> FilmFigures {
 }
 
 /// Numbers between 0 and 1 that have no pattern.
-fn noise(seed: u64) -> impl FnMut() -> f64 {
+pub(crate) fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
         state =

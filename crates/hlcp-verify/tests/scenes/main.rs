@@ -7,4 +7,5 @@ mod certificates;
 mod common;
 mod disc;
 mod film;
+mod proved_film;
 mod published;

@@ -6,8 +6,10 @@ use gates::{Frame, Gate, Passage};
 mod derivatives;
 mod figures;
 mod gates;
+mod proved;
 
 pub use figures::FilmFigures;
+pub use proved::ProvedFigures;
 
 /// A lubricating film over a rectangle with mass-conserving cavitation, in SI units: an HLCP.
 ///
@@ -247,7 +249,7 @@ impl Film {
                 q[k] += rate * (self.gap[k] - oil[k]);
             }
         }
-        let is_ring = self.is_periodic(0) && self.step.is_none();
+        let is_ring = self.is_ring();
         for (k, q) in q.iter_mut().enumerate() {
             if is_ring {
                 let leak = LEAK * b[2][k];
@@ -313,7 +315,7 @@ impl Film {
     /// Whether anything feeds the film: a pressure above that of cavitation somewhere, a wall that
     /// carries oil in, or oil that is there before a time step.
     ///
-    /// A film that nothing feeds runs dry: `z = 0`, `r = 1` is its steady answer.
+    /// A film that nothing feeds runs [`dry`](Self::dry).
     pub fn is_fed(&self) -> bool {
         let mut is_fed = self.step.is_some();
         self.gates(&self.frame(), |axis, gate| {
@@ -323,6 +325,36 @@ impl Film {
             }
         });
         is_fed
+    }
+
+    /// The `r` that is a steady answer with `z = 0` if nothing feeds the film: 1 but for cells from
+    /// which no wall carries oil away, where it is 0.
+    ///
+    /// Before a closed side such cells make it one of many: any puddle that the wall holds against
+    /// the side is another.
+    ///
+    /// ```
+    /// use hlcp_verify::{Film, Side};
+    ///
+    /// let (closed, no_oil) = (Side::Closed, Side::Starved(0.0));
+    /// let mut film = Film::new([3, 1], [0.03, 0.01], 2.0, 0.04);
+    /// film.sides = [no_oil, no_oil, closed, closed];
+    /// assert_eq!((film.is_fed(), film.dry()), (false, vec![1.0; 3]));
+    /// film.sides[1] = closed;
+    /// assert_eq!(film.dry(), [1.0, 1.0, 0.0]);
+    /// ```
+    pub fn dry(&self) -> Vec<f64> {
+        let mut r = vec![0.0; self.gap.len()];
+        self.gates(&self.frame(), |axis, gate| {
+            let carried = self.passage(axis, gate).carried;
+            match gate {
+                Gate::Between([from, _]) if carried > 0.0 => r[from] = 1.0,
+                Gate::Between([_, from]) if carried < 0.0 => r[from] = 1.0,
+                Gate::Out { cell, .. } if carried > 0.0 => r[cell] = 1.0,
+                _ => {}
+            }
+        });
+        r
     }
 
     /// The cells that are not part of a supply, in order.
@@ -362,6 +394,11 @@ impl Film {
 
     fn is_periodic(&self, axis: usize) -> bool {
         self.sides[2 * axis] == Side::Periodic
+    }
+
+    /// Whether oil may go round for ever.
+    fn is_ring(&self) -> bool {
+        self.is_periodic(0) && self.step.is_none()
     }
 
     /// h³/12μ.
