@@ -48,6 +48,13 @@ class FilmResult(Result):
         In m.
     broken_share : float
         The part of the area in which the film is broken.
+    least_content : float
+        The least film content; below 0 the answer is no film.
+    feed : float
+        Of a steady ring, what enters over what goes round in circles that are broken somewhere;
+        infinite without any.
+    doubt : str or None
+        What makes the figures uncertain although the solve converged.
     """
 
     pressure: NDArray[np.float64]
@@ -63,6 +70,9 @@ class FilmResult(Result):
     peak: float
     least_gap: float
     broken_share: float
+    least_content: float
+    feed: float
+    doubt: str | None
 
 
 def film(
@@ -128,12 +138,13 @@ def film(
     Warns
     -----
     UserWarning
-        Of a gap over a millimetre, or under a millionth of the film, and of a film that carries
-        nothing.
+        Of a gap over a millimetre, or under a millionth of the film, of a film that carries
+        nothing, and of one that is fed so little that rounding settles its content.
 
     Notes
     -----
-    Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0.
+    Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0, but
+    before a closed side towards which a wall carries oil, where it is 1.
 
     Examples
     --------
@@ -184,23 +195,25 @@ def film(
         "step": None if depth is None else (_number("duration", duration),
                                              vector("oil", depth, np.float64)),
     }
-    of_a, of_b, q, unit, is_fed = _hlcp.film(described)
+    of_a, of_b, q, unit, dry = _hlcp.film(described)
     if not {"rtol", "atol", "rounding"} & set(options):
         options |= {"rtol": 1e-12, "rounding": 4.0}
     if start is not None:
         options |= {"z0": (start.pressure - cavitation) / unit, "r0": start.r}
-    elif not is_fed:
-        options |= {"r0": np.ones_like(q)}
+    elif dry is not None:
+        options |= {"r0": dry}
     solver = Solver(_operator(cells.shape, of_a), _operator(cells.shape, of_b))
     result = solver.solve(q.reshape(cells.shape), **options)
     figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
     if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(_numbers("size", size, 2)):
         warnings.warn(f"the least gap is {figures['least_gap']} m in a film of {size} m; lengths are"
                       " in metres", stacklevel=2)
-    if is_fed and oil is None and result.success and figures["peak"] <= cavitation:
+    if dry is None and oil is None and result.success and figures["peak"] <= cavitation:
         warnings.warn("the film carries nothing, because its pressure is that of cavitation"
                       " everywhere; where speed is positive, pressure builds up where the gap"
                       " narrows along x", stacklevel=2)
+    if result.success and figures["doubt"]:
+        warnings.warn(figures["doubt"], stacklevel=2)
     return FilmResult(result, pressure=cavitation + unit * result.z, content=1.0 - result.r,
                       **figures)
 

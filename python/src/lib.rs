@@ -778,7 +778,7 @@ mod _hlcp {
     }
 
     /// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
-    /// z = 1 stands for, in Pa; and whether anything feeds the film.
+    /// z = 1 stands for, in Pa; and the r of a film that nothing feeds.
     #[pyfunction]
     fn film<'py>(py: Python<'py>, film: Described<'py>) -> PyResult<Bound<'py, PyAny>> {
         let film = film.film()?;
@@ -790,7 +790,8 @@ mod _hlcp {
             _ => assembled(py, operator),
         };
         let (a, b) = (operator(&a)?, operator(&b)?);
-        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), film.is_fed());
+        let dry = (!film.is_fed()).then(|| PyArray1::from_vec(py, film.dry()));
+        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), dry);
         Ok(posed.into_pyobject(py)?.into_any())
     }
 
@@ -804,8 +805,10 @@ mod _hlcp {
         ambient: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
         let figures = film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient);
+        let doubt = figures.doubt();
         let FilmFigures { load, moments, friction, power, sides, supplies, .. } = figures;
         let FilmFigures { stored, imbalance, peak, least_gap, broken_share, .. } = figures;
+        let FilmFigures { least_content, feed, .. } = figures;
         let named = PyDict::new(py);
         named.set_item("load", load)?;
         named.set_item("moments", moments)?;
@@ -818,6 +821,9 @@ mod _hlcp {
         named.set_item("peak", peak)?;
         named.set_item("least_gap", least_gap)?;
         named.set_item("broken_share", broken_share)?;
+        named.set_item("least_content", least_content)?;
+        named.set_item("feed", feed)?;
+        named.set_item("doubt", doubt)?;
         Ok(named)
     }
 }

@@ -91,6 +91,24 @@ def test_a_ring_and_a_supply():
     assert fed.supplies[0] == pytest.approx(sum(fed.sides[2:]), rel=1e-6)
     dry = hlcp.film(gap, **PAD, **ring)
     assert dry.success and dry.content.max() <= 1e-15 and dry.load == 0
+    # Before a closed side the last column stays full.
+    sides = {"west": ("starved", 0.0), "east": "closed", "south": "closed", "north": "closed"}
+    dry = hlcp.film(STEP, **PAD, **sides, ambient=1e5)
+    assert dry.success and np.allclose(dry.content, np.arange(STEP.shape[1]) == STEP.shape[1] - 1)
+    area = PAD["size"][0] * PAD["size"][1]
+    assert dry.load == pytest.approx(-1e5 * area)
+
+
+def test_a_ring_that_is_hardly_fed_is_told():
+    around = (np.arange(40) + 0.5) / 40 * 2 * np.pi
+    gap = 1e-6 * (1 + 0.9 * np.cos(around)) * np.ones((12, 1))
+    ring = {"size": (0.5 * np.pi, 0.5), "speed": 25 * np.pi, "viscosity": 1.0,
+            "west": "periodic", "east": "periodic"}
+    with pytest.warns(UserWarning) as told:
+        film = hlcp.film(gap, **ring, ambient=100.0)
+    assert film.success and film.feed < 2e-8
+    assert any(str(warning.message) == film.doubt for warning in told)
+    assert "of the oil that goes round enters the film" in film.doubt
 
 
 def test_a_time_step_stores_oil_and_starts_from_the_one_before():

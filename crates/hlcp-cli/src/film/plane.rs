@@ -179,7 +179,7 @@ fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), 
     let asked = match &arguments.load {
         Some(load) => format!(
             "--load: nothing feeds this film, so it runs dry and carries nothing instead of {} N",
-            load.0[0]
+            files::number(load.0[0])
         ),
         None if arguments.coefficients => {
             "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
