@@ -98,8 +98,29 @@ fn main() -> ExitCode {
     }
 }
 
+/// Refuses to run once more on each process of `mpirun`, with the same files to write, what does
+/// not share its work.
+fn refuse_copies(command: &Command) -> Result<(), Box<dyn Error>> {
+    // Of Open MPI, and of MPICH and those made from it.
+    let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].map(std::env::var);
+    let count = sizes.into_iter().flatten().find_map(|size| size.parse().ok()).unwrap_or(1_usize);
+    let shares = cfg!(feature = "mpi");
+    let what = match command {
+        Command::Solve(_) if shares => return Ok(()),
+        Command::Solve(_) => "hlcp without the feature mpi",
+        Command::Film(_) => "hlcp film",
+        _ => "this command",
+    };
+    if count > 1 {
+        let reason = format!("{what} works on one process, but mpirun has started {count}");
+        return Err(format!("{reason}; leave mpirun out").into());
+    }
+    Ok(())
+}
+
 /// Runs the command; whether all that was to converge did.
 fn run(command: Command) -> Result<bool, Box<dyn Error>> {
+    refuse_copies(&command)?;
     match command {
         Command::Solve(arguments) => return solve::run(&arguments),
         Command::Film(arguments) => return film::run(*arguments),

@@ -86,8 +86,8 @@ pub use decimal::{decimal, fixed};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed,
-    ProvedFigures, Side, Slider, Supply, TimeStep,
+    AmericanPut, Bearing2d, Disc, Equilibrium, Example, Film, FilmFigures, Forces, JournalBearing,
+    Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep, equilibrium,
 };
 pub use steps::Contraction;
 pub use theory::{

@@ -4,9 +4,9 @@ use std::{error::Error, ops::ControlFlow};
 
 use hlcp_core::{Hlcp, Identity, Rows};
 use hlcp_methods::{Amg, Jacobian, Limits, Named, Options, Outcome, Parameters, Progress, Solver};
-use hlcp_verify::{Certificate, Film, Refusal, certify};
+use hlcp_verify::{Certificate, Film, Forces, Refusal, certify};
 
-use super::{Arguments, doubtful, gap::Posed};
+use super::{Arguments, Numbers, doubtful, gap::Posed};
 use crate::{
     progress::Way,
     scenes::{Problem, goal},
@@ -37,18 +37,48 @@ const FALLBACK: &str = "AUTO";
 /// The least content of a film, but for rounding.
 const LEAST: f64 = -1e-9;
 
-/// Rounding in a residual is some ε of its terms, and these are films of any units.
-fn limits() -> Limits {
-    Limits { rounding: Some(4.0), ..Limits::relative(1e-12) }
+/// What is asked of a solve.
+#[derive(Clone, Copy)]
+struct Asked {
+    /// The least content of a cell that is taken for rounding.
+    least: f64,
+    /// The residual that rounding excuses, in units of the rounding of its terms.
+    rounding: f64,
 }
+
+/// The least content of a steady film; what a step begins with may be below 0 by rounding.
+fn least_of(film: &Film) -> f64 {
+    if film.step.is_none() { LEAST } else { f64::NEG_INFINITY }
+}
+
+/// Rounding in a residual is some ε of its terms, and these are films of any units.
+fn limits(rounding: f64) -> Limits {
+    Limits { rounding: Some(rounding), ..Limits::relative(1e-12) }
+}
+
+const ROUNDING: f64 = 4.0;
+
+/// In a search, where a film that is done before it begins would carry what the last one did.
+const EXACT: f64 = 0.25;
 
 impl Solved {
     /// Solves for the film, from a solution of a similar one if there is one.
     pub(super) fn new(film: Film, start: Option<&Self>, arguments: &Arguments) -> Fallible<Self> {
         let (a, b, q) = film.pose()?;
-        // A steady film; what a step begins with may be below 0 by rounding.
-        let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
-        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, least, arguments)?;
+        let asked = Asked { least: least_of(&film), rounding: ROUNDING };
+        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, asked, arguments)?;
+        Ok(Self { film, z, r, x, outcome })
+    }
+
+    /// As near to the solution as rounding allows.
+    fn exact(film: Film, start: &Self, arguments: &Arguments) -> Fallible<Self> {
+        let (a, b, q) = film.pose()?;
+        let (problem, asked) =
+            (Problem::new(a, b, q), Asked { least: least_of(&film), rounding: EXACT });
+        let (z, r, x, outcome) = solve(&film, &problem, Some(start), asked, arguments)?;
+        if !outcome.converged() {
+            return Self::new(film, Some(start), arguments);
+        }
         Ok(Self { film, z, r, x, outcome })
     }
 
@@ -56,8 +86,9 @@ impl Solved {
     fn clamped(&self, arguments: &Arguments) -> Fallible<Self> {
         let (a, _, q) = self.film.pose()?;
         let problem = Problem::new(a, Identity { order: q.len() }, q);
-        let least = f64::NEG_INFINITY; // its r is no void fraction
-        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), least, arguments)?;
+        // Its r is no void fraction.
+        let asked = Asked { least: f64::NEG_INFINITY, rounding: ROUNDING };
+        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), asked, arguments)?;
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
     }
 
@@ -144,7 +175,7 @@ fn solve(
     film: &Film,
     given: &Problem<f64>,
     start: Option<&Solved>,
-    least: f64,
+    Asked { least, rounding }: Asked,
     arguments: &Arguments,
 ) -> Fallible<Answer> {
     let (mut problem, q) = (given.hlcp(1.0)?, &given.q);
@@ -161,7 +192,7 @@ fn solve(
         None => (!film.is_fed()).then(|| (vec![0.0; q.len()], film.dry())),
     };
     let name = arguments.method.as_deref();
-    let limits = limits();
+    let limits = limits(rounding);
     let attempt = |name: &str| -> Fallible<Answer> {
         let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
         let mut solver = Solver::new(method);
@@ -180,7 +211,7 @@ fn solve(
     let found = attempt(name.unwrap_or(METHOD))?;
     let is_film =
         |(_, r, _, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
-    if is_film(&found) || name.is_some() {
+    if is_film(&found) || name.is_some() || rounding < ROUNDING {
         return Ok(found);
     }
     let other = attempt(FALLBACK)?;
@@ -261,159 +292,220 @@ impl Coefficients {
     }
 }
 
-/// What the forces of a position are to be.
+/// Where a search begins when the first place has led nowhere: sizes and angles from there, and
+/// rises and slopes.
+const RINGS: [[f64; 3]; 8] = [
+    [0.5, 2.4, 0.0],
+    [0.5, -1.6, 0.0],
+    [0.05, 0.0, 0.0],
+    [0.5, 0.9, 0.0],
+    [0.9, 0.0, 0.0],
+    [0.9, 2.1, 0.0],
+    [0.9, -2.1, 0.0],
+    [0.05, 3.1, 0.0],
+];
+const PLANES: [[f64; 3]; 9] = [
+    [1.0, -1.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [1.0, 0.0, 1.0],
+    [1.0, 0.0, -1.0],
+    [-0.5, 0.0, 0.0],
+    [3.0, 0.0, 0.0],
+    [3.0, -3.0, 0.0],
+    [10.0, -10.0, 0.0],
+    [-0.9, 0.0, 0.0],
+];
+
+/// What a film is asked to carry, as equations for the coordinates that move.
 struct Wanted {
-    load: f64,
-    /// The coordinates that move.
+    /// The forces, in N.
+    forces: Vec<f64>,
+    /// The coordinates that move, and a length or a slope of each that leads to the other wall.
     moving: Vec<usize>,
-    /// Of a journal the direction of the load, if that is given; elsewhere where it is to act, from
-    /// the middle.
-    direction: Option<f64>,
-    place: Option<[f64; 2]>,
+    units: Vec<f64>,
+    /// Of a moment the lever that makes a force of it.
+    levers: Vec<f64>,
+    is_journal: bool,
+    /// Of a journal whose grooves turn with it only the size of the force is asked for.
+    is_size: bool,
 }
 
 impl Wanted {
-    /// How far forces are off, and the derivatives of that, from those of the forces.
-    fn misses(
-        &self,
-        posed: &Posed,
-        forces: &[f64],
-        slopes: &[Vec<f64>],
-    ) -> (Vec<f64>, Vec<Vec<f64>>) {
-        let along = |k: usize| self.moving.iter().map(|&l| slopes[k][l]).collect::<Vec<f64>>();
-        let combined = |factors: &[(usize, f64)]| -> Vec<f64> {
-            let term = |l: usize| factors.iter().map(|&(k, factor)| factor * slopes[k][l]).sum();
-            self.moving.iter().map(|&l| term(l)).collect()
-        };
-        if posed.journal.is_some() {
-            let [x, y] = [forces[0], forces[1]];
-            let square = x * x + y * y;
-            let mut misses = vec![(square.sqrt() / self.load).ln()];
-            let mut rows = vec![combined(&[(0, x / square), (1, y / square)])];
-            if let Some(direction) = self.direction {
-                let off = y.atan2(x) - direction;
-                misses.push(off.sin().atan2(off.cos()));
-                rows.push(combined(&[(1, x / square), (0, -y / square)]));
+    fn new(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Self> {
+        let lengths = posed.film.lengths;
+        let place = match *load {
+            [_] => None,
+            [_, x, y] if posed.journal.is_none() => {
+                let at = [x, y].map(|v| v * arguments.x_unit);
+                if let Some(axis) = (0..2).find(|&axis| !(0.0..=lengths[axis]).contains(&at[axis]))
+                {
+                    let (name, place, end) = (["X", "Y"][axis], at[axis], lengths[axis]);
+                    return Err(format!("--load: {name} is {place} m, outside the film, which ends at {end} m; X and Y are in units of --x-unit").into());
+                }
+                Some([0, 1].map(|axis| at[axis] - lengths[axis] / 2.0))
             }
-            return (misses, rows);
+            _ => return Err("--load takes LOAD, or LOAD,X,Y of anything but a journal".into()),
+        };
+        let load = load[0];
+        if load <= 0.0 {
+            return Err(format!("--load is {load} N, but it must be positive").into());
         }
-        let load = forces[0];
-        let mut misses = vec![(load / self.load).ln()];
-        let mut rows = vec![along(0).iter().map(|slope| slope / load).collect()];
-        for &k in self.moving.iter().filter(|&&k| k > 0) {
-            let at = forces[k] / load;
-            let wanted = self.place.map_or(0.0, |place| place[k - 1]);
-            let length = posed.film.lengths[k - 1];
-            misses.push((at - wanted) / length);
-            rows.push(combined(&[(k, 1.0 / (load * length)), (0, -at / (load * length))]));
+        if let Some([clearance, _]) = posed.journal {
+            let is_size = arguments.attitude.is_none();
+            let (sin, cos) = posed.load_direction(arguments).sin_cos();
+            let forces = if is_size { vec![load] } else { vec![load * cos, load * sin] };
+            let n = forces.len();
+            let (moving, units) = ((0..n).collect(), vec![clearance; n]);
+            return Ok(Self {
+                forces,
+                moving,
+                units,
+                levers: vec![1.0; n],
+                is_size,
+                is_journal: true,
+            });
         }
-        (misses, rows)
+        let moves = |&k: &usize| k == 0 || posed.modes[k].iter().any(|&mode| mode != 0.0);
+        let moving: Vec<usize> = (0..if place.is_some() { 3 } else { 1 }).filter(moves).collect();
+        let thin = posed.here().gap.iter().copied().fold(f64::INFINITY, f64::min);
+        let lever = |&k: &usize| if k == 0 { 1.0 } else { lengths[k - 1] / 2.0 };
+        let levers: Vec<f64> = moving.iter().map(lever).collect();
+        let force = |(&k, lever): (&usize, &f64)| match place {
+            Some(place) if k > 0 => load * place[k - 1] / lever,
+            _ => load,
+        };
+        let forces = moving.iter().zip(&levers).map(force).collect();
+        let units = levers.iter().map(|lever| thin / lever).collect();
+        Ok(Self { forces, moving, units, levers, is_size: false, is_journal: false })
+    }
+
+    /// Where to begin, after the position of the command line.
+    fn starts(&self, first: Vec<f64>) -> Vec<Vec<f64>> {
+        let many = self.moving.len();
+        let offsets: &[[f64; 3]] = match (self.is_journal, many) {
+            (true, 1) => &[[0.05, 0.0, 0.0], [0.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.98, 0.0, 0.0]],
+            (true, _) => &RINGS,
+            (false, _) => &PLANES,
+        };
+        let place = |by: &[f64; 3]| match (self.is_journal, many) {
+            (true, 1) => vec![by[0]],
+            (true, _) => {
+                let [size, angle, _] = *by;
+                let angle = angle + first[1].atan2(first[0]);
+                vec![size * angle.cos(), size * angle.sin()]
+            }
+            (false, _) => first.iter().zip(&self.moving).map(|(at, &k)| at + by[k]).collect(),
+        };
+        let mut starts: Vec<Vec<f64>> = offsets.iter().map(place).collect();
+        starts.insert(0, first);
+        starts.dedup();
+        starts
+    }
+
+    /// How far forces are from those that are asked for, in N.
+    fn distance(&self, forces: &[f64]) -> f64 {
+        let off = self.forces.iter().zip(forces).map(|(wanted, found)| found - wanted);
+        off.fold(0.0, f64::hypot)
+    }
+
+    /// The forces that are asked for in a position, from all of them, and their slopes by the
+    /// coordinates that move.
+    fn forces(&self, forces: &[f64], slopes: &[Vec<f64>]) -> Forces {
+        let by = |slope: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            self.moving.iter().zip(&self.units).map(|(&l, unit)| unit * slope(l)).collect()
+        };
+        if self.is_size {
+            let size = forces[0].hypot(forces[1]);
+            let slope = |l: usize| {
+                let [x, y] = [slopes[0][l], slopes[1][l]];
+                // From nothing it grows whatever its direction.
+                if size > 0.0 { (forces[0] * x + forces[1] * y) / size } else { x.hypot(y) }
+            };
+            return Forces { values: vec![size], slopes: vec![by(&slope)] };
+        }
+        let rows = || self.moving.iter().zip(&self.levers);
+        Forces {
+            values: rows().map(|(&k, lever)| forces[k] / lever).collect(),
+            slopes: rows().map(|(&k, lever)| by(&|l| slopes[k][l] / lever)).collect(),
+        }
     }
 }
 
 /// Moves the wall to where it carries the load of the command line; the solves that it took.
 pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<(Solved, usize)> {
-    let Some(load) = &arguments.load else {
-        return Ok((Solved::new(posed.here(), None, arguments)?, 1));
+    let wanted = match &arguments.load {
+        Some(Numbers(load)) => Some(Wanted::new(posed, load, arguments)?),
+        None => None,
     };
-    let wanted = wanted(posed, &load.0, arguments)?;
-    let mut solved = Solved::new(posed.here(), None, arguments)?;
-    let first = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
-    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
-    for solves in 1..=60 {
-        if !solved.outcome.converged() {
-            return Ok((solved, solves));
+    if wanted.as_ref().is_some_and(|wanted| wanted.is_journal && !wanted.is_size) {
+        // The least gap is some 50° ahead of the load.
+        let size = posed.position[0];
+        let ahead = posed.load_direction(arguments) + 0.9 * posed.direction();
+        posed.position = vec![-size * ahead.cos(), -size * ahead.sin()];
+    }
+    let first = Solved::new(posed.here(), None, arguments)?;
+    let Some(wanted) = wanted.filter(|_| first.outcome.converged()) else { return Ok((first, 1)) };
+    let thin = first.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let coordinates = || wanted.moving.iter().zip(&wanted.units);
+    let begun = posed.position.clone();
+    let starts = wanted.starts(coordinates().map(|(&k, unit)| begun[k] / unit).collect());
+    let in_film = |at: &[f64]| {
+        let mut position = begun.clone();
+        coordinates().zip(at).for_each(|((&k, unit), at)| position[k] = at * unit);
+        position
+    };
+    let (mut solved, mut is_first, mut failed) = (first, true, 0);
+    let [mut least, mut largest] = [f64::INFINITY, 0.0_f64];
+    let search = hlcp_verify::equilibrium(&wanted.forces, &starts, |at| -> Fallible<_> {
+        if !std::mem::take(&mut is_first) {
+            let is_inside = !wanted.is_size || at[0] >= 0.0;
+            let Some(film) = posed.at(&in_film(at)).filter(|_| is_inside) else { return Ok(None) };
+            let next = Solved::exact(film, &solved, arguments)?;
+            if !next.outcome.converged() {
+                failed += 1;
+                return Ok(None);
+            }
+            solved = next;
         }
         let forces = posed.forces(&solved.film, &solved.z);
-        let carried = if posed.journal.is_some() { forces[0].hypot(forces[1]) } else { forces[0] };
+        let carried = if wanted.is_journal { forces[0].hypot(forces[1]) } else { forces[0] };
         (least, largest) = (least.min(carried), largest.max(carried));
-        let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
-        let mut step = vec![0.0; posed.position.len()];
-        if carried > 0.0 {
-            let slopes = solved.slopes(posed, &wanted.moving)?;
-            let (misses, rows) = wanted.misses(posed, &forces, &slopes);
-            if misses.iter().all(|miss| miss.abs() <= 1e-9) {
-                return Ok((solved, solves));
-            }
-            let Some(found) = eliminate(rows, misses) else { break };
-            wanted.moving.iter().zip(found).for_each(|(&k, by)| step[k] = -by);
-        } else {
-            // A film that pulls may carry when it is thinner.
-            step[0] = if posed.journal.is_some() { 0.1 * thin } else { -0.5 * thin };
-        }
-        // The logarithm of a load is no straight line: a step halves no gap and quadruples none.
-        let film = loop {
-            let next: Vec<f64> = posed.position.iter().zip(&step).map(|(at, by)| at + by).collect();
-            let near = posed.at(&next).filter(|film| {
-                let mut both = film.gap.iter().zip(&solved.film.gap);
-                both.all(|(new, old)| (0.5 * thin..).contains(new) && *new <= 4.0 * old.max(thin))
-            });
-            if let Some(film) = near {
-                posed.position = next;
-                break film;
-            }
-            step.iter_mut().for_each(|by| *by /= 2.0);
+        let Ok(slopes) = solved.slopes(posed, &wanted.moving) else {
+            failed += 1;
+            return Ok(None);
         };
-        let thin = film.gap.iter().copied().fold(f64::INFINITY, f64::min);
-        if thin < 1e-3 * first {
-            break;
-        }
-        solved = Solved::new(film, Some(&solved), arguments)?;
+        Ok(Some(wanted.forces(&forces, &slopes)))
+    })?;
+    let films = search.films + failed;
+    if search.found {
+        posed.position = in_film(&search.position);
+        return Ok((solved, films));
     }
-    let asked = load.0[0];
-    let way_out = doubtful(first, &solved.film.lengths, 0.0)
-        .unwrap_or_else(|| "give --load in N, and check the units of the film".into());
-    let tried = if let [_, x, y] = load.0[..] {
-        let forces = posed.forces(&solved.film, &solved.z);
-        let at = |k: usize| posed.film.lengths[k] / 2.0 + forces[k + 1] / forces[0];
-        let [at_x, at_y] = [0, 1].map(|k| at(k) / arguments.x_unit);
-        let last = if forces[0] > 0.0 {
-            format!("carries {:.6e} N at {at_x:.6}, {at_y:.6}", forces[0])
-        } else {
-            "carries nothing".into()
-        };
-        format!(
-            " at {x}, {y} was found; the last one tried {last}; X and Y are in units of --x-unit"
-        )
-    } else if least > asked {
-        format!(
-            " was found; the film carries {least:.6e} N or more, also by the pressures of its \
-             supplies and sides; {way_out}"
-        )
+    let asked = &arguments.load.as_ref().map_or(vec![], |Numbers(load)| load.clone());
+    let carried = if least > asked[0] {
+        format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
+    } else if largest < asked[0] {
+        format!("carries {largest:.6e} N or less")
     } else {
-        format!(" was found; the largest load found is {largest:.6e} N; {way_out}")
+        format!("is off it by {:.1e} N or more", wanted.distance(&search.forces))
     };
-    Err(format!("--load: no position that carries {asked} N{tried}").into())
-}
-
-fn wanted(posed: &Posed, load: &[f64], arguments: &Arguments) -> Fallible<Wanted> {
-    let place = match *load {
-        [_] => None,
-        [_, x, y] if posed.journal.is_none() => {
-            let lengths = posed.film.lengths;
-            let at = [x, y].map(|v| v * arguments.x_unit);
-            if let Some(axis) = (0..2).find(|&axis| !(0.0..=lengths[axis]).contains(&at[axis])) {
-                let (name, place, end) = (["X", "Y"][axis], at[axis], lengths[axis]);
-                return Err(format!("--load: {name} is {place} m, outside the film, which ends at {end} m; X and Y are in units of --x-unit").into());
-            }
-            Some([0, 1].map(|axis| at[axis] - lengths[axis] / 2.0))
-        }
-        _ => return Err("--load takes LOAD, or LOAD,X,Y of anything but a journal".into()),
+    let place = match asked[..] {
+        [_, x, y] => format!(" at {x}, {y} in units of --x-unit"),
+        _ => String::new(),
     };
-    if load[0] <= 0.0 {
-        return Err(format!("--load is {} N, but it must be positive", load[0]).into());
-    }
-    let direction = arguments.attitude.filter(|_| posed.journal.is_some());
-    let direction = direction.map(|_| posed.load_direction(arguments));
-    let moving = match (posed.journal, direction, place) {
-        (Some(_), Some(_), _) => vec![0, 1],
-        (None, _, Some(_)) => {
-            let moves = |&k: &usize| posed.modes[k].iter().any(|&mode| mode != 0.0);
-            (0..3).filter(moves).collect()
-        }
-        _ => vec![0],
-    };
-    Ok(Wanted { load: load[0], moving, direction, place })
+    let unsolved =
+        if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
+    let way_out = doubtful(thin, &solved.film.lengths, 0.0).unwrap_or_else(|| {
+        let begin = if wanted.is_journal { "--ecc" } else { "gaps nearer to the right ones" };
+        format!("give --load in N, check the units of the film, or begin elsewhere, by {begin}")
+    });
+    Err(format!(
+        "--load: the search for a position that carries {} N{place} failed; each of the {films} \
+         films that were tried {carried}{unsolved}, which does not prove that there is none; \
+         {way_out}",
+        asked[0]
+    )
+    .into())
 }
 
 impl Posed {

@@ -166,17 +166,31 @@ pub(super) struct Posed {
     pub(super) ambient: f64,
     /// Of a journal its clearance and radius.
     pub(super) journal: Option<[f64; 2]>,
+    /// How the eccentricity of a journal grows along y, along the coordinates of its position.
+    turn: [f64; 2],
 }
 
 impl Posed {
-    /// Moves the wall; `None` if it meets the other one.
+    /// Moves the wall; `None` if it meets the other one, and a journal its bush, also between the
+    /// middles of cells.
     pub(super) fn at(&self, position: &[f64]) -> Option<Film> {
+        if self.eccentricity(position).is_some_and(|ecc| ecc >= 1.0) {
+            return None;
+        }
         let mut gap = self.base.clone();
         for (mode, by) in self.modes.iter().zip(position) {
             gap.iter_mut().zip(mode).for_each(|(gap, mode)| *gap += by * mode);
         }
         let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
         clear.then(|| Film { gap, ..self.film.clone() })
+    }
+
+    /// Of a journal the largest eccentricity of its two ends over the clearance.
+    fn eccentricity(&self, position: &[f64]) -> Option<f64> {
+        let [clearance, _] = self.journal?;
+        let [along, across] = self.turn.map(|slope| slope * self.film.lengths[1] / 2.0);
+        let end = |sign: f64| (position[0] + sign * along).hypot(position[1] + sign * across);
+        Some(end(1.0).max(end(-1.0)) / clearance)
     }
 
     /// The forces of a pressure along the position's coordinates: of a journal those of the film on
@@ -323,7 +337,8 @@ impl Posed {
             let size = [0.0, lengths[1]];
             film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
         }
-        let posed = Self { film, base, modes, position, ambient, journal };
+        let turn = if journal.is_some() { tilt } else { [0.0; 2] };
+        let posed = Self { film, base, modes, position, ambient, journal, turn };
         posed.check(arguments)?;
         Ok(posed)
     }
@@ -336,6 +351,9 @@ impl Posed {
     /// Refuses a gap that is not open, and supplies that do not fit.
     fn check(&self, arguments: &Arguments) -> Fallible<()> {
         if arguments.motion.is_none() && self.at(&self.position).is_none() {
+            if let Some(ecc) = self.eccentricity(&self.position).filter(|&ecc| ecc >= 1.0) {
+                return Err(format!("--tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it must be below 1").into());
+            }
             let gap = |k: usize| {
                 let moved = self.modes.iter().zip(&self.position).map(|(mode, by)| by * mode[k]);
                 self.base[k] + moved.sum::<f64>()
@@ -424,7 +442,8 @@ fn is_inside(
     for axis in 0..2 {
         let (from, to, length) = (corner[axis], corner[axis] + size[axis], lengths[axis]);
         let furthest = if around && axis == 0 { 2.0 * length } else { length };
-        if !(from >= -1e-9 * length && from <= length && to <= furthest + 1e-9 * length) {
+        let slack = 1e-9 * length;
+        if !(from >= -slack && from <= length + slack && to <= furthest + slack) {
             let name = ["x", "y"][axis];
             return Err(format!(
                 "--{option} from {name} = {from} to {to} is outside the film, which ends at {length}"

@@ -158,8 +158,9 @@ pub(crate) struct Arguments {
     /// the load and across it, of anything else for the height and the slopes along x and y
     #[arg(long, help_heading = ASKED, group = "in_plane")]
     coefficients: bool,
-    /// Steps in time from a CSV file: the time in s and the position, of a journal its displacement
-    /// along the load and across it, of anything else its rise and its slopes along x and y
+    /// Steps in time from a CSV file: the time in s and the position in units of --h-unit, of a
+    /// journal its displacement along the load and across it, of anything else its rise, and its
+    /// slopes along x and y, which have no unit
     #[arg(long, help_heading = ASKED, value_name = "FILE", group = "in_plane")]
     #[arg(conflicts_with_all = ["load", "coefficients"])]
     motion: Option<PathBuf>,

@@ -10,7 +10,7 @@ use super::{
     balance::{Solved, eliminate},
     gap::Posed,
 };
-use crate::{chart, progress};
+use crate::{chart, progress, say};
 
 /// What a run comes to.
 pub(super) struct Run {
@@ -19,6 +19,8 @@ pub(super) struct Run {
     pub(super) csv: String,
     /// What the oil in the film has gained beyond what flowed in, by time, in m³/s.
     pub(super) imbalance: f64,
+    /// The power that moves the wall against the pressure in the last step, in W.
+    pub(super) squeezing: f64,
     pub(super) steps: usize,
     pub(super) all_converged: bool,
 }
@@ -75,6 +77,7 @@ fn schedule(
     if arguments.mass.is_some() {
         return Ok(rows);
     }
+    doubt_unit(&rows, posed, &name);
     let meets = rows.iter().position(|(_, position)| posed.at(position).is_none());
     match meets {
         Some(at) => Err(format!(
@@ -84,6 +87,29 @@ fn schedule(
         )
         .into()),
         None => Ok(rows),
+    }
+}
+
+/// Warns of positions that were hardly meant to be so small: of a journal its displacement, of
+/// anything else what the gap changes by.
+fn doubt_unit(rows: &[Instant], posed: &Posed, name: &str) {
+    let from = if posed.journal.is_some() { &[0.0; 2][..] } else { &posed.position };
+    let moved = |(_, position): &Instant| {
+        let by = position.iter().zip(from).zip(&posed.modes).map(|((at, from), mode)| {
+            (at - from).abs() * mode.iter().fold(0.0_f64, |most, mode| most.max(mode.abs()))
+        });
+        by.sum::<f64>()
+    };
+    let most = rows.iter().map(moved).fold(0.0, f64::max);
+    let (room, what) = match posed.journal {
+        Some([clearance, _]) => (clearance, "clearance"),
+        None => (posed.base.iter().copied().fold(f64::INFINITY, f64::min), "least gap"),
+    };
+    if most > 0.0 && most < 1e-3 * room {
+        say(format!(
+            "warning: {name}: the largest displacement is {most:e} m, less than a thousandth of \
+             the {what}; positions are in units of --h-unit"
+        ));
     }
 }
 
@@ -205,11 +231,12 @@ pub(super) fn run(
     let mut all_converged = solved.as_ref().is_none_or(|solved| solved.outcome.converged());
     let total = |oil: &[f64]| free.iter().map(|&k| oil[k]).sum::<f64>() * area;
     let begun = total(&oil);
-    let (mut lines, mut entered) = (vec![], 0.0);
+    let (mut lines, mut entered, mut squeezing) = (vec![], 0.0, 0.0);
     let bar = progress::counting(rows.len() - 1);
     for (pair, row) in rows.windows(2).zip(2..) {
         let duration = pair[1].0 - pair[0].0;
         let step = TimeStep { duration, oil: oil.clone() };
+        let before = posed.position.clone();
         let next = if let Some(mass) = mass {
             let body = (mass, velocity.as_mut_slice());
             let fallen = posed.fall(&step, body, &pair[1].1, solved.as_ref(), arguments);
@@ -223,7 +250,12 @@ pub(super) fn run(
         // What the solve leaves of a balance goes into the next step, so that nothing adds up.
         let out = next.film.outflow(&next.z, &next.r);
         oil.iter_mut().zip(out).for_each(|(oil, out)| *oil -= duration / area * out);
-        let found = next.film.figures(&next.z, &next.r, posed.ambient);
+        let mut found = next.film.figures(&next.z, &next.r, posed.ambient);
+        let forces = posed.forces(&next.film, &next.z);
+        let ways = posed.position.iter().zip(&before).map(|(now, before)| now - before);
+        squeezing =
+            -forces.iter().zip(ways).map(|(force, way)| force * way).sum::<f64>() / duration;
+        found.power += squeezing;
         let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let mut line = vec![pair[1].0];
@@ -243,5 +275,5 @@ pub(super) fn run(
         None => "rise (m),slope along x,slope along y",
     };
     let (csv, steps) = (chart::csv(&format!("{HEAD},{place}"), &lines), lines.len());
-    Ok(Run { solved, csv, imbalance, steps, all_converged })
+    Ok(Run { solved, csv, imbalance, squeezing, steps, all_converged })
 }

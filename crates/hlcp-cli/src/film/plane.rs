@@ -44,16 +44,16 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
         let run = motion::run(path, &mut posed, arguments, |posed, film, found, z| {
             let [load, x, y] = load(posed, film, found, z);
-            [load, x, y, moving(film, found), fixed(film, found), found.power]
+            let drag = &found.friction;
+            [load, x, y, moving(film, drag), fixed(film, drag), found.power]
         })?;
-        steps = Some((run.csv, run.imbalance));
+        steps = Some((run.csv, run.imbalance, run.squeezing));
         (run.solved, run.steps, run.all_converged, None)
     } else {
         let (solved, solves) = equilibrium(&mut posed, arguments)?;
         let frame = posed.journal.map(|_| {
             let forces = posed.forces(&solved.film, &solved.z);
-            let own = forces[1].atan2(forces[0]);
-            let angle = arguments.attitude.map_or(own, |_| posed.load_direction(arguments));
+            let angle = forces[1].atan2(forces[0]);
             [angle.cos(), angle.sin()]
         });
         let converged = solved.outcome.converged();
@@ -65,16 +65,18 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         (solved, solves, converged, coefficients)
     };
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
+    let mut figures = solved.film.figures(&solved.z, &solved.r, posed.ambient);
+    figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
     let report = Report {
         posed: &posed,
-        figures: solved.film.figures(&solved.z, &solved.r, posed.ambient),
+        figures,
         proved: proved(&posed, &solved.film, certificate.as_ref()),
         solved: &solved,
         solves,
         converged,
         coefficients,
         certificate,
-        run_imbalance: steps.as_ref().map(|(_, imbalance)| *imbalance),
+        run_imbalance: steps.as_ref().map(|(_, imbalance, _)| *imbalance),
         seconds: begun.elapsed().as_secs_f64(),
     };
 
@@ -89,7 +91,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         array::csv(nx, &contents),
         array::to_npy(nx, &contents),
     ];
-    texts.extend(steps.map(|(csv, _)| csv.into_bytes()));
+    texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
     let pairs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(PathBuf::as_path).zip(texts).collect();
     files::write_together(&pairs, |text, file| file.write_all(text))?;
 
@@ -261,22 +263,14 @@ fn load(posed: &Posed, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3
 }
 
 /// The drag against the motion on the wall that moves the faster, and on the other one.
-fn moving(film: &Film, figures: &FilmFigures) -> f64 {
+fn moving(film: &Film, friction: &[f64; 2]) -> f64 {
     let [lower, upper] = film.speeds;
-    if lower.abs() >= upper.abs() {
-        figures.friction[0] * sign(lower)
-    } else {
-        -figures.friction[1] * sign(upper)
-    }
+    if lower.abs() >= upper.abs() { friction[0] * sign(lower) } else { -friction[1] * sign(upper) }
 }
 
-fn fixed(film: &Film, figures: &FilmFigures) -> f64 {
+fn fixed(film: &Film, friction: &[f64; 2]) -> f64 {
     let [lower, upper] = film.speeds;
-    if lower.abs() >= upper.abs() {
-        figures.friction[1] * sign(lower)
-    } else {
-        -figures.friction[0] * sign(upper)
-    }
+    if lower.abs() >= upper.abs() { friction[1] * sign(lower) } else { -friction[0] * sign(upper) }
 }
 
 fn sign(speed: f64) -> f64 {
@@ -302,8 +296,10 @@ fn figures_json(
         "load_x_m": x,
         "load_y_m": y,
         "moments_n_m": figures.moments,
-        "friction_moving_n": moving(film, figures),
-        "friction_fixed_n": fixed(film, figures),
+        "friction_moving_n": moving(film, &figures.friction),
+        "friction_fixed_n": fixed(film, &figures.friction),
+        "full_friction_moving_n": moving(film, &figures.full_friction),
+        "full_friction_fixed_n": fixed(film, &figures.full_friction),
         "power_w": figures.power,
         "flow_m3_s": {
             "west": side(0),
@@ -455,10 +451,18 @@ impl Report<'_> {
                 "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
             ))?;
         }
-        let [one, other] = [moving(film, figures), fixed(film, figures)];
+        let walls = |drag| [moving(film, drag), fixed(film, drag)];
+        let [one, other] = walls(&figures.friction);
         print::line(format_args!(
             "friction          {one:.6e} N on the moving wall, {other:.6e} N on the other"
         ))?;
+        if figures.broken_share > 0.0 {
+            let [one, other] = walls(&figures.full_friction);
+            print::line(format_args!(
+                "                  {one:.6e} N and {other:.6e} N if all of the gap is sheared, as in \
+                 handbooks"
+            ))?;
+        }
         print::line(format_args!("power lost        {:.6e} W", figures.power))?;
         let names = ["west", "east", "south", "north"];
         let open =
@@ -522,6 +526,19 @@ impl Report<'_> {
             ("rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …")
         };
         print::line(format_args!("coefficients      {axes}; for slow motions, then by the clamp"))?;
+        if self.figures.broken_share > 0.0 {
+            let film = &self.solved.film;
+            let passes = film.speeds.iter().sum::<f64>().abs() / film.lengths[0];
+            let to = if self.posed.journal.is_some() {
+                format!("a quarter of the running speed, {:.4e} Hz", passes / 4.0)
+            } else {
+                format!("a part of {passes:.4e} Hz, at which the wall passes the film")
+            };
+            print::line(format_args!(
+                "                  slow is to about {to}; above take --motion, because the film is \
+                 broken"
+            ))?;
+        }
         let row = |row: &Vec<f64>| row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>();
         let pairs = [
             ("stiffness", stiff, &found.stiffness, &found.clamped[0]),

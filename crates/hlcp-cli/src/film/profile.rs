@@ -285,6 +285,15 @@ impl Film {
         let length = x[x.len() - 1] - x[0];
         let thin = h.iter().copied().fold(f64::INFINITY, f64::min);
         let unit = 6.0 * viscosity * speed * length / (thin * thin);
+        let rises = x.windows(2).all(|x| x[1] > x[0]) && length.is_finite();
+        let is_sound = rises && thin > 0.0 && h.iter().all(|h| h.is_finite());
+        if !(is_sound && unit > 0.0 && unit.is_finite()) {
+            return Err(format!(
+                "the film is {length:e} m long with a least gap of {thin:e} m, which is not within \
+                 the range of numbers; check the profile, --x-unit and --h-unit"
+            )
+            .into());
+        }
         let cavitation = arguments.cavitation * arguments.p_unit;
         let ends = (arguments.ambient * arguments.p_unit - cavitation) / unit;
         if !(ends >= 0.0 && ends.is_finite()) {

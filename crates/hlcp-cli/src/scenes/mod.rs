@@ -226,14 +226,12 @@ impl Scene {
         (self.wide)(&self.numbers(given))
     }
 
-    /// The grid of a scene that has one.
+    /// The grid of a scene whose columns can be posed apart.
     pub(crate) fn grid(&self, numbers: &Numbers) -> Option<[usize; 2]> {
-        if self.takes("nx") {
-            return Some(["nx", "ny"].map(|side| numbers.size(side)));
-        }
         match self.name {
+            "film" | "slider" | "american-put" => None,
+            _ if self.takes("nx") => Some(["nx", "ny"].map(|side| numbers.size(side))),
             "obstacle" => Some([numbers.size("m").saturating_sub(2); 2]),
-            "slider" | "american-put" => None,
             _ => Some([numbers.size("m"); 2]),
         }
     }

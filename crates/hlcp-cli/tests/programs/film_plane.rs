@@ -194,6 +194,230 @@ fn the_position_for_a_load_carries_it() {
     }
 }
 
+/// Numbers between 0 and 1 that have no pattern.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1);
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// How many films are drawn: those of the gate, or of `HLCP_ATTACK_RUNS`.
+fn runs(gate: u64) -> u64 {
+    let wanted = std::env::var("HLCP_ATTACK_RUNS");
+    wanted.map_or(gate, |count| count.parse().expect("HLCP_ATTACK_RUNS is a number"))
+}
+
+/// Holds that the load of a position is found again, wherever that is.
+fn finds(name: &str, arguments: &str, load: f64) {
+    let output = film(name, &format!("{arguments} --json"));
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
+    let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
+    // The search ends at 1e-9 of the load; of a load at a place, of the load and its arms.
+    assert!((number(&found, "load_n") / load - 1.0).abs() <= 1e-9, "{arguments}: {found}");
+}
+
+/// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
+/// a quarter of an hour.
+#[test]
+fn loads_of_known_journals_are_found() {
+    for seed in 0..runs(12) {
+        let mut next = noise(seed);
+        let mut pick = |from: &[f64]| from[(next() * from.len() as f64) as usize];
+        let [nx, ny] = [pick(&[60.0, 72.0, 90.0]), pick(&[8.0, 12.0])];
+        let [clearance, rpm, viscosity] =
+            [pick(&[3e-5, 5e-5, 1e-4]), pick(&[300.0, 3000.0, -3000.0]), pick(&[0.01, 0.03, 0.1])];
+        let near = pick(&[0.0, 1.0, 2.0]);
+        let count = pick(&[1.0, 1.0, 2.0]) as usize;
+        let grooves: Vec<[f64; 2]> = (0..count)
+            .map(|_| [360.0 * next(), if next() < 0.5 { 0.0 } else { 2e5 * next() }])
+            .collect();
+        // L/D from 1/4 to 1; eccentricities small, anywhere, and large.
+        let length = 0.1 * 0.25_f64.powf(next());
+        let ecc = match near {
+            0.0 => 1e-3 * 980.0_f64.powf(next()),
+            1.0 => 0.98 * next() + 1e-3 * (1.0 - next()),
+            _ => 1.0 - 0.02 * 50.0_f64.powf(next()),
+        };
+        let ecc = ecc.clamp(1e-3, 0.98);
+        let turn = (next() * nx).floor() * 360.0 / nx;
+        let bearing = format!(
+            "--journal --diameter 0.1 --length {length} --clearance {clearance} --rpm={rpm} \
+             --viscosity {viscosity} --nx {nx} --ny {ny}"
+        );
+        let turned = |by: f64| -> String {
+            grooves.iter().map(|[at, p]| format!(" --groove={},{p}", (at + by) % 360.0)).collect()
+        };
+        let known = |ecc: f64| {
+            let film = json("known", &format!("{bearing}{} --ecc {ecc}", turned(0.0)));
+            [number(&film, "load_n"), number(&film, "attitude_deg")]
+        };
+        let [load, attitude] = known(ecc);
+        // A film without pressure carries nothing, and near its largest a load is as if of another
+        // film that rounding may not have.
+        if load == 0.0 || (known(0.99 * ecc)[0] / load - 1.0).abs() < 1e-5 {
+            continue;
+        }
+        // The same film, seen from elsewhere around the bearing: nothing tells the direction.
+        let attitude = attitude - turn * rpm.signum();
+        finds(
+            "known",
+            &format!("{bearing}{} --attitude={attitude} --load {load:e}", turned(turn)),
+            load,
+        );
+        finds("known", &format!("{bearing}{} --load {load:e}", turned(0.0)), load);
+    }
+}
+
+#[test]
+fn loads_of_known_pads_are_found() {
+    for seed in 0..runs(12) {
+        let mut next = noise(!seed);
+        let [lx, ly] = [0.05, 0.05 * 0.25 * 8.0_f64.powf(next())];
+        let height = 5e-6 * 20.0_f64.powf(next());
+        let along = -0.95 * next();
+        let across = (1.8 * next() - 0.9) * (1.0 + along);
+        let slopes = [along * height / (lx / 2.0), across * height / (ly / 2.0)];
+        let ambient = if next() < 0.5 { 0.0 } else { 1e5 };
+        let mut pad = format!(
+            "--lx {lx} --ly {ly} --nx 30 --ny 20 --speed 2 --viscosity 0.04 --ambient {ambient}"
+        );
+        if next() < 0.3 {
+            pad += &format!(" --pocket 0.01,{},0.01,{},1e-5", ly / 4.0, ly / 2.0);
+        }
+        if next() < 0.3 {
+            let pressure = 1e5 + 9e5 * next();
+            pad += &format!(" --supply 0.02,{},0.01,{},{pressure}", ly / 4.0, ly / 2.0);
+        }
+        let tilted = |height: f64| {
+            format!(
+                "{pad} --pad plane,{height:e},{height:e} --tilt={:e},{:e}",
+                slopes[0], slopes[1]
+            )
+        };
+        let known = json("known", &tilted(height));
+        let [load, x, y] = ["load_n", "load_x_m", "load_y_m"].map(|key| number(&known, key));
+        if load <= 0.0 || !(0.0..=lx).contains(&x) || !(0.0..=ly).contains(&y) {
+            continue;
+        }
+        let other = height * (1.0 + 9.0 * next());
+        finds("known", &format!("{} --load {load:e}", tilted(other)), load);
+        let elsewhere = [height * (0.3 + next()), height * (1.0 + 3.0 * next())];
+        let start = if next() < 0.5 { [4e-5, 2e-5] } else { [elsewhere[1], elsewhere[0]] };
+        let start = format!("--pad plane,{:e},{:e}", start[0], start[1]);
+        finds("known", &format!("{pad} {start} --load {load:e},{x:e},{y:e}"), load);
+    }
+}
+
+#[test]
+fn light_loads_and_grooves_off_the_load_are_balanced() {
+    let bearing = "--journal --diameter 0.08 --length 0.06 --clearance 6e-5 --rpm 3000 \
+                   --viscosity 0.02 --nx 120 --ny 20";
+    for (grooves, attitude, load) in [
+        ("--groove 0", 30, 300.0),
+        ("--groove 270,5e4", 0, 50.0),
+        ("--groove 90", 0, 50.0),
+        ("--groove 180", 30, 50000.0),
+        ("--groove 0,5e4", 30, 50.0),
+        ("--groove 270,5e4 --groove 300,1e5", 0, 300.0),
+        ("--groove 30,2e5", 30, 300.0),
+    ] {
+        finds("light", &format!("{bearing} {grooves} --attitude {attitude} --load {load}"), load);
+    }
+    // Its groove carries more at every eccentricity; a search once ended below none.
+    let output = film("light", &format!("{bearing} --groove 0,1e5 --load 50"));
+    let err = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{err}");
+    assert!(err.contains("carries 1.4") && err.contains(" N or more"), "{err}");
+    assert!(err.contains("does not prove that there is none"), "{err}");
+    // A tenth of a micrometre is left, and rounding counts.
+    let thin = format!("{} --groove 0,1e5 --nx 360 --ny 4", journal(0.1));
+    for load in [8e6, 1e7, 1.1e7] {
+        finds("light", &format!("{thin} --load {load}"), load);
+    }
+    let pad = "--lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04 --h-unit um";
+    for ends in ["40,20", "22,20", "100,20"] {
+        finds("light", &format!("{pad} --pad plane,{ends} --load 900,0.026,0.015"), 900.0);
+    }
+}
+
+#[test]
+fn a_squeeze_takes_power() {
+    // A disc-like pad that falls at 1 mm/s: all that is lost is load times speed.
+    fs::write(folder("squeeze").join("motion.csv"), "0,0\n1e-4,-1e-7\n2e-4,-2e-7\n").unwrap();
+    let film = json(
+        "squeeze",
+        "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 --ambient 1e5 \
+         --motion motion.csv",
+    );
+    let wanted = 1e-3 * number(&film, "load_n");
+    assert!((number(&film, "power_w") / wanted - 1.0).abs() <= 1e-9, "{film}");
+    let csv = fs::read_to_string(folder("squeeze").join("target/film-motion.csv")).unwrap();
+    let last: Vec<f64> =
+        csv.lines().last().unwrap().split(',').map(|v| v.parse().unwrap()).collect();
+    assert!((last[6] / wanted - 1.0).abs() <= 1e-9, "{csv}");
+}
+
+#[test]
+fn axes_are_along_the_load_and_drags_are_two() {
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.5 --coefficients", journal(0.1));
+    let own = json("axes", &bearing);
+    let named = json("axes", &format!("{bearing} --attitude 30"));
+    assert_eq!(matrix(&own, "stiffness_n_m"), matrix(&named, "stiffness_n_m"));
+    // In a broken film oil covers a part, and the difference is the same on both walls.
+    let drag = |which: &str| number(&own, &format!("{which}_n"));
+    let more = drag("full_friction_moving") - drag("friction_moving");
+    assert!(more > 0.01 * drag("friction_moving"), "{own}");
+    let other = drag("full_friction_fixed") - drag("friction_fixed");
+    assert!((more - other).abs() <= 1e-12 * drag("friction_moving"), "{own}");
+    let said = film_of("axes", &bearing);
+    assert!(said.contains("a quarter of the running speed, 1.2500e1 Hz"), "{said}");
+    assert!(said.contains("if all of the gap is sheared"), "{said}");
+}
+
+#[test]
+fn a_motion_stays_in_the_bush_and_is_in_its_unit() {
+    let bearing = format!("{} --groove 0,1e5 --nx 40 --ny 4 --motion motion.csv", journal(0.1));
+    let moved = |rows: &str| {
+        fs::write(folder("bush").join("motion.csv"), rows).unwrap();
+        film("bush", &bearing)
+    };
+    let output = moved("0,0,0\n1,1.003e-4,0\n");
+    let err = text(&output.stderr);
+    assert!(output.status.code() == Some(1) && err.contains("row 2: the walls meet"), "{err}");
+    let output = moved("0,0,0\n1e-3,2e-11,0\n");
+    let err = text(&output.stderr);
+    assert!(output.status.success() && err.contains("less than a thousandth"), "{err}");
+    assert!(moved("0,0,0\n1e-3,2e-6,0\n").stderr.is_empty());
+    let tilted = film("bush", &format!("{} --groove 0 --ecc 0.9 --tilt 2.1e-4,0", journal(0.1)));
+    let err = text(&tilted.stderr);
+    assert!(err.contains("--tilt: the eccentricity at an end of the journal is 1.005"), "{err}");
+}
+
+#[test]
+fn a_supply_may_begin_where_the_film_ends() {
+    let round = std::f64::consts::PI * 0.0752;
+    let from = f64::from_bits(round.to_bits() + 1);
+    let bearing = "--journal --diameter 0.0752 --length 0.1 --clearance 1e-4 --rpm 3000 \
+                   --viscosity 0.02 --ecc 0.5 --nx 36 --ny 4";
+    film_of("end", &format!("{bearing} --supply {from},0,0.02,0.1,1e5"));
+}
+
+#[test]
+fn copies_are_refused() {
+    let pad = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --speed 2 --viscosity 0.03";
+    for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
+        let output = hlcp("film", pad).env(name, "3").current_dir(folder("copies")).output();
+        let output = output.expect("the command starts");
+        let err = text(&output.stderr);
+        assert_eq!((output.status.code(), err.lines().count()), (Some(1), 1), "{err}");
+        assert!(err.contains("hlcp film works on one process, but mpirun has started 3"), "{err}");
+    }
+}
+
 #[test]
 fn a_squeezed_film_keeps_its_oil() {
     let gap = |time: f64| 1.5e-5 + 5e-6 * (400.0 * time).cos();
@@ -529,11 +753,11 @@ fn wrong_films_are_refused_in_one_line() {
         ("--map gap.csv --supply 0,0,0.001,0.001,1e5", "the number of cells of a supply is 0"),
         (
             "--map gap.csv --load 1e9",
-            "no position that carries 1000000000 N was found; the largest load found is ",
+            "the search for a position that carries 1000000000 N failed; each of the ",
         ),
         (
             "--map gap.csv --supply 0.001,0.001,0.005,0.006,1e6 --load 1",
-            "no position that carries 1 N was found; the film carries ",
+            " N or more, also by the pressures of supplies and sides",
         ),
         ("--map gap.csv --load 50kN", "'50kN' is not a number; units are given by their own"),
         (
@@ -547,7 +771,7 @@ fn wrong_films_are_refused_in_one_line() {
         ),
         (
             "--pad plane,2e-5,1e-5 --load 10,0.0099,0.005",
-            "no position that carries 10 N at 0.0099, 0.005 was found; the last one tried carries ",
+            "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit",
         ),
         (
             "--map gap.csv --motion times.csv",

@@ -68,6 +68,7 @@ fn what_one_process_alone_can_do_is_refused() {
     for (arguments, reason) in [
         ("--scene disc-lcp --m 600 --method NEWTON", "works on one rank, but 2 share the problem"),
         ("--scene disc-lcp --m 600 --method AMG", "works on one rank, but 2 share the problem"),
+        ("--scene film --nx 520 --ny 33 --method MGS", "film works on one process"),
         ("--scene slider --method TMGS", "slider works on one process"),
         ("--scene disc-lcp --m 600 --method TMGS --certify", "--certify works on one process"),
         ("--scene disc-lcp --m 300 --method TMGS", "at most one for every 256 columns"),

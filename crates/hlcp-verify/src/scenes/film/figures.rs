@@ -23,7 +23,9 @@ pub struct FilmFigures {
     /// The drag on the lower wall against `x`, and on the upper wall along `x`, if the lower one is
     /// the faster, in N: of shear stress, in a broken film on the part `θ` that oil covers.
     pub friction: [f64; 2],
-    /// The power that moves the walls, in W.
+    /// The drag if a broken film were sheared all over, as most handbooks count it.
+    pub full_friction: [f64; 2],
+    /// The power that slides the walls, in W; what moves them apart or together is not in it.
     pub power: f64,
     /// What flows out in the west, east, south and north, in m³/s.
     pub sides: [f64; 4],
@@ -94,7 +96,7 @@ impl Film {
         let frame = self.frame();
         let (nx, area, unit) = (self.nx, self.cell(), frame.pressure);
         let [mut load, mut power, mut broken] = [0.0; 3];
-        let (mut moments, mut friction) = ([0.0; 2], [0.0; 2]);
+        let (mut moments, mut friction, mut void) = ([0.0; 2], [0.0; 2], 0.0);
         let slip = self.speeds[0] - self.speeds[1];
         let mut peak = 0.0_f64;
         // Of each circle the most that goes round, and whether it is broken.
@@ -105,8 +107,9 @@ impl Film {
             load += p;
             moments[0] += p * self.spacing(0) * ((k % nx) as f64 + 0.5 - nx as f64 / 2.0);
             moments[1] += p * self.spacing(1) * ((k / nx) as f64 + 0.5 - self.ny as f64 / 2.0);
-            let shear = self.viscosity(k) * slip * (1.0 - r[k]) / self.gap[k] * area;
-            friction.iter_mut().for_each(|friction| *friction += shear);
+            let shear = self.viscosity(k) * slip / self.gap[k] * area;
+            friction.iter_mut().for_each(|friction| *friction += shear * (1.0 - r[k]));
+            void += shear * r[k];
             peak = peak.max(unit * z[k]);
             if r[k] > 0.0 {
                 broken += 1.0 / z.len() as f64;
@@ -165,6 +168,7 @@ impl Film {
             load,
             moments,
             friction,
+            full_friction: friction.map(|friction| friction + void),
             power,
             imbalance: sides.iter().sum::<f64>() + stored - supplies.iter().sum::<f64>(),
             sides,

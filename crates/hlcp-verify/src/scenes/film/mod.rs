@@ -4,10 +4,12 @@ use super::{Grids, check};
 use gates::{Frame, Gate, Passage};
 
 mod derivatives;
+mod equilibrium;
 mod figures;
 mod gates;
 mod proved;
 
+pub use equilibrium::{Equilibrium, Forces, equilibrium};
 pub use figures::FilmFigures;
 pub use proved::ProvedFigures;
 
@@ -456,8 +458,8 @@ impl Film {
                     ([supply.corner[axis], supply.size[axis]], self.lengths[axis]);
                 let (slack, ends) = (1e-9 * length, from + size);
                 let furthest = if self.is_periodic(axis) { 2.0 * length } else { length };
-                let starts =
-                    from >= -slack && from <= length && size >= 0.0 && size <= length + slack;
+                let starts = from >= -slack && from <= length + slack;
+                let starts = starts && size >= 0.0 && size <= length + slack;
                 let inside = starts && ends <= furthest + slack;
                 check("the place of a supply, in m,", from, inside, "such that it is in the film")?;
             }
