@@ -292,6 +292,9 @@ impl Coefficients {
     }
 }
 
+/// A search goes no further than to this part of the least gap that it began with.
+const NARROWEST: f64 = 1e-4;
+
 /// Where a search begins when the first place has led nowhere: sizes and angles from there, and
 /// rises and slopes.
 const RINGS: [[f64; 3]; 8] = [
@@ -458,8 +461,12 @@ pub(super) fn equilibrium(posed: &mut Posed, arguments: &Arguments) -> Fallible<
     let [mut least, mut largest] = [f64::INFINITY, 0.0_f64];
     let search = hlcp_verify::equilibrium(&wanted.forces, &starts, |at| -> Fallible<_> {
         if !std::mem::take(&mut is_first) {
+            let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
             let is_inside = !wanted.is_size || at[0] >= 0.0;
-            let Some(film) = posed.at(&in_film(at)).filter(|_| is_inside) else { return Ok(None) };
+            let Some(film) = posed.at(&in_film(at)).filter(|film| is_inside && is_open(film))
+            else {
+                return Ok(None);
+            };
             let next = Solved::exact(film, &solved, arguments)?;
             if !next.outcome.converged() {
                 failed += 1;
