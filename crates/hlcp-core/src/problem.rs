@@ -340,20 +340,19 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let portions = Claims::new(portions.enumerate());
         team::spread(team::threads(self.parallel, x.len()), &|| {
             while let Some((number, ((x, z), r))) = portions.next() {
-                for ((&x, z), r) in x.iter().zip(z).zip(&mut *r) {
-                    *z = (x.abs() + x) / self.gamma;
+                for ((&x, z), r) in x.iter().zip(&mut *z).zip(&mut *r) {
+                    *z = x.abs() + x;
                     *r = x.abs() - x;
                 }
                 match &self.omega {
-                    Omega::Uniform(omega) => {
-                        r.iter_mut().for_each(|r| *r = *omega * *r / self.gamma)
-                    }
+                    Omega::Uniform(omega) => r.iter_mut().for_each(|r| *r = *omega * *r),
                     Omega::Each(omega) => {
                         let omega = &omega[number * PORTION..];
-                        r.iter_mut()
-                            .zip(omega)
-                            .for_each(|(r, &omega)| *r = omega * *r / self.gamma);
+                        r.iter_mut().zip(omega).for_each(|(r, &omega)| *r = omega * *r);
                     }
+                }
+                if self.gamma != T::one() {
+                    z.iter_mut().chain(r).for_each(|v| *v = *v / self.gamma);
                 }
             }
         });

@@ -350,7 +350,7 @@ struct ExactSum {
     high: f64,
     /// The sum of the errors of all roundings in it.
     low: f64,
-    /// The sum of the moduli of these errors.
+    /// The sum of the moduli of these errors, those of a product and its addition taken together.
     errors: f64,
     terms: f64,
     count: f64,
@@ -374,14 +374,15 @@ impl ExactSum {
         let moved = sum - self.high;
         let of_sum = (self.high - (sum - moved)) + (product - moved);
         self.high = sum;
-        self.low += of_product + of_sum;
-        self.errors += of_product.abs() + of_sum.abs();
+        let lost = of_product + of_sum;
+        self.low += lost;
+        self.errors += lost.abs();
         self.terms += product.abs();
         self.count += 1.0;
     }
 
-    /// Returns an upper bound on the modulus of the exact sum: only the sum of the errors, each of
-    /// `count` terms two of them, is rounded.
+    /// Returns an upper bound on the modulus of the exact sum: only the errors are rounded, when the
+    /// two of a term are added, at most by half an ε of the result, and when they are summed.
     #[inline(always)]
     fn bound(&self) -> f64 {
         let value = (self.high + self.low).abs();
