@@ -3,6 +3,7 @@
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 
+use approx::assert_abs_diff_eq;
 use common::Lists;
 use hlcp_core::{Aor, Error, FivePoint, Hlcp, LinearOperator, Omega, Rows, Varying};
 use hlcp_methods::{
@@ -175,7 +176,7 @@ fn a_method_that_is_refused_is_left_out() {
     let refused = history.iter().find(|turn| turn.end == Some(AutoEnd::Refused)).unwrap();
     assert_eq!((refused.choice, refused.sweeps), (AutoChoice::AmgNewton, 0));
     assert!(solver.method().uses() != AutoChoice::AmgNewton);
-    assert!((solver.r()[n - 1] - 2.0).abs() < 1e-6);
+    assert_abs_diff_eq!(solver.r()[n - 1], 2.0, epsilon = 1e-6);
 }
 
 /// From an answer there is nothing to do, and from near one no method is changed.

@@ -1,5 +1,6 @@
 //! `hlcp film`, run as an engineer runs it, against closed forms and against what flows in and out.
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -69,10 +70,10 @@ fn flows(points: &[Point]) -> Vec<f64> {
 fn the_pad_has_the_sliders_peak_and_rupture() {
     let (text, points) = solved("pad", None, "");
     let peak = points.iter().map(|point| point[2]).fold(0.0, f64::max);
-    assert!((peak * 1e6 / Slider::PEAK - 1.0).abs() <= 1e-3, "{text}");
+    assert_abs_diff_eq!(peak * 1e6 / Slider::PEAK, 1.0, epsilon = 1e-3);
     let broken = points.iter().position(|point| point[3] > 0.0).unwrap();
     let piece = points[broken][0] - points[broken - 1][0];
-    assert!((points[broken][0] * 1e-3 - Slider::RUPTURE).abs() <= piece * 1e-3, "{text}");
+    assert_abs_diff_eq!(points[broken][0] * 1e-3, Slider::RUPTURE, epsilon = piece * 1e-3);
     assert!(text.contains("the film ruptures") && !text.contains("forms again"), "{text}");
 
     // The sample file is that pad.
@@ -104,8 +105,8 @@ fn other_units_give_the_same_pascals() {
     assert!(peak > 1e6, "{peak}");
     for (small, si) in small.iter().zip(&si) {
         // Both are solved to 1e-10 of the same numbers, but for the rounding of the units.
-        assert!((small[2] * 1e5 - si[2]).abs() <= 1e-8 * peak);
-        assert!((small[3] - si[3]).abs() <= 1e-8);
+        assert_abs_diff_eq!(small[2] * 1e5, si[2], epsilon = 1e-8 * peak);
+        assert_abs_diff_eq!(small[3], si[3], epsilon = 1e-8);
     }
 }
 
@@ -118,11 +119,11 @@ fn what_flows_in_flows_out() {
         let (report, points) = solved(name, Some(&profile), &flags);
         let flows = flows(&points);
         let flow = flows.iter().sum::<f64>() / flows.len() as f64;
-        assert!((printed(&report, "flow") / flow - 1.0).abs() <= 1e-6, "{name}: {report}");
-        for (k, one) in flows.iter().enumerate() {
+        assert_relative_eq!(printed(&report, "flow"), flow, epsilon = 0.0, max_relative = 1e-6);
+        for one in flows {
             // The residual's 1e-10, summed over the points, and the rounding of the pressures'
             // differences.
-            assert!((one - flow).abs() <= 1e-8 * flow, "{name}, piece {k}: {one} {flow}");
+            assert_abs_diff_eq!(one, flow, epsilon = 1e-8 * flow);
         }
         let ambient: f64 = ambient.parse().unwrap();
         assert!((points[0][2] - ambient).abs() <= 1e-12 * ambient && points[59][2] == points[0][2]);
@@ -158,8 +159,8 @@ fn a_plane_wedge_is_exact_at_its_points() {
     let load = unit * length * (k.ln_1p() - 2.0 * k / (2.0 + k)) / (k * k);
     let friction = VISCOSITY * SPEED * length / thin * (4.0 * k.ln_1p() / k - 6.0 / (2.0 + k));
     // The sums are of second order in the 280 pieces.
-    assert!((printed(&report, "load") / load - 1.0).abs() <= 1e-3, "{report} {load}");
-    assert!((printed(&report, "friction") / friction - 1.0).abs() <= 1e-3, "{report} {friction}");
+    assert_relative_eq!(printed(&report, "load"), load, epsilon = 0.0, max_relative = 1e-3);
+    assert_relative_eq!(printed(&report, "friction"), friction, epsilon = 0.0, max_relative = 1e-3);
 }
 
 /// Whether no piece is longer than 1/400 of the film, and the given points are among those written.
@@ -241,9 +242,14 @@ fn two_points_very_close_together_are_a_step() {
     let peak = 6.0 * VISCOSITY * SPEED * before * after * (wide - thin)
         / (wide.powi(3) * after + thin.powi(3) * before);
     // The ramp is a millionth of the film, and each side more than a quarter of it.
-    assert!((printed(&report, "peak pressure") / peak - 1.0).abs() <= 1e-5, "{report} {peak}");
+    assert_relative_eq!(
+        printed(&report, "peak pressure"),
+        peak,
+        epsilon = 0.0,
+        max_relative = 1e-5
+    );
     let load = peak * length / 2.0;
-    assert!((printed(&report, "load") / load - 1.0).abs() <= 1e-5, "{report} {load}");
+    assert_relative_eq!(printed(&report, "load"), load, epsilon = 0.0, max_relative = 1e-5);
 }
 
 #[test]
@@ -272,7 +278,7 @@ fn a_diverging_wedge_cavitates_everywhere() {
     assert!(points.iter().all(|point| point[2] == -8e4), "{report}");
     for (k, point) in points.iter().enumerate().take(11).skip(1) {
         // What enters through the first piece fills the others to their mean gap.
-        assert!((point[3] - (1.0 - mean(0) / mean(k))).abs() <= 1e-9, "{report}");
+        assert_abs_diff_eq!(point[3], 1.0 - mean(0) / mean(k), epsilon = 1e-9);
     }
     assert!(report.contains("the film ruptures") && !report.contains("forms again"), "{report}");
 }
@@ -370,7 +376,7 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     assert_eq!(found["unknowns"], points.len() - 2);
     let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"));
     let near = |key: &str, wanted: f64| {
-        assert!((number(key) / wanted - 1.0).abs() <= 1e-6, "{key}: {found}\n{report}");
+        assert_relative_eq!(number(key), wanted, epsilon = 0.0, max_relative = 1e-6);
     };
     for (key, what) in
         [("load_n_m", "load  "), ("friction_n_m", "friction  "), ("flow_m2_s", "flow  ")]
@@ -388,7 +394,12 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
     let (pad, _) = film("json", None, "--json");
     let pad: Value = serde_json::from_slice(&pad.stdout).unwrap();
-    assert!((pad["peak_pressure_pa"].as_f64().unwrap() / Slider::PEAK - 1.0).abs() <= 1e-3);
+    assert_relative_eq!(
+        pad["peak_pressure_pa"].as_f64().unwrap(),
+        Slider::PEAK,
+        epsilon = 0.0,
+        max_relative = 1e-3
+    );
     let fronts = |key: &str| found[key].as_array().map(Vec::len);
     for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {
         assert_eq!(fronts(key), Some(report.matches(what).count()), "{found}\n{report}");

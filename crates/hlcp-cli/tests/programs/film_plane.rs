@@ -1,5 +1,6 @@
 //! `hlcp film` in two dimensions, against tables, closed forms and itself.
 
+use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -172,25 +173,25 @@ fn damping_is_what_a_slow_motion_adds() {
 fn the_position_for_a_load_carries_it() {
     let bearing = format!("{} --nx 120 --ny 20", journal(0.1));
     let loaded = json("load", &format!("{bearing} --groove 0 --load 12000"));
-    assert!((number(&loaded, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{loaded}");
+    assert_relative_eq!(number(&loaded, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
     let ecc = number(&loaded, "ecc");
     let again = json("load", &format!("{bearing} --groove 0 --ecc {ecc}"));
-    assert!((number(&again, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{again}");
+    assert_relative_eq!(number(&again, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
 
     // A load in a direction of its own, with grooves that stay: at 90° from the widest gap of
     // attitude 0, on both sides of the load.
     let fixed =
         json("load", &format!("{bearing} --groove 90 --groove 270 --attitude 0 --load 12000"));
-    assert!((number(&fixed, "load_n") / 12000.0 - 1.0).abs() <= 1e-8, "{fixed}");
+    assert_relative_eq!(number(&fixed, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
     let middle = std::f64::consts::PI * 0.1 / 2.0;
-    assert!((number(&fixed, "load_x_m") - middle).abs() <= 1e-8, "{fixed}");
+    assert_abs_diff_eq!(number(&fixed, "load_x_m"), middle, epsilon = 1e-8);
     assert!((30.0..70.0).contains(&number(&fixed, "attitude_deg")), "{fixed}");
 
     let pad =
         "--pad plane,4e-5,2e-5 --lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04";
     let pivoted = json("load", &format!("{pad} --load 900,0.029,0.016"));
     for (key, wanted) in [("load_n", 900.0), ("load_x_m", 0.029), ("load_y_m", 0.016)] {
-        assert!((number(&pivoted, key) / wanted - 1.0).abs() <= 1e-8, "{pivoted}");
+        assert_relative_eq!(number(&pivoted, key), wanted, epsilon = 0.0, max_relative = 1e-8);
     }
 }
 
@@ -217,7 +218,11 @@ fn finds(name: &str, arguments: &str, load: f64) {
     assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
     let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     // The search ends at 1e-9 of the load; of a load at a place, of the load and its arms.
-    assert!((number(&found, "load_n") / load - 1.0).abs() <= 1e-9, "{arguments}: {found}");
+    let carried = number(&found, "load_n");
+    assert!(
+        relative_eq!(carried, load, epsilon = 0.0, max_relative = 1e-9),
+        "{arguments}: {found}"
+    );
 }
 
 /// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
@@ -354,11 +359,11 @@ fn a_squeeze_takes_power() {
          --motion motion.csv",
     );
     let wanted = 1e-3 * number(&film, "load_n");
-    assert!((number(&film, "power_w") / wanted - 1.0).abs() <= 1e-9, "{film}");
+    assert_relative_eq!(number(&film, "power_w"), wanted, epsilon = 0.0, max_relative = 1e-9);
     let csv = fs::read_to_string(folder("squeeze").join("target/film-motion.csv")).unwrap();
     let last: Vec<f64> =
         csv.lines().last().unwrap().split(',').map(|v| v.parse().unwrap()).collect();
-    assert!((last[6] / wanted - 1.0).abs() <= 1e-9, "{csv}");
+    assert_relative_eq!(last[6], wanted, epsilon = 0.0, max_relative = 1e-9);
 }
 
 #[test]
@@ -372,7 +377,7 @@ fn axes_are_along_the_load_and_drags_are_two() {
     let more = drag("full_friction_moving") - drag("friction_moving");
     assert!(more > 0.01 * drag("friction_moving"), "{own}");
     let other = drag("full_friction_fixed") - drag("friction_fixed");
-    assert!((more - other).abs() <= 1e-12 * drag("friction_moving"), "{own}");
+    assert_abs_diff_eq!(more, other, epsilon = 1e-12 * drag("friction_moving"));
     let said = film_of("axes", &bearing);
     assert!(said.contains("a quarter of the running speed, 1.2500e1 Hz"), "{said}");
     assert!(said.contains("if all of the gap is sheared"), "{said}");
@@ -430,7 +435,7 @@ fn a_squeezed_film_keeps_its_oil() {
         "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 --ambient 1e5 \
          --motion motion.csv",
     );
-    assert!((number(&film, "least_gap_m") - gap(4e-4 * 59.0)).abs() <= 1e-18, "{film}");
+    assert_abs_diff_eq!(number(&film, "least_gap_m"), gap(4e-4 * 59.0), epsilon = 1e-18);
     let csv = fs::read_to_string(folder("motion").join("target/film-motion.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
         csv.lines().skip(1).map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
@@ -458,8 +463,8 @@ fn a_free_journal_stays_where_its_load_is_carried() {
     };
     let film = free("same.csv", 12000.0);
     // The position carries 12 kN to 1e-9, and a step ends at 1e-8.
-    assert!((number(&film, "ecc") - ecc).abs() <= 1e-6, "{film}");
-    assert!((number(&film, "attitude_deg") - attitude).abs() <= 1e-4, "{film}");
+    assert_abs_diff_eq!(number(&film, "ecc"), ecc, epsilon = 1e-6);
+    assert_abs_diff_eq!(number(&film, "attitude_deg"), attitude, epsilon = 1e-4);
     // Under less it rises, and the film carries what is left within the inertia of 5 kg.
     let film = free("less.csv", 8000.0);
     assert!(number(&film, "ecc") < ecc - 1e-3, "{film}");
@@ -490,7 +495,7 @@ fn what_is_written_is_what_is_printed() {
     for key in ["ecc", "attitude_deg", "stiffness_n_m", "damping_n_s_m"] {
         assert!(film[key].is_null(), "{key}");
     }
-    assert!((number(&film, "least_gap_m") - 2e-5).abs() <= 1e-20);
+    assert_abs_diff_eq!(number(&film, "least_gap_m"), 2e-5, epsilon = 1e-20);
     let target = folder("written").join("target");
     let read = |name: &str| fs::read(target.join(name)).unwrap();
     let pressures: Vec<f64> = text(&read("film-pressure.csv"))
@@ -498,7 +503,7 @@ fn what_is_written_is_what_is_printed() {
         .flat_map(|line| line.split(',').map(|v| v.parse().unwrap()).collect::<Vec<f64>>())
         .collect();
     let load: f64 = pressures.iter().map(|p| (p - 1e5) * 2e-4 / 63.0).sum();
-    assert!((number(&film, "load_n") / load - 1.0).abs() <= 1e-12);
+    assert_relative_eq!(number(&film, "load_n"), load, epsilon = 0.0, max_relative = 1e-12);
     let npy = read("film-pressure.npy");
     assert_eq!((npy.len() - 63 * 8) % 64, 0);
     let stored =
@@ -573,7 +578,7 @@ fn a_dry_film_is_solved_like_any_other() {
     assert!((number(&dry, "load_n") + 150.0).abs() <= 1e-12, "{dry}");
     for (k, content) in contents("closed-content.csv").iter().enumerate() {
         let wanted = if k % 6 == 5 { 1.0 } else { 0.0 };
-        assert!((content - wanted).abs() <= 1e-15, "{k}: {content}");
+        assert_abs_diff_eq!(*content, wanted, epsilon = 1e-15);
     }
     let still = "--pad plane,40,20 --lx 0.05 --ly 0.03 --h-unit 1e-6 --viscosity 0.04 \
                  --side west=closed --side east=closed --side south=closed --side north=closed";

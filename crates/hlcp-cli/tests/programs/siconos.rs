@@ -1,6 +1,7 @@
 //! External problems with exact answers (see `../data/siconos-lcp/README.md`), solved through files
 //! by the command `solve`, as a user would.
 
+use approx::abs_diff_eq;
 use std::{fs, path::Path};
 
 use hlcp_core::market;
@@ -101,7 +102,8 @@ fn h_plus_files_are_solved_exactly_by_every_method() {
             for (found, key) in [(z, "z"), (r, "w")] {
                 for (i, found) in found.iter().enumerate() {
                     let exact = facts["solutions"][0][key][i].as_f64().unwrap();
-                    assert!((found - exact).abs() <= 729.0 * 1e-10, "{name} {method} {key}[{i}]");
+                    let is_near = abs_diff_eq!(*found, exact, epsilon = 729.0 * 1e-10);
+                    assert!(is_near, "{name} {method} {key}[{i}]");
                 }
             }
         }

@@ -1,5 +1,6 @@
 //! The rounding in a residual, and residuals without it, against exact rational arithmetic.
 
+use approx::assert_abs_diff_eq;
 use std::ops::RangeInclusive;
 
 use crate::common::Walked;
@@ -151,7 +152,7 @@ fn cancellation_costs_an_exact_residual_nothing() {
         let problem = Hlcp::new(shown.of(&a), shown.of(&a), Omega::Uniform(1.0)).unwrap();
         let q = [0.75, -0.25];
         let exact = problem.exact_residual(&Rhs::new(&q).unwrap(), &[1e17, 1e17]).unwrap();
-        assert!((exact.linf - 0.75).abs() < 1e-10, "{exact:?}");
+        assert_abs_diff_eq!(exact.linf, 0.75, epsilon = 1e-10);
     }
 }
 

@@ -193,6 +193,8 @@ fn conduction<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Ma
 mod tests {
     use hlcp_core::FivePoint;
 
+    use approx::assert_abs_diff_eq;
+
     use super::*;
 
     /// Two by two cells of a grid with conductances that jump: in series along an axis, in parallel
@@ -221,7 +223,7 @@ mod tests {
         // What leads out stays.
         let out = c(0, 0) + c(0, 1) + d(0, 0) + d(1, 0);
         let sum = coarse.off(0).fold(coarse.diagonal[0], |sum, (_, a)| sum + a);
-        assert!((sum - out).abs() < 1e-13);
+        assert_abs_diff_eq!(sum, out, epsilon = 1e-13);
     }
 
     #[test]

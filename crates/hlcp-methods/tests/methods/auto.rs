@@ -2,6 +2,7 @@
 
 use crate::common::{problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
+use approx::assert_abs_diff_eq;
 use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
     AdaptiveSor, Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options,
@@ -205,7 +206,7 @@ fn the_opening_solves_one_scalar_equation_after_the_other() {
         let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
         // A few roundings for each of the five entries of a row of A and of B.
         for (y, wanted) in y.iter().zip(&wanted) {
-            assert!((y - wanted).abs() <= 64.0 * f64::EPSILON * size, "{y} {wanted}");
+            assert_abs_diff_eq!(y, wanted, epsilon = 64.0 * f64::EPSILON * size);
         }
     }
     let disc = Disc { lcp: false, m: 17 }.pose::<f64>().unwrap();

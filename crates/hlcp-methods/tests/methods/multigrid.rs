@@ -4,6 +4,7 @@
 use crate::common::{
     NotFinite, from, largest_difference, parts, planted_q, problem, solve_from_ones, tmgs,
 };
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use hlcp_core::{
     Coefficients::{Constant, Each},
     Error, FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
@@ -196,8 +197,8 @@ fn nested_iteration_ends_below_the_discretisation_error() {
         let discretisation = obstacle.errors(solver.z());
         if m == 17 {
             // PETSc prints 2.707e-03 and 1.428e-02.
-            assert!((discretisation[0] - 2.707e-3).abs() < 5e-7);
-            assert!((discretisation[1] - 1.428e-2).abs() < 5e-6);
+            assert_abs_diff_eq!(discretisation[0], 2.707e-3, epsilon = 5e-7);
+            assert_abs_diff_eq!(discretisation[1], 1.428e-2, epsilon = 5e-6);
         }
         let distances = nested.iter().zip(solver.z()).map(|(u, v)| (u - v).abs());
         let mean = distances.sum::<f64>() / (m * m) as f64;
@@ -407,7 +408,7 @@ fn full_multigrid_begins_every_solve_by_itself() {
         let (mut z, mut r) = (vec![0.0; nx * ny], vec![0.0; nx * ny]);
         posed.solution_from_x(&start, &mut z, &mut r);
         let expected = posed.residual(&rhs, &z, &r, &mut vec![]);
-        assert!((first.2.l2 / expected.l2 - 1.0).abs() < 1e-13);
-        assert!((first.2.linf / expected.linf - 1.0).abs() < 1e-13);
+        assert_relative_eq!(first.2.l2, expected.l2, epsilon = 0.0, max_relative = 1e-13);
+        assert_relative_eq!(first.2.linf, expected.linf, epsilon = 0.0, max_relative = 1e-13);
     }
 }

@@ -1,5 +1,6 @@
 //! Films over a rectangle, against closed forms, balances and differences.
 
+use approx::{assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::TAU;
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows};
@@ -91,10 +92,10 @@ fn a_strip_has_the_film_of_a_line() {
     for k in 0..800 {
         // Both are solved to 1e-13 of q, which conduction along 200 cells multiplies by 200².
         assert!((strip.0[k] / line.0[k % 200] - 1.0).abs() <= 1e-8 || line.0[k % 200] == 0.0);
-        assert!((strip.1[k] - line.1[k % 200]).abs() <= 1e-8);
+        assert_abs_diff_eq!(strip.1[k], line.1[k % 200], epsilon = 1e-8);
     }
-    assert!((strip.2.load / line.2.load - 1.0).abs() <= 1e-8);
-    assert!((strip.2.power / line.2.power - 1.0).abs() <= 1e-8);
+    assert_relative_eq!(strip.2.load, line.2.load, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(strip.2.power, line.2.power, epsilon = 0.0, max_relative = 1e-8);
 }
 
 #[test]
@@ -231,12 +232,12 @@ fn turned_round_the_film_is_the_same() {
     let (one, other) = (film.figures(&z, &r, 1e5), back.figures(&back_z, &back_r, 1e5));
     let (p, back_p) = (film.pressures(&z), turn(&back.pressures(&back_z)));
     for (p, back) in p.iter().zip(back_p) {
-        assert!((p - back).abs() <= 1e-8 * one.peak, "{p} {back}");
+        assert_abs_diff_eq!(*p, back, epsilon = 1e-8 * one.peak);
     }
-    assert!((one.load / other.load - 1.0).abs() <= 1e-8);
-    assert!((one.power / other.power - 1.0).abs() <= 1e-8);
+    assert_relative_eq!(one.load, other.load, epsilon = 0.0, max_relative = 1e-8);
+    assert_relative_eq!(one.power, other.power, epsilon = 0.0, max_relative = 1e-8);
     assert!((one.moments[0] + other.moments[0]).abs() <= 1e-8 * one.moments[0].abs());
-    assert!((one.sides[0] - other.sides[1]).abs() <= 1e-8 * one.sides[0].abs());
+    assert_abs_diff_eq!(one.sides[0], other.sides[1], epsilon = 1e-8 * one.sides[0].abs());
 }
 
 #[test]
@@ -268,7 +269,7 @@ fn derivatives_are_those_of_the_balances() {
     let size = exact.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
     for k in 0..253 {
         let difference = (more[k] - less[k]) / (2.0 * by * unit);
-        assert!((exact[k] - difference).abs() <= 1e-8 * size, "{k}: {} {difference}", exact[k]);
+        assert_abs_diff_eq!(exact[k], difference, epsilon = 1e-8 * size);
     }
     // What is stored is what a step adds to the rows of a steady film, by its duration.
     let emptied: Vec<f64> = (0..253).map(|_| next() - 0.5).collect();
@@ -324,7 +325,7 @@ fn operators_of_any_size_know_their_rows() {
                         last = Some(j);
                         sum += entry * x[j];
                     });
-                    assert!((sum - product).abs() <= 1e-12 * product.abs().max(1.0));
+                    assert_abs_diff_eq!(sum, product, epsilon = 1e-12 * product.abs().max(1.0));
                 }
             }
             // Nothing is lost between cells: columns sum to what leaves through sides.

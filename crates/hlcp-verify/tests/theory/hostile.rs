@@ -2,6 +2,7 @@
 //! nothing false.
 
 use crate::{cases_asked, exact};
+use approx::assert_abs_diff_eq;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use crate::common::Matrix;
@@ -403,7 +404,7 @@ fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
     let one = Hlcp::new(Matrix(dmatrix![2.0]), Matrix(dmatrix![3.0]), Omega::Uniform(0.7)).unwrap();
     let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
     // |BΩ − A|/(A + BΩ) = 0.1/4.1
-    assert!((contraction.factor - 0.1 / 4.1).abs() < 1e-14);
+    assert_abs_diff_eq!(contraction.factor, 0.1 / 4.1, epsilon = 1e-14);
     let certificate = certify(one.a(), one.b(), &[-4.0], &[2.5], &[0.0]).unwrap().unwrap();
     assert!(certificate.z[0] >= 0.5 && certificate.z[0] < 0.5 + 1e-14);
 }
