@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// The gap in each cell from a CSV or NPY file, rows along y, the first one at y = 0
     #[arg(long, help_heading = FILM, value_name = "FILE", requires_all = ["lx", "ly", "viscosity"])]
     map: Option<PathBuf>,
-    /// A journal bearing: x is around it, from the widest gap that --ecc and --attitude stand for
+    /// A journal bearing: x is around it, from the widest gap of --ecc
     #[arg(long, help_heading = FILM)]
     #[arg(requires_all = ["diameter", "length", "clearance", "viscosity"])]
     journal: bool,
@@ -206,9 +206,9 @@ pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
         if arguments.ecc.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
             return Err("--ecc is where a journal is, but --motion says that at every time; leave --ecc out, or let the journal move freely by --mass".into());
         }
-        let asks = arguments.load.is_some() || arguments.motion.is_some() || arguments.coefficients;
+        let asks = arguments.load.is_some() || arguments.motion.is_some();
         if arguments.attitude.is_some() && !asks {
-            return Err("--attitude turns x = 0 with the load of --load, --motion or --coefficients; without them leave it out".into());
+            return Err("--attitude turns x = 0 with the load of --load or --motion; without them leave it out".into());
         }
         return plane::run(&arguments);
     }

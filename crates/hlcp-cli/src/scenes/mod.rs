@@ -229,7 +229,7 @@ impl Scene {
     /// The grid of a scene whose columns can be posed apart.
     pub(crate) fn grid(&self, numbers: &Numbers) -> Option<[usize; 2]> {
         match self.name {
-            "film" | "slider" | "american-put" => None,
+            "slider" | "american-put" => None,
             _ if self.takes("nx") => Some(["nx", "ny"].map(|side| numbers.size(side))),
             "obstacle" => Some([numbers.size("m").saturating_sub(2); 2]),
             _ => Some([numbers.size("m"); 2]),

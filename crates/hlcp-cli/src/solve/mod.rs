@@ -124,6 +124,8 @@ fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn
     match scene.grid(numbers) {
         _ if arguments.a.is_some() => refused("a problem from files"),
         _ if arguments.certify => refused("--certify"),
+        // Its operators are posed for the whole grid.
+        _ if scene.name == "film" => refused("film"),
         Some(grid) => Ok(Strip::new(ranks.clone(), grid)?),
         None => refused(scene.name),
     }
