@@ -54,9 +54,14 @@ impl<T: Scalar> Omega<T> {
             let a = positive_entry("diagonal of A", i, a.diagonal_entry(i))?;
             let b = positive_entry("diagonal of B", i, b.diagonal_entry(i))?;
             let mut omega = tau * (a / b);
-            if tau >= T::one() && omega.wide().mul_add(b.wide(), -a.wide()) < 0.0 {
+            // In a unit in which the difference does not underflow.
+            let unit = if a.wide() < 1e-280 { f64::powi(2.0, 400) } else { 1.0 };
+            let is_short =
+                |omega: T| (unit * omega.wide()).mul_add(b.wide(), -unit * a.wide()) < 0.0;
+            while tau >= T::one() && is_short(omega) {
                 // The next number up: between 0.6 and 1.3 units in the last place are added.
-                omega += omega * T::of(0.625) * T::epsilon();
+                let least = T::min_positive_value() * T::epsilon();
+                omega += (omega * T::of(0.625) * T::epsilon()).max(least);
             }
             positive_entry("omega", i, omega)
         };
@@ -143,5 +148,14 @@ mod tests {
             raised += usize::from(omega > a / b);
         }
         assert!(raised > 1000);
+        // The ratio, and the difference of the products, may be below the normal numbers.
+        for (a, b) in [(1.0, 1.3e308), (1e-315, 3e-8)] {
+            let of = |d: f64| FivePoint::new(1, 1, [0.0, 0.0, d, 0.0, 0.0]).unwrap();
+            let Ok(Omega::Uniform(omega)) = Omega::diagonal_ratio(1.0, &of(a), &of(b)) else {
+                panic!("a ratio")
+            };
+            let unit = f64::powi(2.0, 400);
+            assert!((unit * omega).mul_add(b, -unit * a) >= 0.0, "{a} {b}");
+        }
     }
 }

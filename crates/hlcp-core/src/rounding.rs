@@ -147,7 +147,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         // The sum of n squares and its root are rounded, too.
         let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
         let lost = if linf >= LOST { 0.0 } else { self.lost_products(x) * f64::from_bits(1) };
-        Some(Norms { l2: exact.l2 + n.sqrt() * lost, linf: exact.linf + lost })
+        // A root that is no whole number would be rounded among the least numbers.
+        let l2 = exact.l2 + n.sqrt().ceil() * lost;
+        Some(Norms { l2: if l2 > 0.0 { l2.next_up() } else { l2 }, linf: exact.linf + lost })
     }
 
     /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
@@ -177,15 +179,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             let known = self.terms(i, x, |entry, value| {
                 lost += f64::from(u8::from(is_lost(entry, value)));
             });
-            if known { lost } else { 10.0 }
+            if known { lost } else { 2.0 * x.len() as f64 }
         };
-        let own = if x.iter().all(|&x| x == T::zero()) {
-            0.0
-        } else {
-            (0..x.len()).map(of_row).fold(0.0, f64::max)
-        };
-        let [most] = self.largest([own]);
-        most
+        if !self.any(x.iter().any(|&x| x != T::zero())) {
+            return 0.0;
+        }
+        if self.strip().is_some() {
+            // All products of five points, some of which are with other ranks' numbers.
+            return 10.0;
+        }
+        (0..x.len()).map(of_row).fold(0.0, f64::max)
     }
 
     /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in

@@ -280,7 +280,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 // What was measured was no residual, either, if it is not rounding that hides it.
                 let measured = std::mem::replace(&mut norms, bound);
                 lost = test.is_far(measured, bound)
-                    && problem.is_at_rounding(q, &self.x) == Some(false);
+                    && !test.explains(problem, q, &self.x, [measured, bound], &mut self.scratch);
                 if lost {
                     self.best.copy_from_slice(&self.x);
                 } else {

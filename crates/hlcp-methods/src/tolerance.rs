@@ -146,8 +146,21 @@ impl Test {
         if self.admits(measured, measured) {
             return Some(measured);
         }
+        self.explains(problem, q, x, [bound, measured], scratch).then_some(bound)
+    }
+
+    /// Returns whether rounding at `x` may be between a smaller and a larger residual.
+    pub(crate) fn explains<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+        &self,
+        problem: &Hlcp<T, A, B>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        residuals: [Norms; 2],
+        scratch: &mut Vec<T>,
+    ) -> bool {
         let rounding = self.norm.of(problem.estimated_rounding(q, x, scratch));
-        (self.norm.of(measured) <= self.norm.of(bound) + 2.0 * rounding).then_some(bound)
+        let [smaller, larger] = residuals.map(|norms| self.norm.of(norms));
+        larger <= smaller + 2.0 * rounding
     }
 
     /// Returns whether a bound is far above what was measured.
@@ -164,7 +177,8 @@ impl Test {
         if is_above && self.is_far(measured, bound) {
             self.hidden += 1;
         } else {
-            (self.due, self.gap) = (iteration + self.gap, 2 * self.gap);
+            self.due = iteration.saturating_add(self.gap);
+            self.gap = self.gap.saturating_mul(2);
         }
     }
 

@@ -97,6 +97,9 @@ impl Interval {
 
     pub(crate) fn times(self, factor: f64) -> Self {
         let ends = [self.lower * factor, self.upper * factor];
+        if ends.iter().any(|end| end.is_nan()) {
+            return Self { lower: f64::NAN, upper: f64::NAN };
+        }
         Self { lower: ends[0].min(ends[1]).next_down(), upper: ends[0].max(ends[1]).next_up() }
     }
 
