@@ -384,7 +384,7 @@ impl ExactSum {
         self.count += 1.0;
     }
 
-    /// Returns an upper bound on the modulus of the exact sum: only the errors are rounded, when the
+    /// Returns an upper bound on the modulus of the exact sum. Only the errors are rounded: when the
     /// two of a term are added, at most by half an ε of the result, and when they are summed.
     #[inline(always)]
     fn bound(&self) -> f64 {
