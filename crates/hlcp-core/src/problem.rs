@@ -352,7 +352,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                     }
                 }
                 if self.gamma != T::one() {
-                    z.iter_mut().chain(r).for_each(|v| *v = *v / self.gamma);
+                    z.iter_mut().chain(r).for_each(|v| *v /= self.gamma);
                 }
             }
         });

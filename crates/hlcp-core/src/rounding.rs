@@ -116,8 +116,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
     /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
-    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero. NaN
-    /// where a product overflows.
+    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero.
+    /// NaN where a product overflows.
     ///
     /// # Cost
     ///
@@ -384,8 +384,8 @@ impl ExactSum {
         self.count += 1.0;
     }
 
-    /// Returns an upper bound on the modulus of the exact sum. Only the errors are rounded: when the
-    /// two of a term are added, at most by half an ε of the result, and when they are summed.
+    /// Returns an upper bound on the modulus of the exact sum. Only the errors are rounded: when
+    /// the two of a term are added, at most by half an ε of the result, and when they are summed.
     #[inline(always)]
     fn bound(&self) -> f64 {
         let value = (self.high + self.low).abs();

@@ -1,7 +1,7 @@
 //! Decimal numbers on the proved side of a bound.
 
-/// Writes `value` as `1.23e-4`, with `digits` digits after the point, rounded towards +∞ if `up` and
-/// towards −∞ if not.
+/// Writes `value` as `1.23e-4`, with `digits` digits after the point, rounded towards +∞ if `up`
+/// and towards −∞ if not.
 ///
 /// As a real number the decimal one is not below `value`, or not above it, so what is proved of the
 /// one holds for what a reader sees. `{:.2e}` rounds to nearest, and shows half of all bounds too

@@ -119,8 +119,8 @@ fn cycles_end_with_the_time() {
     }
 }
 
-/// Between two looks at the clock, and after the last, no step walks over the rows more often than a
-/// sweep, or a pair, and what measures it.
+/// Between two looks at the clock, and after the last, no step walks over the rows more often than
+/// a sweep, or a pair, and what measures it.
 #[test]
 fn steps_look_at_the_clock_between_sweeps() {
     const WALKS: usize = 3;

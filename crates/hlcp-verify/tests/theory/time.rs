@@ -11,8 +11,9 @@ use hlcp_verify::{
 
 const M: usize = 180;
 
-/// The walks over A between two looks at the clock: at most one of the certificate's loops, of which
-/// those before the first look, and the checks of what it takes for linear solves, have several.
+/// The walks over A between two looks at the clock: at most one of the certificate's loops, of
+/// which those before the first look, and the checks of what it takes for linear solves, have
+/// several.
 const WALKS: usize = 6;
 
 type Grid = Counted<FivePoint<f64>>;

@@ -8,7 +8,8 @@ use nalgebra::{DMatrix, DVector};
 /// use hlcp_verify::Forces;
 ///
 /// // a spring along each coordinate
-/// let springs = |e: &[f64]| Forces { values: e.to_vec(), slopes: vec![vec![1.0, 0.0], vec![0.0, 1.0]] };
+/// let slopes = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
+/// let springs = |e: &[f64]| Forces { values: e.to_vec(), slopes: slopes.clone() };
 /// assert_eq!(springs(&[0.5, 0.0]).values, [0.5, 0.0]);
 /// ```
 #[derive(Debug, Clone, PartialEq)]

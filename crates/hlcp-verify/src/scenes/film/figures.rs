@@ -43,8 +43,8 @@ pub struct FilmFigures {
     pub broken_share: f64,
     /// The least film content, which is below 0 in an answer that is no film.
     pub least_content: f64,
-    /// Of a steady film that is periodic along `x`, what enters through sides and from supplies over
-    /// what goes round in circles that are broken somewhere; infinite without any.
+    /// Of a steady film that is periodic along `x`, what enters through sides and from supplies
+    /// over what goes round in circles that are broken somewhere; infinite without any.
     ///
     /// What enters and leaves settles the content of a broken circle. A solve to 10⁻¹² of what
     /// flows leaves some 10⁻¹² over this ratio of it open.

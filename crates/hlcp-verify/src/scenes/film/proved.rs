@@ -144,7 +144,8 @@ impl Film {
     /// ```
     /// use hlcp_verify::{Film, Side, certify};
     ///
-    /// let film = Film { sides: [Side::Pressure(3.0); 4], ..Film::new([1, 1], [2.0; 2], 0.0, 1.0) };
+    /// let plain = Film::new([1, 1], [2.0; 2], 0.0, 1.0);
+    /// let film = Film { sides: [Side::Pressure(3.0); 4], ..plain };
     /// let (a, b, q) = film.pose()?;
     /// let certificate = certify(&a, &b, &q, &[1.0], &[0.0])?.expect("a witness");
     /// let [lower, upper] = film.proved_resultant(&certificate, 0.0, [&[0.6], &[0.8]]);
