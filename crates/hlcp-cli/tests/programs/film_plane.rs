@@ -223,7 +223,7 @@ fn finds(name: &str, arguments: &str, load: f64) {
 }
 
 /// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
-/// a quarter of an hour.
+/// two minutes and a half.
 #[test]
 fn loads_of_known_journals_are_found() {
     for seed in 0..runs(12) {
