@@ -229,7 +229,7 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// points of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points
     /// and `nx` columns; the centre first, and what leads across a grid that closes last.
     #[inline(always)]
-    pub(crate) fn directions(
+    fn directions(
         &self,
         nx: usize,
         j: usize,
@@ -276,11 +276,7 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
 /// Returns, of the direction `d` in the order of [`FivePointView::directions`], the place in a
 /// stretch of the point whose neighbour lies beyond it, and the neighbour's value.
 #[inline(always)]
-pub(crate) fn beyond<T: Copy>(
-    d: usize,
-    length: usize,
-    [west, east]: [Option<T>; 2],
-) -> Option<(usize, T)> {
+fn beyond<T: Copy>(d: usize, length: usize, [west, east]: [Option<T>; 2]) -> Option<(usize, T)> {
     match d {
         1 => west.map(|value| (0, value)),
         2 => east.map(|value| (length - 1, value)),

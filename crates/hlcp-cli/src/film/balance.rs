@@ -46,11 +46,6 @@ struct Asked {
     rounding: f64,
 }
 
-/// The least content of a steady film; what a step begins with may be below 0 by rounding.
-fn least_of(film: &Film) -> f64 {
-    if film.step.is_none() { LEAST } else { f64::NEG_INFINITY }
-}
-
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
 fn limits(rounding: f64) -> Limits {
     Limits { rounding: Some(rounding), ..Limits::relative(1e-12) }
@@ -64,21 +59,29 @@ const EXACT: f64 = 0.25;
 impl Solved {
     /// Solves for the film, from a solution of a similar one if there is one.
     pub(super) fn new(film: Film, start: Option<&Self>, arguments: &Arguments) -> Fallible<Self> {
-        let (a, b, q) = film.pose()?;
-        let asked = Asked { least: least_of(&film), rounding: ROUNDING };
-        let (z, r, x, outcome) = solve(&film, &Problem::new(a, b, q), start, asked, arguments)?;
-        Ok(Self { film, z, r, x, outcome })
+        Self::to(ROUNDING, film, start, arguments)
     }
 
     /// As near to the solution as rounding allows.
     fn exact(film: Film, start: &Self, arguments: &Arguments) -> Fallible<Self> {
-        let (a, b, q) = film.pose()?;
-        let (problem, asked) =
-            (Problem::new(a, b, q), Asked { least: least_of(&film), rounding: EXACT });
-        let (z, r, x, outcome) = solve(&film, &problem, Some(start), asked, arguments)?;
-        if !outcome.converged() {
-            return Self::new(film, Some(start), arguments);
+        let found = Self::to(EXACT, film, Some(start), arguments)?;
+        if found.outcome.converged() {
+            return Ok(found);
         }
+        Self::new(found.film, Some(start), arguments)
+    }
+
+    fn to(
+        rounding: f64,
+        film: Film,
+        start: Option<&Self>,
+        arguments: &Arguments,
+    ) -> Fallible<Self> {
+        let (a, b, q) = film.pose()?;
+        // A steady film; what a step begins with may be below 0 by rounding.
+        let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
+        let (problem, asked) = (Problem::new(a, b, q), Asked { least, rounding });
+        let (z, r, x, outcome) = solve(&film, &problem, start, asked, arguments)?;
         Ok(Self { film, z, r, x, outcome })
     }
 
