@@ -142,7 +142,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let n = self.whole_order() as f64;
         let meter = q.meter(T::one());
-        let sum = self.sum_rows::<false>(q, x, meter)?;
+        let sum = self.sum_rows::<BOUND>(q, x, meter)?;
         let Norms { l2, linf } = meter.norms_of(sum, T::one());
         // The sum of n squares and its root are rounded, too.
         let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
@@ -216,7 +216,43 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
-        Some(self.sum_rows::<true>(q, x, meter)?.largest == 0.0)
+        Some(self.sum_rows::<ABOVE_ROUNDING>(q, x, meter)?.largest == 0.0)
+    }
+
+    /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being those
+    /// that [`solution_from_x`](Self::solution_from_x) makes of `x`; `None` if an operator does not
+    /// know its rows.
+    ///
+    /// Such an `x` bounds a solution from above or below where no entry of `A` and `B` off the
+    /// diagonal is positive (`docs/theory.md`, two-sided enclosures). An entry within 10⁻³⁰⁰ of 0
+    /// has no sign.
+    ///
+    /// # Cost
+    ///
+    /// As [`exact_residual`](Self::exact_residual).
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Rhs};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// let q = Rhs::new(&[-3.0, -3.0])?; // z* = (1, 1)
+    /// assert_eq!(problem.has_sign(&q, &[0.51, 0.51], true), Some(true));
+    /// assert_eq!(problem.has_sign(&q, &[0.49, 0.49], false), Some(true));
+    /// assert_eq!(problem.has_sign(&q, &[0.5, 0.5], true), Some(false));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
+        let meter = Meter::for_size(1.0, self.whole_order());
+        let sum = if positive {
+            self.sum_rows::<NOT_POSITIVE>(q, x, meter)
+        } else {
+            self.sum_rows::<NOT_NEGATIVE>(q, x, meter)
+        };
+        Some(sum?.largest == 0.0)
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -263,17 +299,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// Sums the squares of the bounds on each row's exact residual; if `IS_ABOVE`, of ones for the
-    /// rows whose residual is above the rounding of its terms. `None` if the rows are not known.
-    fn sum_rows<const IS_ABOVE: bool>(
-        &self,
-        q: &Rhs<'_, T>,
-        x: &[T],
-        meter: Meter,
-    ) -> Option<Part> {
+    /// Sums the squares of what each row's exact residual is looked at for. `None` if the rows are
+    /// not known.
+    fn sum_rows<const LOOK: u8>(&self, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            return Some((T::loops().exact[usize::from(IS_ABOVE)])(&sweep, q, x, meter));
+            return Some((T::loops().exact[usize::from(LOOK)])(&sweep, q, x, meter));
         }
         // An entry that overflows does not show in the residual where its column is zero.
         let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
@@ -285,13 +316,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if let Some([a, b]) = self.known() {
             let rows =
                 ExactRows { rows: [a.rows(), b.rows()], sign, q: q.entries(), x, omega, gamma };
-            return Some((T::loops().exact_rows[usize::from(IS_ABOVE)])(&rows, meter));
+            return Some((T::loops().exact_rows[usize::from(LOOK)])(&rows, meter));
         }
         let mut part = Part::default();
         let known = (0..x.len()).all(|i| {
             let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
             let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
-            part.see(meter, sum.measure::<T, IS_ABOVE>());
+            part.see(meter, sum.measure::<T, LOOK>());
             known
         });
         known.then_some(part)
@@ -341,6 +372,16 @@ impl Steps {
     }
 }
 
+/// What a row's exact residual is looked at for: an upper bound on its modulus; or 0 or 1, where 1
+/// says that it is above the rounding of its terms, or not proved positive, or not negative.
+pub(crate) const BOUND: u8 = 0;
+pub(crate) const ABOVE_ROUNDING: u8 = 1;
+pub(crate) const NOT_POSITIVE: u8 = 2;
+pub(crate) const NOT_NEGATIVE: u8 = 3;
+
+/// A sum that is nearer to 0 has no sign: all that underflow takes from it is far less.
+const SIGNED: f64 = 1e-300;
+
 /// An entry of `z` from that of `x`, or of `r` from Ω's and that of `−x`.
 fn recovered<T: Scalar>(omega: T, x: T, gamma: T) -> T {
     omega * (x.abs() + x) / gamma
@@ -384,23 +425,30 @@ impl ExactSum {
         self.count += 1.0;
     }
 
-    /// Returns an upper bound on the modulus of the exact sum. Only the errors are rounded: when
-    /// the two of a term are added, at most by half an ε of the result, and when they are summed.
+    /// Returns the sum, rounded, and how far the exact one is from it at most. Only the errors are
+    /// rounded: when the two of a term are added, at most by half an ε of the result, and when they
+    /// are summed.
     #[inline(always)]
-    fn bound(&self) -> f64 {
-        let value = (self.high + self.low).abs();
-        value * (1.0 + 2.0 * f64::EPSILON) + (2.0 * self.count + 4.0) * f64::EPSILON * self.errors
+    fn around(&self) -> [f64; 2] {
+        let value = self.high + self.low;
+        let slack = (2.0 * self.count + 4.0) * f64::EPSILON * self.errors;
+        [value, 2.0 * f64::EPSILON * value.abs() + slack]
     }
 
-    /// Returns that bound, or 1 if it is above the rounding of the terms in `T` and 0 if not.
+    /// Returns what the exact sum is looked at for.
     #[inline(always)]
-    fn measure<T: Scalar, const IS_ABOVE: bool>(&self) -> f64 {
-        let bound = self.bound();
-        if !IS_ABOVE {
-            return bound;
-        }
-        let within = bound <= (self.count + 8.0) * T::epsilon().wide() * self.terms;
-        if within { 0.0 } else { 1.0 }
+    fn measure<T: Scalar, const LOOK: u8>(&self) -> f64 {
+        let [value, slack] = self.around();
+        let passes = match LOOK {
+            BOUND => return value.abs() + slack,
+            ABOVE_ROUNDING => {
+                let unit = (self.count + 8.0) * T::epsilon().wide();
+                value.abs() + slack <= unit * self.terms
+            }
+            NOT_POSITIVE => value - slack > SIGNED,
+            _ => -value - slack > SIGNED,
+        };
+        if passes { 0.0 } else { 1.0 }
     }
 }
 
@@ -417,15 +465,15 @@ pub(crate) struct ExactRows<'a, T> {
 
 impl<T: Scalar> ExactRows<'_, T> {
     /// Sums as [`Hlcp::sum_rows`] does.
-    pub(crate) fn sum<const IS_ABOVE: bool>(&self, meter: Meter) -> Part {
-        Arch::new().dispatch(OfRows::<_, IS_ABOVE>(*self, meter))
+    pub(crate) fn sum<const LOOK: u8>(&self, meter: Meter) -> Part {
+        Arch::new().dispatch(OfRows::<_, LOOK>(*self, meter))
     }
 }
 
 /// The sum over all rows, compiled for each width of vector.
-struct OfRows<'a, T, const IS_ABOVE: bool>(ExactRows<'a, T>, Meter);
+struct OfRows<'a, T, const LOOK: u8>(ExactRows<'a, T>, Meter);
 
-impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfRows<'_, T, IS_ABOVE> {
+impl<T: Scalar, const LOOK: u8> WithSimd for OfRows<'_, T, LOOK> {
     type Output = Part;
 
     #[inline(always)]
@@ -441,7 +489,7 @@ impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfRows<'_, T, IS_ABOVE> {
             let sum = a.fold(i, sum, |sum, j, a| with(sum, a, recovered(T::one(), x[j], gamma)));
             let sum =
                 b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.at(j), -x[j], gamma)));
-            part.see(meter, sum.measure::<T, IS_ABOVE>());
+            part.see(meter, sum.measure::<T, LOOK>());
         }
         part
     }
@@ -449,15 +497,10 @@ impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfRows<'_, T, IS_ABOVE> {
 
 impl<T: Scalar> Sweep<'_, T> {
     /// Sums as [`Hlcp::sum_rows`] does.
-    pub(crate) fn exact<const IS_ABOVE: bool>(
-        &self,
-        q: &Rhs<'_, T>,
-        x: &[T],
-        meter: Meter,
-    ) -> Part {
+    pub(crate) fn exact<const LOOK: u8>(&self, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         let (arch, beside) = (Arch::new(), &self.beside(x));
         let add = |tally: &mut Tally<f64>, at: Range<usize>| {
-            arch.dispatch(OfBlock::<_, IS_ABOVE> { sweep: self, q, x, beside, meter, tally, at });
+            arch.dispatch(OfBlock::<_, LOOK> { sweep: self, q, x, beside, meter, tally, at });
         };
         totals(self.stretches(), self.parallel(), add).sum(self.strip())
     }
@@ -467,7 +510,7 @@ impl<T: Scalar> Sweep<'_, T> {
 ///
 /// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
 /// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
-struct OfBlock<'a, T, const IS_ABOVE: bool> {
+struct OfBlock<'a, T, const LOOK: u8> {
     sweep: &'a Sweep<'a, T>,
     q: &'a Rhs<'a, T>,
     x: &'a [T],
@@ -478,7 +521,7 @@ struct OfBlock<'a, T, const IS_ABOVE: bool> {
     at: Range<usize>,
 }
 
-impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfBlock<'_, T, IS_ABOVE> {
+impl<T: Scalar, const LOOK: u8> WithSimd for OfBlock<'_, T, LOOK> {
     type Output = ();
 
     #[inline(always)]
@@ -525,7 +568,7 @@ impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfBlock<'_, T, IS_ABOVE> {
         let sign = q_factor / gamma;
         if let [Some(a), Some(b)] = sweep.views().map(|view| view.constants()) {
             let [a, b] = [a, b].map(|row| row.map(T::wide));
-            measure_block::<T, IS_ABOVE>(w, sign, q, |d, _| [a[d], b[d]], entries);
+            measure_block::<T, LOOK>(w, sign, q, |d, _| [a[d], b[d]], entries);
         } else {
             let mut loaded = [[[0.0; BLOCK]; 5]; 2];
             let lists = sweep.views().map(|view| view.coefficients());
@@ -539,7 +582,7 @@ impl<T: Scalar, const IS_ABOVE: bool> WithSimd for OfBlock<'_, T, IS_ABOVE> {
             }
             let [a, b] =
                 loaded.each_ref().map(|lists| lists.each_ref().map(|list| &list[..length]));
-            measure_block::<T, IS_ABOVE>(w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
+            measure_block::<T, LOOK>(w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
         }
         tally.add(meter, entries);
     }
@@ -576,7 +619,7 @@ fn difference<T: Scalar>(
 /// Measures the rows of a block of points, given `w` at the five neighbours and the coefficients of
 /// `A` and `B` in direction `d` at point `i`.
 #[inline(always)]
-fn measure_block<T: Scalar, const IS_ABOVE: bool>(
+fn measure_block<T: Scalar, const LOOK: u8>(
     w: [&[f64]; 5],
     sign: T,
     q: &[T],
@@ -589,6 +632,6 @@ fn measure_block<T: Scalar, const IS_ABOVE: bool>(
             let (w, [a, b]) = (w[d][i], coefficients(d, i));
             sum.add(if w > 0.0 { a } else { b }, w);
         }
-        *entry = sum.measure::<T, IS_ABOVE>();
+        *entry = sum.measure::<T, LOOK>();
     }
 }

@@ -71,6 +71,12 @@ pub trait Method<T: Scalar> {
         false
     }
 
+    /// Returns the method at work, of one that chooses among several: the one to go on with from an
+    /// answer that it has found.
+    fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
+        None
+    }
+
     /// Returns the work since [`restart`](Self::restart), of a method that counts it; of one that
     /// does not, a [`Solver`](crate::Solver) counts a sweep per iteration.
     fn work(&self) -> Option<Work> {
@@ -172,6 +178,10 @@ impl<T: Scalar, P: DerefMut<Target: Method<T>>> Method<T> for P {
 
     fn turn(&mut self) -> bool {
         (**self).turn()
+    }
+
+    fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
+        (**self).at_work()
     }
 
     fn work(&self) -> Option<Work> {

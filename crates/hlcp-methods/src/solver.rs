@@ -101,6 +101,11 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         &self.method
     }
 
+    /// The method, to go on with beside the solver.
+    pub fn method_mut(&mut self) -> &mut M {
+        &mut self.method
+    }
+
     /// `z` of the last solve.
     pub fn z(&self) -> &[T] {
         &self.next

@@ -18,7 +18,7 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
-//! [`certify_with`] takes a known [`Witness`], from an earlier [`Certificate`] or in closed form.
+//! [`certify_by`] takes the method that found the answer, which costs less.
 //!
 //! # Prove convergence before a solve
 //!
@@ -66,10 +66,9 @@ mod certificate;
 pub mod classes;
 mod comparison;
 mod decimal;
+mod enclosure;
 pub mod families;
-mod local;
 pub mod oracle;
-mod pair;
 mod perron;
 mod planted;
 mod rounding;
@@ -79,8 +78,8 @@ mod steps;
 mod theory;
 
 pub use certificate::{
-    Bound, Branch, Certificate, Refusal, Witness, certify, certify_with, certify_within, witness,
-    witness_within,
+    Branch, Certificate, Refusal, Witness, certify, certify_box, certify_by, certify_within,
+    witness, witness_within,
 };
 pub use decimal::{decimal, fixed};
 pub use perron::Bracket;

@@ -421,6 +421,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         self.choose(AutoEnd::Slow)
     }
 
+    fn at_work(&mut self) -> Option<&mut dyn Method<T, A = A, B = B>> {
+        self.candidates[self.at].worker.as_mut().map(Worker::method)
+    }
+
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         // Elsewhere a step is worth little more than a look.
         let norms = match &mut self.candidates[self.at].worker {

@@ -3,7 +3,7 @@
 use hlcp_core::Rows;
 use hlcp_methods::{Limits, Named, Options, Parameters, Solver};
 use hlcp_verify::{
-    Branch, Certificate, Film, Side, Supply, TimeStep, Witness, certify, certify_with,
+    Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, witness,
 };
 use num_rational::BigRational;
 use num_traits::{Num, One, Signed, ToPrimitive, Zero};
@@ -307,7 +307,8 @@ fn exact_figures_lie_in_their_intervals() {
             holds(of_z, &solution[0][j]) && holds(of_r, &solution[1][j])
         });
         if !within {
-            assert!(certificate.witness.is_none(), "{seed}: a false certificate");
+            let is_unique = witness(&a, &b).unwrap().is_some();
+            assert!(!is_unique, "{seed}: a false certificate");
             outside += 1; // another solution
             continue;
         }
@@ -364,10 +365,13 @@ fn the_peak_may_be_on_a_face_beside_an_open_cell() {
     let z: Vec<f64> = truth[0].iter().map(|z| z.to_f64().unwrap()).collect();
     let mut met = 0;
     for part in (1..100).map(|part| f64::from(part) / 100.0) {
-        let near: Vec<f64> = z.iter().map(|z| part * z).collect();
-        let witness = Witness::Left { v: vec![1.1, 1.0] };
-        let certificate = certify_with(&a, &b, &q, &near, &[0.0; 2], witness).unwrap();
-        let certificate = certificate.expect("a witness");
+        // Downwards from the answer by a part of it and a little more, across 0 or not.
+        let ends = [
+            &z.iter().map(|z| z * (1.0 - 1.2 * part)).collect::<Vec<_>>()[..],
+            &z.iter().map(|z| z * (1.0 + 1e-9)).collect::<Vec<_>>(),
+        ];
+        let certificate = certify_box(&a, &b, &q, ends, [&z, &[0.0; 2]]).unwrap();
+        let Some(certificate) = certificate else { continue };
         let [lower, upper] = film.proved_figures(&certificate, 0.0).peak;
         assert!(exact(lower) <= peak && peak <= exact(upper), "{part}");
         let highest = (0..2).map(|k| certificate.interval(k)[0][1]).fold(0.0, f64::max);

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use crate::common::Matrix;
 use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
-    Certificate, Convergence, Witness, alpha_bound, certify, certify_with,
+    Convergence, Witness, alpha_bound, certify, certify_box,
     classes::{Answer, Failure, is_h, is_h_plus, is_m, is_strictly_dominant, is_z},
     convergence,
     oracle::Dense,
@@ -201,14 +201,12 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
     }
 
     let (ones, zero) = (vec![1.0; n], vec![0.0; n]);
-    let mut certificates = vec![certify(a, b, q, &zero, &ones).unwrap().ok()];
-    for witness in [
-        Witness::Left { v: ones.clone() },
-        Witness::Right { omega: omega.clone(), d: ones.clone() },
-        Witness::Right { omega: ones.clone(), d: q.clone() },
-    ] {
-        certificates.push(certify_with(a, b, q, &ones, &zero, witness).unwrap());
-    }
+    let ends = [-1.0, 1.0].map(|way| q.iter().map(|q| way * q.abs()).collect::<Vec<f64>>());
+    let certificates = [
+        certify(a, b, q, &zero, &ones).unwrap().ok(),
+        certify_box(a, b, q, [&ends[0], &ends[1]], [&zero, &ones]).unwrap(),
+    ];
+    let unique = witness(a, b).unwrap();
     let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
     let gauss_seidel = Aor::new(1.0, 1.0).unwrap();
     let relaxed = relaxed_theorem(&problem, &[gauss_seidel]);
@@ -230,17 +228,20 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
         prop_assert!(!claims(&relaxed) || relaxed.is_yes() == coupled, "{relaxed:?}");
         prop_assert!(!one || both() && is_ii_exactly(a, b, omega));
         prop_assert!(!two || coupled && is_ii_exactly(a, b, omega));
-        for Certificate { witness, z, r, .. } in certificates.into_iter().flatten() {
-            prop_assert!(z.iter().chain(&r).all(|&bound| bound >= 0.0), "{z:?} {r:?}");
-            let holds = match witness {
-                Some(Witness::Left { .. }) => both(),
-                Some(Witness::Right { omega, .. }) => is_coupled_exactly(a, b, &omega),
-                None => true, // a solution near, which another test compares
-            };
-            prop_assert!(holds);
+        // That a solution is near is compared by another test.
+        for found in certificates.iter().flatten() {
+            let bounds = || found.z.iter().chain(&found.r);
+            prop_assert!(bounds().all(|&bound| bound >= 0.0), "{found:?}");
         }
+        let holds = match &unique {
+            Some(Witness::Left { .. }) => both(),
+            Some(Witness::Right { omega, .. }) => is_coupled_exactly(a, b, omega),
+            None => true,
+        };
+        prop_assert!(holds);
     } else {
         prop_assert!(certificates.iter().all(Option::is_none), "{certificates:?}");
+        prop_assert_eq!(unique, None);
         prop_assert!(!claims(&relaxed) && !one && !two, "{relaxed:?}");
         let proved = |c: &Convergence| matches!(c, Convergence::Proved(..));
         prop_assert!(!convergences.iter().any(proved), "{convergences:?}");
@@ -293,12 +294,9 @@ fn a_diagonal_that_is_no_number_proves_nothing() {
         let (good, q, zero) = (Counted::new(good.clone()), [1.0, -1.0], [0.0; 2]);
         for [a, b] in [[&bad, &good], [&good, &bad]] {
             assert_eq!(certify(a, b, &q, &zero, &zero).unwrap().ok(), None);
-            for witness in [
-                Witness::Left { v: vec![1.0; 2] },
-                Witness::Right { omega: vec![1.0; 2], d: vec![1.0; 2] },
-            ] {
-                assert_eq!(certify_with(a, b, &q, &zero, &zero, witness).unwrap(), None);
-            }
+            let ends = [&[-9.0; 2][..], &[9.0; 2]];
+            assert_eq!(certify_box(a, b, &q, ends, [&zero, &zero]).unwrap(), None);
+            assert_eq!(witness(a, b).unwrap(), None);
             let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
             let step = [Aor::new(1.0, 1.0).unwrap()];
             assert!(matches!(convergence(&problem, &step), Convergence::NotProved(_)));
@@ -310,9 +308,7 @@ fn a_diagonal_that_is_no_number_proves_nothing() {
     let mut bad = Counted::new(good.clone());
     bad.diagonal[0] = f64::INFINITY;
     assert!(!is_h(&bad).is_yes() && !is_h_plus(&bad).is_yes());
-    let witness = Witness::Right { omega: vec![1.0; 2], d: vec![1.0; 2] };
-    let good = Matrix(good);
-    assert_eq!(certify_with(&bad, &good, &[1.0; 2], &[0.0; 2], &[0.0; 2], witness).unwrap(), None);
+    assert_eq!(witness(&bad, &Matrix(good)).unwrap(), None);
 }
 
 /// Parameters that no entry meets may not be NaN or infinite either.

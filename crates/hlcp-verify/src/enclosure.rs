@@ -1,0 +1,516 @@
+//! Boxes that hold a solution, by two evaluations of F.
+//!
+//! Write `x` for `z − r`, so that `z = x⁺` and `r = x⁻`, and `φᵢⱼ(xⱼ) = aᵢⱼxⱼ⁺ − bᵢⱼxⱼ⁻`. For `l ≤ u`
+//! let row `i` of F be not below 0 where `xᵢ = uᵢ` and not above 0 where `xᵢ = lᵢ`, whatever the
+//! others are in their intervals. Then a solution lies in `[l, u]` (Poincaré and Miranda).
+//! `docs/theory.md` §4 has the proof. Each `φᵢⱼ` is extreme at an end of its interval or at 0; where
+//! no entry off the diagonal is positive it is extreme for all rows at once, and the test is
+//! `F(l) ≤ 0 ≤ F(u)`.
+//!
+//! Where `l` and `u` come from does not matter. Here they solve HLCP(A, B, q ∓ g) for a small
+//! `g > 0`, by the method at hand.
+
+use hlcp_core::{Aor, Csr, Diagonal, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar};
+use hlcp_methods::{AmgNewton, Clock, Method, Mms};
+
+use crate::{
+    certificate::Refusal,
+    classes::is_z,
+    comparison::{merge, visit},
+    rounding::{Doubled, Interval, Sum, mul_up},
+};
+
+/// What an iteration leaves of the residual that it begins with: of one towards the answer, and of
+/// one towards a side, all rows of which must keep their sign.
+const CENTRE: f64 = 0.1;
+const SIDE: f64 = 0.45;
+
+/// Boxes that are tried, each narrower than the one before.
+const BOXES: usize = 6;
+
+/// The width of a box that is narrow enough, over the distance of the answer from it.
+const NARROW: f64 = 0.3;
+
+/// A pair of operators without positive entries off the diagonal, and whether both have none.
+pub(crate) fn is_z_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
+    is_z(a).is_yes() && is_z(b).is_yes()
+}
+
+/// Overwrites `x` with an iterate whose residual is `part` of that of `x`, or `floor`, or with the
+/// last one where the method comes to rest; returns the largest entry of the last residual that was
+/// measured.
+fn run<T: Scalar, M: Method<T>>(
+    method: &mut M,
+    q: &[T],
+    x: &mut Vec<T>,
+    [part, floor]: [f64; 2],
+    spare: &mut [Vec<T>; 2],
+    clock: &mut Clock<'_>,
+) -> Option<f64> {
+    /// Iterations that may bring nothing, beside a quarter of all.
+    const IDLE: usize = 2;
+    let q = Rhs::new(q).ok()?;
+    let [y, spare] = spare;
+    let (mut goal, mut best, mut improved) = (f64::NAN, f64::INFINITY, 0);
+    method.restart();
+    for k in 0.. {
+        // A method whose steps are long may know the residual beforehand.
+        let known = method.residual(&q, x);
+        if let Some(known) = known.filter(|known| known.linf <= goal) {
+            return Some(known.linf);
+        }
+        let norms = method.step(&q, x, y, clock);
+        if clock.is_up() || !norms.linf.is_finite() {
+            return None;
+        }
+        if k == 0 {
+            goal = (part * norms.linf).max(floor);
+        }
+        // Long steps gain more, unless they end in rounding.
+        if norms.linf < if known.is_some() { 0.7 } else { 0.999 } * best {
+            (best, improved) = (norms.linf, k);
+        }
+        method.complete(&q, y, spare);
+        std::mem::swap(x, y);
+        if norms.linf <= goal || k - improved > IDLE + k / 4 {
+            return Some(norms.linf);
+        }
+    }
+    None
+}
+
+/// Encloses a solution near `given` for a pair without positive entries off the diagonal, and says
+/// whether the box is narrow, or as narrow as rounding lets it be; `None` if no box could be proved
+/// to hold a solution before the clock was up.
+///
+/// The first box is around what the method makes of the answer. It becomes narrower until the
+/// answer's distance from it tells the error to a quarter, or until rounding forbids.
+pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
+    method: &mut M,
+    q: &[T],
+    given: &[T],
+    clock: &mut Clock<'_>,
+) -> Option<([Vec<T>; 2], bool)> {
+    let mut spare = [given.to_vec(), given.to_vec()];
+    let mut centre = given.to_vec();
+    let problem = method.problem();
+    // In rows that dominate, steps of this shape raise every entry of F.
+    let half = problem.gamma() / (T::one() + T::one());
+    let pivot = |i| {
+        let (a, b) = (problem.a().diagonal_entry(i), problem.b().diagonal_entry(i));
+        a.min(b * problem.omega().entry(i))
+    };
+    let mut shape: Vec<T> = (0..given.len()).map(|i| T::of(2.0) * half / pivot(i)).collect();
+    let mut found = None;
+    let mut search = Search::default();
+    let floor = rounding(problem, q, given);
+    for _ in 0..BOXES {
+        let rest = run(method, q, &mut centre, [search.part, floor], &mut spare, clock);
+        let Some(rest) = rest.map(|rest| rest.max(floor)) else { break };
+        let Some(sides) = around(method, q, &centre, rest, &mut shape, &mut spare, clock) else {
+            break;
+        };
+        let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(given));
+        if search.is_better {
+            found = Some((sides, search.is_narrow || rest <= 1.5 * floor));
+        }
+        if !goes_on {
+            break;
+        }
+    }
+    found
+}
+
+/// About what rounding makes of the residual at `x`.
+fn rounding<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>, q: &[T], x: &[T]) -> f64 {
+    let two_over_gamma = (T::one() + T::one()) / problem.gamma();
+    let largest = x.iter().enumerate().fold(0.0, |most: f64, (i, &x)| {
+        let term = if x > T::zero() {
+            problem.a().diagonal_entry(i) * x
+        } else {
+            problem.b().diagonal_entry(i) * problem.omega().entry(i) * x
+        };
+        most.max((two_over_gamma * term).wide().abs()).max(q[i].wide().abs())
+    });
+    (T::epsilon().wide() * largest).max(1e-290)
+}
+
+fn wide<T: Scalar>(v: &[T]) -> impl Iterator<Item = f64> + '_ {
+    v.iter().map(|v| v.wide())
+}
+
+/// The boxes so far, each around an iterate of a smaller residual.
+struct Search {
+    /// What the next iteration leaves of the residual.
+    part: f64,
+    rest: f64,
+    width: f64,
+    open: usize,
+    /// Whether the last box is better than those before, and whether it tells the error.
+    is_better: bool,
+    is_narrow: bool,
+}
+
+impl Default for Search {
+    fn default() -> Self {
+        let (rest, width) = (f64::INFINITY, f64::INFINITY);
+        Self { part: CENTRE, rest, width, open: usize::MAX, is_better: false, is_narrow: false }
+    }
+}
+
+impl Search {
+    /// Looks at the box between `lower` and `upper`, which comes from a residual of `rest`; whether
+    /// a narrower one says more: of the error of `given`, or of sides that are open.
+    fn see(
+        &mut self,
+        [rest, floor]: [f64; 2],
+        lower: impl Iterator<Item = f64>,
+        upper: impl Iterator<Item = f64>,
+        given: impl Iterator<Item = f64>,
+    ) -> bool {
+        /// Of the largest unknown: what rounding may make of it in a few operations.
+        const ROUNDING: f64 = 64.0 * f64::EPSILON;
+        // Of z and of r.
+        let [mut widths, mut ways, mut sizes] = [[0.0_f64; 2]; 3];
+        let mut open = 0;
+        for ((l, u), x) in lower.zip(upper).zip(given) {
+            let side = usize::from(l + u < 0.0);
+            widths[side] = widths[side].max(u - l);
+            ways[side] = ways[side].max(l - x).max(x - u);
+            sizes[side] = sizes[side].max(l.abs()).max(u.abs());
+            open += usize::from(l < 0.0 && u > 0.0);
+        }
+        let width = widths[0].max(widths[1]);
+        self.is_better = width < self.width;
+        let excess = |k: usize| widths[k] / ways[k].max(ROUNDING * sizes[k]).max(f64::MIN_POSITIVE);
+        let excess = excess(0).max(excess(1));
+        let settles = open > 0 && open < self.open;
+        self.is_narrow = excess <= NARROW;
+        let gains = self.is_better && rest < 0.5 * self.rest && rest > 1.5 * floor;
+        let goes_on = gains && (settles || !self.is_narrow);
+        self.part = (0.5 * NARROW / excess).clamp(1e-6, if settles { 0.01 } else { CENTRE });
+        (self.rest, self.width, self.open) = (rest, width, open);
+        goes_on
+    }
+}
+
+/// The sides of a box around `centre`, whose residual is about `rest`, with proof.
+///
+/// They are sought first along `shape`, which raises F by about 1; one that fails there comes from
+/// the method, and gives `shape` its own.
+fn around<T: Scalar, M: Method<T>>(
+    method: &mut M,
+    q: &[T],
+    centre: &[T],
+    rest: f64,
+    shape: &mut [T],
+    spare: &mut [Vec<T>; 2],
+    clock: &mut Clock<'_>,
+) -> Option<[Vec<T>; 2]> {
+    /// How far F is raised over the residual: above 0 with what an iteration towards a side leaves.
+    const LEVELS: [f64; 2] = [3.0, 24.0];
+    let of_q = Rhs::new(q).ok()?;
+    let sign = if method.problem().q_factor() > T::zero() { 1.0 } else { -1.0 };
+    for level in LEVELS.map(|level| (level * rest).max(f64::MIN_POSITIVE)) {
+        let mut side = |shape: &mut [T], way: f64| {
+            let mut x: Vec<T> =
+                centre.iter().zip(&*shape).map(|(&x, &s)| x + T::of(way * level) * s).collect();
+            if method.problem().has_sign(&of_q, &x, way > 0.0)? {
+                return Some(x);
+            }
+            let shift = T::of(sign * way * level);
+            let shifted: Vec<T> = q.iter().map(|&q| q - shift).collect();
+            x.copy_from_slice(centre);
+            run(method, &shifted, &mut x, [SIDE, 0.0], spare, clock)?;
+            for (s, (&x, &centre)) in shape.iter_mut().zip(x.iter().zip(centre)) {
+                *s = (x - centre) / T::of(way * level);
+            }
+            method.problem().has_sign(&of_q, &x, way > 0.0)?.then_some(x)
+        };
+        if let Some(upper) = side(shape, 1.0)
+            && let Some(lower) = side(shape, -1.0)
+            && lower.iter().zip(&upper).all(|(l, u)| l <= u)
+        {
+            return Some([lower, upper]);
+        }
+        if clock.is_up() {
+            break;
+        }
+    }
+    None
+}
+
+/// A pair in double precision, its rows multiplied by powers of two that make the diagonal of `A`
+/// about 1 where no number is lost by that.
+pub(crate) struct Assembled {
+    a: Csr<'static, f64>,
+    b: Csr<'static, f64>,
+    q: Vec<f64>,
+    omega: Vec<f64>,
+}
+
+impl Assembled {
+    pub(crate) fn new<T: Scalar>(
+        a: &dyn Rows<T>,
+        b: &dyn Rows<T>,
+        q: &[T],
+        clock: &mut Clock<'_>,
+    ) -> Result<Self, Refusal> {
+        let power = |i| (-a.diagonal_entry(i).wide().log2().floor()).clamp(-1000.0, 1000.0).exp2();
+        let scale: Vec<f64> = (0..q.len()).map(power).collect();
+        match Self::scaled(a, b, q, &scale, clock) {
+            Err(Refusal::Overflow) => Self::scaled(a, b, q, &vec![1.0; q.len()], clock),
+            assembled => assembled,
+        }
+    }
+
+    fn scaled<T: Scalar>(
+        a: &dyn Rows<T>,
+        b: &dyn Rows<T>,
+        q: &[T],
+        scale: &[f64],
+        clock: &mut Clock<'_>,
+    ) -> Result<Self, Refusal> {
+        let mut is_exact = true;
+        let mut times = |value: f64, scale: f64| {
+            let product = value * scale;
+            is_exact &= product.is_finite() && product / scale == value;
+            product
+        };
+        let mut rows = |rows: &dyn Rows<T>| {
+            let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+            for (i, &scale) in scale.iter().enumerate() {
+                if clock.is_up_at(i) {
+                    return Err(Refusal::TimeLimit);
+                }
+                visit(&rows, i, |j, value| {
+                    columns.push(j);
+                    values.push(times(value, scale));
+                });
+                offsets.push(columns.len());
+            }
+            Csr::new(offsets, columns, values).map_err(|_| Refusal::Overflow)
+        };
+        let (a, b) = (rows(a)?, rows(b)?);
+        let q: Vec<f64> = q.iter().zip(scale).map(|(q, &scale)| times(q.wide(), scale)).collect();
+        let ratio = |i| a.diagonal_entry(i) / b.diagonal_entry(i);
+        let omega: Vec<f64> = (0..q.len()).map(ratio).collect();
+        let is_sound = omega.iter().all(|&omega| omega > 0.0 && omega.is_finite());
+        if is_exact && is_sound { Ok(Self { a, b, q, omega }) } else { Err(Refusal::Overflow) }
+    }
+
+    /// Encloses a solution near the pair `z`, `r` as vectors `z − r`.
+    pub(crate) fn enclose(
+        &self,
+        [z, r]: [&[f64]; 2],
+        clock: &mut Clock<'_>,
+    ) -> Result<[Vec<f64>; 2], Refusal> {
+        let Self { a, b, q, omega } = self;
+        let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).map_err(|_| Refusal::Overflow)?;
+        let mut x = vec![0.0; q.len()];
+        problem.x_from_solution(z, r, &mut x);
+        let base = Mms::new(problem.clone(), Aor::gauss_seidel().accelerated());
+        let method = base.and_then(AmgNewton::new);
+        let mut method = method.map_err(|_| Refusal::Overflow)?;
+        let found = if is_z_pair(a, b) {
+            by_method(&mut method, q, &x, clock)
+                .map(|(sides, _)| sides.map(|side| difference(&problem, &side)))
+        } else {
+            self.by_moduli(&mut method, x, clock)
+        };
+        found.ok_or(if clock.is_up() { Refusal::TimeLimit } else { Refusal::NoBox })
+    }
+
+    /// Encloses a solution for entries of any signs: by `x ± e`, where `M e` exceeds the defect.
+    ///
+    /// M is the comparison matrix of the columns that the box reaches.
+    fn by_moduli(
+        &self,
+        method: &mut impl Method<f64, A: Rows<f64>, B: Rows<f64>>,
+        mut x: Vec<f64>,
+        clock: &mut Clock<'_>,
+    ) -> Option<[Vec<f64>; 2]> {
+        let Self { a, b, q, omega } = self;
+        let mut spare = [x.clone(), x.clone()];
+        let (mut found, mut search) = (None, Search { part: 0.01, ..Search::default() });
+        let given = difference(method.problem(), &x);
+        let floor = rounding(method.problem(), q, &x);
+        for _ in 0..BOXES {
+            let rest = run(method, q, &mut x, [search.part, floor], &mut spare, clock);
+            let Some(rest) = rest.map(|rest| rest.max(floor)) else { break };
+            let centre = difference(method.problem(), &x);
+            let mut open = vec![false; q.len()];
+            let mut sides = None;
+            // One round for the sides that are open at once, and some for those that follow.
+            for _ in 0..4 {
+                let Some(e) = widths(self, &centre, &open, 3.0 * rest, clock) else { break };
+                let all = || centre.iter().zip(&e).zip(omega);
+                // Beyond 0 begins the unit of the other unknown.
+                let upper = all().map(|((&x, e), omega)| {
+                    let u = x + e;
+                    if x < 0.0 && u > 0.0 { u / omega } else { u }
+                });
+                let lower = all().map(|((&x, e), omega)| {
+                    let l = x - e;
+                    if x >= 0.0 && l < 0.0 { l * omega } else { l }
+                });
+                let around = [lower.collect::<Vec<_>>(), upper.collect()];
+                if holds(a, b, q, &around) {
+                    sides = Some(around);
+                    break;
+                }
+                let before = open.iter().filter(|open| **open).count();
+                for (open, (x, e)) in open.iter_mut().zip(centre.iter().zip(&e)) {
+                    *open |= x.abs() <= *e;
+                }
+                if open.iter().filter(|open| **open).count() == before {
+                    break;
+                }
+            }
+            let Some(sides) = sides else { break };
+            let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(&given));
+            if search.is_better {
+                found = Some(sides);
+            }
+            if !goes_on {
+                break;
+            }
+        }
+        found
+    }
+}
+
+/// `z − r` of a modulus variable.
+pub(crate) fn difference<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    x: &[T],
+) -> Vec<f64> {
+    let [mut z, mut r] = [(); 2].map(|()| vec![T::zero(); x.len()]);
+    problem.solution_from_x(x, &mut z, &mut r);
+    z.iter().zip(&r).map(|(z, r)| z.wide() - r.wide()).collect()
+}
+
+/// About `M⁻¹` times a vector of `level`s, positive; M is the comparison matrix of the sides of
+/// `centre`, and of all mixtures of `A` and `B` in columns that are `open`.
+fn widths(
+    Assembled { a, b, omega, .. }: &Assembled,
+    centre: &[f64],
+    open: &[bool],
+    level: f64,
+    clock: &mut Clock<'_>,
+) -> Option<Vec<f64>> {
+    let n = centre.len();
+    let (mut offsets, mut columns, mut values, mut row) = (vec![0], vec![], vec![], vec![]);
+    for i in 0..n {
+        merge((a, b), i, &mut row);
+        for &(j, [a, b]) in &row {
+            let (on_r, omega) = (centre[j] < 0.0, omega[j]);
+            // In the unit of the side.
+            let [a, b] = if on_r { [a / omega, b] } else { [a, b * omega] };
+            let own = if on_r { b } else { a };
+            let value = match (open[j], i == j) {
+                (false, true) => own,
+                (false, false) => -own.abs(),
+                (true, true) => a.min(b),
+                (true, false) => -a.abs().max(b.abs()),
+            };
+            if value != 0.0 || i == j {
+                columns.push(j);
+                values.push(value);
+            }
+        }
+        offsets.push(columns.len());
+    }
+    let matrix = Csr::new(offsets, columns, values).ok()?;
+    let problem = Hlcp::new(&matrix, &matrix, Omega::Uniform(1.0)).ok()?;
+    let base = Mms::new(problem.clone(), Aor::gauss_seidel()).ok()?;
+    let mut method = AmgNewton::new(base).ok()?;
+    let mut e = vec![0.0; n];
+    let mut spare = [e.clone(), e.clone()];
+    run(
+        &mut method,
+        &vec![-level.max(f64::MIN_POSITIVE); n],
+        &mut e,
+        [SIDE, 0.0],
+        &mut spare,
+        clock,
+    )?;
+    let e = difference(&problem, &e);
+    e.iter().all(|&e| e > 0.0 && e.is_finite()).then_some(e)
+}
+
+/// Whether a solution lies between `lower` and `upper`, by the theorem.
+pub(crate) fn holds<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    q: &[T],
+    [lower, upper]: &[Vec<f64>; 2],
+) -> bool {
+    let mut row = vec![];
+    let ordered = lower.iter().zip(upper).all(|(l, u)| l <= u && l.is_finite() && u.is_finite());
+    ordered
+        && (0..q.len()).all(|i| {
+            merge((a, b), i, &mut row);
+            // Of F where xᵢ = uᵢ and of −F where xᵢ = lᵢ.
+            [(upper, 1.0), (lower, -1.0)].into_iter().all(|(own, sign)| {
+                let mut sum = Doubled::default();
+                sum.add(q[i].wide(), sign);
+                for &(j, pair) in &row {
+                    let [a, b] = pair.map(|entry| sign * entry);
+                    let ends = if i == j { [own[i]; 2] } else { [lower[j], upper[j]] };
+                    add_least(&mut sum, [a, b], ends);
+                }
+                sum.interval().lower >= 0.0
+            })
+        })
+}
+
+/// Adds what is not more than `a x⁺ − b x⁻` for any `x` between `l` and `u`.
+fn add_least(sum: &mut Doubled, [a, b]: [f64; 2], [l, u]: [f64; 2]) {
+    if a.is_nan() || b.is_nan() {
+        sum.add(f64::NAN, 1.0);
+    } else if l >= 0.0 {
+        sum.add(a, if a >= 0.0 { l } else { u });
+    } else if u <= 0.0 {
+        sum.add(b, if b >= 0.0 { l } else { u });
+    } else {
+        match (b > 0.0, a < 0.0) {
+            (true, false) => sum.add(b, l),
+            (false, true) => sum.add(a, u),
+            (false, false) => {}
+            // Which product is smaller is unsettled if they are rounded to neighbours.
+            (true, true) => {
+                let (c, x) = if b * l <= a * u { (b, l) } else { (a, u) };
+                sum.add(c, x);
+                sum.add(-4.0 * f64::EPSILON, (c * x).abs() + f64::MIN_POSITIVE);
+            }
+        }
+    }
+}
+
+/// Whether a box holds no second solution: its widths are a witness for the mixtures of `A` and `B`
+/// that it reaches.
+pub(crate) fn holds_one<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    [lower, upper]: &[Vec<f64>; 2],
+) -> bool {
+    let mut row = vec![];
+    (0..lower.len()).all(|i| {
+        merge((a, b), i, &mut row);
+        let mut gap = Sum::default();
+        for &(j, [a, b]) in &row {
+            let (l, u) = (lower[j], upper[j]);
+            let (a, b) = if i == j { (a, b) } else { (-a.abs(), -b.abs()) };
+            if l >= 0.0 || u <= 0.0 {
+                gap.add(if l >= 0.0 { a } else { b }, (u - l).abs());
+            } else {
+                // Below the products, which round by half a unit in the last place.
+                let [a, b] = [a * u, b * -l];
+                gap.add(1.0, a.min(b) - mul_up(a.abs().max(b.abs()), f64::EPSILON));
+            }
+        }
+        let Interval { lower, .. } = gap.interval();
+        lower > 0.0
+    })
+}
