@@ -399,8 +399,6 @@ class Certificate:
         1 where z* > 0 = r* is proved, -1 where r* > 0 = z* is, and 0 where neither is.
     unique : bool
         Whether (z*, r*) is proved to be the only solution; else others are not excluded.
-    kind : str
-        "componentwise", "sum" or "local", the kind of the bound; "" without one.
     message : str
         The same in a sentence, or the reason why nothing is proved.
     """
@@ -410,11 +408,10 @@ class Certificate:
     error: float
     sides: NDArray[np.int8]
     unique: bool
-    kind: str
     message: str
 
     def __bool__(self) -> bool:
-        return bool(self.kind)
+        return bool(np.isfinite(self.error))
 
     def __str__(self) -> str:
         return self.message
@@ -470,11 +467,11 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
         open_sides = np.zeros(shape, np.int8)
-        return Certificate(nothing, nothing, np.inf, open_sides, False, "", f"not proved: {proof}")
-    (of_z, of_r), sides, kind, unique, message = proof
+        return Certificate(nothing, nothing, np.inf, open_sides, False, f"not proved: {proof}")
+    (of_z, of_r), sides, unique, message = proof
     error = float(max(np.max(of_z), np.max(of_r)))
     return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, sides.reshape(shape),
-                       unique, kind, message)
+                       unique, message)
 
 
 def methods() -> list[str]:

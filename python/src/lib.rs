@@ -20,7 +20,7 @@ use hlcp_methods::{
 };
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
-    Slider, Supply, TimeStep, certify_within,
+    Slider, Supply, TimeStep, certify_within, witness_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -509,12 +509,11 @@ fn solve_in<'py, T: Real>(
     Ok((z, r, x, ended, counts, residuals).into_pyobject(py)?.into_any())
 }
 
-/// Bounds on the errors of z and r, the side of each unknown, the kind of the bound, whether the
-/// solution is proved to be the only one, and a sentence; or the sentence that says why there is
-/// none.
+/// Bounds on the errors of z and r, the side of each unknown, whether the solution is proved to be
+/// the only one, and a sentence; or the sentence that says why there is none.
 #[derive(IntoPyObject)]
 enum Proof<'py> {
-    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, String, bool, String),
+    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, bool, String),
     #[pyo3(transparent)]
     Refused(String),
 }
@@ -533,15 +532,22 @@ fn certify_in<'py>(
     let (a, b) = (a.operator("A", &failure)?, b.operator("B", &failure)?);
     let (a, b) = (a.rows("A")?, b.rows("B")?);
     room(q.len().checked_mul(20))?;
-    let certificate = released(py, || {
+    /// The largest order for which it is searched for a proof that the solution is the only one.
+    const SEARCHED: usize = 100_000;
+    let (certificate, is_unique) = released(py, || {
         let mut ask = || clock();
-        certify_within(&a, &b, q, z, r, &mut Clock::new(&mut ask)).map_err(wrong)
+        let clock = &mut Clock::new(&mut ask);
+        let certificate = certify_within(&a, &b, q, z, r, clock).map_err(wrong)?;
+        let searches = certificate.is_ok() && q.len() <= SEARCHED;
+        let is_unique = searches && witness_within(&a, &b, clock).map_err(wrong)?.is_some();
+        PyResult::Ok((certificate, is_unique))
     })?;
     let certificate = match certificate {
         Ok(certificate) => certificate,
         Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
     };
-    let (said, kind) = (certificate.to_string(), certificate.bound.to_string());
+    let unique = if is_unique { "proved" } else { "not proved" };
+    let said = format!("solution unique: {unique}; {certificate}");
     let sides = certificate.sides.iter().map(|side| match side {
         Branch::Z => 1,
         Branch::R => -1,
@@ -549,7 +555,7 @@ fn certify_in<'py>(
     });
     let sides = PyArray1::from_iter(py, sides);
     let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
-    Ok(Proof::Given(bounds, sides, kind, certificate.witness.is_some(), said))
+    Ok(Proof::Given(bounds, sides, is_unique, said))
 }
 
 // Scenes.

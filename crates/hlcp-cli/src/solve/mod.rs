@@ -22,7 +22,7 @@ use hlcp_core::{
 use hlcp_methods::{
     Clock, Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance,
 };
-use hlcp_verify::{Certificate, Convergence, convergence_within};
+use hlcp_verify::{Certificate, Convergence, certify_by, certify_within, convergence_within};
 use serde_json::json;
 
 use crate::{
@@ -208,23 +208,25 @@ impl Run<'_> {
         }
     }
 
-    /// What is proved of an answer: of the problem in double precision, which may differ from that
-    /// in single precision by more than the answer's error, unless later problems of a sequence
-    /// depend on answers.
+    /// What is proved of the solver's answer: of the problem in double precision, which may differ
+    /// from that in single precision by more than the answer's error, unless later problems of a
+    /// sequence depend on answers.
     fn certified<T: Scalar>(
         &self,
         given: &Problem<T>,
         q: &[T],
-        answer: [&[T]; 2],
+        solver: &mut Solver<T, Boxed<'_, T>>,
         clock: &mut Clock<'_>,
     ) -> Result<report::Proved, Box<dyn Error>> {
-        let [z, r] = answer;
+        let [z, r] = [solver.z().to_vec(), solver.r().to_vec()];
         if given.march.0 > 1 || size_of::<T>() == size_of::<f64>() {
-            return Ok(report::certify(given, q, z, r, clock)?);
+            let found = certify_by(solver.method_mut(), q, &z, &r, clock)?;
+            return Ok(report::Proved::new(given, found, clock)?);
         }
         let exact = self.problem(self.arguments.given.scene.wide)?;
-        let [z, r] = answer.map(|v| v.iter().map(|v| v.wide()).collect::<Vec<f64>>());
-        Ok(report::certify(&exact, &exact.q, &z, &r, clock)?)
+        let [z, r] = [z, r].map(|v| v.iter().map(|v| v.wide()).collect::<Vec<f64>>());
+        let found = certify_within(&exact.a, &exact.b, &exact.q, &z, &r, clock)?;
+        Ok(report::Proved::new(&exact, found, clock)?)
     }
 
     /// Whether this is the only process, or the one that prints.
@@ -340,21 +342,21 @@ impl Run<'_> {
                 .as_ref()
                 .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
             let error = error.map(|error| problem.largest([error])[0]);
-            let Some([z, r]) = self.gathered(given, &solver) else {
-                self.all_converged &= outcome.converged();
-                continue;
-            };
-            let figures = (given.figures)(&z, &r);
             // Proofs have what the solve has left of its time.
             let left = time.map(|time| time.saturating_sub(outcome.elapsed));
             let begun = Instant::now();
             let mut is_late = || left.is_some_and(|left| begun.elapsed() >= left);
             let clock = &mut Clock::new(&mut is_late);
             let certificate = if arguments.certify {
-                Some(self.certified(given, &q, [solver.z(), solver.r()], clock)?)
+                Some(self.certified(given, &q, &mut solver, clock)?)
             } else {
                 None
             };
+            let Some([z, r]) = self.gathered(given, &solver) else {
+                self.all_converged &= outcome.converged();
+                continue;
+            };
+            let figures = (given.figures)(&z, &r);
             // Before anything is printed, because a reader that goes away ends the program.
             let outputs = [(&arguments.out_z, &z), (&arguments.out_r, &r)];
             let outputs: Vec<_> = outputs
@@ -370,7 +372,7 @@ impl Run<'_> {
                 }
                 if let Some(certificate) = &certificate {
                     object["certified_error_bound"] =
-                        json!(certificate.as_ref().ok().map(Certificate::error));
+                        json!(certificate.certificate.as_ref().ok().map(Certificate::error));
                     object["certificate"] = report::certificate_object(given, certificate);
                 }
                 print::line(&object)?;

@@ -4,7 +4,7 @@ use std::io;
 
 use hlcp_core::{Norms, Scalar, files::number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Refusal, certify_within, decimal, witness_within};
+use hlcp_verify::{Branch, Certificate, Refusal, decimal, witness_within};
 use serde_json::{Value, json};
 
 use super::{
@@ -116,41 +116,38 @@ pub(crate) fn advice(status: Status) -> Option<&'static str> {
     })
 }
 
-/// The largest order for which a witness is searched for where the certificate has none.
+/// The largest order for which a proof is searched for that the solution is the only one.
 const SEARCHED: usize = 100_000;
 
-/// What is proved of an answer, or why nothing is.
-pub(crate) type Proved = Result<Certificate, Refusal>;
+/// What is proved of an answer: how far it is from a solution, or why that is not known; and whether
+/// there is only one.
+pub(crate) struct Proved {
+    pub(crate) certificate: Result<Certificate, Refusal>,
+    is_unique: bool,
+}
 
-/// What is proved of an answer before the clock is up; of smaller problems also that it is the only
-/// one, if it can be.
-pub(crate) fn certify<T: Scalar>(
-    Problem { a, b, .. }: &Problem<T>,
-    q: &[T],
-    z: &[T],
-    r: &[T],
-    clock: &mut Clock<'_>,
-) -> Result<Proved, hlcp_core::Error> {
-    let mut found = certify_within(a, b, q, z, r, clock)?;
-    if let Ok(certificate) = &mut found
-        && certificate.witness.is_none()
-        && q.len() <= SEARCHED
-    {
-        certificate.witness = witness_within(a, b, clock)?;
+impl Proved {
+    pub(crate) fn new<T: Scalar>(
+        Problem { a, b, q, .. }: &Problem<T>,
+        certificate: Result<Certificate, Refusal>,
+        clock: &mut Clock<'_>,
+    ) -> Result<Self, hlcp_core::Error> {
+        let is_unique = q.len() <= SEARCHED && witness_within(a, b, clock)?.is_some();
+        Ok(Self { certificate, is_unique })
     }
-    Ok(found)
 }
 
 /// Prints what is proved.
 pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
-    let certificate = match found {
+    let unique = if found.is_unique { "proved" } else { "not proved" };
+    let certificate = match &found.certificate {
         Ok(certificate) => certificate,
         Err(why) => {
-            let text = "solution unique: not proved; certified error: none, because";
+            let text = format!("solution unique: {unique}; certified error: none, because");
             return print::line(format_args!("  {text} {why}"));
         }
     };
-    print::line(format_args!("  {certificate}"))?;
+    print::line(format_args!("  solution unique: {unique}; {certificate}"))?;
     let [z, r, open] = [Branch::Z, Branch::R, Branch::Open].map(|side| certificate.count(side));
     let meaning = problem.meaning.map_or(String::new(), |word| format!(" ({word})"));
     print::line(format_args!(
@@ -168,10 +165,10 @@ pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result
 
 /// The same as an object.
 pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
-    match found {
+    match &found.certificate {
         Ok(certificate) => json!({
-            "bound": certificate.bound.to_string(),
-            "unique": certificate.witness.is_some(),
+            "unique": found.is_unique,
+            "alone": certificate.is_alone,
             "z_positive": certificate.count(Branch::Z),
             "r_positive": certificate.count(Branch::R),
             "open": certificate.count(Branch::Open),

@@ -96,8 +96,8 @@ fn an_h_plus_pair_without_ii() {
             solver.z(),
             solver.r(),
         );
-        // It is the only solution within the bound, and there is another.
-        assert!(certificate.unwrap().is_ok_and(|found| found.witness.is_none()));
+        // It is the only solution within the bounds, and there is another.
+        assert!(certificate.unwrap().is_ok_and(|found| found.is_alone));
     }
     for (z, r) in &solutions {
         let mut x = [0.0; 2];

@@ -277,7 +277,7 @@ fn compare(
 /// The bound in the sentence of a certificate, exactly; `None` for one that is infinite.
 fn printed(said: &str) -> Option<BigRational> {
     let (_, bound) = said.split_once("≤ ")?;
-    let (mantissa, exponent) = bound.split_once(' ')?.0.split_once('e')?;
+    let (mantissa, exponent) = bound.split_once('e')?;
     let (whole, places) = mantissa.split_once('.')?;
     let digits: BigRational = format!("{whole}{places}").parse().ok()?;
     Some(digits * exact(10.0).pow(exponent.parse::<i32>().ok()? - places.len() as i32))
