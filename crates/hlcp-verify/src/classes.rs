@@ -9,7 +9,7 @@
 //! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix;
 //! the check of what it finds is one walk again.
 
-use std::fmt;
+use std::{cmp::Ordering, fmt};
 
 use hlcp_core::{Rows, Scalar};
 use hlcp_methods::Clock;
@@ -18,7 +18,8 @@ use crate::{
     comparison::{Modulus, visit},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
-    rounding::Sum,
+    rounding::sign,
+    uniqueness::{Found, search},
 };
 
 /// The answer to a question about a problem.
@@ -145,24 +146,11 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
     let (comparison, mut g) = (Modulus::of(a), vec![]);
     for row in 0..a.order() {
         let d = comparison.row(0, row, &mut g);
-        let mut sum = Sum::default();
-        sum.add(d, 1.0);
-        g.iter().for_each(|&(_, g)| sum.add(-g, 1.0));
-        let rest = sum.interval();
-        // Few entries of modest size are summed exactly, which settles the edge.
-        let plain = g.iter().fold(d, |rest, &(_, g)| rest - g);
-        let exact = std::iter::once(d)
-            .chain(g.iter().map(|g| g.1))
-            .all(|v| v == (v * 1048576.0).trunc() / 1048576.0 && v < 1e6 && g.len() < 1000);
-        if rest.lower > 0.0 || exact && plain > 0.0 {
-            continue;
+        match sign([(d, 1.0)].into_iter().chain(g.iter().map(|&(_, g)| (-g, 1.0)))) {
+            Some(Ordering::Greater) => {}
+            Some(_) => return Answer::No(Failure::Entry { row, column: row }),
+            None => return Answer::Undecided,
         }
-        let fails = rest.upper <= 0.0 || exact;
-        return if fails {
-            Answer::No(Failure::Entry { row, column: row })
-        } else {
-            Answer::Undecided
-        };
     }
     Answer::Yes(())
 }
@@ -256,13 +244,19 @@ pub(crate) fn all_entries<T: Scalar>(
     Answer::Yes(())
 }
 
-/// Whether `ρ(D⁻¹G) < 1`, with the `x > 0` for which `Gx < Dx`.
+/// Whether `ρ(D⁻¹G) < 1`, with the `x > 0` for which `Gx < Dx`; of two matrices, an `x` for both.
 pub(crate) fn radius_below_one(z: &impl Comparison, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
+    if z.matrices() > 1 {
+        return match search(z, clock) {
+            Found::Common(v) => Answer::Yes(v),
+            _ => Answer::Undecided,
+        };
+    }
     let Bracket { lower, upper, vector } =
         noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0, clock);
     if upper < 1.0 {
         Answer::Yes(vector)
-    } else if lower >= 1.0 && z.matrices() == 1 {
+    } else if lower >= 1.0 {
         Answer::No(Failure::Radius(lower))
     } else {
         Answer::Undecided

@@ -159,22 +159,46 @@ pub(crate) struct Transposed {
     columns: [Vec<Column>; 2],
 }
 
-/// The diagonal entry and the off-diagonal moduli with their rows.
-type Column = (f64, Vec<(usize, f64)>);
+#[derive(Clone, Default)]
+struct Column {
+    diagonal: f64,
+    /// The moduli of the other entries, with their rows.
+    off: Vec<(usize, f64)>,
+    /// Whether one of these entries is positive, or an entry no number.
+    mixed: bool,
+}
 
 impl Transposed {
+    pub(crate) fn new<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Self {
+        Self { columns: [columns(a), columns(b)] }
+    }
+
     /// `None` unless both diagonals are positive.
     pub(crate) fn of<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Self> {
-        Some(Self { columns: [columns(a)?, columns(b)?] })
+        let both = Self::new(a, b);
+        both.columns.iter().flatten().all(|column| column.diagonal > 0.0).then_some(both)
+    }
+
+    /// Whether no entry of column `j` of A, or of B if `k` is 1, is positive beside the diagonal.
+    pub(crate) fn is_z(&self, k: usize, j: usize) -> bool {
+        !self.columns[k][j].mixed
     }
 }
 
-fn columns<T: Scalar>(a: &impl Rows<T>) -> Option<Vec<Column>> {
-    let mut columns = vec![(0.0, vec![]); a.order()];
+fn columns<T: Scalar>(a: &impl Rows<T>) -> Vec<Column> {
+    let mut columns = vec![Column::default(); a.order()];
     for i in 0..a.order() {
-        visit(a, i, |j, a| if i == j { columns[j].0 = a } else { columns[j].1.push((i, a.abs())) });
+        visit(a, i, |j, a| {
+            let column = &mut columns[j];
+            column.mixed |= a.is_nan() || i != j && a > 0.0;
+            if i == j {
+                column.diagonal = a;
+            } else if a != 0.0 {
+                column.off.push((i, a.abs()));
+            }
+        });
     }
-    columns.iter().all(|column| column.0 > 0.0).then_some(columns)
+    columns
 }
 
 impl Comparison for Transposed {
@@ -187,9 +211,8 @@ impl Comparison for Transposed {
     }
 
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
-        let (diagonal, off) = &self.columns[k][i];
-        g.clear();
-        g.extend_from_slice(off);
+        let Column { diagonal, off, .. } = &self.columns[k][i];
+        g.clone_from(off);
         *diagonal
     }
 }

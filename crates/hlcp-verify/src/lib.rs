@@ -4,7 +4,8 @@
 //! # Certify an answer
 //!
 //! [`certify`] proves that a solution exists near an answer and bounds the distance from it,
-//! whatever computed the answer. [`witness`] proves that the solution is the only one.
+//! whatever computed the answer. [`uniqueness`] proves that the solution is the only one, or that it
+//! is not for every `q`.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Identity};
@@ -76,6 +77,7 @@ mod scenes;
 mod sparse;
 mod steps;
 mod theory;
+mod uniqueness;
 
 pub use certificate::{
     Branch, Certificate, Refusal, Witness, certify, certify_box, certify_by, certify_within,
@@ -93,6 +95,8 @@ pub use theory::{
     Convergence, Proof, Theorem1, Theorem2, alpha_bound, convergence, convergence_within,
     relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
 };
+
+pub use uniqueness::{Disproof, Reason, Uniqueness, uniqueness, uniqueness_within};
 
 /// The README's program, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

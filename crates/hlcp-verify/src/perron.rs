@@ -11,7 +11,8 @@ use crate::{
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
 ///
 /// `D` is not more and `G` not less than the exact entry, so `Z_k` is a bound from below and what
-/// holds for it holds for the exact one: `Z_k d > 0` does. `G` may have diagonal entries.
+/// holds for it holds for the exact one: `Z_k d > 0` does. `G` may have diagonal entries. What is
+/// said of a spectral radius is that of the first.
 pub(crate) trait Comparison {
     fn order(&self) -> usize;
 
@@ -67,38 +68,22 @@ impl Bracket {
     }
 }
 
-/// Row-wise quotients `(Gx)ᵢ/(Dx)ᵢ` from below and from above, and the `k` where the latter is
-/// largest.
-struct Quotient {
-    lower: f64,
-    upper: f64,
-    k: usize,
-}
-
-fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>) -> Quotient {
-    let mut worst = Quotient { lower: 0.0, upper: -1.0, k: 0 };
-    for k in 0..z.matrices() {
-        let d = z.row(k, i, g);
-        let (mut sum, mut total) = (Sum::default(), 0.0);
-        g.iter().for_each(|&(j, g)| {
-            sum.add(g, x[j]);
-            total += x[j];
-        });
-        let (gx, dx) = (sum.interval(), d * x[i]);
-        let upper = if dx > 0.0 { div_up(gx.upper, dx.next_down()) } else { f64::INFINITY };
-        let upper = if upper.is_nan() { f64::INFINITY } else { upper };
-        if upper > worst.upper {
-            let over = (dx.next_up() + mul_up(SMALL, x[i])).next_up();
-            let lower = (gx.lower - mul_up(SMALL, total)).next_down();
-            let lower = div_down(lower, over) * (1.0 - 4.0 * ENTRIES);
-            // The largest number stands for all beyond it.
-            let lower = if d < f64::MAX { lower } else { 0.0 };
-            // A tie goes to the first matrix, so that rounding does not mix the rows.
-            let k = if upper > worst.upper * (1.0 + 1e-9) || k == 0 { k } else { worst.k };
-            worst = Quotient { lower: if lower > 0.0 { lower } else { 0.0 }, upper, k };
-        }
-    }
-    worst
+/// Row `i`'s quotient `(Gx)ᵢ/(Dx)ᵢ`, from below and from above.
+fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>) -> [f64; 2] {
+    let d = z.row(0, i, g);
+    let (mut sum, mut total) = (Sum::default(), 0.0);
+    g.iter().for_each(|&(j, g)| {
+        sum.add(g, x[j]);
+        total += x[j];
+    });
+    let (gx, dx) = (sum.interval(), d * x[i]);
+    let upper = if dx > 0.0 { div_up(gx.upper, dx.next_down()) } else { f64::INFINITY };
+    let over = (dx.next_up() + mul_up(SMALL, x[i])).next_up();
+    let lower = (gx.lower - mul_up(SMALL, total)).next_down();
+    let lower = div_down(lower, over) * (1.0 - 4.0 * ENTRIES);
+    // The largest number stands for all beyond it.
+    let lower = if d < f64::MAX && lower > 0.0 { lower } else { 0.0 };
+    [lower, if upper.is_nan() { f64::INFINITY } else { upper }]
 }
 
 /// The bracket of a trial vector, from one product; from 0 to ∞ when the clock is up.
@@ -110,8 +95,8 @@ fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Brac
         if clock.is_up_at(i) {
             return Bracket { lower: 0.0, upper: f64::INFINITY, vector };
         }
-        let q = quotient(z, i, &vector, &mut g);
-        (lower, upper) = (lower.min(q.lower), upper.max(q.upper));
+        let row = quotient(z, i, &vector, &mut g);
+        (lower, upper) = (lower.min(row[0]), upper.max(row[1]));
     }
     if !(positive && lower > 0.0) {
         lower = 0.0;
@@ -139,15 +124,12 @@ pub(crate) fn noda(
             best = other;
         }
     }
-    if z.matrices() > 1 {
-        return policies(z, best, enough, clock);
-    }
     let mut idle = 0;
     for _ in 0..40 {
         if enough(&best) || !best.upper.is_finite() || idle == 3 || clock.is_up() {
             break;
         }
-        let Some(vector) = improved(z, &best, best.upper, clock) else { break };
+        let Some(vector) = improved(z, &best, clock) else { break };
         let next = bracket(z, vector, clock);
         if next.upper.is_infinite() {
             break;
@@ -158,28 +140,6 @@ pub(crate) fn noda(
         best.lower = lower;
     }
     best
-}
-
-/// Howard's policy iteration for several matrices: `(D_k − G_k)x⁺ = D_k x`, row by row with the `k`
-/// whose quotient is largest at `x`.
-///
-/// The upper end may rise while the rows change hands. It falls below 1 if all mixtures of rows are
-/// nonsingular M-matrices, which is what a common witness comes to.
-fn policies(
-    z: &impl Comparison,
-    start: Bracket,
-    enough: impl Fn(&Bracket) -> bool,
-    clock: &mut Clock<'_>,
-) -> Bracket {
-    let mut now = start;
-    for _ in 0..15 {
-        if enough(&now) || !now.upper.is_finite() || clock.is_up() {
-            break;
-        }
-        let Some(vector) = improved(z, &now, now.upper.min(1.0), clock) else { break };
-        now = bracket(z, vector, clock);
-    }
-    now
 }
 
 /// The `x` for which `gᵢⱼxⱼ/xᵢ = gⱼᵢxᵢ/xⱼ` along a spanning forest: the symmetrising scaling where
@@ -226,26 +186,24 @@ fn balanced(z: &impl Comparison, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
 }
 
 /// A better trial vector, if there is one and the time to find it.
-fn improved(
-    z: &impl Comparison,
-    best: &Bracket,
-    shift: f64,
-    clock: &mut Clock<'_>,
-) -> Option<Vec<f64>> {
-    let (matrix, _) = scaled(z, &best.vector, shift * (1.0 + 8.0 * f64::EPSILON), clock)?;
+fn improved(z: &impl Comparison, best: &Bracket, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
+    let shift = best.upper * (1.0 + 8.0 * f64::EPSILON);
+    let (matrix, _) = scaled(z, |_| 0, &best.vector, shift, clock)?;
     let factor = matrix.solve(&vec![1.0; z.order()], |rest| dot(rest, rest) <= 1e-10, clock);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
 }
 
-/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up.
+/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up. Row `i`
+/// is that of the matrix `of(i)`.
 ///
 /// In these variables a good `x` is the vector of ones, which is what the aggregates of a multigrid
 /// represent, rows have one size, and a row sum is non-negative as soon as `s` is an
 /// upper end for `x`.
-fn scaled(
+pub(crate) fn scaled(
     z: &impl Comparison,
+    of: impl Fn(usize) -> usize,
     x: &[f64],
     shift: f64,
     clock: &mut Clock<'_>,
@@ -255,8 +213,7 @@ fn scaled(
         if clock.is_up_at(i) {
             return None;
         }
-        let k = if z.matrices() == 1 { 0 } else { quotient(z, i, x, &mut g).k };
-        let d = z.row(k, i, &mut g);
+        let d = z.row(of(i), i, &mut g);
         let loops: f64 = g.iter().filter(|g| g.0 == i).map(|g| g.1).sum();
         let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, -(g / d * (x[j] / x[i]))));
         // A pivot that vanishes by rounding would divide.
@@ -274,7 +231,7 @@ pub(crate) fn solve(
     rhs: &[f64],
     clock: &mut Clock<'_>,
 ) -> Vec<f64> {
-    let Some((matrix, d)) = scaled(z, x, 1.0, clock) else { return vec![0.0; x.len()] };
+    let Some((matrix, d)) = scaled(z, |_| 0, x, 1.0, clock) else { return vec![0.0; x.len()] };
     let scaled: Vec<f64> = rhs.iter().zip(x).zip(d).map(|((rhs, x), d)| rhs / x / d).collect();
     let factor = matrix.solve(&scaled, |rest| dot(rest, rest) <= 1e-6, clock);
     x.iter().zip(factor).map(|(x, c)| x * c).collect()

@@ -216,6 +216,44 @@ impl Doubled {
     }
 }
 
+/// The sign of `Σ aᵢxᵢ`, exactly; `None` where a product underflows or overflows.
+///
+/// A [`Sum`] decides if it is far from 0. Otherwise the sum is kept as numbers of increasing size
+/// that do not overlap, which an addition without error joins with each product and with its error;
+/// the last has the sign of all (J. R. Shewchuk, *Adaptive precision floating-point arithmetic*,
+/// Discrete Comput. Geom. 18 (1997)).
+pub(crate) fn sign(terms: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Ordering> {
+    let mut sum = Sum::default();
+    terms.clone().for_each(|(a, x)| sum.add(a, x));
+    let Interval { lower, upper } = sum.interval();
+    if lower > 0.0 || upper < 0.0 {
+        return lower.partial_cmp(&0.0);
+    }
+    let mut parts: Vec<f64> = vec![];
+    for (a, x) in terms {
+        let product = a * x;
+        if product == 0.0 && (a == 0.0 || x == 0.0) {
+            continue;
+        }
+        if !(1e-250..1e290).contains(&product.abs()) {
+            return None;
+        }
+        for mut next in [a.mul_add(x, -product), product] {
+            parts.retain_mut(|part| {
+                let sum = next + *part;
+                let back = sum - next;
+                *part = (next - (sum - back)) + (*part - back);
+                next = sum;
+                *part != 0.0
+            });
+            if next != 0.0 {
+                parts.push(next);
+            }
+        }
+    }
+    parts.last().unwrap_or(&0.0).partial_cmp(&0.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,6 +290,29 @@ mod tests {
         }
         let Interval { lower, upper } = sum.interval();
         assert!(lower <= 1.0 && 1.0 <= upper && upper - lower < 100.0);
+    }
+
+    /// The sign of sums that cancel to nothing or to a last place, beside rational arithmetic.
+    #[test]
+    fn signs_are_exact() {
+        use num_rational::BigRational;
+        use num_traits::Zero;
+        let exact = |x: f64| BigRational::from_float(x).unwrap();
+        let mut seen = [0; 3];
+        for k in 1..300 {
+            let of = |i: i32| (f64::from(i) / 7.0).exp() * f64::from(i * k % 11 - 5);
+            let mut terms: Vec<_> = (0..k % 40).map(|i| (of(i), 0.1 * of(i + 3))).collect();
+            // Each product is taken away again, and then a little is left or is not.
+            terms.extend(terms.clone().iter().rev().map(|&(a, x)| (-x, a)));
+            terms.push((1e-30, f64::from(k % 3 - 1)));
+            let truth: BigRational = terms.iter().map(|&(a, x)| exact(a) * exact(x)).sum();
+            let order = truth.cmp(&BigRational::zero());
+            assert_eq!(sign(terms.iter().copied()), Some(order), "{terms:?}");
+            seen[(order as i8 + 1) as usize] += 1;
+        }
+        assert!(seen.iter().all(|&seen| seen > 50), "{seen:?}");
+        assert_eq!(sign([(1e-200, 1e-200), (1e-200, -1e-200)].into_iter()), None);
+        assert_eq!(sign([(f64::NAN, 0.0)].into_iter()), None);
     }
 
     /// Sums that cancel down to the last place of a double and below, exactly and by `Doubled`.

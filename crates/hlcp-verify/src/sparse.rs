@@ -3,6 +3,11 @@
 //! Nothing that is proved rests on a solve: its answers are candidates, and a product that is
 //! rounded outward checks them.
 
+use faer::{
+    Mat,
+    linalg::solvers::Solve,
+    sparse::{SparseColMatRef, SymbolicSparseColMatRef},
+};
 use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows};
 use hlcp_methods::{Amg, Clock, Jacobian, Preconditioner, TridiagonalPart};
 
@@ -64,6 +69,23 @@ impl Sparse {
             }
             Err(_) => vec![f64::NAN; b.len()],
         }
+    }
+
+    /// The solution of `S x = b` by a sparse LU factorisation; `None` where that is impossible.
+    pub(crate) fn solve_directly(&self, b: &[f64]) -> Option<Vec<f64>> {
+        let n = b.len();
+        let starts: Vec<usize> = std::iter::once(0).chain(self.ends.iter().copied()).collect();
+        let (columns, values): (Vec<usize>, Vec<f64>) =
+            self.entries.iter().map(|&(j, value)| (j as usize, value)).unzip();
+        if !values.iter().all(|value| value.is_finite()) {
+            return None;
+        }
+        // Rows are the columns of the transpose.
+        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &columns);
+        let lu = SparseColMatRef::new(pattern, &values).sp_lu().ok()?;
+        let mut x = Mat::from_fn(n, 1, |i, _| b[i]);
+        lu.solve_transpose_in_place(x.as_mut());
+        Some((0..n).map(|i| x[(i, 0)]).collect())
     }
 
     /// Overwrites `y` with a forward and a backward Gauss–Seidel sweep from 0.

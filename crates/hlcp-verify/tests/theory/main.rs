@@ -13,6 +13,7 @@ mod theorem_1;
 mod theorem_2;
 mod tight;
 mod time;
+mod uniqueness;
 
 use hlcp_core::Aor;
 use hlcp_verify::{
