@@ -270,22 +270,23 @@ fn what_is_no_disproof_does_not_hold() {
     assert!(!lean.holds(&close(0.3_f64.next_up()), &b));
 }
 
-/// Verdicts on random families, all that `HLCP_CASES` asks for of each: none of the dominant ones
-/// is refuted.
+/// Verdicts on random families: of all but rings, and of what is dense and of any signs, uniqueness
+/// is proved, however coefficients jump.
 #[test]
 fn verdicts_on_families() {
-    let seeds = cases_asked(2) as u64;
+    let seeds = cases_asked(1) as u64;
     println!("problem, n, verdict, seconds");
     for name in families::NAMES {
         for seed in (700_000..700_000 + seeds).filter(|_| name != "single") {
             let drawn = families::draw(name, seed).unwrap();
             let ([a, b], q) = drawn.pose::<f64>();
-            if q.len() > 4000 {
-                continue;
-            }
             let begin = Instant::now();
             let found = uniqueness(&a, &b).unwrap();
             let seconds = begin.elapsed().as_secs_f64();
+            let about = [&drawn.name, &drawn.about];
+            let is_among = |family: &str| about.iter().any(|text| text.contains(family));
+            let proved = matches!(found, Uniqueness::Proved(_));
+            assert!(proved || is_among("rings") || is_among("dense"), "{about:?}: {found:?}");
             let verdict = match found {
                 Uniqueness::Proved(Witness::Left { .. }) => "proved from the left".to_owned(),
                 Uniqueness::Proved(_) => "proved from the right".to_owned(),
