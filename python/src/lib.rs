@@ -20,7 +20,7 @@ use hlcp_methods::{
 };
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
-    Slider, Supply, TimeStep, certify_within, witness_within,
+    Slider, Supply, TimeStep, Uniqueness, certify_within, uniqueness_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -534,19 +534,20 @@ fn certify_in<'py>(
     room(q.len().checked_mul(20))?;
     /// The largest order for which it is searched for a proof that the solution is the only one.
     const SEARCHED: usize = 100_000;
-    let (certificate, is_unique) = released(py, || {
+    let (certificate, uniqueness) = released(py, || {
         let mut ask = || clock();
         let clock = &mut Clock::new(&mut ask);
         let certificate = certify_within(&a, &b, q, z, r, clock).map_err(wrong)?;
         let searches = certificate.is_ok() && q.len() <= SEARCHED;
-        let is_unique = searches && witness_within(&a, &b, clock).map_err(wrong)?.is_some();
-        PyResult::Ok((certificate, is_unique))
+        let found = searches.then(|| uniqueness_within(&a, &b, clock).map_err(wrong)).transpose()?;
+        PyResult::Ok((certificate, found))
     })?;
     let certificate = match certificate {
         Ok(certificate) => certificate,
         Err(refusal) => return Ok(Proof::Refused(refusal.to_string())),
     };
-    let unique = if is_unique { "proved" } else { "not proved" };
+    let is_unique = uniqueness.as_ref().is_some_and(Uniqueness::is_proved);
+    let unique = uniqueness.map_or("not looked at".into(), |found| found.to_string());
     let said = format!("solution unique: {unique}; {certificate}");
     let sides = certificate.sides.iter().map(|side| match side {
         Branch::Z => 1,

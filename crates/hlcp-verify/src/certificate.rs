@@ -6,42 +6,10 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 use hlcp_methods::{Clock, Method};
 
 use crate::{
-    classes::{Answer, radius_below_one},
-    comparison::{Against, Coupled, Transposed, Weights},
     decimal::decimal,
     enclosure::{Assembled, by_method, difference, holds, holds_one, is_z_pair},
     rounding::{Doubled, larger},
 };
-
-/// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
-///
-/// ```
-/// use hlcp_core::{FivePoint, Identity};
-/// use hlcp_verify::{Witness, witness};
-///
-/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
-/// // C is A: 4 − 1 > 0
-/// let found = witness(&a, &b)?.expect("one solution only");
-/// assert_eq!(found, Witness::Right { omega: vec![4.0; 2], d: vec![1.0; 2] });
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-#[derive(Debug, Clone, PartialEq)]
-pub enum Witness {
-    /// Positive Ω and `d` with `C d > 0`, where `C` has the diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)` and the
-    /// off-diagonal entries `−max(|aᵢⱼ|, ωⱼ|bᵢⱼ|)`.
-    Right {
-        /// The diagonal of Ω.
-        omega: Vec<f64>,
-        /// The vector `d`.
-        d: Vec<f64>,
-    },
-    /// A positive `v` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, the diagonals of `A` and `B` being
-    /// positive.
-    Left {
-        /// The vector `v`.
-        v: Vec<f64>,
-    },
-}
 
 /// What is proved of the side of an unknown.
 ///
@@ -67,7 +35,7 @@ pub enum Branch {
 
 /// A proof that a solution `(z*, r*)` exists between known bounds, rounding accounted for.
 ///
-/// Other solutions may exist: [`witness`] proves that there is one only.
+/// Other solutions may exist: [`uniqueness`](crate::uniqueness()) proves that there is one only.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -469,61 +437,6 @@ fn is_alone<T: Scalar>(
     } else {
         holds_one(a, b, sides)
     }
-}
-
-/// Searches for a proof that HLCP(A, B, q) has exactly one solution for every `q`.
-///
-/// `None` where none exists or none was found.
-///
-/// # Cost
-///
-/// A few walks over the rows where `A` and `B` are dominant. Otherwise the search stores a
-/// comparison matrix and solves up to 55 systems with it by algebraic multigrid.
-///
-/// # Errors
-///
-/// As [`certify`].
-///
-/// ```
-/// use hlcp_verify::{Slider, Witness, witness};
-///
-/// let (a, b, _) = Slider { cells: 20 }.pose::<f64>()?;
-/// assert!(matches!(witness(&a, &b)?, Some(Witness::Left { .. })));
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-pub fn witness<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Option<Witness>, Error> {
-    witness_within(a, b, &mut Clock::endless())
-}
-
-/// As [`witness`], with what is found until the clock is up.
-///
-/// # Errors
-///
-/// As [`certify`].
-///
-/// ```
-/// use hlcp_methods::Clock;
-/// use hlcp_verify::{Slider, witness_within};
-///
-/// let (a, b, _) = Slider { cells: 20 }.pose::<f64>()?;
-/// let mut late = || true;
-/// assert_eq!(witness_within(&a, &b, &mut Clock::new(&mut late))?, None);
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-pub fn witness_within<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    clock: &mut Clock<'_>,
-) -> Result<Option<Witness>, Error> {
-    check_pair(a, b)?;
-    let Some(omega) = ratio(a, b) else { return Ok(None) };
-    let coupled = Coupled { a, b, omega: Weights::Chosen(&omega), against: Against::Pair };
-    if let Answer::Yes(d) = radius_below_one(&coupled, clock) {
-        return Ok(Some(Witness::Right { omega, d }));
-    }
-    let Some(columns) = Transposed::of(a, b) else { return Ok(None) };
-    let Answer::Yes(v) = radius_below_one(&columns, clock) else { return Ok(None) };
-    Ok(Some(Witness::Left { v }))
 }
 
 fn check<T: Scalar>(

@@ -4,7 +4,7 @@ use hlcp_core::{Hlcp, Omega, Rows, Scalar};
 
 use crate::{
     perron::Comparison,
-    rounding::{larger, mul_down, mul_up, smaller},
+    rounding::{larger, mul_down, mul_up},
 };
 
 /// Walks row `i` in double precision.
@@ -101,12 +101,6 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
         Self { a: problem.a(), b: problem.b(), omega, against }
     }
 
-    /// Row `i` of `C` alone: its diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)`, with the off-diagonal moduli in `g`.
-    pub(crate) fn coupled_row(&self, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
-        let [a, b_omega] = self.walk(i, g);
-        smaller(a, b_omega)
-    }
-
     /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
     fn walk(&self, i: usize, g: &mut Vec<(usize, f64)>) -> [f64; 2] {
         g.clear();
@@ -173,12 +167,6 @@ impl Transposed {
         Self { columns: [columns(a), columns(b)] }
     }
 
-    /// `None` unless both diagonals are positive.
-    pub(crate) fn of<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Self> {
-        let both = Self::new(a, b);
-        both.columns.iter().flatten().all(|column| column.diagonal > 0.0).then_some(both)
-    }
-
     /// Whether no entry of column `j` of A, or of B if `k` is 1, is positive beside the diagonal.
     pub(crate) fn is_z(&self, k: usize, j: usize) -> bool {
         !self.columns[k][j].mixed
@@ -204,10 +192,6 @@ fn columns<T: Scalar>(a: &impl Rows<T>) -> Vec<Column> {
 impl Comparison for Transposed {
     fn order(&self) -> usize {
         self.columns[0].len()
-    }
-
-    fn matrices(&self) -> usize {
-        2
     }
 
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {

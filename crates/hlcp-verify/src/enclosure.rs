@@ -18,6 +18,7 @@ use crate::{
     classes::is_z,
     comparison::{merge, visit},
     rounding::{Doubled, Interval, Sum, mul_up},
+    sparse::Sparse,
 };
 
 /// What an iteration leaves of the residual that it begins with: of one towards the answer, and of
@@ -399,43 +400,28 @@ fn widths(
     level: f64,
     clock: &mut Clock<'_>,
 ) -> Option<Vec<f64>> {
-    let n = centre.len();
-    let (mut offsets, mut columns, mut values, mut row) = (vec![0], vec![], vec![], vec![]);
-    for i in 0..n {
+    let (mut matrix, mut row) = (Sparse::default(), vec![]);
+    for i in 0..centre.len() {
         merge((a, b), i, &mut row);
-        for &(j, [a, b]) in &row {
+        matrix.push(row.iter().map(|&(j, [a, b])| {
             let (on_r, omega) = (centre[j] < 0.0, omega[j]);
             // In the unit of the side.
             let [a, b] = if on_r { [a / omega, b] } else { [a, b * omega] };
             let own = if on_r { b } else { a };
-            let value = match (open[j], i == j) {
-                (false, true) => own,
-                (false, false) => -own.abs(),
-                (true, true) => a.min(b),
-                (true, false) => -a.abs().max(b.abs()),
-            };
-            if value != 0.0 || i == j {
-                columns.push(j);
-                values.push(value);
-            }
-        }
-        offsets.push(columns.len());
+            (
+                j,
+                match (open[j], i == j) {
+                    (false, true) => own,
+                    (false, false) => -own.abs(),
+                    (true, true) => a.min(b),
+                    (true, false) => -a.abs().max(b.abs()),
+                },
+            )
+        }));
     }
-    let matrix = Csr::new(offsets, columns, values).ok()?;
-    let problem = Hlcp::new(&matrix, &matrix, Omega::Uniform(1.0)).ok()?;
-    let base = Mms::new(problem.clone(), Aor::gauss_seidel()).ok()?;
-    let mut method = AmgNewton::new(base).ok()?;
-    let mut e = vec![0.0; n];
-    let mut spare = [e.clone(), e.clone()];
-    run(
-        &mut method,
-        &vec![-level.max(f64::MIN_POSITIVE); n],
-        &mut e,
-        [SIDE, 0.0],
-        &mut spare,
-        clock,
-    )?;
-    let e = difference(&problem, &e);
+    let within = SIDE / (centre.len() as f64).sqrt();
+    let enough = |rest: &[f64]| rest.iter().all(|rest| rest.abs() <= within);
+    let e = matrix.solve(&vec![level; centre.len()], enough, clock);
     e.iter().all(|&e| e > 0.0 && e.is_finite()).then_some(e)
 }
 

@@ -80,8 +80,7 @@ mod theory;
 mod uniqueness;
 
 pub use certificate::{
-    Branch, Certificate, Refusal, Witness, certify, certify_box, certify_by, certify_within,
-    witness, witness_within,
+    Branch, Certificate, Refusal, certify, certify_box, certify_by, certify_within,
 };
 pub use decimal::{decimal, fixed};
 pub use perron::Bracket;
@@ -96,7 +95,7 @@ pub use theory::{
     relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2,
 };
 
-pub use uniqueness::{Disproof, Reason, Uniqueness, uniqueness, uniqueness_within};
+pub use uniqueness::{Disproof, Reason, Uniqueness, Witness, uniqueness, uniqueness_within};
 
 /// The README's program, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

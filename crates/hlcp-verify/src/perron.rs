@@ -222,17 +222,3 @@ pub(crate) fn scaled(
     }
     Some((matrix, diagonal))
 }
-
-/// An approximate solution of `(D − G) w = rhs` for a witness `x > 0` with `(D − G)x > 0`; 0 when
-/// the clock is up.
-pub(crate) fn solve(
-    z: &impl Comparison,
-    x: &[f64],
-    rhs: &[f64],
-    clock: &mut Clock<'_>,
-) -> Vec<f64> {
-    let Some((matrix, d)) = scaled(z, |_| 0, x, 1.0, clock) else { return vec![0.0; x.len()] };
-    let scaled: Vec<f64> = rhs.iter().zip(x).zip(d).map(|((rhs, x), d)| rhs / x / d).collect();
-    let factor = matrix.solve(&scaled, |rest| dot(rest, rest) <= 1e-6, clock);
-    x.iter().zip(factor).map(|(x, c)| x * c).collect()
-}

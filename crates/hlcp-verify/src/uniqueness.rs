@@ -13,7 +13,6 @@ use hlcp_core::{Error, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
-    certificate::Witness,
     classes::{Answer, radius_below_one},
     comparison::{Against, Coupled, Transposed, Weights},
     perron::{Comparison, scaled},
@@ -28,7 +27,7 @@ use crate::{
 ///
 /// let b = Identity { order: 2 };
 /// let of = |diagonal| FivePoint::new(2, 1, [0.0, -2.0, diagonal, -2.0, 0.0]);
-/// assert!(matches!(uniqueness(&of(2.5)?, &b)?, Uniqueness::Proved(_)));
+/// assert!(uniqueness(&of(2.5)?, &b)?.is_proved());
 /// // z = (1, 1), r = 0 and z = 0, r = 0 both solve the problem for q = 0.
 /// assert!(matches!(uniqueness(&of(2.0)?, &b)?, Uniqueness::Refuted(_)));
 /// # Ok::<(), hlcp_core::Error>(())
@@ -41,6 +40,53 @@ pub enum Uniqueness {
     Refuted(Disproof),
     /// Neither is proved.
     Open(Reason),
+}
+
+/// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Uniqueness, Witness, uniqueness};
+///
+/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?, Identity { order: 2 });
+/// // The columns of A sum to 3, those of B to 1.
+/// let found = uniqueness(&a, &b)?;
+/// assert_eq!(found, Uniqueness::Proved(Witness::Left { v: vec![1.0; 2] }));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Witness {
+    /// Positive Ω and `d` with `C d > 0`, where `C` has the diagonal `min(aᵢᵢ, ωᵢbᵢᵢ)` and the
+    /// off-diagonal entries `−max(|aᵢⱼ|, ωⱼ|bᵢⱼ|)`.
+    Right {
+        /// The diagonal of Ω.
+        omega: Vec<f64>,
+        /// The vector `d`.
+        d: Vec<f64>,
+    },
+    /// A positive `v` with `⟨A⟩ᵀv > 0` and `⟨B⟩ᵀv > 0`, the diagonals of `A` and `B` being
+    /// positive.
+    Left {
+        /// The vector `v`.
+        v: Vec<f64>,
+    },
+}
+
+impl Uniqueness {
+    /// Whether it is proved that every `q` has exactly one solution.
+    pub fn is_proved(&self) -> bool {
+        matches!(self, Self::Proved(_))
+    }
+}
+
+impl fmt::Display for Uniqueness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Proved(_) => f.write_str("proved"),
+            Self::Refuted(_) => f.write_str("refuted: for some q there is none, or several"),
+            Self::Open(reason) => write!(f, "not decided, because {reason}"),
+        }
+    }
 }
 
 /// Why neither uniqueness nor its contrary is proved.
@@ -360,18 +406,11 @@ fn solve(
     shift: f64,
     clock: &mut Clock<'_>,
 ) -> Option<Vec<f64>> {
-    /// The largest order that is factorised: a plane grid of so many points takes half a second, but
-    /// one in space half a minute and four gigabytes.
-    const DIRECT: usize = 100_000;
     let (matrix, _) = scaled(z, |j| choice[j].into(), right, 1.0 + shift, clock)?;
     let ones = vec![1.0; right.len()];
-    let factor = if right.len() <= DIRECT {
-        matrix.solve_directly(&ones).unwrap_or_else(|| vec![f64::NAN; right.len()])
-    } else {
-        // No row of the residual, in units of the norm of e, shall be half of that of e.
-        let half = 0.5 / (right.len() as f64).sqrt();
-        matrix.solve(&ones, |rest| rest.iter().all(|rest| rest.abs() <= half), clock)
-    };
+    // No row of the residual, in units of the norm of e, shall be half of that of e.
+    let half = 0.5 / (right.len() as f64).sqrt();
+    let factor = matrix.solve(&ones, |rest| rest.iter().all(|rest| rest.abs() <= half), clock);
     Some(right.iter().zip(factor).map(|(x, y)| x * y).collect())
 }
 

@@ -4,7 +4,7 @@ use std::io;
 
 use hlcp_core::{Norms, Scalar, files::number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Refusal, decimal, witness_within};
+use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, decimal, uniqueness_within};
 use serde_json::{Value, json};
 
 use super::{
@@ -123,7 +123,8 @@ const SEARCHED: usize = 100_000;
 /// there is only one.
 pub(crate) struct Proved {
     pub(crate) certificate: Result<Certificate, Refusal>,
-    is_unique: bool,
+    /// Whether there is one solution for every q, unless the problem is large.
+    uniqueness: Option<Uniqueness>,
 }
 
 impl Proved {
@@ -132,14 +133,18 @@ impl Proved {
         certificate: Result<Certificate, Refusal>,
         clock: &mut Clock<'_>,
     ) -> Result<Self, hlcp_core::Error> {
-        let is_unique = q.len() <= SEARCHED && witness_within(a, b, clock)?.is_some();
-        Ok(Self { certificate, is_unique })
+        let uniqueness =
+            if q.len() <= SEARCHED { Some(uniqueness_within(a, b, clock)?) } else { None };
+        Ok(Self { certificate, uniqueness })
     }
 }
 
 /// Prints what is proved.
 pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
-    let unique = if found.is_unique { "proved" } else { "not proved" };
+    let unique = match &found.uniqueness {
+        Some(found) => found.to_string(),
+        None => format!("not looked at beyond {SEARCHED} unknowns"),
+    };
     let certificate = match &found.certificate {
         Ok(certificate) => certificate,
         Err(why) => {
@@ -165,9 +170,17 @@ pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result
 
 /// The same as an object.
 pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
+    let unique = found.uniqueness.as_ref().is_some_and(Uniqueness::is_proved);
+    let disproof = match &found.uniqueness {
+        Some(Uniqueness::Refuted(Disproof { m_matrix, v, other, u })) => {
+            json!({ "m_matrix": m_matrix, "v": v, "other": other, "u": u })
+        }
+        _ => Value::Null,
+    };
     match &found.certificate {
         Ok(certificate) => json!({
-            "unique": found.is_unique,
+            "unique": unique,
+            "disproof": disproof,
             "alone": certificate.is_alone,
             "z_positive": certificate.count(Branch::Z),
             "r_positive": certificate.count(Branch::R),
@@ -177,6 +190,6 @@ pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Val
                 .map(|(key, interval)| (key.to_owned(), json!(interval)))
                 .collect::<serde_json::Map<_, _>>(),
         }),
-        Err(why) => json!({ "refused": why.to_string() }),
+        Err(why) => json!({ "refused": why.to_string(), "unique": unique, "disproof": disproof }),
     }
 }

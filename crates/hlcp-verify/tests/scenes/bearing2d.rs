@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use crate::common::{assembled, by_tmgs, problem, scattered};
 use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Diagonal, Error};
-use hlcp_verify::{Bearing2d, Convergence, Witness, classes::is_m, convergence, witness};
+use hlcp_verify::{Bearing2d, Convergence, classes::is_m, convergence, uniqueness};
 use nalgebra::{DMatrix, DVector};
 
 /// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
@@ -246,7 +246,7 @@ fn the_bearings_solution_is_proved_unique() {
         let scene = Bearing2d { nx: 31, ny: 9, ecc: 0.6, aspect: 1.0, groove };
         let (a, b, _) = scene.pose::<f64>().unwrap();
         assert!(is_m(&a).is_yes() && is_m(&b).is_yes());
-        assert!(matches!(witness(&a, &b).unwrap(), Some(Witness::Left { .. })));
+        assert!(uniqueness(&a, &b).unwrap().is_proved());
         let problem = problem(1.0, a, b);
         let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
         assert!(matches!(found, Convergence::NotProved(_)));

@@ -3,7 +3,9 @@
 use crate::common::{problem, solve_from_ones, tmgs};
 use hlcp_core::{Aor, LinearOperator};
 use hlcp_methods::{Limits, Solver};
-use hlcp_verify::{Convergence, Disc, Slider, Witness, certify, convergence, witness};
+use hlcp_verify::{
+    Convergence, Disc, Slider, Uniqueness, Witness, certify, convergence, uniqueness,
+};
 
 /// Convergence is not proved; uniqueness is, by the sum witness.
 #[test]
@@ -14,8 +16,8 @@ fn the_slider_is_unique_and_its_convergence_not_proved() {
         for step in [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 0.0).unwrap()] {
             assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
         }
-        let witness = witness(&a, &b).unwrap().expect("a left witness");
-        assert!(matches!(witness, Witness::Left { .. }));
+        let found = uniqueness(&a, &b).unwrap();
+        assert!(matches!(found, Uniqueness::Proved(Witness::Left { .. })));
         // From any guess Newton's method finds the box; the answer is no closer to 0 than its peak.
         let zero = vec![0.0; a.order()];
         let certificate = certify(&a, &b, &q, &zero, &zero).unwrap().expect("a box");

@@ -3,7 +3,7 @@
 use hlcp_core::Rows;
 use hlcp_methods::{Limits, Named, Options, Parameters, Solver};
 use hlcp_verify::{
-    Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, witness,
+    Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, uniqueness,
 };
 use num_rational::BigRational;
 use num_traits::{Num, One, Signed, ToPrimitive, Zero};
@@ -307,7 +307,7 @@ fn exact_figures_lie_in_their_intervals() {
             holds(of_z, &solution[0][j]) && holds(of_r, &solution[1][j])
         });
         if !within {
-            let is_unique = witness(&a, &b).unwrap().is_some();
+            let is_unique = uniqueness(&a, &b).unwrap().is_proved();
             assert!(!is_unique, "{seed}: a false certificate");
             outside += 1; // another solution
             continue;

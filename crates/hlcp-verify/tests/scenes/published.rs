@@ -10,14 +10,14 @@ use hlcp_core::{Aor, Error, LinearOperator, Rows};
 use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{
     Bearing2d, Convergence, Example, JournalBearing, Obstacle, Slider, classes::is_m, convergence,
-    witness,
+    uniqueness,
 };
 use nalgebra::{DMatrix, DVector};
 
 /// Proved: one solution for every q, and Gauss–Seidel finds it.
 fn proved<A: Rows<f64> + Clone, B: Rows<f64> + Clone>(a: &A, b: &B) {
     assert!(is_m(a).is_yes() && is_m(b).is_yes());
-    assert!(witness(a, b).unwrap().is_some());
+    assert!(uniqueness(a, b).unwrap().is_proved());
     let problem = problem(1.0, a.clone(), b.clone());
     let found = convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     assert!(matches!(found, Convergence::Proved(..)), "{found}");

@@ -3,7 +3,7 @@
 
 use crate::common::{Matrix, NotFinite};
 use hlcp_core::{FivePoint, Rows};
-use hlcp_verify::{Branch, Certificate, certify, certify_box, witness};
+use hlcp_verify::{Branch, Certificate, Uniqueness, certify, certify_box, uniqueness};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -330,10 +330,10 @@ fn no_bound_is_below_the_error() {
     }
 }
 
-/// Where no witness exists, nothing is claimed: this pair has three solutions for one q.
+/// This pair has three solutions for one q.
 #[test]
-fn nothing_is_claimed_without_a_witness() {
+fn uniqueness_is_refuted_where_there_are_several() {
     let a = Matrix(nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0]);
     let b = Matrix(nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0]);
-    assert_eq!(witness(&a, &b).unwrap(), None);
+    assert!(matches!(uniqueness(&a, &b).unwrap(), Uniqueness::Refuted(_)));
 }

@@ -1,6 +1,6 @@
 //! The claims of the certificate near an answer, against exact rational arithmetic.
 
-use hlcp_verify::{Branch, Certificate, Refusal, certify, witness};
+use hlcp_verify::{Branch, Certificate, Refusal, certify, uniqueness};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -147,7 +147,7 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let Some((in_z, y)) = near.iter().find(within) else {
         return Err(format!("no solution within {certificate:?}"));
     };
-    let is_unique = witness(&pair[0], &pair[1]).map_err(|e| e.to_string())?.is_some();
+    let is_unique = uniqueness(&pair[0], &pair[1]).map_err(|e| e.to_string())?.is_proved();
     tally.alone += usize::from(certificate.is_alone);
     if q.len() <= 3 && (is_unique || certificate.is_alone) {
         // An unknown that is 0 stands on both sides, and its solution comes twice.

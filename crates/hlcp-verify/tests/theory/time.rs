@@ -5,9 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use crate::common::Counted;
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, LinearOperator, Omega};
 use hlcp_methods::Clock;
-use hlcp_verify::{
-    Convergence, Refusal, Witness, certify_within, convergence_within, witness_within,
-};
+use hlcp_verify::{Convergence, Refusal, certify_within, convergence_within, uniqueness_within};
 
 const M: usize = 180;
 
@@ -71,9 +69,9 @@ fn a_certificate_ends_with_the_time() {
 fn searches_for_witnesses_end_with_the_time() {
     let a = Counted::new(FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
     let b = Identity { order: M * M };
-    let searched = |late| cut(&a, late, |clock| witness_within(&a, &b, clock).unwrap());
+    let searched = |late| cut(&a, late, |clock| uniqueness_within(&a, &b, clock).unwrap());
     let (found, whole, most) = searched(usize::MAX);
-    assert!(matches!(found, Some(Witness::Right { .. })));
+    assert!(found.is_proved());
     assert!(whole > 50 && most <= WALKS, "{whole} looks, {most} walks");
     for late in times(whole) {
         let (_, asked, most) = searched(late);
