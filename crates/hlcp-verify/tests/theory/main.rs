@@ -5,9 +5,9 @@ mod classes;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod convergence;
+mod enclosure;
 mod examples;
 mod hostile;
-mod local;
 mod sizes;
 mod theorem_1;
 mod theorem_2;

@@ -1,6 +1,7 @@
-//! The claims of the certificate near an answer, against exact rational arithmetic.
+//! Boxes that are said to hold a solution, against exact rational arithmetic.
 
-use hlcp_verify::{Branch, Certificate, Refusal, certify, uniqueness};
+use hlcp_core::{FivePoint, LinearOperator};
+use hlcp_verify::{Branch, Certificate, Refusal, certify, certify_box, uniqueness};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -230,5 +231,129 @@ fn no_claim_near_an_answer_is_false() {
         // In 10,000 cases of each family the least share is a ninth, with hostile scales: that 500
         // of them have less than a fiftieth is less likely than 1e-12.
         assert!(50 * *proved > *asked, "{name}: only {proved} of {asked}");
+    }
+}
+
+/// All solutions of a small problem as `z − r`, each once.
+fn solutions(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<BigRational>> {
+    let signed = |(in_z, y): (Vec<bool>, Vec<BigRational>)| {
+        in_z.into_iter().zip(y).map(|(in_z, y)| if in_z { y } else { -y }).collect()
+    };
+    let all = solutions_on(a, b, q, &vec![Branch::Open; q.len()]);
+    let mut all: Vec<Vec<BigRational>> = all.into_iter().map(signed).collect();
+    all.sort();
+    all.dedup();
+    all
+}
+
+/// Of small integers, any signs, and boxes of any origin in quarters: where a solution is said to be
+/// one is, and one only where that is said. `HLCP_CASES` of them, or 3,000.
+#[test]
+fn a_box_that_passes_holds_a_solution() {
+    let strategy = (1..4_usize, any::<bool>()).prop_flat_map(|(n, is_z)| {
+        let entries = vec(-4..5_i32, 2 * n * n + n);
+        (entries, vec(-12..12_i32, n), vec(0..9_i32, n)).prop_map(move |(entries, low, width)| {
+            let entry = |k: usize, is_diagonal: bool| {
+                let entry = f64::from(entries[k]);
+                if is_z && !is_diagonal { -entry.abs() / 2.0 } else { entry }
+            };
+            let pair =
+                [0, 1].map(|s| DMatrix::from_fn(n, n, |i, j| entry((s * n + i) * n + j, i == j)));
+            let q: Vec<f64> = (0..n).map(|i| f64::from(entries[2 * n * n + i])).collect();
+            let lower: Vec<f64> = low.iter().map(|&l| f64::from(l) / 4.0).collect();
+            let upper: Vec<f64> =
+                lower.iter().zip(&width).map(|(l, &w)| l + f64::from(w) / 4.0).collect();
+            (pair, q, lower, upper)
+        })
+    });
+    let (mut runner, mut passed, mut alone, mut several) = (TestRunner::default(), 0, 0, 0);
+    let asked = cases_asked(3_000);
+    for _ in 0..asked {
+        let ([a, b], q, lower, upper) = strategy.new_tree(&mut runner).unwrap().current();
+        let zero = vec![0.0; q.len()];
+        let pair = [&a, &b].map(|m| Matrix(m.clone()));
+        let ends = [&lower[..], &upper];
+        let found = certify_box(&pair[0], &pair[1], &q, ends, [&zero, &zero]).unwrap();
+        let Some(found) = found else { continue };
+        passed += 1;
+        let within = |x: &Vec<BigRational>| {
+            x.iter()
+                .zip(lower.iter().zip(&upper))
+                .all(|(x, (&l, &u))| exact(l) <= *x && *x <= exact(u))
+        };
+        let inside: Vec<_> = solutions(&a, &b, &q).into_iter().filter(within).collect();
+        // A singular choice of columns has whole lines of solutions, which are not enumerated.
+        let is_regular = (0..1_usize << q.len()).all(|choice| {
+            let of = |i, j| if choice >> j & 1 == 1 { b[(i, j)] } else { a[(i, j)] };
+            DMatrix::from_fn(q.len(), q.len(), of).determinant().abs() > 1e-6
+        });
+        let case = || format!("{a} {b} {q:?} {lower:?} {upper:?}");
+        assert!(!is_regular || !inside.is_empty(), "no solution: {}", case());
+        assert!(!found.is_alone || inside.len() == 1, "{} solutions: {}", inside.len(), case());
+        for (j, side) in found.sides.iter().enumerate() {
+            let is_so = |x: &Vec<BigRational>| match side {
+                Branch::Z => x[j].is_positive(),
+                Branch::R => x[j].is_negative(),
+                Branch::Open => true,
+            };
+            assert!(inside.iter().all(is_so), "side {j}: {}", case());
+        }
+        alone += usize::from(found.is_alone);
+        several += usize::from(inside.len() > 1);
+    }
+    println!("{asked} boxes: {passed} hold a solution, {alone} one only; {several} hold several");
+    assert!(20 * passed > asked && 10 * alone > passed, "{passed}, {alone} of {asked}");
+}
+
+/// F(l) ≤ 0 ≤ F(u) says nothing where entries beside the diagonal are positive: all the faces do.
+#[test]
+fn two_residuals_do_not_serve_other_signs() {
+    let a = Matrix(nalgebra::dmatrix![1.0, 3.0; 3.0, 1.0]);
+    let (q, zero) = ([-5.0, -11.5], [0.0; 2]);
+    for (end, sign) in [(1.0, -1.0), (3.0, 1.0)] {
+        let mut f = [0.0; 2];
+        a.apply(&[end; 2], &mut f);
+        assert!(f.iter().zip(q).all(|(f, q)| sign * (f + q) >= 0.0));
+    }
+    // z* = (3.69, 0.44), outside the box.
+    assert_eq!(certify_box(&a, &a, &q, [&[1.0; 2], &[3.0; 2]], [&zero, &zero]).unwrap(), None);
+    let wide = certify_box(&a, &a, &[-6.0; 2], [&[1.0; 2], &[1.9; 2]], [&zero, &zero]).unwrap();
+    assert_eq!(wide, None); // z* = (1.5, 1.5) is inside, but no face shows it
+}
+
+/// Ends that are exchanged, a solution a little outside, and three in the box of a Z-pair.
+#[test]
+fn a_box_is_refused_or_said_to_hold_several() {
+    let one = Matrix(nalgebra::dmatrix![2.0]);
+    let given: [&[f64]; 2] = [&[1.0], &[0.0]];
+    let pass = |lower: f64, upper: f64| {
+        certify_box(&one, &one, &[-2.0], [&[lower], &[upper]], given).unwrap().is_some()
+    };
+    assert!(pass(0.9, 1.1) && pass(-5.0, 1.1));
+    assert!(!pass(1.1, 0.9) && !pass(1.0 + 1e-15, 1.1) && !pass(0.9, 1.0 - 1e-15));
+    assert!(!pass(f64::NAN, 1.1) && !pass(0.9, f64::INFINITY));
+    let a = Matrix(nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0]);
+    let b = Matrix(nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0]);
+    let zero = [0.0; 2];
+    for q in [[0.0, 0.0], [0.5, -0.5], [1.0, -1.0]] {
+        let ends: [&[f64]; 2] = [&[-9.0, -4.0], &[9.0, 4.0]];
+        let count = solutions(&a.0, &b.0, &q).len();
+        if let Some(found) = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap() {
+            assert!(!found.is_alone || count == 1, "{q:?}");
+        }
+    }
+}
+
+/// Where z* = r* = 0, and diffusion meets transport, no matrix bounds both columns well: the bound
+/// is near the error all the same.
+#[test]
+fn degenerate_unknowns_cost_nothing() {
+    for n in [10, 40, 200] {
+        let a = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
+        let b = FivePoint::new(n, 1, [0.0, -1.0, 1.0, 0.0, 0.0]).unwrap();
+        let mut z = vec![0.0; n];
+        z[n / 2] = 1e-12;
+        let found = certify(&a, &b, &vec![0.0; n], &z, &vec![0.0; n]).unwrap().expect("a box");
+        assert!((1e-12..1.3e-12).contains(&found.error()), "{n}: {:e}", found.error());
     }
 }
