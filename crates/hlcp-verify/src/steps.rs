@@ -3,16 +3,19 @@
 use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 
 use crate::{
-    comparison::merge,
+    comparison::{merge, visit},
     perron::Comparison,
-    rounding::{Interval, Sum, div_up, mul_up},
+    rounding::{Interval, Sum, div_up, mul_down, mul_up},
 };
 
-/// How fast a method approaches the solution: with `‖x‖_d = maxᵢ |xᵢ|/dᵢ`, one iteration multiplies
-/// `‖x − x*‖_d` by at most the factor.
+/// How fast a method approaches the solution: one iteration multiplies a distance to it by at most
+/// the factor.
+///
+/// With the weights `v`, the distance is `Σ vᵢ|Fᵢ(x)|` where the column theorem is the
+/// [`Proof`](crate::Proof), and else `maxᵢ |xᵢ − xᵢ*|/vᵢ`.
 ///
 /// ```
-/// let contraction = hlcp_verify::Contraction { factor: 0.5, d: vec![1.0, 1.0] };
+/// let contraction = hlcp_verify::Contraction { factor: 0.5, weights: vec![1.0, 1.0] };
 /// assert_eq!(contraction.iterations(1e-3), Some(10)); // 1/1024
 /// assert_eq!(contraction.iterations(0.0), None);
 /// ```
@@ -20,12 +23,12 @@ use crate::{
 pub struct Contraction {
     /// Not less than the factor of one iteration, and below 1.
     pub factor: f64,
-    /// The weights `d > 0`.
-    pub d: Vec<f64>,
+    /// The weights, which are positive.
+    pub weights: Vec<f64>,
 }
 
 impl Contraction {
-    /// A number of exact iterations after which `‖x − x*‖_d` is at most `reduction` times what it
+    /// A number of exact iterations after which the distance is at most `reduction` times what it
     /// was.
     ///
     /// Rounding of the count is accounted for. `None` for more than 2⁵² iterations, and unless
@@ -144,7 +147,56 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
             }
             factor = mul_up(factor, largest);
         }
-        (factor < 1.0).then_some(Contraction { factor, d })
+        (factor < 1.0).then_some(Contraction { factor, weights: d })
+    }
+
+    /// Whether every step is one of the column theorem: SOR in AMMS or Jacobi's in MMS, with one α
+    /// or with one each for `A` and `B`.
+    pub(crate) fn solve_scalars(&self) -> bool {
+        let solves = |step: &Aor<T>| {
+            let fits = |[alpha, beta]: [T; 2]| match step.is_accelerated() {
+                true => beta == alpha,
+                false => beta == T::zero(),
+            };
+            step.pairs().into_iter().all(fits)
+        };
+        !self.steps.is_empty() && self.steps.iter().all(solves)
+    }
+
+    /// The factor of one iteration of such steps for `Σ vᵢ|Fᵢ|`; `None` unless it is proved to be
+    /// below 1.
+    pub(crate) fn contraction_of_sums(&self, v: Vec<f64>) -> Option<Contraction> {
+        // The diagonals, and the sums of vᵢ|cᵢⱼ| off them.
+        let mut columns = vec![[(0.0, Sum::default()); 2]; v.len()];
+        for (i, &weight) in v.iter().enumerate() {
+            let mut add = |k: usize, j: usize, entry: f64| {
+                let (diagonal, sum) = &mut columns[j][k];
+                if i == j { *diagonal = entry } else { sum.add(weight, entry.abs()) }
+            };
+            visit(self.problem.a(), i, |j, a| add(0, j, a));
+            visit(self.problem.b(), i, |j, b| add(1, j, b));
+        }
+        let mut factor = 1.0;
+        for step in self.steps {
+            let halves = step.pairs().map(|[alpha, _]| Interval::ratio(0.5, alpha.wide()));
+            let mut largest = 0.0_f64;
+            for (j, (column, &weight)) in columns.iter().zip(&v).enumerate() {
+                let omegas = [1.0, self.problem.omega().entry(j).wide()];
+                let [a, b] = [0, 1].map(|k| Interval::exactly(column[k].0).times(omegas[k]));
+                let pivot = a.product(halves[0]).plus(b.product(halves[1]));
+                for (k, diagonal) in [a, b].into_iter().enumerate() {
+                    let own = mul_up(weight, pivot.minus(diagonal).magnitude());
+                    let others = mul_up(column[k].1.interval().upper, omegas[k]);
+                    let ratio = div_up((own + others).next_up(), mul_down(weight, pivot.lower));
+                    if !(weight > 0.0 && (0.0..1.0).contains(&ratio)) {
+                        return None;
+                    }
+                    largest = largest.max(ratio);
+                }
+            }
+            factor = mul_up(factor, largest);
+        }
+        Some(Contraction { factor, weights: v })
     }
 }
 

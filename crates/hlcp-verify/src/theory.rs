@@ -6,12 +6,14 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
+    Witness,
     classes::{Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius_below_one},
     comparison::{Against, Coupled, Weights, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
     steps::{Contraction, Steps},
+    witness_within,
 };
 
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
@@ -305,6 +307,8 @@ pub enum Proof {
     Relaxed,
     /// A vector `d > 0` with `(⟨M⟩ − |N| − |BΩ − A|)d > 0` for every step.
     Witness,
+    /// The column theorem, for steps that solve one scalar equation after the other.
+    Columns,
 }
 
 /// The statement proved of a method on a problem, for every `q` and every start.
@@ -339,6 +343,7 @@ impl fmt::Display for Convergence {
                     Proof::Theorem2 => "Theorem 2",
                     Proof::Relaxed => "the relaxed theorem",
                     Proof::Witness => "witness",
+                    Proof::Columns => "the column theorem",
                 };
                 let factor = fixed(contraction.factor, 6, true);
                 write!(f, "convergence: proved by {by} (factor {factor})")
@@ -353,8 +358,8 @@ impl fmt::Display for Convergence {
     }
 }
 
-/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1 or a witness, whichever applies
-/// first.
+/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1, a witness or the column theorem,
+/// whichever applies first.
 ///
 /// `steps` are the steps of one iteration.
 ///
@@ -422,6 +427,12 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
         let paper = theorem_1_within(problem, steps, clock).applies();
         let proof = if paper { Proof::Theorem1 } else { Proof::Witness };
         return Convergence::Proved(proof, contraction);
+    }
+    if all.solve_scalars()
+        && let Ok(Some(Witness::Left { v })) = witness_within(problem.a(), problem.b(), clock)
+        && let Some(contraction) = all.contraction_of_sums(v)
+    {
+        return Convergence::Proved(Proof::Columns, contraction);
     }
     Convergence::NotProved(match relaxed {
         Answer::No(failure) => Answer::No(failure),

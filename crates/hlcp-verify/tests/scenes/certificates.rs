@@ -4,17 +4,21 @@ use crate::common::{problem, solve_from_ones, tmgs};
 use hlcp_core::{Aor, LinearOperator};
 use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{
-    Convergence, Disc, Slider, Uniqueness, Witness, certify, convergence, uniqueness,
+    Convergence, Disc, Proof, Slider, Uniqueness, Witness, certify, convergence, uniqueness,
 };
 
-/// Convergence is not proved; uniqueness is, by the sum witness.
+/// Uniqueness is proved, by the sum witness, and so is convergence by Jacobi's method and by
+/// accelerated Gauss–Seidel; by Gauss–Seidel it is not.
 #[test]
-fn the_slider_is_unique_and_its_convergence_not_proved() {
+fn the_slider_is_unique_and_amgs_converges_to_it() {
     for cells in [50, 128, 512] {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
         let problem = problem(1.0, a, b);
-        for step in [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 0.0).unwrap()] {
-            assert!(matches!(convergence(&problem, &[step]), Convergence::NotProved(_)));
+        let gauss_seidel = Aor::gauss_seidel();
+        assert!(matches!(convergence(&problem, &[gauss_seidel]), Convergence::NotProved(_)));
+        for step in [gauss_seidel.accelerated(), Aor::jacobi()] {
+            let found = convergence(&problem, &[step]);
+            assert!(matches!(found, Convergence::Proved(Proof::Columns, _)), "{found}");
         }
         let found = uniqueness(&a, &b).unwrap();
         assert!(matches!(found, Uniqueness::Proved(Witness::Left { .. })));

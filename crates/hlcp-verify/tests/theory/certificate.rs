@@ -21,7 +21,10 @@ fn at_most(bound: f64, error: &BigRational) -> bool {
 }
 
 /// The solution of `K y = rhs` by elimination; `None` for a singular matrix.
-fn solve(mut k: Vec<Vec<BigRational>>, mut rhs: Vec<BigRational>) -> Option<Vec<BigRational>> {
+pub(crate) fn solve(
+    mut k: Vec<Vec<BigRational>>,
+    mut rhs: Vec<BigRational>,
+) -> Option<Vec<BigRational>> {
     let n = rhs.len();
     for i in 0..n {
         let p = (i..n).find(|&p| !k[p][i].is_zero())?;

@@ -30,7 +30,7 @@ proptest! {
     #[test]
     fn what_is_proved_contracts(p in any_pair(3.0), steps in steps()) {
         if let Convergence::Proved(_, contraction) = convergence(&posed(&p.dense), &steps) {
-            contracts(&p, &steps, &contraction.d, contraction.factor)?;
+            contracts(&p, &steps, &contraction.weights, contraction.factor)?;
         }
     }
 
@@ -49,7 +49,7 @@ proptest! {
                 z: p.z.select_rows(&order),
                 r: p.r.select_rows(&order),
             };
-            let d: Vec<f64> = order.iter().map(|&i| found.d[i]).collect();
+            let d: Vec<f64> = order.iter().map(|&i| found.weights[i]).collect();
             contracts(&sorted, &steps, &d, found.factor)?;
             // The factor is the product of max (|N| + |BΩ − A|)d/⟨M⟩d, rounded upwards.
             let d = DVector::from_vec(d);

@@ -2,12 +2,14 @@
 
 mod certificate;
 mod classes;
+mod columns;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod convergence;
 mod enclosure;
 mod examples;
 mod hostile;
+mod newton;
 mod sizes;
 mod theorem_1;
 mod theorem_2;
@@ -28,6 +30,10 @@ use num_rational::BigRational;
 /// The value as a rational number.
 fn exact(value: f64) -> BigRational {
     BigRational::from_float(value).expect("finite")
+}
+
+fn rational(whole: i64) -> BigRational {
+    BigRational::from_integer(whole.into())
 }
 
 /// How many random cases the environment asks for, or else `usual`.

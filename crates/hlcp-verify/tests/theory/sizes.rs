@@ -225,7 +225,7 @@ fn norm(x: &[f64], y: &[f64], d: &[f64]) -> f64 {
 fn holds(
     p: &Pair,
     steps: &[Aor<f64>],
-    Contraction { factor, d }: &Contraction,
+    Contraction { factor, weights: d }: &Contraction,
     enough: u64,
 ) -> Result<(), TestCaseError> {
     let (n, star, q, problem) = (p.order(), p.x(), p.q(), p.posed());

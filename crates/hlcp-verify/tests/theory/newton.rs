@@ -1,0 +1,143 @@
+//! Newton's method without a safeguard, in exact rational arithmetic.
+
+use num_rational::BigRational;
+use num_traits::{Signed, Zero};
+use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
+
+use crate::{cases_asked, certificate::solve, rational};
+
+/// The hypothesis that a case breaks, if it does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Without {
+    Nothing,
+    /// `wᵢⱼ ≥ aᵢⱼ` off the diagonal.
+    Sizes,
+    /// `wⱼⱼ ≥ aⱼⱼ`.
+    Diagonal,
+    /// No positive entries off the diagonals.
+    Signs,
+    /// `A` is a nonsingular M-matrix.
+    MMatrix,
+}
+
+type Rows = Vec<Vec<BigRational>>;
+
+/// A and W = BΩ, q, and a start.
+#[derive(Debug, Clone)]
+struct Case {
+    a: Rows,
+    w: Rows,
+    q: Vec<BigRational>,
+    x: Vec<BigRational>,
+}
+
+fn cases(without: Without) -> impl Strategy<Value = Case> {
+    (2..8_usize).prop_flat_map(move |n| {
+        let matrices = (vec(0..5_i64, n * n), vec(0..9_i64, n * n), vec(1..4_i64, n));
+        let point = (vec(1..4_i64, n), vec(-20..21_i64, n), vec(-9..10_i64, n));
+        (matrices, point).prop_map(move |((sizes, shares, slack), (d, q, x))| {
+            let mut a = vec![vec![rational(0); n]; n];
+            let mut w = a.clone();
+            for i in 0..n {
+                for j in (0..n).filter(|&j| j != i) {
+                    let (size, share) = (rational(sizes[i * n + j]), rational(shares[i * n + j]));
+                    let sign =
+                        if without == Without::Signs && share > rational(4) { 1 } else { -1 };
+                    let most = rational(if without == Without::Sizes { 2 } else { 8 });
+                    a[i][j] = rational(sign) * &size;
+                    w[i][j] = if without == Without::Diagonal {
+                        a[i][j].clone()
+                    } else {
+                        rational(sign) * size * share / most
+                    };
+                }
+                // A d > 0, with d at random: an M-matrix where the signs are right.
+                let sum: BigRational = (0..n).map(|j| a[i][j].abs() * rational(d[j])).sum();
+                let (slack, d) = (rational(slack[i]), rational(d[i]));
+                let part = rational(if without == Without::MMatrix { 2 } else { 1 });
+                a[i][i] = (sum + &slack) / d / part;
+                w[i][i] = match without {
+                    Without::Diagonal => &a[i][i] / rational(2),
+                    _ => &a[i][i] * &slack,
+                };
+            }
+            let [q, x] = [q, x].map(|of| of.into_iter().map(rational).collect());
+            Case { a, w, q, x }
+        })
+    })
+}
+
+impl Case {
+    /// F/2 = A x⁺ − W x⁻ + q, where γ = 2.
+    fn f(&self, x: &[BigRational]) -> Vec<BigRational> {
+        let term = |i: usize, j: usize| {
+            &x[j] * if x[j].is_negative() { &self.w[i][j] } else { &self.a[i][j] }
+        };
+        let n = x.len();
+        (0..n).map(|i| (0..n).map(|j| term(i, j)).sum::<BigRational>() + &self.q[i]).collect()
+    }
+
+    /// The zero of the piece that `x` lies on.
+    fn newton(&self, x: &[BigRational]) -> Option<Vec<BigRational>> {
+        let n = x.len();
+        let entry = |i: usize, j: usize| {
+            if x[j].is_negative() { &self.w[i][j] } else { &self.a[i][j] }.clone()
+        };
+        let rows = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+        solve(rows, self.q.iter().map(|q| -q).collect())
+    }
+
+    /// The steps from the start to the solution, at most n + 2, if F ≤ 0 and x increases from the
+    /// first step on, so that each iterate is below the solution.
+    fn rises(&self) -> Option<usize> {
+        let mut x = self.x.clone();
+        for step in 0..=x.len() + 2 {
+            let f = self.f(&x);
+            if f.iter().all(Zero::is_zero) {
+                return Some(step);
+            }
+            if step > 0 && f.iter().any(Signed::is_positive) {
+                return None;
+            }
+            let next = self.newton(&x)?;
+            if step > 0 && next.iter().zip(&x).any(|(next, x)| next < x) {
+                return None;
+            }
+            x = next;
+        }
+        None
+    }
+}
+
+/// The share of `asked` cases that rise.
+fn rising(without: Without, asked: usize) -> (usize, usize) {
+    let (strategy, mut runner) = (cases(without), TestRunner::default());
+    let (mut rising, mut most) = (0, 0);
+    for _ in 0..asked {
+        let case = strategy.new_tree(&mut runner).unwrap().current();
+        let steps = case.rises();
+        assert!(without != Without::Nothing || steps.is_some(), "{case:?}");
+        rising += usize::from(steps.is_some());
+        most = most.max(steps.unwrap_or(0));
+    }
+    (rising, most)
+}
+
+/// Full steps increase from the first on and end in at most n + 2, from any start, in
+/// `HLCP_CASES` random cases, or 1,500.
+#[test]
+fn newton_rises_to_the_solution() {
+    let asked = cases_asked(1_500);
+    let (rising, most) = rising(Without::Nothing, asked);
+    println!("{rising} of {asked} cases, at most {most} steps");
+}
+
+/// Without any one of the hypotheses some do not.
+#[test]
+fn newton_may_fall_without_any_one_of_the_hypotheses() {
+    for without in [Without::Sizes, Without::Diagonal, Without::Signs, Without::MMatrix] {
+        let (rising, _) = rising(without, 300);
+        println!("{without:?}: {rising} of 300 rise");
+        assert!(rising < 300, "{without:?}");
+    }
+}
