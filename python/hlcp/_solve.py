@@ -167,7 +167,8 @@ def solve(
     alpha, beta, alpha2, beta2 : float
         The relaxation parameters of the methods that take them, as "TMAOR".
     base : str
-        The method that "ANDERSON", "NEWTON" and "AMG" fall back on; "TMGS" without it.
+        The method that "ANDERSON" accelerates, and "NEWTON" and "AMG" fall back on; without it
+        "AMGS", forward and then backward.
     window : int
         How many earlier iterates "ANDERSON" mixes; 10 without it.
     splitting : callable, or two

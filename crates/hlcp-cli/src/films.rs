@@ -8,7 +8,7 @@ use std::{error::Error, fmt::Write as _, fs, path::PathBuf, time::Instant};
 
 use clap::Args;
 use hlcp_core::{Aor, Hlcp, Omega};
-use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
+use hlcp_methods::{AmgNewton, Limits, Solver, Tmms};
 use hlcp_verify::{Film, Side};
 
 #[cfg(feature = "faer")]
@@ -140,7 +140,10 @@ fn solve(title: String, film: &Film, threads: u16) -> Result<Row, Box<dyn Error>
         if threads > 1 {
             problem = problem.in_parallel();
         }
-        let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
+        let mut solver = Solver::new(AmgNewton::new(Tmms::mirrored(
+            problem,
+            Aor::gauss_seidel().accelerated(),
+        )?)?);
         let limits = Limits { rounding: Some(4.0), ..Limits::relative(TOLERANCE) };
         let outcome = solver.solve(&q, limits)?;
         Ok((outcome, film.figures(solver.z(), solver.r(), ambient)))

@@ -43,10 +43,11 @@ const SLACK: f64 = 100.0;
 ///
 /// # Convergence
 ///
-/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
-/// [`Tmms`](crate::Tmms) provide, from any start: mixtures that are kept have residuals that tend
-/// to zero, so their errors do, what lies between them contracts, and a mixture that is given up is
-/// at most a constant times as far off as what it was made of (`docs/theory.md` has the proof).
+/// Where the base converges for every `q` by a theorem of `docs/theory.md`, from any start: mixtures
+/// that are kept have residuals that tend to zero, so their errors do, and what lies between them
+/// contracts. A mixture that is given up is at most a constant times as far off as what it was made
+/// of, where the base contracts in a norm; where that is known of the sum of the column theorem
+/// alone, nothing is claimed of such a mixture.
 /// (The idea is that of Zhang, O'Donoghue and Boyd.)
 ///
 /// # Source
@@ -62,11 +63,11 @@ const SLACK: f64 = 100.0;
 ///
 /// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
-/// let tmgs = Tmms::mirrored(problem, Aor::gauss_seidel())?;
+/// let base = Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?;
 /// let q: Vec<f64> = (0..256).map(|i| (0.05 * i as f64).sin() - 0.2).collect();
 ///
-/// let plain = Solver::new(tmgs.clone()).solve(&q, Options::from_x(&[1.0; 256]))?;
-/// let fast = Solver::new(Anderson::new(tmgs, 10)?).solve(&q, Options::from_x(&[1.0; 256]))?;
+/// let plain = Solver::new(base.clone()).solve(&q, Options::from_x(&[1.0; 256]))?;
+/// let fast = Solver::new(Anderson::new(base, 10)?).solve(&q, Options::from_x(&[1.0; 256]))?;
 /// assert!(fast.converged() && 5 * fast.iterations < plain.iterations);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```

@@ -71,9 +71,9 @@ pub struct Named(Kind);
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Relaxed(Relaxed),
-    Anderson { base: Relaxed, window: usize },
-    Newton { base: Relaxed },
-    AmgNewton { base: Relaxed },
+    Anderson { base: Option<Relaxed>, window: usize },
+    Newton { base: Option<Relaxed> },
+    AmgNewton { base: Option<Relaxed> },
     Multigrid(Cycle),
     FullMultigrid,
     Adaptive,
@@ -91,7 +91,7 @@ struct Relaxed {
 
 /// The parameters that accompany a name; those the name fixes are to be left out.
 ///
-/// The relaxation parameters of `NEWTON` and `ANDERSON` are those of their base.
+/// The relaxation parameters of `NEWTON`, `AMG` and `ANDERSON` are those of the base that is given.
 ///
 /// ```
 /// use hlcp_methods::{Named, Parameters};
@@ -114,8 +114,8 @@ pub struct Parameters<'a> {
     pub alpha2: Option<f64>,
     /// β of the second step.
     pub beta2: Option<f64>,
-    /// The method of the paper that `ANDERSON` accelerates and `NEWTON` falls back on; without it
-    /// `TMGS`.
+    /// The method of the paper that `ANDERSON` accelerates, and that `NEWTON` and `AMG` fall back
+    /// on; without it `AMGS` forward and then backward.
     pub base: Option<&'a str>,
     /// How many earlier iterates `ANDERSON` mixes; without it 10.
     pub window: Option<usize>,
@@ -189,17 +189,13 @@ fn way_out(closest: Option<&str>) -> String {
 const ALPHA: &str = "1 is Gauss-Seidel, 1.1 to 1.4 is often faster, and ADAPTIVE finds one";
 const BETA: &str = "beta = alpha is SOR, and the paper takes beta = alpha - 0.2";
 
-/// The method that `ANDERSON` and `NEWTON` have as a base where none is given.
-const BASE: Relaxed =
-    Relaxed { family: Family::Tmms, first: [1.0; 2], second: [1.0; 2], red_black: false };
-
 /// The names beyond the paper's, with their defaults.
 const BEYOND: [(&str, Kind); 9] = [
     ("AUTO", Kind::Auto),
     ("ADAPTIVE", Kind::Adaptive),
-    ("NEWTON", Kind::Newton { base: BASE }),
-    ("AMG", Kind::AmgNewton { base: BASE }),
-    ("ANDERSON", Kind::Anderson { base: BASE, window: 10 }),
+    ("NEWTON", Kind::Newton { base: None }),
+    ("AMG", Kind::AmgNewton { base: None }),
+    ("ANDERSON", Kind::Anderson { base: None, window: 10 }),
     ("MGV", Kind::Multigrid(Cycle::V)),
     ("MGW", Kind::Multigrid(Cycle::W)),
     ("MGF", Kind::Multigrid(Cycle::F)),
@@ -389,27 +385,33 @@ impl Named {
         if !kind.as_ref().is_some_and(on_base) {
             refuse(&name, "base", given.base, "ANDERSON, NEWTON or AMG")?;
         }
-        let base = || {
-            let base = given.base.unwrap_or("TMGS").to_ascii_uppercase();
-            Relaxed::parse(&base, &given).unwrap_or(Err(NameError::Base { base }))
+        let Some(kind) = kind else {
+            let relaxed = Relaxed::parse(&name, &given);
+            return relaxed
+                .unwrap_or_else(|| Err(Self::unknown(name)))
+                .map(Kind::Relaxed)
+                .map(Self);
         };
-        Ok(Self(match kind {
-            None => match Relaxed::parse(&name, &given) {
-                Some(relaxed) => Kind::Relaxed(relaxed?),
-                None => return Err(Self::unknown(name)),
-            },
-            Some(Kind::Newton { .. }) => Kind::Newton { base: base()? },
-            Some(Kind::AmgNewton { .. }) => Kind::AmgNewton { base: base()? },
-            Some(Kind::Anderson { window, .. }) => {
-                Kind::Anderson { base: base()?, window: given.window.unwrap_or(window) }
+        let base = match given.base.map(str::to_ascii_uppercase) {
+            Some(base) => {
+                let relaxed = Relaxed::parse(&base, &given);
+                Some(relaxed.unwrap_or(Err(NameError::Base { base }))?)
             }
-            Some(kind) => {
+            None => {
                 refuse(&name, "alpha", given.alpha, "MSOR, AMSOR or TMSOR")?;
                 refuse(&name, "beta", given.beta, "MAOR, AMAOR or TMAOR")?;
                 refuse(&name, "alpha2", given.alpha2, "TMSOR")?;
                 refuse(&name, "beta2", given.beta2, "TMAOR")?;
-                kind
+                None
             }
+        };
+        Ok(Self(match kind {
+            Kind::Newton { .. } => Kind::Newton { base },
+            Kind::AmgNewton { .. } => Kind::AmgNewton { base },
+            Kind::Anderson { window, .. } => {
+                Kind::Anderson { base, window: given.window.unwrap_or(window) }
+            }
+            kind => kind,
         }))
     }
 
@@ -503,14 +505,22 @@ impl Named {
         A: Rows<T> + Clone + 'p,
         B: Rows<T> + Clone + 'p,
     {
+        let on = |base: &Option<Relaxed>, problem| -> Result<BoxedMethod<'p, T, A, B>, Error> {
+            match base {
+                Some(base) => base.on(problem),
+                None => Ok(Box::new(Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?)),
+            }
+        };
         Ok(match &self.0 {
             Kind::Relaxed(relaxed) => relaxed.on(problem)?,
-            Kind::Anderson { base, window } => Box::new(Anderson::new(base.on(problem)?, *window)?),
-            Kind::Newton { base } if TridiagonalPart::is_all(&problem) => {
-                Box::new(Newton::new(base.on(problem)?, TridiagonalPart::new()))
+            Kind::Anderson { base, window } => {
+                Box::new(Anderson::new(on(base, problem)?, *window)?)
             }
-            Kind::Newton { base } => Box::new(Newton::new(base.on(problem)?, Ssor)),
-            Kind::AmgNewton { base } => Box::new(AmgNewton::new(base.on(problem)?)?),
+            Kind::Newton { base } if TridiagonalPart::is_all(&problem) => {
+                Box::new(Newton::new(on(base, problem)?, TridiagonalPart::new()))
+            }
+            Kind::Newton { base } => Box::new(Newton::new(on(base, problem)?, Ssor)),
+            Kind::AmgNewton { base } => Box::new(AmgNewton::new(on(base, problem)?)?),
             Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, *cycle)?),
             Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),

@@ -38,7 +38,7 @@ use hlcp_core::{
     Aor, Hlcp, Omega, Tridiagonal,
     files::{self, FileError, excerpt, printable},
 };
-use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, TridiagonalPart};
+use hlcp_methods::{Limits, Newton, Options, Outcome, Solver, Tmms, TridiagonalPart};
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
@@ -241,7 +241,7 @@ fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn 
         };
         problem.x_from_solution(&fine(&z), &fine(&r), &mut start);
     }
-    let base = Mms::new(problem, Aor::gauss_seidel())?;
+    let base = Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?;
     let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
     let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-10) };
     let outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;

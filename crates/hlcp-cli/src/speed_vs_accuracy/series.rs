@@ -10,7 +10,8 @@ use Tuning::{Aor, GaussSeidel, Own, Sor};
 use hlcp_core::Norms;
 use hlcp_core::Scalar;
 use hlcp_methods::{
-    Limits, Named, Newton, Options, Outcome, Parameters, Solver, Ssor, TridiagonalPart, solve_mixed,
+    Limits, Named, Newton, Options, Outcome, Parameters, Solver, Ssor, Tmms, TridiagonalPart,
+    solve_mixed,
 };
 
 use super::{problem::Problem, projected};
@@ -168,7 +169,7 @@ impl Solve {
             Self::Anchor(solve) => return solve(problem, tolerance),
             #[cfg(feature = "faer")]
             Self::Direct(form) => return factorised(*form, &problem.wide, tolerance).map(Some),
-            Self::Newton { lines } => return newton_on_tmgs(&problem.wide, *lines, tolerance),
+            Self::Newton { lines } => return newton(&problem.wide, *lines, tolerance),
             Self::Named(name, tuning, precision) => (*name, tuning, precision),
         };
         let (parameters, tau) = match tuning {
@@ -217,16 +218,17 @@ fn open([alpha, beta, tau]: [f64; 3]) -> (Parameters<'static>, f64) {
     (Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() }, tau)
 }
 
-fn newton_on_tmgs(
+fn newton(
     problem: &scenes::Problem<f64>,
     lines: bool,
     tolerance: f64,
 ) -> Result<Option<Run>, Box<dyn Error>> {
-    let tmgs = Named::parse("TMGS", Parameters::default())?.on(problem.hlcp(1.0)?)?;
+    let gauss_seidel = hlcp_core::Aor::gauss_seidel();
+    let base = Tmms::mirrored(problem.hlcp(1.0)?, gauss_seidel.accelerated())?;
     let method: Boxed<'_, f64> = if lines {
-        Box::new(Newton::new(tmgs, TridiagonalPart::new()))
+        Box::new(Newton::new(base, TridiagonalPart::new()))
     } else {
-        Box::new(Newton::new(tmgs, Ssor))
+        Box::new(Newton::new(base, Ssor))
     };
     solved(problem, &mut Solver::new(method), limits(true, tolerance)).map(Some)
 }

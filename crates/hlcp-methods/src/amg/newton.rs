@@ -179,9 +179,9 @@ impl<T: Scalar> Steps<T> {
 ///
 /// # Convergence
 ///
-/// Where the base contracts for every `q`, as the theorems on [`Mms`](crate::Mms) and
-/// [`Tmms`](crate::Tmms) provide, some iterate is within any tolerance, from any start, by the
-/// proof for [`Newton`](crate::Newton) in `docs/theory.md`. A step can change fewer signs than any
+/// Where the base converges for every `q` by a theorem of `docs/theory.md`, as accelerated
+/// Gauss–Seidel does on films, some iterate is within any tolerance, from any start, by the proof
+/// for [`Newton`](crate::Newton). A step can change fewer signs than any
 /// before it at most `n + 1` times in a phase, so in a phase that does not end ‖F‖ falls by tenths
 /// for ever. Sweeps and starts within a phase do not matter to the proof, nor does the one start
 /// between phases.
@@ -197,7 +197,7 @@ impl<T: Scalar> Steps<T> {
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
+/// use hlcp_methods::{AmgNewton, Limits, Solver, Tmms};
 ///
 /// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h
 /// // along x.
@@ -216,7 +216,8 @@ impl<T: Scalar> Steps<T> {
 /// let q: Vec<f64> = (0..m * m).map(|k| h(k % m, k / m) - h((k % m).max(1) - 1, k / m)).collect();
 ///
 /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
-/// let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
+/// let base = Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?;
+/// let mut solver = Solver::new(AmgNewton::new(base)?);
 /// let outcome = solver.solve(&q, Limits::default())?;
 /// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
 /// assert!(outcome.linear_iterations <= Some(85));

@@ -4,8 +4,8 @@ use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
 
 use super::AutoChoice;
 use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Mms, Multigrid, Newton,
-    Preconditioner, Ssor, Tmms, TridiagonalPart, Work, pivoting::Pivoting,
+    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Multigrid, Newton, Preconditioner,
+    Ssor, Tmms, TridiagonalPart, Work, pivoting::Pivoting,
 };
 
 /// What a window leaves of a promise.
@@ -98,8 +98,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     }
 }
 
-/// What Newton's method falls back on: Gauss–Seidel, which runs away least.
-type Base<T, A, B> = Mms<T, A, B, Aor<T>>;
+/// What Newton's methods fall back on and Anderson's accelerates: accelerated Gauss–Seidel, forward
+/// and backward, which converges on films too.
+type Base<T, A, B> = Tmms<T, A, B, Aor<T>, Aor<T>>;
 
 /// What Newton's method has for its linear systems.
 #[derive(Debug, Clone)]
@@ -117,8 +118,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
     }
 }
 
-type Mixed<T, A, B> = Anderson<T, Tmms<T, A, B, Aor<T>, Aor<T>>>;
-
 type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
 
 #[derive(Debug, Clone)]
@@ -127,7 +126,7 @@ pub(super) enum Worker<T: Scalar, A, B> {
     Multigrid(Box<Multigrid<T, A, B>>),
     AmgNewton(Box<AmgNewton<T, Base<T, A, B>>>),
     Newton(Box<PlainNewton<T, A, B>>),
-    Anderson(Box<Mixed<T, A, B>>),
+    Anderson(Box<Anderson<T, Base<T, A, B>>>),
     Pivoting(Box<Pivoting<T, A, B>>),
 }
 
@@ -137,7 +136,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
         problem: Hlcp<T, A, B>,
         tridiagonal: bool,
     ) -> Result<Self, Error> {
-        let base = |problem| Mms::new(problem, Aor::gauss_seidel());
+        let base = |problem| Tmms::mirrored(problem, Aor::gauss_seidel().accelerated());
         Ok(match choice {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
             AutoChoice::Multigrid => {
@@ -154,10 +153,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
                 let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
                 Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
             }
-            AutoChoice::Anderson => {
-                let base = Tmms::mirrored(problem, Aor::gauss_seidel())?;
-                Self::Anderson(Box::new(Anderson::new(base, 10)?))
-            }
+            AutoChoice::Anderson => Self::Anderson(Box::new(Anderson::new(base(problem)?, 10)?)),
             AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
         })
     }
