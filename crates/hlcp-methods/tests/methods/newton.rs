@@ -439,6 +439,43 @@ fn a_front_that_moves_one_point_per_step_is_followed() {
     }
 }
 
+proptest! {
+    /// Where A is an M-matrix and (II) holds, full steps need no safeguard: from any start they end
+    /// in n + 2, and the base has the two turns alone that begin the first phase.
+    #[test]
+    fn no_safeguard_acts_where_full_steps_rise(
+        n in 1..40_usize,
+        sizes in vec([0.0..4.0, 0.0..4.0, 0.1..1.0, 0.5..2.0, -2.0..2.0, -2.0..2.0], 40),
+        shares in vec([0.0..1.0, 0.0..1.0, 1.0..3.0], 40),
+    ) {
+        // A d > 0 for d at random, and A ≤ B entry by entry, with Ω = I.
+        let d = |i: usize| if i < n { sizes[i][3] } else { 0.0 };
+        let a = |i: usize| {
+            let [west, east, slack, own, ..] = sizes[i];
+            let sum = if i > 0 { west * d(i - 1) } else { 0.0 } + east * d(i + 1);
+            [-west, (sum + slack) / own, -east]
+        };
+        let b = |i: usize| {
+            let ([west, centre, east], [to_west, to_east, more]) = (a(i), shares[i]);
+            [to_west * west, more * centre, to_east * east]
+        };
+        let turns = AtomicUsize::new(0);
+        let jacobi = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+            turns.fetch_add(1, Relaxed);
+            (0..n).for_each(|i| y[i] = rhs[i] / (a(i)[1] + b(i)[1]));
+        });
+        let (of_a, of_b) = (Tridiagonal::new(n, a).unwrap(), Tridiagonal::new(n, b).unwrap());
+        let problem = Hlcp::new(of_a, of_b, Omega::Uniform(1.0)).unwrap();
+        let base = Mms::new(problem, SplittingStep(jacobi)).unwrap();
+        let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
+        let [q, x]: [Vec<f64>; 2] = [4, 5].map(|k| sizes[..n].iter().map(|s| s[k]).collect());
+        let limits = Limits::relative(1e-10);
+        let outcome = newton.solve(&q, Options::from_x(&x).limits(limits)).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= n + 2, "{}", outcome);
+        prop_assert!(turns.load(Relaxed) <= 2);
+    }
+}
+
 /// Outer steps and inner iterations on the disc.
 #[test]
 fn tens_of_steps_on_the_disc() {
