@@ -24,6 +24,7 @@ mod film;
 mod films;
 mod gallery;
 mod memory;
+mod optimal_alpha;
 mod paper;
 mod print;
 mod progress;

@@ -3,8 +3,9 @@
 //! For each scene and each of MMS, AMMS and TMMS with β = α and β = α − 0.2, in double and in
 //! single precision, the colour is the asymptotic contraction of the residual, as sweeps for a
 //! digit; marks tell how a solve failed. The solid outline is Theorem 2's region, the dashed one
-//! what a witness proves. The maps and the cells as CSV go to `docs/charts`. Ends with an error if
-//! a method fails inside what is proved.
+//! what a witness proves. One more chart has the α that Young's theory predicts beside the best.
+//! Charts and their numbers as CSV go to `docs/charts`. Ends with an error if a method fails inside
+//! what is proved.
 
 use std::error::Error;
 
@@ -17,7 +18,7 @@ use kuva::plot::MarkerShape;
 use crate::{
     Charts,
     chart::{Panel, provenance, write, write_csv},
-    print,
+    optimal_alpha, print,
     progress::counting,
     scenes::{Problem, Scene},
 };
@@ -115,6 +116,7 @@ pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>
         write_csv(&path, header, &rows)?;
     }
     bar.finish_and_clear();
+    optimal_alpha::draw(out, *quick, &provenance)?;
     print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
     Ok(())
 }

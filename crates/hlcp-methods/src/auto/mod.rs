@@ -41,7 +41,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | pivoting | ten digits in ten eliminations | twelve eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line,
-/// and after each window of a method its promise is divided by four and its window doubled. So SOR
+/// and after each window of a method its promise is halved and its window doubled. So SOR
 /// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
 /// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
 /// better. Inner linear solves keep to what is left of the window. Where the solver would end with
@@ -73,12 +73,12 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
-/// is set going. Then the solve converges, if its limits allow. For that method's windows grow if
-/// it has turns without end, and one of `4W` shows a progress of `0.23/W` at least, although it may
-/// begin at ten times the smallest residual. If its turns end, the windows of the others make, at
-/// last, the progress that it still promises. How fast that is no theorem says: promises fall by
-/// four while windows double, so a slow method may keep its turns where the good one's promise has
-/// fallen below its progress before the good one's window was long enough to show more.
+/// is set going, and let `c` be the least of 0.23 and an eighth of its first promise times its first
+/// window. Then the logarithm of the smallest residual falls by `c/(6W)` a sweep or more in the
+/// mean, apart from at most `2k/c` times `W` sweeps for each method, where `k` is its first promise
+/// times its first window, and from the last window. `docs/theory.md` ("Turns that are measured")
+/// has the proof. It needs promise times window to stay what it is, so that no promise falls below
+/// the progress of a good method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton

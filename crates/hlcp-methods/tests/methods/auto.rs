@@ -5,8 +5,8 @@ use crate::newton::torsion;
 use approx::assert_abs_diff_eq;
 use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
-    AdaptiveSor, Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options,
-    Outcome, Parameters, Solver, Ssor, Status, solve_mixed,
+    Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options, Outcome,
+    Parameters, Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -98,32 +98,6 @@ fn films_are_found_from_zero() {
     let outcome = solver.solve(&q, Options::default()).unwrap();
     assert!(outcome.converged() && outcome.sweeps < 1000, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Newton);
-}
-
-/// Sweeps grow like m, not like m²: between m = 24 and m = 96 by far less than sixteen times.
-#[test]
-fn over_relaxation_is_found_on_the_discs() {
-    for lcp in [true, false] {
-        let sweeps = [24, 96].map(|m| {
-            let p = Disc { lcp, m }.pose::<f64>().unwrap();
-            let (outcome, solver) = solved(AdaptiveSor::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
-            assert!(solver.method().is_accelerated() && solver.method().alpha() > 1.6);
-            outcome.sweeps
-        });
-        assert!(sweeps[1] < 8 * sweeps[0], "{sweeps:?}");
-    }
-}
-
-/// On the slider AMSOR fails past the α that it tries first, and MMS for every α from 1.4 on: the
-/// solve leaves it and converges.
-#[test]
-fn a_relaxation_that_fails_is_left() {
-    for cells in [24, 32, 50, 100] {
-        for tau in [0.8, 1.0, 1.2] {
-            let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-            let _ = solved(AdaptiveSor::new(problem(tau, a, b)).unwrap(), &q);
-        }
-    }
 }
 
 #[test]

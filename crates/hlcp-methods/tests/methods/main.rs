@@ -1,5 +1,6 @@
 //! The methods, one module for each family, and how solves end.
 
+mod adaptive;
 mod anderson;
 mod answers;
 mod auto;
