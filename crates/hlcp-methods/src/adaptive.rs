@@ -14,9 +14,10 @@ use crate::{Clock, Method};
 ///
 /// The method starts with α = 1 and measures λ by the residuals of the second half of a window of
 /// sweeps. While λ is larger than it would be at the best α, the method takes the α that λ tells,
-/// but at most halves `2 − α` and doubles `α − 1`, from 0.1 on. It takes α back to a quarter of
-/// `α − 1` where the residual has not fallen in four windows or has grown tenfold in one, and then
-/// waits for 2, 4, 8, … windows. After growth, half of that `α − 1` is the bound from then on.
+/// but at most halves `2 − α` and doubles `α − 1`, from 0.1 on. Where the residual has not fallen
+/// for four windows, or has grown tenfold in one, the method keeps a quarter of `α − 1`, and waits
+/// for 2, 4, 8, … windows and for a residual smaller than before. After growth, half of `α − 1` is
+/// the bound from then on.
 ///
 /// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does
 /// well.
@@ -110,10 +111,10 @@ struct Search {
     /// The residuals at the beginning and in the middle of the window.
     begin: f64,
     middle: f64,
-    /// The smallest residual since α was last taken back, and the windows that have not made it.
+    /// The smallest residuals before and since α was last taken back, and the sweeps since then.
+    before: f64,
     least: f64,
-    falls: bool,
-    idle: usize,
+    since: usize,
     /// How often α was taken back, and the windows to wait before it is raised again.
     failures: u32,
     rest: usize,
@@ -145,9 +146,9 @@ impl Search {
             at: 0,
             begin: f64::NAN,
             middle: f64::NAN,
+            before: f64::INFINITY,
             least: f64::INFINITY,
-            falls: false,
-            idle: 0,
+            since: 0,
             failures: 0,
             rest: 0,
         }
@@ -161,21 +162,19 @@ impl Search {
         if self.at == self.window / 2 {
             self.middle = residual;
         }
-        self.falls |= residual < self.least;
-        self.least = self.least.min(residual);
-        let grown = residual.is_nan() || residual > GROWN * self.begin;
-        let ends = self.at == self.window;
-        if ends {
-            self.idle = if self.falls { 0 } else { self.idle + 1 };
+        self.since += 1;
+        if residual < self.least {
+            (self.least, self.since) = (residual, 0);
         }
-        if grown || self.idle == IDLE {
+        let grown = residual.is_nan() || residual > GROWN * self.begin;
+        if grown || self.since >= IDLE * self.window {
             self.take_back(grown);
             return;
         }
-        if ends {
+        if self.at == self.window {
             let sweeps = self.window - self.window / 2;
             self.raise((residual / self.middle).powf((sweeps as f64).recip()));
-            (self.at, self.begin, self.falls) = (0, residual, false);
+            (self.at, self.begin) = (0, residual);
         }
         self.at += 1;
     }
@@ -183,9 +182,10 @@ impl Search {
     /// Takes the α that a rate tells, if it is larger.
     fn raise(&mut self, rate: f64) {
         let excess = self.alpha - 1.0;
+        let falls = self.least < self.before && self.since < self.window;
         if self.rest > 0 {
             self.rest -= 1;
-        } else if self.idle == 0 && rate > excess.max(0.0).powf(PART) && rate < 1.0 {
+        } else if falls && rate > excess.max(0.0).powf(PART) && rate < 1.0 {
             let double =
                 if excess < 0.0 { self.alpha / SMALLER } else { 1.0 + FIRST.max(2.0 * excess) };
             let alpha = best(rate, self.alpha).min(0.5 * (self.alpha + 2.0)).min(double);
@@ -204,8 +204,8 @@ impl Search {
         };
         let bound = if grown { 1.0 + 0.5 * excess.max(0.0) } else { self.bound };
         let failures = (self.failures + 1).min(30);
-        let rest = 1 << failures;
-        *self = Self { alpha, bound, window: window(alpha), failures, rest, ..Self::new() };
+        let (rest, before) = (1 << failures, self.before.min(self.least));
+        *self = Self { alpha, bound, window: window(alpha), failures, rest, before, ..Self::new() };
     }
 }
 
