@@ -6,14 +6,13 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
-    Witness,
     classes::{Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius_below_one},
     comparison::{Against, Coupled, Weights, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
     steps::{Contraction, Steps},
-    witness_within,
+    uniqueness::{Uniqueness, Witness, uniqueness_within},
 };
 
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
@@ -306,7 +305,6 @@ pub enum Proof {
     /// The relaxed theorem.
     Relaxed,
     /// A vector `d > 0` with `(⟨M⟩ − |N| − |BΩ − A|)d > 0` for every step.
-    Witness,
     /// The column theorem, for steps that solve one scalar equation after the other.
     Columns,
 }
@@ -429,7 +427,8 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
         return Convergence::Proved(proof, contraction);
     }
     if all.solve_scalars()
-        && let Ok(Some(Witness::Left { v })) = witness_within(problem.a(), problem.b(), clock)
+        && let Ok(Uniqueness::Proved(Witness::Left { v })) =
+            uniqueness_within(problem.a(), problem.b(), clock)
         && let Some(contraction) = all.contraction_of_sums(v)
     {
         return Convergence::Proved(Proof::Columns, contraction);
