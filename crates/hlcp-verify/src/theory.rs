@@ -305,6 +305,7 @@ pub enum Proof {
     /// The relaxed theorem.
     Relaxed,
     /// A vector `d > 0` with `(⟨M⟩ − |N| − |BΩ − A|)d > 0` for every step.
+    Witness,
     /// The column theorem, for steps that solve one scalar equation after the other.
     Columns,
 }
