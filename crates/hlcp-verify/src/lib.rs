@@ -53,14 +53,15 @@
 //!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
-//! Candidates for witnesses and for corrections come from the multigrid of `hlcp-methods`. No proof
-//! rests on it: every claim is checked by products that are rounded outward.
+//! Candidates for witnesses and for corrections come from a sparse LU factorisation or from the
+//! multigrid of `hlcp-methods`. No proof rests on these: every claim is checked by products that are
+//! rounded outward, or exact.
 //!
 //! # Not supported
 //!
 //! * Operators without rows: every proof reads the entries.
-//! * Pairs outside the classes of the theorems. Without a witness nothing is claimed, which does
-//!   not mean that the problem has no solution or several.
+//! * Pairs outside the classes of the theorems. Without a witness or a [`Disproof`] nothing is
+//!   claimed, which does not mean that the problem has no solution or several.
 //! * Proofs of convergence for methods beyond the paper. Their answers can be certified.
 
 mod certificate;

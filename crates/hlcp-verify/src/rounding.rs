@@ -275,6 +275,9 @@ mod tests {
             seen[(order as i8 + 1) as usize] += 1;
         }
         assert!(seen.iter().all(|&seen| seen > 50), "{seen:?}");
+        // 3·fl(1/3) is below 1 and rounds to 1.
+        let third = [(3.0, 1.0 / 3.0), (-1.0, 1.0)];
+        assert_eq!(sign(third.into_iter()), Some(Ordering::Less));
         assert_eq!(sign([(1e-200, 1e-200), (1e-200, -1e-200)].into_iter()), None);
         assert_eq!(sign([(f64::NAN, 0.0)].into_iter()), None);
     }

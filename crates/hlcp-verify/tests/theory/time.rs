@@ -5,7 +5,9 @@ use std::sync::atomic::Ordering::Relaxed;
 use crate::common::Counted;
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, LinearOperator, Omega};
 use hlcp_methods::Clock;
-use hlcp_verify::{Convergence, Refusal, certify_within, convergence_within, uniqueness_within};
+use hlcp_verify::{
+    Convergence, Reason, Refusal, Uniqueness, certify_within, convergence_within, uniqueness_within,
+};
 
 const M: usize = 180;
 
@@ -76,6 +78,15 @@ fn searches_for_witnesses_end_with_the_time() {
     for late in times(whole) {
         let (_, asked, most) = searched(late);
         assert!(asked == late + 1 && most <= WALKS, "{late}: {asked} looks, {most} walks");
+    }
+    let decided = |late| cut(&a, late, |clock| uniqueness_within(&a, &b, clock).unwrap());
+    let (found, whole, most) = decided(usize::MAX);
+    assert!(matches!(found, Uniqueness::Proved(_)));
+    assert!(whole > 1 && most <= WALKS, "{whole} looks, {most} walks");
+    for late in 0..whole {
+        let (found, asked, most) = decided(late);
+        assert!(asked == late + 1 && most <= WALKS, "{late}: {asked} looks, {most} walks");
+        assert_eq!(found, Uniqueness::Open(Reason::TimeLimit));
     }
     let problem = Hlcp::new(&a, &b, Omega::Uniform(4.0)).unwrap();
     let steps = [Aor::gauss_seidel()];
