@@ -147,7 +147,7 @@ impl fmt::Display for Reason {
 ///     u: vec![1.0, 1.0],
 /// };
 /// assert_eq!(disproof, by_hand);
-/// assert!(by_hand.holds(&a, &b) && !by_hand.holds(&b, &b));
+/// assert!(by_hand.holds::<f64>(&a, &b) && !by_hand.holds::<f64>(&b, &b));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
