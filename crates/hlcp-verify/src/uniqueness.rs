@@ -272,11 +272,10 @@ fn from_the_right<T: Scalar>(
 ) -> Option<Witness> {
     let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
     let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
-    let weights = Weights::Chosen(&omega);
-    let coupled = Coupled { a, b, omega: weights, against: Against::Pair };
     if !positive(&omega) {
         return None;
     }
+    let coupled = Coupled { a, b, omega: Weights::Chosen(&omega), against: Against::Pair };
     let Answer::Yes(d) = radius_below_one(&coupled, clock) else { return None };
     Some(Witness::Right { omega, d })
 }
@@ -315,20 +314,23 @@ pub(crate) fn search(z: &impl Comparison, clock: &mut Clock<'_>) -> Found {
     while !clock.is_up() && met.insert(choice.clone()) {
         match kind(z, &choice, &mut right, clock) {
             Some(Kind::Regular(v)) => {
+                if let Some((other, u)) = other {
+                    return Found::Differ(Disproof { m_matrix: choice, v, other, u });
+                }
                 let Some(next) = worst_columns(z, &v) else { return Found::Common(v) };
                 regular = Some((std::mem::replace(&mut choice, next), v));
             }
-            Some(Kind::Other(_)) if other.is_some() => return Found::Neither,
             Some(Kind::Other(u)) => {
+                if let Some((m_matrix, v)) = regular {
+                    return Found::Differ(Disproof { m_matrix, v, other: choice, u });
+                }
+                if other.is_some() {
+                    return Found::Neither;
+                }
                 let second = vec![true; choice.len()];
                 other = Some((std::mem::replace(&mut choice, second), u));
             }
             None => return Found::Open,
-        }
-        if let (Some((m_matrix, v)), Some((other, u))) = (&mut regular, &mut other) {
-            let take = std::mem::take::<Vec<bool>>;
-            let [v, u] = [v, u].map(std::mem::take);
-            return Found::Differ(Disproof { m_matrix: take(m_matrix), v, other: take(other), u });
         }
     }
     Found::Open
