@@ -11,7 +11,7 @@ use std::error::Error;
 
 use clap::Args;
 use hlcp_core::{Aor, Scalar, files::printable};
-use hlcp_methods::{Limits, Options, Outcome, Parameters, Status};
+use hlcp_methods::{Limits, NameError, Named, Options, Outcome, Parameters, Status};
 use hlcp_verify::{Convergence, convergence, theorem_2};
 use kuva::plot::MarkerShape;
 
@@ -83,8 +83,9 @@ pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>
     for scene in &scenes {
         let (mut panels, mut rows) = (vec![], vec![]);
         for (lag, beta) in [(0.0, "α"), (0.2, "α − 0.2")] {
-            let known = plane.cells(|alpha, tau| known(&scene.wide, [alpha, alpha - lag, tau]))?;
             for method in METHODS {
+                let known = plane
+                    .cells(|alpha, tau| known(&scene.wide, method, [alpha, alpha - lag, tau]))?;
                 let wide = plane
                     .cells(|alpha, tau| solve(&scene.wide, method, [alpha, alpha - lag, tau]))?;
                 bar.inc(1);
@@ -193,11 +194,12 @@ fn scenes(quick: bool) -> Result<Vec<Posed>, hlcp_core::Error> {
 fn solve<T: Scalar>(
     problem: &Problem<T>,
     method: &str,
-    [alpha, beta, tau]: [f64; 3],
+    parameters: [f64; 3],
 ) -> Result<Cell, Box<dyn Error>> {
-    let parameters = Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() };
+    let [alpha, _, tau] = parameters;
     let per_iteration = if method.starts_with('T') { 2 } else { 1 };
-    let mut solver = problem.solver(method, parameters, tau)?.with_history(SWEEPS + 1);
+    let solver = problem.solved_by(&named(method, parameters)?, tau)?;
+    let mut solver = solver.with_history(SWEEPS + 1);
     let single = T::epsilon() > T::from(1e-12).unwrap_or_else(T::nan);
     let relative = if single { 1e-5 } else { 1e-12 };
     let iterations = SWEEPS / per_iteration;
@@ -213,13 +215,24 @@ fn solve<T: Scalar>(
     Ok(Cell { alpha, tau, status, sweeps, contraction })
 }
 
-/// What the theorems say of one MAOR step, and with it of two and of the accelerated one
-/// (docs/theory.md, section 2).
-fn known(problem: &Problem<f64>, [alpha, beta, tau]: [f64; 3]) -> Result<Known, Box<dyn Error>> {
+/// What the theorems say of the method.
+fn known(
+    problem: &Problem<f64>,
+    method: &str,
+    parameters: [f64; 3],
+) -> Result<Known, Box<dyn Error>> {
+    let [alpha, beta, tau] = parameters;
     let problem = problem.hlcp(tau)?;
-    let steps = [Aor::new(alpha, beta)?];
+    let steps = named(method, parameters)?.steps(&problem)?.ok_or("a method of the paper")?;
     let witness = matches!(convergence(&problem, &steps), Convergence::Proved(..));
-    Ok(Known { witness, theorem_2: witness && theorem_2(&problem, &steps).applies() })
+    // The theorem is the same for one step and for two, and its region is drawn for AMMS as well.
+    let plain = [Aor::new(alpha, beta)?];
+    Ok(Known { witness, theorem_2: witness && theorem_2(&problem, &plain).applies() })
+}
+
+fn named(method: &str, [alpha, beta, _]: [f64; 3]) -> Result<Named, NameError> {
+    let given = Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() };
+    Named::parse(method, given)
 }
 
 /// Refuses a proof that a solve contradicts.
