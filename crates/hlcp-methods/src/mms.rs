@@ -34,7 +34,8 @@ use crate::{Clock, Method, Work};
 ///
 /// With [`Aor::accelerated`](hlcp_core::Aor::accelerated) for the step this is AMMS: |x⁺| takes the
 /// place of |x| wherever the sweep has passed. The cost is the same. The paper states no theorem
-/// for it and refers to its source; the relaxed theorem of `docs/theory.md` covers it.
+/// for it and refers to its source; two theorems of `docs/theory.md` cover it, the relaxed one, and
+/// for SOR the column theorem, which holds on films.
 ///
 /// # Source
 ///
