@@ -7,7 +7,7 @@ use hlcp_methods::{Clock, Method};
 
 use crate::{
     decimal::decimal,
-    enclosure::{Assembled, by_method, difference, holds, holds_one, is_z_pair},
+    enclosure::{Assembled, by_method, holds, holds_one, is_z_pair},
     rounding::{Doubled, larger},
 };
 
@@ -341,7 +341,7 @@ pub fn certify_by<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
         };
         if let Some((sides, is_narrow)) = sides {
             let problem = method.problem();
-            let mut sides = sides.map(|side| difference(problem, &side));
+            let mut sides = sides;
             if is_exchanged {
                 sides.swap(0, 1);
             }

@@ -91,7 +91,7 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     q: &[T],
     given: &[T],
     clock: &mut Clock<'_>,
-) -> Option<([Vec<T>; 2], bool)> {
+) -> Option<([Vec<f64>; 2], bool)> {
     let mut spare = [given.to_vec(), given.to_vec()];
     let mut centre = given.to_vec();
     let problem = method.problem();
@@ -113,13 +113,100 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
         };
         let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(given));
         if search.is_better {
-            found = Some((sides, search.is_narrow || rest <= 1.5 * floor));
+            found = Some(sides);
         }
         if !goes_on {
-            break;
+            let is_at_floor = !search.is_narrow && rest <= 1.5 * floor;
+            let reach = T::of(4.0 * search.width);
+            let finer = is_at_floor
+                .then(|| refined(method, q, (&centre, reach), &shape, &mut spare, clock))
+                .flatten();
+            let is_narrow = search.is_narrow || is_at_floor;
+            let problem = method.problem();
+            let plain = || found.map(|sides| sides.map(|side| difference(problem, &side)));
+            return finer.or_else(plain).map(|sides| (sides, is_narrow));
         }
     }
-    found
+    let problem = method.problem();
+    found.map(|sides| (sides.map(|side| difference(problem, &side)), false))
+}
+
+/// Encloses a solution more closely than doubles around `centre` can: F is moved so that the
+/// solution of the moved problem is small where the centre is large, and what the method makes of
+/// that is added to the centre as a second number.
+///
+/// An entry of the centre is cut to `reach`; if the solution is farther from it than that, the check
+/// fails.
+fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
+    method: &mut M,
+    q: &[T],
+    (centre, reach): (&[T], T),
+    shape: &[T],
+    spare: &mut [Vec<T>; 2],
+    clock: &mut Clock<'_>,
+) -> Option<[Vec<f64>; 2]> {
+    let problem = method.problem();
+    if problem.q_factor() < T::zero() {
+        return None;
+    }
+    let cut: Vec<T> = centre.iter().map(|x| x.max(-reach).min(reach)).collect();
+    let [near, small] = [centre, &cut].map(|x| difference(problem, x));
+    let minus: Vec<f64> = small.iter().map(|x| -x).collect();
+    let rows = RowsAt { a: problem.a(), b: problem.b(), near: &near };
+    let moved: Vec<T> =
+        (0..q.len()).map(|i| T::of(rows.sum(i, q[i], &minus, &near, 1.0).value())).collect();
+    let mut x = cut;
+    let rest = run(method, &moved, &mut x, [1e-3, 0.0], spare, clock)?;
+    let (problem, level) = (method.problem(), T::of((3.0 * rest).max(1e-290)));
+    let rows = RowsAt { a: problem.a(), b: problem.b(), near: &near };
+    let side = |way: f64| {
+        let at: Vec<T> = x.iter().zip(shape).map(|(&x, &s)| x + T::of(way) * level * s).collect();
+        let mut more = difference(problem, &at);
+        more.iter_mut().zip(&small).for_each(|(more, small)| *more -= small);
+        let x: Vec<f64> = near.iter().zip(&more).map(|(x, y)| x + y).collect();
+        let holds = (0..q.len()).all(|i| rows.sum(i, q[i], &more, &x, way).interval().lower > 0.0);
+        holds.then_some((more, x))
+    };
+    let [(below, lower), (above, upper)] = [side(-1.0)?, side(1.0)?];
+    if !below.iter().zip(&above).all(|(l, u)| l <= u) {
+        return None;
+    }
+    let outward = |x: Vec<f64>, next: fn(f64) -> f64| x.into_iter().map(next).collect();
+    Some([outward(lower, f64::next_down), outward(upper, f64::next_up)])
+}
+
+/// The rows of F at a sum of two numbers.
+struct RowsAt<'a, A, B> {
+    a: &'a A,
+    b: &'a B,
+    near: &'a [f64],
+}
+
+impl<A, B> RowsAt<'_, A, B> {
+    /// `way` times entry `i` of F at `near + more`, with the columns of the signs of `x`.
+    fn sum<T: Scalar>(&self, i: usize, q: T, more: &[f64], x: &[f64], way: f64) -> Doubled
+    where
+        A: Rows<T>,
+        B: Rows<T>,
+    {
+        let mut sum = Doubled::default();
+        sum.add(q.wide(), way);
+        let mut add = |c: f64, j: usize| {
+            sum.add(way * c, self.near[j]);
+            sum.add(way * c, more[j]);
+        };
+        visit(self.a, i, |j, a| {
+            if x[j] >= 0.0 {
+                add(a, j)
+            }
+        });
+        visit(self.b, i, |j, b| {
+            if x[j] < 0.0 {
+                add(b, j)
+            }
+        });
+        sum
+    }
 }
 
 /// About what rounding makes of the residual at `x`.
@@ -314,8 +401,7 @@ impl Assembled {
         let method = base.and_then(AmgNewton::new);
         let mut method = method.map_err(|_| Refusal::Overflow)?;
         let found = if is_z_pair(a, b) {
-            by_method(&mut method, q, &x, clock)
-                .map(|(sides, _)| sides.map(|side| difference(&problem, &side)))
+            by_method(&mut method, q, &x, clock).map(|(sides, _)| sides)
         } else {
             self.by_moduli(&mut method, x, clock)
         };
