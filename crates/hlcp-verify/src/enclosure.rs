@@ -53,27 +53,30 @@ fn run<T: Scalar, M: Method<T>>(
     let q = Rhs::new(q).ok()?;
     let [y, spare] = spare;
     let (mut goal, mut best, mut improved) = (f64::NAN, f64::INFINITY, 0);
+    let mut ends = |k: usize, residual: f64, gain: f64| {
+        if k == 0 {
+            goal = (part * residual).max(floor);
+        }
+        if residual < gain * best {
+            (best, improved) = (residual, k);
+        }
+        residual <= goal || k - improved > IDLE + k / 4
+    };
     method.restart();
     for k in 0.. {
-        // A method whose steps are long may know the residual beforehand.
-        let known = method.residual(&q, x);
-        if let Some(known) = known.filter(|known| known.linf <= goal) {
-            return Some(known.linf);
+        // A method whose steps are long may know the residual beforehand, and needs no step from
+        // the last iterate. They gain much, unless they end in rounding.
+        let known = method.residual(&q, x).map(|known| known.linf);
+        if let Some(known) = known.filter(|&known| ends(k, known, 0.7)) {
+            return Some(known);
         }
         let norms = method.step(&q, x, y, clock);
         if clock.is_up() || !norms.linf.is_finite() {
             return None;
         }
-        if k == 0 {
-            goal = (part * norms.linf).max(floor);
-        }
-        // Long steps gain more, unless they end in rounding.
-        if norms.linf < if known.is_some() { 0.7 } else { 0.999 } * best {
-            (best, improved) = (norms.linf, k);
-        }
         method.complete(&q, y, spare);
         std::mem::swap(x, y);
-        if norms.linf <= goal || k - improved > IDLE + k / 4 {
+        if known.is_none() && ends(k, norms.linf, 0.999) {
             return Some(norms.linf);
         }
     }
