@@ -48,8 +48,11 @@ fn run<T: Scalar, M: Method<T>>(
     spare: &mut [Vec<T>; 2],
     clock: &mut Clock<'_>,
 ) -> Option<f64> {
-    /// Iterations that may bring nothing, beside a quarter of all.
-    const IDLE: usize = 2;
+    /// Iterations that may bring nothing, beside a quarter of all: near the rounding, and where
+    /// Newton's method first moves a front.
+    const IDLE: [usize; 2] = [2, 10];
+    /// How far from the floor rounding is not met yet.
+    const FAR: f64 = 1e4;
     let q = Rhs::new(q).ok()?;
     let [y, spare] = spare;
     let (mut goal, mut best, mut improved) = (f64::NAN, f64::INFINITY, 0);
@@ -60,7 +63,7 @@ fn run<T: Scalar, M: Method<T>>(
         if residual < gain * best {
             (best, improved) = (residual, k);
         }
-        residual <= goal || k - improved > IDLE + k / 4
+        residual <= goal || k - improved > IDLE[usize::from(best > FAR * floor)] + k / 4
     };
     method.restart();
     for k in 0.. {
@@ -111,7 +114,8 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     for _ in 0..BOXES {
         let rest = run(method, q, &mut centre, [search.part, floor], &mut spare, clock);
         let Some(rest) = rest.map(|rest| rest.max(floor)) else { break };
-        let Some(sides) = around(method, q, &centre, rest, &mut shape, &mut spare, clock) else {
+        let Some(sides) = around(method, q, &centre, [rest, floor], &mut shape, &mut spare, clock)
+        else {
             break;
         };
         let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(given));
@@ -159,7 +163,8 @@ fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     let moved: Vec<T> =
         (0..q.len()).map(|i| T::of(rows.sum(i, q[i], &minus, &near, 1.0).value())).collect();
     let mut x = cut;
-    let rest = run(method, &moved, &mut x, [1e-3, 0.0], spare, clock)?;
+    let floor = rounding(problem, &moved, &x);
+    let rest = run(method, &moved, &mut x, [1e-3, floor], spare, clock)?;
     let (problem, level) = (method.problem(), T::of((3.0 * rest).max(1e-290)));
     let rows = RowsAt { a: problem.a(), b: problem.b(), near: &near };
     let side = |way: f64| {
@@ -293,7 +298,7 @@ fn around<T: Scalar, M: Method<T>>(
     method: &mut M,
     q: &[T],
     centre: &[T],
-    rest: f64,
+    [rest, floor]: [f64; 2],
     shape: &mut [T],
     spare: &mut [Vec<T>; 2],
     clock: &mut Clock<'_>,
@@ -312,7 +317,7 @@ fn around<T: Scalar, M: Method<T>>(
             let shift = T::of(sign * way * level);
             let shifted: Vec<T> = q.iter().map(|&q| q - shift).collect();
             x.copy_from_slice(centre);
-            run(method, &shifted, &mut x, [SIDE, 0.0], spare, clock)?;
+            run(method, &shifted, &mut x, [SIDE, floor], spare, clock)?;
             for (s, (&x, &centre)) in shape.iter_mut().zip(x.iter().zip(centre)) {
                 *s = (x - centre) / T::of(way * level);
             }
