@@ -196,6 +196,8 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
 pub enum Refusal {
     /// A diagonal entry of `A` or `B` is not positive and finite.
     Diagonal,
+    /// An entry off the diagonal of `A` or `B` may be positive.
+    OffDiagonal,
     /// No box near the answer could be proved to hold a solution.
     NoBox,
     /// A number overflowed, or an entry of `A` or `B` is not finite.
@@ -208,6 +210,7 @@ impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Diagonal => "a diagonal entry of A or B is not positive and finite",
+            Self::OffDiagonal => "an entry off the diagonal of A or B may be positive",
             Self::NoBox => {
                 "no box near the answer was found that must hold a solution; a smaller residual \
                  may show one"
@@ -406,6 +409,66 @@ pub fn certify_box<T: Scalar>(
         let is_alone = holds_one(a, b, &sides);
         Certificate::new(sides, is_alone, [z, r])
     }))
+}
+
+/// As [`certify_within`], for data that are known within bounds: the solutions of HLCP(A, B, q)
+/// for all `A`, `B` and `q` between the first and the second of each pair.
+///
+/// Each of these problems has a solution within the [`interval`](Certificate::interval)s; nothing is
+/// said of others ([`Certificate::is_alone`] is `false`). Where no entry off the diagonal can be
+/// positive, one problem is the worst upwards, HLCP(A₁, B₂, q₁), and one downwards,
+/// HLCP(A₂, B₁, q₂), so the intervals are as narrow as these two solutions are close.
+///
+/// # Cost
+///
+/// That of [`certify`] twice.
+///
+/// # Errors
+///
+/// As [`certify`]; [`Refusal::OffDiagonal`] where an entry off the diagonal may be positive.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_methods::Clock;
+/// use hlcp_verify::certify_range;
+///
+/// let [low, high] = [3.9, 4.1].map(|d| FivePoint::new(2, 1, [0.0, -1.0, d, -1.0, 0.0]).unwrap());
+/// let b = Identity { order: 2 };
+/// // z = (4/d, 0) and r = (0, 3 − 4/d).
+/// let (q, z, r) = ([-4.0, 3.0], [1.0, 0.0], [0.0, 2.0]);
+/// let found =
+///     certify_range([&low, &high], [&b, &b], [&q, &q], [&z, &r], &mut Clock::endless())?;
+/// let [lower, upper] = found.expect("a Z-pair").interval(0)[0];
+/// assert!((lower - 4.0 / 4.1).abs() < 1e-12 && (upper - 4.0 / 3.9).abs() < 1e-12);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn certify_range<T: Scalar>(
+    a: [&impl Rows<T>; 2],
+    b: [&impl Rows<T>; 2],
+    q: [&[T]; 2],
+    [z, r]: [&[T]; 2],
+    clock: &mut Clock<'_>,
+) -> Result<Result<Certificate, Refusal>, Error> {
+    for k in 0..2 {
+        check(a[k], b[k], q[k], [z, r])?;
+    }
+    if !is_z_pair(a[1], b[1]) {
+        return Ok(Err(Refusal::OffDiagonal));
+    }
+    Ok((|| {
+        // Only columns of A where z is, and only those of B where r is, add to F: so of all the
+        // problems F is least for the one, and largest for the other.
+        let [_, upper] = enclose(a[0], b[1], q[0], [z, r], clock)?.bounds;
+        let [lower, _] = enclose(a[1], b[0], q[1], [z, r], clock)?.bounds;
+        // The sides are proved before they are rounded outward.
+        let inward = |x: f64, next: fn(f64) -> f64| next(next(x));
+        let is_ordered = |l: &f64, u: &f64| inward(*l, f64::next_up) <= inward(*u, f64::next_down);
+        if lower.iter().zip(&upper).all(|(l, u)| is_ordered(l, u)) {
+            Ok(Certificate::new([lower, upper], false, [z, r]))
+        } else {
+            Err(Refusal::NoBox)
+        }
+    })())
 }
 
 /// The certificate by Newton's method on the assembled pair.

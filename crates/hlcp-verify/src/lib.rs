@@ -81,14 +81,14 @@ mod theory;
 mod uniqueness;
 
 pub use certificate::{
-    Branch, Certificate, Refusal, certify, certify_box, certify_by, certify_within,
+    Branch, Certificate, Refusal, certify, certify_box, certify_by, certify_range, certify_within,
 };
 pub use decimal::{decimal, fixed};
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Disc, Equilibrium, Example, Film, FilmFigures, Forces, JournalBearing,
-    Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep, equilibrium,
+    AmericanPut, Bearing2d, Disc, Equilibrium, Example, Film, FilmFigures, FilmRange, Forces,
+    JournalBearing, Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep, equilibrium,
 };
 pub use steps::Contraction;
 pub use theory::{

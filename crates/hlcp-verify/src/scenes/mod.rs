@@ -16,7 +16,8 @@ pub use bearing2d::Bearing2d;
 pub use disc::Disc;
 pub use example::{Example, Posed};
 pub use film::{
-    Equilibrium, Film, FilmFigures, Forces, ProvedFigures, Side, Supply, TimeStep, equilibrium,
+    Equilibrium, Film, FilmFigures, FilmRange, Forces, ProvedFigures, Side, Supply, TimeStep,
+    equilibrium,
 };
 pub use journal_bearing::JournalBearing;
 pub use obstacle::Obstacle;

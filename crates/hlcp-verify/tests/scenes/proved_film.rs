@@ -1,7 +1,7 @@
 //! The proved figures of films, against exact rational solutions.
 
 use hlcp_core::Rows;
-use hlcp_methods::{Limits, Named, Options, Parameters, Solver};
+use hlcp_methods::{Clock, Limits, Named, Options, Parameters, Solver};
 use hlcp_verify::{
     Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, uniqueness,
 };
@@ -164,6 +164,7 @@ struct Figures {
     /// Of sides, then of supplies.
     flows: Vec<Exact>,
     peak: Exact,
+    friction: [Exact; 2],
 }
 
 impl Figures {
@@ -203,6 +204,9 @@ impl Figures {
         };
         let mut flows = vec![Exact::zero(); 4 + film.supplies.len()];
         let mut peak = z.iter().max().expect("a cell").clone();
+        // ∫ h p′ in units of z.
+        let mut turned = Exact::zero();
+        let gap = |k: usize| exact(film.gap[k]);
         for k in (0..z.len()).filter(|&k| in_supply(k).is_none()) {
             for direction in 0..4 {
                 let (axis, on) = (direction / 2, direction % 2 == 1);
@@ -232,20 +236,26 @@ impl Figures {
                         (direction, film.cavitation, content)
                     }
                     (None, _) => {
-                        if let (Some(next), true, 0) = (neighbour, on, axis)
-                            && r[k].is_zero()
-                            && r[next].is_zero()
-                            && !(z[k].is_zero() && z[next].is_zero())
-                        {
+                        if let (Some(next), true, 0) = (neighbour, on, axis) {
                             let [k1, k2] = [mobility(k), mobility(next)];
-                            let step = exact(film.gap[k]) - exact(film.gap[next]);
-                            let push = step * &spacing[0] * &drift / (&two * &unit);
-                            peak = peak.max((&k1 * &z[k] + &k2 * &z[next] + push) / (k1 + k2));
+                            let [s1, s2] = [k, next].map(|k| gap(k) * (Exact::one() - &r[k]));
+                            let push = (s1 - s2) * &spacing[0] * &drift / (&two * &unit);
+                            let mut wall = (&k1 * &z[k] + &k2 * &z[next] + push) / (k1 + k2);
+                            if wall.is_negative() || z[k].is_zero() && z[next].is_zero() {
+                                wall = Exact::zero();
+                            }
+                            turned += gap(k) * (&wall - &z[k]) + gap(next) * (&z[next] - &wall);
+                            if r[k].is_zero() && r[next].is_zero() {
+                                peak = peak.max(wall);
+                            }
                         }
                         continue;
                     }
                 };
                 let outward = if on { Exact::one() } else { -Exact::one() };
+                if axis == 0 {
+                    turned += &outward * gap(k) * ((exact(pressure) - &cavitation) / &unit - &z[k]);
+                }
                 let along = if axis == 0 { &outward * &drift } else { Exact::zero() };
                 let content =
                     if along.is_positive() { Exact::one() - &r[k] } else { exact(enters) };
@@ -259,7 +269,13 @@ impl Figures {
         let cell = &spacing[0] * &spacing[1];
         let above = |z: &Exact| &unit * z + &cavitation - exact(ambient);
         let loads = z.iter().map(|z| above(z) * &cell).collect();
-        Self { loads, flows, peak: peak * unit + cavitation }
+        let viscosity = |k: usize| film.viscosity[if film.viscosity.len() == 1 { 0 } else { k }];
+        let covered = |k: usize| exact(viscosity(k)) / gap(k) * (Exact::one() - &r[k]);
+        let slip = exact(film.speeds[0]) - exact(film.speeds[1]);
+        let sheared = (0..z.len()).map(covered).sum::<Exact>() * slip * &cell;
+        let turned = turned * &spacing[1] / &two * &unit;
+        let friction = [&sheared + &turned, sheared - turned];
+        Self { loads, flows, peak: peak * unit + cavitation, friction }
     }
 }
 
@@ -329,6 +345,9 @@ fn exact_figures_lie_in_their_intervals() {
         };
         check("load", found.load, intervals.load, &truth.force(&vec![1.0; q.len()]));
         check("peak", found.peak, intervals.peak, &truth.peak);
+        for (wall, drag) in truth.friction.iter().enumerate() {
+            check("friction", found.friction[wall], intervals.friction[wall], drag);
+        }
         for (side, flow) in truth.flows.iter().take(4).enumerate() {
             check("side", found.sides[side], intervals.sides[side], flow);
         }
@@ -347,6 +366,92 @@ fn exact_figures_lie_in_their_intervals() {
          solutions; {narrow} narrow intervals"
     );
     assert!(2 * proved > asked && narrow > proved, "{proved} of {asked}, {narrow} narrow");
+}
+
+/// `film` with its gap, viscosity, speeds and the pressures of supplies times these factors.
+fn scaled(film: &Film, [gap, viscosity, speed]: [f64; 3], supplies: &[f64]) -> Film {
+    let mut other = film.clone();
+    other.gap.iter_mut().for_each(|h| *h *= gap);
+    other.viscosity.iter_mut().for_each(|v| *v *= viscosity);
+    other.speeds.iter_mut().for_each(|s| *s *= speed);
+    for (supply, factor) in other.supplies.iter_mut().zip(supplies) {
+        supply.pressure = (supply.pressure * factor).max(film.cavitation);
+    }
+    other
+}
+
+/// Of `HLCP_CASES` random films, or 60: the figures of films within a tolerance of each, half of them
+/// at corners, lie in the range, which is not much wider than the spread of these figures.
+#[test]
+fn films_within_a_tolerance_lie_in_their_range() {
+    let (mut seen, mut proved, mut refused) = (0, 0, 0);
+    let mut widths = vec![];
+    for seed in 0..films_asked(60) {
+        let mut next = noise(seed as u64 * 6571 + 5);
+        next();
+        let (mut film, ambient) = any_film(&mut next);
+        film.step = None;
+        let tolerance = 10.0_f64.powf(-1.0 - 5.0 * next());
+        let Some(([z, r], own)) = certified(&film, &mut || next().max(0.4)) else { continue };
+        let range = film.certify_range(tolerance, &z, &r, &mut Clock::endless()).expect("sound");
+        let Ok(range) = range else {
+            refused += 1;
+            continue;
+        };
+        let (a, b, _) = film.pose().unwrap();
+        if !uniqueness(&a, &b).unwrap().is_proved() {
+            continue; // another solution may be meant
+        }
+        proved += 1;
+        let (figures, ones) = (range.figures(&film, ambient), vec![1.0; z.len()]);
+        let zeros = vec![0.0; z.len()];
+        let load = range.resultant(&film, ambient, [&ones, &zeros]);
+        let mut spread = [f64::INFINITY, f64::NEG_INFINITY];
+        for k in 0..8 {
+            let mut factor = || {
+                let at = 2.0 * next() - 1.0;
+                1.0 + tolerance * if k % 2 == 0 { at.signum() } else { at }
+            };
+            let factors = [(); 3].map(|()| factor());
+            let supplies: Vec<f64> = film.supplies.iter().map(|_| factor()).collect();
+            let other = scaled(&film, factors, &supplies);
+            let Some((_, certificate)) = certified(&other, &mut || 0.5) else { continue };
+            let here = other.proved_figures(&certificate, ambient);
+            // Of the cancelling products of a figure each is rounded when a film is posed.
+            let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
+            let mut overlaps = |what: &str, one: [f64; 2], all: [f64; 2]| {
+                let slack = 1e-9 * size(all);
+                let holds = one[0] <= all[1] + slack && all[0] <= one[1] + slack;
+                assert!(holds, "{seed} {what}: {one:?} of {all:?} within {tolerance:e}; {film:?}");
+                seen += 1;
+            };
+            overlaps("load", here.load, figures.load);
+            let length = other.proved_resultant(&certificate, ambient, [&ones, &zeros]);
+            overlaps("resultant", length, load);
+            overlaps("peak", here.peak, figures.peak);
+            for wall in 0..2 {
+                overlaps("friction", here.friction[wall], figures.friction[wall]);
+            }
+            for side in 0..4 {
+                overlaps("side", here.sides[side], figures.sides[side]);
+            }
+            for (one, all) in here.supplies.iter().zip(&figures.supplies) {
+                overlaps("supply", *one, *all);
+            }
+            spread = [spread[0].min(here.load[1]), spread[1].max(here.load[0])];
+        }
+        let own = film.proved_figures(&own, ambient).load;
+        if spread[1] - spread[0] > 1e3 * (own[1] - own[0]) {
+            widths.push((figures.load[1] - figures.load[0]) / (spread[1] - spread[0]));
+        }
+    }
+    widths.sort_by(f64::total_cmp);
+    let at = |part: f64| widths[((widths.len() - 1) as f64 * part) as usize];
+    let [half, most, all] = [0.5, 0.9, 1.0].map(at);
+    println!("{proved} proved, {refused} refused, {seen} figures; {half:.2} {most:.2} {all:.2}");
+    assert!(proved > 20 && seen > 1000, "{proved} {seen}");
+    // The eight films seen reach some half of the range.
+    assert!(half < 4.0, "ranges are {half} times as wide as what was seen");
 }
 
 /// Rayleigh's step on two cells has its peak on the face between them, at twice the pressures of

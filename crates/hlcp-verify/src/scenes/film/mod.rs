@@ -1,7 +1,7 @@
 use hlcp_core::{Error, FivePoint, Varying};
 
 use super::{Grids, check};
-use gates::{Frame, Gate, Passage};
+use gates::{Frame, Gate, Passage, Place};
 
 mod derivatives;
 mod equilibrium;
@@ -11,7 +11,7 @@ mod proved;
 
 pub use equilibrium::{Equilibrium, Forces, equilibrium};
 pub use figures::FilmFigures;
-pub use proved::ProvedFigures;
+pub use proved::{FilmRange, ProvedFigures};
 
 /// A lubricating film over a rectangle with mass-conserving cavitation, in SI units: an HLCP.
 ///
@@ -206,6 +206,11 @@ impl Film {
     /// opposite one, two cells along a periodic direction, and a supply that is not in the film, or
     /// holds no cell.
     pub fn pose(&self) -> Result<Grids<f64>, Error> {
+        self.pose_between(|_, z| z)
+    }
+
+    /// `A`, `B` and `q` between reservoirs whose `z` is another one.
+    fn pose_between(&self, reservoir: impl Fn(Place, f64) -> f64) -> Result<Grids<f64>, Error> {
         self.check()?;
         let (n, frame) = (self.gap.len(), self.frame());
         // South, west, centre, east and north.
@@ -232,9 +237,9 @@ impl Film {
                     q[low] += s;
                     q[high] -= s;
                 }
-                Gate::Out { cell, z, content, .. } => {
+                Gate::Out { cell, z, content, place, .. } => {
                     a[2][cell] += c;
-                    q[cell] -= c * z;
+                    q[cell] -= c * reservoir(place, z);
                     if s > 0.0 {
                         b[2][cell] += s;
                         q[cell] += s;
@@ -260,7 +265,8 @@ impl Film {
             }
             if let Some(supply) = frame.supply(&frame.cells, k) {
                 (a[2][k], b[2][k]) = (1.0, 1.0);
-                *q = -self.z_of(&frame, self.supplies[supply].pressure);
+                let z = self.z_of(&frame, self.supplies[supply].pressure);
+                *q = -reservoir(Place::Supply(supply), z);
             } else if b[2][k] == 0.0 {
                 b[2][k] = 1.0;
             }

@@ -1,12 +1,15 @@
 //! What is proved of a film's figures: intervals from outward arithmetic, all the way from the
 //! numbers of the film and the certificate of its solution.
 
+use hlcp_core::Error;
+use hlcp_methods::Clock;
+
 use super::{
-    Film, Side,
+    Film, Side, check,
     gates::{Gate, Place},
 };
 use crate::{
-    Branch, Certificate,
+    Branch, Certificate, Refusal, certify_range,
     rounding::{Doubled, Interval, larger},
 };
 
@@ -31,6 +34,8 @@ use crate::{
 pub struct ProvedFigures {
     /// The integral of the pressure above the ambient one, in N.
     pub load: [f64; 2],
+    /// The drag on the lower wall against `x`, and on the upper wall along `x`, in N.
+    pub friction: [[f64; 2]; 2],
     /// What flows out in the west, east, south and north, in m³/s.
     pub sides: [[f64; 2]; 4],
     /// What each supply delivers, in m³/s.
@@ -53,8 +58,8 @@ impl Total {
         self.upper.add(1.0, upper);
     }
 
-    fn ends(&self) -> [f64; 2] {
-        ends(Interval { lower: self.lower.interval().lower, upper: self.upper.interval().upper })
+    fn interval(&self) -> Interval {
+        Interval { lower: self.lower.interval().lower, upper: self.upper.interval().upper }
     }
 }
 
@@ -63,7 +68,191 @@ fn ends(Interval { lower, upper }: Interval) -> [f64; 2] {
     if lower <= upper { [lower, upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
 }
 
+/// How the films of a [`FilmRange`] differ from the one film that is posed.
+///
+/// With the gap `a`, the viscosity `m` and the speeds `s` times what they are, a row of a steady film
+/// becomes `a³/m A z − s a (B r − c) − a³/m g`, with what the walls carry, `q = c − g`, and what
+/// reservoirs press, `g`. With `λ = m s/a²` and `z = λ z′` that is `s a (A z′ − B r + c − g/λ)`: the
+/// posed film at other pressures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Drawing {
+    /// λ
+    ratio: Interval,
+    tolerance: f64,
+}
+
+impl Drawing {
+    const EXACT: Self = Self { ratio: Interval { lower: 1.0, upper: 1.0 }, tolerance: 0.0 };
+
+    /// All factors within the tolerance of 1.
+    fn factor(&self) -> Interval {
+        let [lower, upper] = [1.0 - self.tolerance, 1.0 + self.tolerance];
+        if lower == upper { Interval::exactly(1.0) } else { widened([lower, upper]) }
+    }
+
+    /// The pressures of a reservoir above that of cavitation, over λ.
+    fn above(&self, film: &Film, place: Place) -> Interval {
+        let above = |pressure| exact_difference(pressure, film.cavitation);
+        let pressures = match place {
+            Place::Supply(supply) => {
+                let pressure = film.supplies[supply].pressure;
+                let off = self.tolerance * pressure.abs();
+                let ends = widened([pressure - off, pressure + off]);
+                if off == 0.0 {
+                    above(pressure)
+                } else {
+                    ends.minus(Interval::exactly(film.cavitation))
+                }
+            }
+            Place::Side(side) => match film.sides[side] {
+                Side::Pressure(pressure) => above(pressure),
+                _ => Interval::exactly(0.0),
+            },
+        };
+        if *self == Self::EXACT {
+            return pressures;
+        }
+        let Interval { lower, upper } = pressures.product(self.ratio.reciprocal());
+        Interval { lower: lower.max(0.0), upper }
+    }
+}
+
+fn widened([lower, upper]: [f64; 2]) -> Interval {
+    Interval { lower: lower.next_down(), upper: upper.next_up() }
+}
+
+/// What is proved of all the films that a drawing allows: whose gap, viscosity, speeds and supplies'
+/// pressures are those of one [`Film`], each times a factor of its own within `tolerance` of 1.
+///
+/// [`Film::certify_range`] makes one. The gap has one factor for all cells, which does not change its
+/// shape, and so has the viscosity. Pressures of sides and of cavitation are as they are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmRange {
+    /// Each for a part of λ.
+    parts: Vec<(Drawing, Certificate)>,
+}
+
+impl FilmRange {
+    /// Intervals that hold the figures of each of these films, which `film` is one of.
+    ///
+    /// # Panics
+    ///
+    /// Unless this is a range of `film`.
+    pub fn figures(&self, film: &Film, ambient: f64) -> ProvedFigures {
+        let of_part =
+            |(drawing, proof): &(Drawing, Certificate)| film.proved(proof, drawing, ambient);
+        let found = self.parts.iter().map(of_part).reduce(|one, other| ProvedFigures {
+            load: hull(one.load, other.load),
+            friction: [0, 1].map(|wall| hull(one.friction[wall], other.friction[wall])),
+            sides: [0, 1, 2, 3].map(|side| hull(one.sides[side], other.sides[side])),
+            supplies: one.supplies.iter().zip(other.supplies).map(|(a, b)| hull(*a, b)).collect(),
+            peak: hull(one.peak, other.peak),
+        });
+        found.expect("a part")
+    }
+
+    /// As [`Film::proved_resultant`], for each of these films.
+    ///
+    /// # Panics
+    ///
+    /// As [`figures`](Self::figures), and unless both modes have an entry for each cell.
+    pub fn resultant(&self, film: &Film, ambient: f64, modes: [&[f64]; 2]) -> [f64; 2] {
+        let of_part =
+            |(drawing, proof): &(Drawing, Certificate)| film.length(proof, drawing, ambient, modes);
+        self.parts.iter().map(of_part).reduce(hull).expect("a part")
+    }
+}
+
+fn hull(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+    [a[0].min(b[0]), larger(a[1], b[1])]
+}
+
 impl Film {
+    /// Proves where the films are whose gap, viscosity, speeds and supplies' pressures are those of
+    /// this one times factors within `tolerance` of 1, from about its solution `(z, r)`.
+    ///
+    /// # Cost
+    ///
+    /// Eight solves; two where no reservoir is above the pressure of cavitation, whose intervals
+    /// are then hardly wider than the figures' true ranges.
+    ///
+    /// # Errors
+    ///
+    /// As [`pose`](Self::pose); [`Error::Parameter`] for a tolerance outside 0 to 0.5, for a film with
+    /// a time step, and as [`certify`](crate::certify).
+    ///
+    /// ```
+    /// use hlcp_methods::Clock;
+    /// use hlcp_verify::{Film, Side};
+    ///
+    /// // A wedge between closed sides, of which all pressures grow with μU/h².
+    /// let ends = Side::Pressure(0.0);
+    /// let film = Film {
+    ///     gap: vec![40e-6, 30e-6, 20e-6],
+    ///     sides: [ends, ends, Side::Closed, Side::Closed],
+    ///     ..Film::new([3, 1], [0.03, 0.01], 2.0, 0.04)
+    /// };
+    /// let (a, b, q) = film.pose()?;
+    /// let solution = hlcp_methods::solve(&a, &b, &q)?;
+    /// let range = film.certify_range(1e-2, &solution.z, &solution.r, &mut Clock::endless())?;
+    /// let [lower, upper] = range.expect("a Z-pair").figures(&film, 0.0).load;
+    /// let load = film.figures(&solution.z, &solution.r, 0.0).load;
+    /// let [least, most] = [0.99 / 1.01, 1.01 / 0.99].map(|ratio: f64| load * ratio * ratio);
+    /// assert!((lower / least - 1.0).abs() < 1e-9 && (upper / most - 1.0).abs() < 1e-9);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn certify_range(
+        &self,
+        tolerance: f64,
+        z: &[f64],
+        r: &[f64],
+        clock: &mut Clock<'_>,
+    ) -> Result<Result<FilmRange, Refusal>, Error> {
+        /// Parts of the range of λ. A reservoir's pressure does not grow with λ, so that each part
+        /// counts the width of its own λ twice too often.
+        const PARTS: usize = 4;
+        check("the tolerance of data", tolerance, (0.0..=0.5).contains(&tolerance), "0 to 0.5")?;
+        let steps = f64::from(u8::from(self.step.is_some()));
+        check("the number of time steps of a range", steps, steps == 0.0, "0")?;
+        let (a, b, _) = self.pose()?;
+        let ends = Drawing { ratio: Interval::exactly(1.0), tolerance }.factor();
+        let [low, high] = [Interval::exactly(ends.lower), Interval::exactly(ends.upper)];
+        let [up, down] = [[high, low], [low, high]].map(|[one, other]| {
+            let ratio = one.product(other.reciprocal());
+            ratio.product(ratio)
+        });
+        let mut is_pressed = false;
+        self.gates(&self.frame(), |_, gate| {
+            is_pressed |= matches!(gate, Gate::Out { z, .. } if z > 0.0);
+        });
+        let parts = if is_pressed && tolerance > 0.0 { PARTS } else { 1 };
+        let between = |k: usize| {
+            let along = k as f64 / parts as f64;
+            if k == parts { up.upper } else { down.lower + along * (up.upper - down.lower) }
+        };
+        let mut found = vec![];
+        for k in 0..parts {
+            let ratio = Interval { lower: between(k), upper: between(k + 1) };
+            let drawing = Drawing { ratio, tolerance };
+            let unit = Interval::exactly(self.pressure_unit()).reciprocal();
+            let [most, least] = [true, false].map(|is_most| {
+                let posed = self.pose_between(|place, _| {
+                    let Interval { lower, upper } = drawing.above(self, place).product(unit);
+                    if is_most { upper } else { lower.max(0.0) }
+                });
+                posed.map(|(.., q)| q)
+            });
+            let (most, least) = (most?, least?);
+            let middle = f64::midpoint(ratio.lower, ratio.upper);
+            let z: Vec<f64> = z.iter().map(|z| z / middle).collect();
+            match certify_range([&a, &a], [&b, &b], [&most, &least], [&z, r], clock)? {
+                Ok(certificate) => found.push((drawing, certificate)),
+                Err(refusal) => return Ok(Err(refusal)),
+            }
+        }
+        Ok(Ok(FilmRange { parts: found }))
+    }
+
     /// Encloses the figures of the solution that `certificate` proves, which is one of the
     /// operators of [`pose`](Self::pose); the load is counted from the pressure `ambient`.
     ///
@@ -71,10 +260,19 @@ impl Film {
     ///
     /// Unless the certificate has an unknown for each cell of a film that `pose` accepts.
     pub fn proved_figures(&self, certificate: &Certificate, ambient: f64) -> ProvedFigures {
+        self.proved(certificate, &Drawing::EXACT, ambient)
+    }
+
+    /// The figures of all films of a drawing, where `z` of the certificate is z′.
+    fn proved(&self, certificate: &Certificate, drawing: &Drawing, ambient: f64) -> ProvedFigures {
         assert_eq!(certificate.sides.len(), self.gap.len(), "an unknown for each cell");
         let frame = self.frame();
+        let unit = Interval::exactly(frame.pressure).reciprocal();
         let mut sides = [Total::default(); 4];
         let mut supplies = vec![Total::default(); self.supplies.len()];
+        // Of ∫ h p′/2 in units of z and of half a width: the coefficients of z, and the rest.
+        let mut turning = vec![Interval::exactly(0.0); self.gap.len()];
+        let mut turned = Total::default();
         // In units of z.
         let mut peak = Interval::exactly(0.0);
         for k in 0..self.gap.len() {
@@ -83,24 +281,16 @@ impl Film {
         }
         self.gates(&frame, |axis, gate| match gate {
             Gate::Out { cell, outward, content, place, .. } => {
-                let (total, beyond, sign) = match place {
-                    Place::Side(side) => {
-                        let beyond = match self.sides[side] {
-                            Side::Pressure(pressure) => pressure,
-                            _ => self.cavitation,
-                        };
-                        (&mut sides[side], beyond, 1.0)
-                    }
-                    Place::Supply(supply) => {
-                        (&mut supplies[supply], self.supplies[supply].pressure, -1.0)
-                    }
+                let (total, sign) = match place {
+                    Place::Side(side) => (&mut sides[side], 1.0),
+                    Place::Supply(supply) => (&mut supplies[supply], -1.0),
                 };
-                let [[z_low, z_high], [r_low, r_high]] = certificate.interval(cell);
-                let above = Interval { lower: z_low, upper: z_high }.times(frame.pressure);
-                let fall = above.minus(exact_difference(beyond, self.cavitation));
-                let leaves = outward * self.drift(0) > 0.0;
+                let beyond = drawing.above(self, place);
+                let [z, r] = of(certificate, cell);
+                let fall = z.times(frame.pressure).minus(beyond);
+                let leaves = outward * self.drift(axis) > 0.0;
                 let content = if leaves {
-                    Interval::exactly(1.0).minus(Interval { lower: r_low, upper: r_high })
+                    Interval::exactly(1.0).minus(r)
                 } else {
                     Interval::exactly(content)
                 };
@@ -110,27 +300,83 @@ impl Film {
                     width.times(outward * self.gap[cell]).product(self.proved_drift(axis));
                 let driven = conductance.product(self.proved_spacing(axis).reciprocal());
                 total.add(carried.product(content).plus(driven.product(fall)).times(sign));
+                if axis == 0 {
+                    let gap = outward * self.gap[cell];
+                    turning[cell] = turning[cell].minus(Interval::exactly(gap));
+                    turned.add(beyond.product(unit).times(gap));
+                }
             }
             Gate::Between(pair) if axis == 0 => {
-                let sides = pair.map(|cell| certificate.sides[cell]);
-                if sides.iter().all(|&side| side != Branch::R) {
-                    let wall = self.proved_wall(certificate, pair, frame.pressure);
+                let branches = pair.map(|cell| certificate.sides[cell]);
+                let wall = self.proved_wall(certificate, pair, frame.pressure);
+                if branches.iter().all(|&branch| branch != Branch::R) {
                     peak.upper = larger(peak.upper, wall.upper);
                     // r = 0 is proved of both, so that the face counts.
-                    if sides == [Branch::Z; 2] {
+                    if branches == [Branch::Z; 2] {
                         peak.lower = peak.lower.max(wall.lower);
                     }
+                }
+                let [h1, h2] = pair.map(|cell| self.gap[cell]);
+                let step = exact_difference(h1, h2);
+                turning[pair[0]] = turning[pair[0]].minus(Interval::exactly(h1));
+                turning[pair[1]] = turning[pair[1]].plus(Interval::exactly(h2));
+                if branches == [Branch::Z; 2] && wall.lower >= 0.0 {
+                    // Term by term, because the z of neighbours cancel.
+                    let [k1, k2] = pair.map(|cell| self.proved_mobility(cell));
+                    let part = step.product(k1.plus(k2).reciprocal());
+                    turning[pair[0]] = turning[pair[0]].plus(part.product(k1));
+                    turning[pair[1]] = turning[pair[1]].plus(part.product(k2));
+                    turned.add(part.product(self.proved_push(certificate, pair, frame.pressure)));
+                } else {
+                    // 0 between cells of which both may be broken.
+                    let is_full = branches.contains(&Branch::Z);
+                    let is_broken = branches == [Branch::R; 2];
+                    let lower = if is_full { wall.lower.max(0.0) } else { 0.0 };
+                    let upper = if is_broken { 0.0 } else { larger(wall.upper, 0.0) };
+                    turned.add(step.product(Interval { lower, upper }));
                 }
             }
             Gate::Between(_) => {}
         });
-        let peak = peak.times(frame.pressure).plus(Interval::exactly(self.cavitation));
+        let factor = drawing.factor();
+        let flow = |total: &Total| ends(total.interval().product(factor).product(factor));
+        let peak = peak.times(frame.pressure).product(drawing.ratio);
         ProvedFigures {
-            load: ends(self.proved_force(certificate, ambient, &vec![1.0; self.gap.len()])),
-            sides: sides.map(|total| total.ends()),
-            supplies: supplies.iter().map(Total::ends).collect(),
-            peak: ends(peak),
+            load: ends(self.proved_force(
+                certificate,
+                drawing,
+                ambient,
+                &vec![1.0; self.gap.len()],
+            )),
+            friction: self.proved_friction(certificate, drawing, &turning, turned),
+            sides: sides.each_ref().map(flow),
+            supplies: supplies.iter().map(flow).collect(),
+            peak: ends(peak.plus(Interval::exactly(self.cavitation))),
         }
+    }
+
+    /// The drag on the walls, from the coefficients of ∫ h p′/2 and the rest of it.
+    fn proved_friction(
+        &self,
+        certificate: &Certificate,
+        drawing: &Drawing,
+        turning: &[Interval],
+        mut turned: Total,
+    ) -> [[f64; 2]; 2] {
+        let area = self.proved_spacing(0).product(self.proved_spacing(1));
+        let slip = exact_difference(self.speeds[0], self.speeds[1]);
+        let mut sheared = Total::default();
+        for (k, turning) in turning.iter().enumerate() {
+            let [z, r] = of(certificate, k);
+            turned.add(turning.product(z));
+            let content = Interval::exactly(1.0).minus(r);
+            sheared.add(Interval::ratio(self.viscosity(k), self.gap[k]).product(content));
+        }
+        let sheared = sheared.interval().product(slip).product(area);
+        let half = self.proved_spacing(1).times(0.5).times(self.pressure_unit());
+        let turned = turned.interval().product(half);
+        let factor = drawing.factor().product(drawing.ratio);
+        [sheared.plus(turned), sheared.minus(turned)].map(|drag| ends(drag.product(factor)))
     }
 
     /// Encloses the length of the vector of two forces, `∫ (p − ambient) mode`, in N: the load of a
@@ -158,7 +404,17 @@ impl Film {
         ambient: f64,
         modes: [&[f64]; 2],
     ) -> [f64; 2] {
-        let forces = modes.map(|mode| self.proved_force(certificate, ambient, mode));
+        self.length(certificate, &Drawing::EXACT, ambient, modes)
+    }
+
+    fn length(
+        &self,
+        certificate: &Certificate,
+        drawing: &Drawing,
+        ambient: f64,
+        modes: [&[f64]; 2],
+    ) -> [f64; 2] {
+        let forces = modes.map(|mode| self.proved_force(certificate, drawing, ambient, mode));
         let squares = forces.map(|force| {
             let [low, high] = [force.mignitude(), force.magnitude()].map(Interval::exactly);
             Interval { lower: low.product(low).lower, upper: high.product(high).upper }
@@ -169,28 +425,39 @@ impl Film {
         ends(Interval { lower, upper: upper.sqrt().next_up() })
     }
 
-    fn proved_force(&self, certificate: &Certificate, ambient: f64, mode: &[f64]) -> Interval {
+    fn proved_force(
+        &self,
+        certificate: &Certificate,
+        drawing: &Drawing,
+        ambient: f64,
+        mode: &[f64],
+    ) -> Interval {
         let [lower, upper] = certificate.functional([mode, &vec![0.0; mode.len()]]);
         let mut sum = Doubled::default();
         mode.iter().for_each(|mode| sum.add(1.0, *mode));
         let below = exact_difference(self.cavitation, ambient).product(sum.interval());
-        let force = Interval { lower, upper }.times(self.pressure_unit()).plus(below);
+        let force = Interval { lower, upper }.times(self.pressure_unit()).product(drawing.ratio);
+        let force = force.plus(below);
         force.product(self.proved_spacing(0)).product(self.proved_spacing(1))
     }
 
-    /// `z` on the face across `x` between two full cells.
+    /// `z` on the face across `x` between two cells, unless both are broken or it is below 0.
     fn proved_wall(&self, certificate: &Certificate, pair: [usize; 2], unit: f64) -> Interval {
         let [k1, k2] = pair.map(|cell| self.proved_mobility(cell));
-        let [z1, z2] = pair.map(|cell| {
-            let [[lower, upper], _] = certificate.interval(cell);
-            Interval { lower, upper }
-        });
-        let carried = exact_difference(self.gap[pair[0]], self.gap[pair[1]])
-            .product(self.proved_spacing(0))
-            .product(self.proved_drift(0))
-            .product(Interval::exactly(unit).times(2.0).reciprocal());
-        let sum = k1.product(z1).plus(k2.product(z2)).plus(carried);
+        let [z1, z2] = pair.map(|cell| of(certificate, cell)[0]);
+        let push = self.proved_push(certificate, pair, unit);
+        let sum = k1.product(z1).plus(k2.product(z2)).plus(push);
         sum.product(k1.plus(k2).reciprocal())
+    }
+
+    /// What the wall carries to a face less what it carries off, in units of a mobility.
+    fn proved_push(&self, certificate: &Certificate, pair: [usize; 2], unit: f64) -> Interval {
+        let [r1, r2] = pair.map(|cell| of(certificate, cell)[1]);
+        let [h1, h2] = pair.map(|cell| self.gap[cell]);
+        let step = exact_difference(h1, h2).minus(r1.times(h1)).plus(r2.times(h2));
+        step.product(self.proved_spacing(0))
+            .product(self.proved_drift(0))
+            .product(Interval::exactly(unit).times(2.0).reciprocal())
     }
 
     fn proved_spacing(&self, axis: usize) -> Interval {
@@ -211,6 +478,11 @@ impl Film {
         let viscosity = Interval::exactly(self.viscosity(cell)).times(12.0);
         Interval::exactly(gap).times(gap).times(gap).product(viscosity.reciprocal())
     }
+}
+
+/// The intervals of `z` and `r` in a cell.
+fn of(certificate: &Certificate, cell: usize) -> [Interval; 2] {
+    certificate.interval(cell).map(|[lower, upper]| Interval { lower, upper })
 }
 
 fn exact_difference(a: f64, b: f64) -> Interval {
