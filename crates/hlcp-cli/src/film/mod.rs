@@ -186,6 +186,11 @@ pub(crate) struct Arguments {
     /// that can be proved
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     certify: bool,
+    /// Prove the range of load, friction, flows and peak over all films whose gap, viscosity, speeds
+    /// and supplies' pressures are these times factors of their own, so far from 1 at most, e.g. 1e-3
+    #[arg(long, help_heading = OUTPUT, value_name = "PART", group = "in_plane")]
+    #[arg(conflicts_with = "motion", allow_hyphen_values = true, value_parser = tolerance)]
+    data_tolerance: Option<f64>,
     /// Print one JSON object, in SI units
     #[arg(long, help_heading = OUTPUT)]
     json: bool,
@@ -289,6 +294,13 @@ fn mass(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(mass) if mass >= 0.0 && f64::is_finite(mass) => Ok(mass),
         _ => Err("not a number of kilogrammes, 0 or more".into()),
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(part) if (0.0..=0.5).contains(&part) => Ok(part),
+        _ => Err("not a part between 0 and 0.5; 1e-3 is a thousandth".into()),
     }
 }
 

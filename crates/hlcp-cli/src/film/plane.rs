@@ -8,7 +8,7 @@ use std::{
 };
 
 use hlcp_core::files;
-use hlcp_methods::{Named, Parameters, Status};
+use hlcp_methods::{Clock, Named, Parameters, Status};
 use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, decimal};
 use serde_json::{Value, json};
 
@@ -65,6 +65,8 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         (solved, solves, converged, coefficients)
     };
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
+    let range = arguments.data_tolerance.filter(|_| converged);
+    let range = range.map(|part| range_of(part, &posed, &solved)).transpose()?;
     let mut figures = solved.film.figures(&solved.z, &solved.r, posed.ambient);
     figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
     let report = Report {
@@ -76,6 +78,7 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         converged,
         coefficients,
         certificate,
+        range,
         run_imbalance: steps.as_ref().map(|(_, imbalance, _)| *imbalance),
         seconds: begun.elapsed().as_secs_f64(),
     };
@@ -222,6 +225,23 @@ fn proved(
     Some(proved)
 }
 
+/// What is proved of all films within a part of the one that is solved, in this position.
+fn range_of(
+    part: f64,
+    posed: &Posed,
+    Solved { film, z, r, .. }: &Solved,
+) -> Result<Result<ProvedFigures, Refusal>, Box<dyn Error>> {
+    let range = film.certify_range(part, z, r, &mut Clock::endless())?;
+    Ok(range.map(|range| {
+        let mut figures = range.figures(film, posed.ambient);
+        if posed.journal.is_some() {
+            let modes = [&posed.modes[0][..], &posed.modes[1]];
+            figures.load = range.resultant(film, posed.ambient, modes);
+        }
+        figures
+    }))
+}
+
 /// How far a printed number may be off one in the interval.
 fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
     (upper - printed).max(printed - lower).next_up()
@@ -260,6 +280,15 @@ fn load(posed: &Posed, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3
         moment += (p - posed.ambient) * along * y * film.cell();
     }
     [load, radius * angle.rem_euclid(std::f64::consts::TAU), moment / load]
+}
+
+/// The intervals of the drag on the wall that moves the faster, and on the other one.
+fn proved_drag(film: &Film, proved: &ProvedFigures) -> [[f64; 2]; 2] {
+    let [one, other] = [0, 1].map(|end| proved.friction.map(|drag| drag[end]));
+    [moving, fixed].map(|of| {
+        let [a, b] = [of(film, &one), of(film, &other)];
+        [a.min(b), a.max(b)]
+    })
 }
 
 /// The drag against the motion on the wall that moves the faster, and on the other one.
@@ -323,6 +352,7 @@ fn figures_json(
         "stiffness_clamp_n_m": null,
         "damping_clamp_n_s_m": null,
         "bounds": null,
+        "range": null,
         "unknowns": film.gap.len(),
         "seconds": null,
     })
@@ -347,6 +377,8 @@ struct Report<'r> {
     coefficients: Option<Coefficients>,
     certificate: Option<Result<Certificate, Refusal>>,
     proved: Option<ProvedFigures>,
+    /// Of all films within --data-tolerance.
+    range: Option<Result<ProvedFigures, Refusal>>,
     /// Of a motion, over the whole run.
     run_imbalance: Option<f64>,
     seconds: f64,
@@ -396,7 +428,8 @@ impl Report<'_> {
             object["damping_clamp_n_s_m"] = json!(found.clamped[1]);
         }
         if let Some(proved) = &self.proved {
-            let figures = &self.figures;
+            let (film, figures) = (&self.solved.film, &self.figures);
+            let drag = proved_drag(film, proved);
             let [load, ..] = self.load();
             let side = |k: usize| match self.solved.film.sides[k] {
                 Side::Periodic => Value::Null,
@@ -405,6 +438,8 @@ impl Report<'_> {
             let supplies = figures.supplies.iter().zip(&proved.supplies);
             object["bounds"] = json!({
                 "load_n": off(load, proved.load),
+                "friction_moving_n": off(moving(film, &figures.friction), drag[0]),
+                "friction_fixed_n": off(fixed(film, &figures.friction), drag[1]),
                 "peak_pressure_pa": off(figures.peak, proved.peak),
                 "flow_m3_s": {
                     "west": side(0),
@@ -412,6 +447,27 @@ impl Report<'_> {
                     "south": side(2),
                     "north": side(3),
                     "supplies": supplies.map(|(flow, ends)| off(*flow, *ends)).collect::<Vec<_>>(),
+                },
+            });
+        }
+        if let Some(Ok(range)) = &self.range {
+            let film = &self.solved.film;
+            let [moving, fixed] = proved_drag(film, range);
+            let side = |k: usize| match film.sides[k] {
+                Side::Periodic => Value::Null,
+                _ => json!(range.sides[k]),
+            };
+            object["range"] = json!({
+                "load_n": range.load,
+                "friction_moving_n": moving,
+                "friction_fixed_n": fixed,
+                "peak_pressure_pa": range.peak,
+                "flow_m3_s": {
+                    "west": side(0),
+                    "east": side(1),
+                    "south": side(2),
+                    "north": side(3),
+                    "supplies": range.supplies,
                 },
             });
         }
@@ -456,6 +512,10 @@ impl Report<'_> {
         print::line(format_args!(
             "friction          {one:.6e} N on the moving wall, {other:.6e} N on the other"
         ))?;
+        if let Some(proved) = proved {
+            let [one, other] = proved_drag(film, proved).map(|drag| between(Some(drag)));
+            print::line(format_args!("                 {one} on the one{other} on the other"))?;
+        }
         if figures.broken_share > 0.0 {
             let [one, other] = walls(&figures.full_friction);
             print::line(format_args!(
@@ -516,6 +576,39 @@ impl Report<'_> {
             }
             None => (),
         }
+        match (&self.range, arguments.data_tolerance) {
+            (Some(Ok(range)), Some(part)) => self.print_range(range, part)?,
+            (Some(Err(refusal)), _) => {
+                print::line(format!("nothing is proved within the tolerance, because {refusal}"))?;
+            }
+            _ => (),
+        }
+    }
+
+    fn print_range(&self, range: &ProvedFigures, part: f64) -> Result<(), Box<dyn Error>> {
+        let film = &self.solved.film;
+        print::line(format_args!(
+            "proved for all films whose gap, viscosity, speeds and supplies' pressures are within \
+             {part} of these:"
+        ))?;
+        let to = |[lower, upper]: [f64; 2]| {
+            let [lower, upper] =
+                [(lower, false), (upper, true)].map(|(end, up)| decimal(end, 6, up));
+            format!("{lower} to {upper}")
+        };
+        let [moving, fixed] = proved_drag(film, range).map(to);
+        print::line(format_args!("  load            {} N", to(range.load)))?;
+        print::line(format_args!("  friction        {moving} N on the moving wall"))?;
+        print::line(format_args!("                  {fixed} N on the other"))?;
+        for (k, name) in ["west", "east", "south", "north"].into_iter().enumerate() {
+            if matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)) {
+                print::line(format_args!("  flow out, m³/s  {name} {}", to(range.sides[k])))?;
+            }
+        }
+        for supply in &range.supplies {
+            print::line(format_args!("  supplied, m³/s  {}", to(*supply)))?;
+        }
+        print::line(format_args!("  peak pressure   {} Pa", to(range.peak)))?;
         Ok(())
     }
 

@@ -417,10 +417,21 @@ fn films_within_a_tolerance_lie_in_their_range() {
             let other = scaled(&film, factors, &supplies);
             let Some((_, certificate)) = certified(&other, &mut || 0.5) else { continue };
             let here = other.proved_figures(&certificate, ambient);
-            // Of the cancelling products of a figure each is rounded when a film is posed.
-            let size = |pair: [f64; 2]| pair[0].abs().max(pair[1].abs());
+            // Each film is rounded when it is posed, in units of these sizes.
+            let [pressure, area] = [film.pressure_unit(), film.lengths[0] * film.lengths[1]];
+            let thick = film.gap.iter().copied().fold(0.0, f64::max);
+            let thin = film.viscosity.iter().copied().fold(f64::INFINITY, f64::min);
+            let aspect = film.lengths[0] / film.lengths[1];
+            let cells = 10.0 * aspect.max(1.0 / aspect);
+            let flow = cells * pressure * thick.powi(3) / (12.0 * thin);
             let mut overlaps = |what: &str, one: [f64; 2], all: [f64; 2]| {
-                let slack = 1e-9 * size(all);
+                let size = match what {
+                    "peak" => pressure,
+                    "load" | "resultant" => pressure * area,
+                    "friction" => pressure * thick * film.lengths[1] * 10.0,
+                    _ => flow,
+                };
+                let slack = 1e-9 * all[0].abs().max(all[1].abs()) + 1e-13 * size;
                 let holds = one[0] <= all[1] + slack && all[0] <= one[1] + slack;
                 assert!(holds, "{seed} {what}: {one:?} of {all:?} within {tolerance:e}; {film:?}");
                 seen += 1;
