@@ -339,8 +339,8 @@ pub fn certify_by<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
         let mut x = vec![T::zero(); q.len()];
         problem.x_from_solution(&near[0], &near[1], &mut x);
         let sides = match method.at_work() {
-            Some(mut method) => by_method(&mut method, q, &x, clock),
-            None => by_method(method, q, &x, clock),
+            Some(mut method) => by_method(&mut method, q, &x, true, clock),
+            None => by_method(method, q, &x, true, clock),
         };
         if let Some((sides, is_narrow)) = sides {
             let problem = method.problem();
@@ -455,15 +455,13 @@ pub fn certify_range<T: Scalar>(
     if !is_z_pair(a[1], b[1]) {
         return Ok(Err(Refusal::OffDiagonal));
     }
+    let mut sides = |a, b, q| bounds(a, b, q, [z, r], false, clock);
     Ok((|| {
         // Only columns of A where z is, and only those of B where r is, add to F: so of all the
         // problems F is least for the one, and largest for the other.
-        let [_, upper] = enclose(a[0], b[1], q[0], [z, r], clock)?.bounds;
-        let [lower, _] = enclose(a[1], b[0], q[1], [z, r], clock)?.bounds;
-        // The sides are proved before they are rounded outward.
-        let inward = |x: f64, next: fn(f64) -> f64| next(next(x));
-        let is_ordered = |l: &f64, u: &f64| inward(*l, f64::next_up) <= inward(*u, f64::next_down);
-        if lower.iter().zip(&upper).all(|(l, u)| is_ordered(l, u)) {
+        let [_, upper] = sides(a[0], b[1], q[0])?;
+        let [lower, _] = sides(a[1], b[0], q[1])?;
+        if lower.iter().zip(&upper).all(|(l, u)| l <= u) {
             Ok(Certificate::new([lower, upper], false, [z, r]))
         } else {
             Err(Refusal::NoBox)
@@ -479,12 +477,22 @@ fn enclose<T: Scalar>(
     given: [&[T]; 2],
     clock: &mut Clock<'_>,
 ) -> Result<Certificate, Refusal> {
-    let omega = ratio(&a, &b).ok_or(Refusal::Diagonal)?;
-    let [z, r] = complementary(given[0], given[1], &omega);
-    let assembled = Assembled::new(a, b, q, clock)?;
-    let sides = assembled.enclose([&z, &r], clock)?;
+    let sides = bounds(a, b, q, given, true, clock)?;
     let is_alone = is_alone(&a, &b, &sides, false);
     Ok(Certificate::new(sides, is_alone, given))
+}
+
+fn bounds<T: Scalar>(
+    a: &dyn Rows<T>,
+    b: &dyn Rows<T>,
+    q: &[T],
+    given: [&[T]; 2],
+    fine: bool,
+    clock: &mut Clock<'_>,
+) -> Result<[Vec<f64>; 2], Refusal> {
+    let omega = ratio(&a, &b).ok_or(Refusal::Diagonal)?;
+    let [z, r] = complementary(given[0], given[1], &omega);
+    Assembled::new(a, b, q, clock)?.enclose([&z, &r], fine, clock)
 }
 
 /// Whether a box of `z − r` holds no second solution.

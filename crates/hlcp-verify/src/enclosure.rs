@@ -91,11 +91,14 @@ fn run<T: Scalar, M: Method<T>>(
 /// to hold a solution before the clock was up.
 ///
 /// The first box is around what the method makes of the answer. It becomes narrower until the
-/// answer's distance from it tells the error to a quarter, or until rounding forbids.
+/// answer's distance from it tells the error to a quarter, or until rounding forbids; then the proved
+/// ends are sums of two numbers, rounded outward. If an end is wanted for itself, and not an error
+/// (`fine` is false), rounding alone ends it, and F has its sign at the very ends.
 pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     method: &mut M,
     q: &[T],
     given: &[T],
+    fine: bool,
     clock: &mut Clock<'_>,
 ) -> Option<([Vec<f64>; 2], bool)> {
     let mut spare = [given.to_vec(), given.to_vec()];
@@ -118,14 +121,15 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
         else {
             break;
         };
-        let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(given));
+        let near = if fine { given } else { &centre };
+        let goes_on = search.see([rest, floor], wide(&sides[0]), wide(&sides[1]), wide(near));
         if search.is_better {
             found = Some(sides);
         }
         if !goes_on {
             let is_at_floor = !search.is_narrow && rest <= 1.5 * floor;
             let reach = T::of(4.0 * search.width);
-            let finer = is_at_floor
+            let finer = (fine && is_at_floor)
                 .then(|| refined(method, q, (&centre, reach), &shape, &mut spare, clock))
                 .flatten();
             let is_narrow = search.is_narrow || is_at_floor;
@@ -399,6 +403,7 @@ impl Assembled {
     pub(crate) fn enclose(
         &self,
         [z, r]: [&[f64]; 2],
+        fine: bool,
         clock: &mut Clock<'_>,
     ) -> Result<[Vec<f64>; 2], Refusal> {
         let Self { a, b, q, omega } = self;
@@ -409,7 +414,7 @@ impl Assembled {
         let method = base.and_then(AmgNewton::new);
         let mut method = method.map_err(|_| Refusal::Overflow)?;
         let found = if is_z_pair(a, b) {
-            by_method(&mut method, q, &x, clock).map(|(sides, _)| sides)
+            by_method(&mut method, q, &x, fine, clock).map(|(sides, _)| sides)
         } else {
             self.by_moduli(&mut method, x, clock)
         };

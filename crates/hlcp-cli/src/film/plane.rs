@@ -509,13 +509,13 @@ impl Report<'_> {
         }
         let walls = |drag| [moving(film, drag), fixed(film, drag)];
         let [one, other] = walls(&figures.friction);
+        let drag = proved.map(|proved| proved_drag(film, proved));
+        let [of_one, of_other] = [0, 1].map(|wall| between(drag.map(|drag| drag[wall])));
+        let next = if drag.is_some() { "\n                  " } else { ", " };
         print::line(format_args!(
-            "friction          {one:.6e} N on the moving wall, {other:.6e} N on the other"
+            "friction          {one:.6e} N on the moving wall{of_one}{next}{other:.6e} N on the \
+             other{of_other}"
         ))?;
-        if let Some(proved) = proved {
-            let [one, other] = proved_drag(film, proved).map(|drag| between(Some(drag)));
-            print::line(format_args!("                 {one} on the one{other} on the other"))?;
-        }
         if figures.broken_share > 0.0 {
             let [one, other] = walls(&figures.full_friction);
             print::line(format_args!(
@@ -583,6 +583,7 @@ impl Report<'_> {
             }
             _ => (),
         }
+        Ok(())
     }
 
     fn print_range(&self, range: &ProvedFigures, part: f64) -> Result<(), Box<dyn Error>> {

@@ -600,13 +600,54 @@ fn bounds_hold_for_what_is_printed() {
     let ends: Vec<f64> = ends.split(" and ").map(|end| end.parse().unwrap()).collect();
     assert!(ends[0] <= 221.664_423_879_435_05 && 221.664_423_879_435_47 <= ends[1], "{report}");
     assert!(ends[1] - ends[0] <= 1e-10, "{report}");
-    // four sides and the peak
-    assert_eq!(proved.count(), 5, "{report}");
+    // both walls, four sides and the peak
+    assert_eq!(proved.count(), 7, "{report}");
     // The load of a journal is the length of a vector.
     let found = json("bounds", &format!("{} --ecc 0.5 --groove 0,1e5 --certify", journal(0.1)));
     let (load, bound) = (number(&found, "load_n"), number(&found["bounds"], "load_n"));
     assert!(bound > 0.0 && bound <= 1e-9 * load, "{found}");
     assert_eq!(found["bounds"]["flow_m3_s"]["supplies"].as_array().map(Vec::len), Some(1));
+}
+
+/// Without a pressure above that of cavitation all pressures go with μU/h², so the range of the load
+/// is known; with one the films at the corners have to be in it.
+#[test]
+fn films_within_a_tolerance_are_in_the_range() {
+    let pad = |gap: f64, viscosity: f64, speed: f64| {
+        format!(
+            "--pad plane,{},{} --lx .02 --ly .02 --speed {speed} --viscosity {viscosity} --nx 20 \
+             --ny 20",
+            2.0 * gap,
+            gap
+        )
+    };
+    let found = json("range", &format!("{} --data-tolerance 0.01", pad(1e-5, 0.04, 1.0)));
+    let ends = |of: &Value| [0, 1].map(|k| of[k].as_f64().expect("an end"));
+    let [lower, upper] = ends(&found["range"]["load_n"]);
+    let ratio = (1.01_f64 / 0.99).powi(2) * number(&found, "load_n");
+    assert!((upper / ratio - 1.0).abs() < 1e-9, "{found}");
+    assert!((lower * upper / number(&found, "load_n").powi(2) - 1.0).abs() < 1e-9, "{found}");
+    let fed = |gap: f64, viscosity: f64, speed: f64, supply: f64| {
+        format!("{} --supply 4e-3,4e-3,4e-3,4e-3,{supply}", pad(gap, viscosity, speed))
+    };
+    let range = json("fed", &format!("{} --data-tolerance 0.01", fed(1e-5, 0.04, 1.0, 1e6)));
+    for corner in 0..16 {
+        let at = |k: usize, value: f64| value * if corner >> k & 1 == 1 { 1.01 } else { 0.99 };
+        let one = json("corner", &fed(at(0, 1e-5), at(1, 0.04), at(2, 1.0), at(3, 1e6)));
+        let inside = |found: &Value, range: &Value| {
+            let ([lower, upper], found) = (ends(range), found.as_f64().expect("a number"));
+            assert!(lower <= found && found <= upper, "{found} not in {lower} to {upper}");
+        };
+        for name in ["load_n", "friction_moving_n", "friction_fixed_n", "peak_pressure_pa"] {
+            inside(&one[name], &range["range"][name]);
+        }
+        for side in ["west", "east", "south", "north"] {
+            inside(&one["flow_m3_s"][side], &range["range"]["flow_m3_s"][side]);
+        }
+        inside(&one["flow_m3_s"]["supplies"][0], &range["range"]["flow_m3_s"]["supplies"][0]);
+    }
+    let [lower, upper] = ends(&range["range"]["load_n"]);
+    assert!(upper / lower < 1.2, "{range}");
 }
 
 /// A plain journal that is fed by the pressure around it alone.

@@ -1,10 +1,11 @@
 //! Boxes that are said to hold a solution, against exact rational arithmetic.
 
 use hlcp_core::{FivePoint, LinearOperator};
-use hlcp_verify::{Branch, Certificate, Refusal, certify, certify_box, uniqueness};
+use hlcp_methods::Clock;
+use hlcp_verify::{Branch, Certificate, Refusal, certify, certify_box, certify_range, uniqueness};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use crate::{cases_asked, certificate::solutions_on, common::Matrix, exact};
@@ -307,6 +308,93 @@ fn a_box_that_passes_holds_a_solution() {
     }
     println!("{asked} boxes: {passed} hold a solution, {alone} one only; {several} hold several");
     assert!(50 * passed > asked && 2 * alone > passed, "{passed}, {alone} of {asked}");
+}
+
+/// Every problem between two has a solution within the intervals, and the worst ones reach their
+/// ends: of small Z-pairs in eighths, `HLCP_CASES` of them, or 3,000.
+#[test]
+fn all_problems_of_a_range_have_a_solution_in_it() {
+    let strategy = (1..4_usize).prop_flat_map(|n| {
+        let entries = (vec(0..17_i32, 2 * n * n), vec(-40..41_i32, n));
+        let widths = (vec(0..4_i32, 2 * n * n), vec(0..9_i32, n));
+        (entries, widths, vec(0.0..1.0_f64, 2 * n * n + n)).prop_map(
+            move |((entries, q), (wide, wide_q), at)| {
+                let of = |s: usize, i: usize, j: usize, part: &dyn Fn(usize) -> f64| {
+                    let k = (s * n + i) * n + j;
+                    let entry = f64::from(entries[k]) / 8.0;
+                    let least = if i == j { 1.0 + entry } else { -entry / n as f64 - 0.375 };
+                    least + f64::from(wide[k]) / 8.0 * part(k)
+                };
+                let problem = |part: &dyn Fn(usize, bool) -> f64| {
+                    let pair = [0, 1]
+                        .map(|s| DMatrix::from_fn(n, n, |i, j| of(s, i, j, &|k| part(k, s == 1))));
+                    let q = |i: usize| {
+                        let width = f64::from(wide_q[i]) / 8.0;
+                        f64::from(q[i]) / 8.0 + width * part(2 * n * n + i, false)
+                    };
+                    (pair, (0..n).map(q).collect::<Vec<f64>>())
+                };
+                // Both ends, the worst up and down, and one in between.
+                let ends = [0.0, 1.0].map(|end| problem(&|_, _| end));
+                let worst = [0.0, 1.0]
+                    .map(|end| problem(&|_, is_of_b| if is_of_b { 1.0 - end } else { end }));
+                let inside = problem(&|k, _| (8.0 * at[k]).round() / 8.0);
+                (ends, worst, inside)
+            },
+        )
+    });
+    let (mut runner, mut proved, mut reached) = (TestRunner::default(), 0, 0);
+    let asked = cases_asked(3_000);
+    for _ in 0..asked {
+        let (ends, worst, inside) = strategy.new_tree(&mut runner).unwrap().current();
+        let [low, high] = &ends;
+        let matrices = |s: usize| [low, high].map(|(pair, _)| Matrix(pair[s].clone()));
+        let ([a, b], zero) = ([matrices(0), matrices(1)], vec![0.0; low.1.len()]);
+        let [a, b] = [&a, &b].map(|pair| [&pair[0], &pair[1]]);
+        let q = [&low.1[..], &high.1];
+        let found = certify_range(a, b, q, [&zero, &zero], &mut Clock::endless()).unwrap();
+        let Ok(found) = found else { continue };
+        proved += 1;
+        let within = |x: &Vec<BigRational>| {
+            (0..x.len()).all(|j| {
+                let [[z, up], [r, down]] = found.interval(j);
+                let [l, u] = [
+                    if r > 0.0 || z == 0.0 { -down } else { z },
+                    if z > 0.0 || r == 0.0 { up } else { -r },
+                ];
+                exact(l) <= x[j] && x[j] <= exact(u)
+            })
+        };
+        for ([a, b], q) in ends.iter().chain(&worst).chain([&inside]) {
+            let all = solutions(a, b, q);
+            assert!(all.iter().any(within), "{a} {b} {q:?}: none in {found:?}");
+        }
+        // The worst upwards is at the upper end of each unknown, the other one at the lower.
+        let [up, down] = worst.each_ref().map(|([a, b], q)| solutions(a, b, q));
+        if up.len() == 1 && down.len() == 1 {
+            let near = (0..zero.len()).all(|j| {
+                let [z, r] = found.interval(j);
+                let [top, bottom] = [&up[0][j], &down[0][j]].map(|x| x.to_f64().unwrap());
+                let is_near =
+                    |one: f64, other: f64| (one - other).abs() <= 1e-9 * (1.0 + other.abs());
+                is_near(z[1] - r[0], top) && is_near(z[0] - r[1], bottom)
+            });
+            reached += usize::from(near);
+        }
+    }
+    println!("{asked} ranges: {proved} proved, {reached} of them as narrow as can be");
+    assert!(2 * proved > asked && 2 * reached > proved, "{proved}, {reached} of {asked}");
+}
+
+/// The theorem of ranges needs the signs of all entries that may be.
+#[test]
+fn a_range_with_a_positive_entry_off_the_diagonal_is_refused() {
+    let [low, high] = [-1.0, 0.5].map(|off| Matrix(nalgebra::dmatrix![4.0, off; -1.0, 4.0]));
+    let (q, zero) = ([-5.0, 3.0], [0.0; 2]);
+    for [a, b] in [[[&low, &high], [&low, &low]], [[&low, &low], [&low, &high]]] {
+        let found = certify_range(a, b, [&q, &q], [&zero, &zero], &mut Clock::endless());
+        assert_eq!(found.unwrap(), Err(Refusal::OffDiagonal));
+    }
 }
 
 /// F(l) ≤ 0 ≤ F(u) says nothing where entries beside the diagonal are positive: all the faces do.

@@ -243,9 +243,7 @@ impl Film {
                 posed.map(|(.., q)| q)
             });
             let (most, least) = (most?, least?);
-            let middle = f64::midpoint(ratio.lower, ratio.upper);
-            let z: Vec<f64> = z.iter().map(|z| z / middle).collect();
-            match certify_range([&a, &a], [&b, &b], [&most, &least], [&z, r], clock)? {
+            match certify_range([&a, &a], [&b, &b], [&most, &least], [z, r], clock)? {
                 Ok(certificate) => found.push((drawing, certificate)),
                 Err(refusal) => return Ok(Err(refusal)),
             }
