@@ -219,9 +219,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(self.sum_rows::<ABOVE_ROUNDING>(q, x, meter)?.largest == 0.0)
     }
 
-    /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being those
-    /// that [`solution_from_x`](Self::solution_from_x) makes of `x`; `None` if an operator does not
-    /// know its rows.
+    /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being
+    /// those that [`solution_from_x`](Self::solution_from_x) makes of `x`; `None` if an operator
+    /// does not know its rows.
     ///
     /// Such an `x` bounds a solution from above or below where no entry of `A` and `B` off the
     /// diagonal is positive (`docs/theory.md`, two-sided enclosures). An entry within 10⁻³⁰⁰ of 0

@@ -32,8 +32,8 @@ use crate::{Clock, Method};
 ///
 /// # Source
 ///
-/// D. M. Young, *Iterative Solution of Large Linear Systems*, 1971, chapter 6, for the theory; L. A.
-/// Hageman and D. M. Young, *Applied Iterative Methods*, 1981, chapter 9, for α during a solve.
+/// D. M. Young, *Iterative Solution of Large Linear Systems*, 1971, chapter 6, for the theory; L.
+/// A. Hageman and D. M. Young, *Applied Iterative Methods*, 1981, chapter 9, for α during a solve.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -134,7 +134,7 @@ const GROWN: f64 = 10.0;
 /// The windows without fall that take α back: while signs change, residuals rise for some sweeps.
 const IDLE: usize = 4;
 
-/// What is left of an α of at most 1 that is taken back.
+/// The factor by which an α of at most 1 is taken back.
 const SMALLER: f64 = 0.7;
 
 impl Search {
@@ -215,7 +215,7 @@ fn best(rate: f64, alpha: f64) -> f64 {
     2.0 / (1.0 + (1.0 - square).max(0.0).sqrt())
 }
 
-/// The least p ≥ 6 with p |α − 1|ᵖ⁻¹ ≤ ½: so many sweeps forget what earlier ones left.
+/// The least p ≥ 6 with p |α − 1|ᵖ⁻¹ ≤ ½: p sweeps forget the errors of earlier ones.
 fn window(alpha: f64) -> usize {
     let left = |p: usize| p as f64 * (alpha - 1.0).abs().powf((p - 1) as f64);
     (6..).find(|&p| left(p) <= 0.5).unwrap_or(usize::MAX)

@@ -43,12 +43,12 @@ const SLACK: f64 = 100.0;
 ///
 /// # Convergence
 ///
-/// Where the base converges for every `q` by a theorem of `docs/theory.md`, from any start: mixtures
-/// that are kept have residuals that tend to zero, so their errors do, and what lies between them
-/// contracts. A mixture that is given up is at most a constant times as far off as what it was made
-/// of, where the base contracts in a norm; where that is known of the sum of the column theorem
-/// alone, nothing is claimed of such a mixture.
-/// (The idea is that of Zhang, O'Donoghue and Boyd.)
+/// Where the base converges for every `q` by a theorem of `docs/theory.md`, from any start:
+/// mixtures that are kept have residuals that tend to zero, so their errors do, and what lies
+/// between them contracts. A mixture that is given up is at most a constant times as far off as
+/// what it was made of, where the base contracts in a norm; where that is known of the sum of the
+/// column theorem alone, nothing is claimed of such a mixture. (The idea is that of Zhang,
+/// O'Donoghue and Boyd.)
 ///
 /// # Source
 ///
@@ -93,9 +93,9 @@ struct History {
     iterations: usize,
     /// Differences since the window began.
     differences: usize,
-    /// Whether `g` and `f` are those of the last iterate.
+    /// True if `g` and `f` are those of the last iterate.
     follows: bool,
-    /// Whether the next iterate is a mixture.
+    /// True if the next iterate is a mixture.
     mixed: bool,
     /// The residual at the start, and at the last iterate.
     first: f64,

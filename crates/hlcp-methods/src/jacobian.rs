@@ -75,7 +75,7 @@ impl<'p, T: Scalar, A, B> Jacobian<'p, T, A, B> {
         self.problem
     }
 
-    /// Whether column `j` is one of `A`.
+    /// Returns whether column `j` is one of `A`.
     ///
     /// # Panics
     ///

@@ -141,8 +141,8 @@ impl<T> TridiagonalPart<T> {
 }
 
 impl<T: Scalar> TridiagonalPart<T> {
-    /// Whether this part is all of J, for every `x`: no row of `A` or `B` has an entry outside of
-    /// the three middle diagonals.
+    /// Returns whether this part is all of J, for every `x`: no row of `A` or `B` has an entry
+    /// outside of the three middle diagonals.
     ///
     /// # Cost
     ///

@@ -116,7 +116,7 @@ pub struct Work {
 }
 
 impl Work {
-    /// The work of so many sweeps.
+    /// The work of this many sweeps.
     pub fn sweeps(sweeps: usize) -> Self {
         Self { sweeps, linear_iterations: None }
     }

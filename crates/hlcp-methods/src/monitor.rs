@@ -32,7 +32,7 @@ pub(crate) enum Stop {
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor<T> {
     scale: f64,
-    /// Whether an iterate that comes back need not come back for ever.
+    /// True if an iterate that comes back need not come back for ever.
     remembers: bool,
     best: f64,
     best_at: usize,
@@ -54,7 +54,7 @@ struct Mark {
 impl Mark {
     const NONE: Self = Self { residual: f64::NAN, at: 0, span: 1, returns: 0 };
 
-    /// Whether the residual came back for the third time.
+    /// Returns whether the residual came back for the third time.
     fn third_return(&mut self, k: usize, residual: f64) -> bool {
         if residual == self.residual {
             self.returns += 1;
@@ -168,7 +168,8 @@ impl<T: Scalar> Monitor<T> {
     }
 }
 
-/// Whether `units` of rounding, ε times the largest unknown, explain the step from `x` to `next`.
+/// Returns whether `units` of rounding, ε times the largest unknown, explain the step from `x` to
+/// `next`.
 pub(crate) fn moves_by_rounding<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
     x: &[T],

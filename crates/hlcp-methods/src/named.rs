@@ -438,12 +438,12 @@ impl Named {
         relaxed.map(|relaxed| relaxed.second)
     }
 
-    /// Whether the points are in red–black order.
+    /// Returns whether the points are in red–black order.
     pub fn is_red_black(&self) -> bool {
         self.relaxed().is_some_and(|relaxed| relaxed.red_black)
     }
 
-    /// Whether the method is an AMMS.
+    /// Returns whether the method is an AMMS.
     pub fn is_accelerated(&self) -> bool {
         self.relaxed().is_some_and(|relaxed| relaxed.family == Family::Amms)
     }

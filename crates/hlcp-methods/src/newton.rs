@@ -52,12 +52,13 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 ///
 /// Where the base converges for every `q` by a theorem of `docs/theory.md`, some iterate is within
 /// any tolerance, from any start. By the column theorem accelerated Gauss–Seidel does at τ = 1, on
-/// films too. In a phase that does not end ‖F‖ falls by tenths for ever; one that ends hands over an iterate whose error
-/// is at most a constant times that at its start, and the base's iterations between phases, of
-/// which there are ever more, multiply it by a number that tends to zero. Where `A` is an
-/// M-matrix and (II) holds, as for contacts, full steps with exact inner solves increase to the
-/// solution and end in `n + 2`, without any safeguard. From every `x` near the solution one step with an exact inner solve ends there, also
-/// where some `zᵢ = rᵢ = 0`; with inexact ones convergence is superlinear (Qi and Sun).
+/// films too. In a phase that does not end ‖F‖ falls by tenths for ever; one that ends hands over
+/// an iterate whose error is at most a constant times that at its start, and the base's iterations
+/// between phases, of which there are ever more, multiply it by a number that tends to zero. Where
+/// `A` is an M-matrix and (II) holds, as for contacts, full steps with exact inner solves increase
+/// to the solution and end in `n + 2`, without any safeguard. From every `x` near the solution one
+/// step with an exact inner solve ends there, also where some `zᵢ = rᵢ = 0`; with inexact ones
+/// convergence is superlinear (Qi and Sun).
 ///
 /// # Source
 ///
@@ -97,7 +98,7 @@ pub struct Newton<T, M, P> {
     safeguard: Safeguard<T>,
     /// The norm of F that the last step of the phase set out from.
     last: f64,
-    /// Whether that step made unknowns active, and inactive; and whether it went on in the one way
+    /// True if that step made unknowns active, and inactive; and whether it went on in the one way
     /// of that before.
     ways: [bool; 2],
     nested: bool,

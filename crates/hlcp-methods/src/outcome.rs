@@ -160,7 +160,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Whether the answer meets the tolerance.
+    /// Returns whether the answer meets the tolerance.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged
     }

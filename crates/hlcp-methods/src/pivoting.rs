@@ -166,7 +166,7 @@ fn exchange<T: Scalar>(tableau: &mut [T], width: usize, [row, at]: [usize; 2]) {
     }
 }
 
-/// What an elimination is worth, in walks over the rows: n³/3 multiplications side by side, of
+/// The cost of an elimination, in walks over the rows: n³/3 multiplications side by side, of
 /// which four take the time of one entry of a row.
 pub(crate) fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let (n, mut entries) = (problem.order(), 0);

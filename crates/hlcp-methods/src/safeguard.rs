@@ -5,7 +5,7 @@ use hlcp_core::Scalar;
 /// A residual of at most this part of the smallest one that steps have led to is progress.
 const PROGRESS: f64 = 0.9;
 
-/// What a phase has shown.
+/// The record of a phase.
 #[derive(Debug, Clone, Copy)]
 struct Phase {
     /// The residual of the best iterate.
@@ -25,7 +25,7 @@ struct Phase {
 pub(crate) struct Safeguard<T> {
     /// The iterate of the smallest residual of the phase.
     pub(crate) best: Vec<T>,
-    /// What the phase has shown, unless the base has its turn or a phase is about to begin.
+    /// The record of the phase, unless the base has its turn or a phase is about to begin.
     phase: Option<Phase>,
     /// The iterations that the base has left, and how many it gets after the next phase.
     resting: usize,
@@ -46,14 +46,14 @@ impl<T: Scalar> Safeguard<T> {
         (self.phase, self.resting) = (None, 0);
     }
 
-    /// Whether the next iteration is one of the base's.
+    /// Returns whether the next iteration is one of the base's.
     pub(crate) fn rests(&mut self) -> bool {
         let rests = self.resting > 0;
         self.resting -= usize::from(rests);
         rests
     }
 
-    /// Whether the next step is the first of a phase.
+    /// Returns whether the next step is the first of a phase.
     pub(crate) fn begins(&self) -> bool {
         self.phase.is_none()
     }

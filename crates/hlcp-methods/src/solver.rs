@@ -456,7 +456,7 @@ struct Look {
     norms: Norms,
     /// The residual to report, if the iterate is the answer.
     accepted: Option<Norms>,
-    /// Whether the best iterate before it was lost.
+    /// True if the best iterate before it was lost.
     lost: bool,
 }
 

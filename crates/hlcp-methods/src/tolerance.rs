@@ -8,7 +8,7 @@ use crate::{Limits, Norm, limits::FRACTION};
 /// ends as stagnated.
 const HIDDEN: usize = 24;
 
-/// A residual of so many times what rounding may excuse is near it.
+/// A residual is near rounding if it is at most this many times the bound on it.
 const NEAR: f64 = 100.0;
 
 /// The test that a residual must pass.

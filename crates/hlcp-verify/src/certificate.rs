@@ -7,11 +7,11 @@ use hlcp_methods::{Clock, Method};
 
 use crate::{
     decimal::decimal,
-    enclosure::{Assembled, by_method, holds, holds_one, is_z_pair},
+    enclosure::{Assembled, Refusal, by_method, holds, holds_one, is_z_pair},
     rounding::{Doubled, larger},
 };
 
-/// What is proved of the side of an unknown.
+/// The proved side of an unknown.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -58,7 +58,7 @@ pub struct Certificate {
     pub r: Vec<f64>,
     /// The side of each unknown, as far as it is proved.
     pub sides: Vec<Branch>,
-    /// Whether no other solution lies within the [`interval`](Self::interval)s.
+    /// True if no other solution lies within the [`interval`](Self::interval)s.
     pub is_alone: bool,
     /// Bounds on `z* − r*`.
     bounds: [Vec<f64>; 2],
@@ -176,49 +176,6 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
     let way = larger(upper - given, given - lower);
     // What is exactly 0 is known to be.
     if way == 0.0 { 0.0 } else { way.next_up() }
-}
-
-/// Why no certificate is given; nothing is claimed then.
-///
-/// ```
-/// use hlcp_core::{FivePoint, Identity};
-/// use hlcp_verify::{Refusal, certify};
-///
-/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?, Identity { order: 2 });
-/// // A is singular, and A z − r = (1, 1) has no solution.
-/// let refusal = certify(&a, &b, &[-1.0; 2], &[1.0; 2], &[0.0; 2])?.unwrap_err();
-/// assert_eq!(refusal, Refusal::NoBox);
-/// assert!(refusal.to_string().starts_with("no box"));
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Refusal {
-    /// A diagonal entry of `A` or `B` is not positive and finite.
-    Diagonal,
-    /// An entry off the diagonal of `A` or `B` may be positive.
-    OffDiagonal,
-    /// No box near the answer could be proved to hold a solution.
-    NoBox,
-    /// A number overflowed, or an entry of `A` or `B` is not finite.
-    Overflow,
-    /// The clock was up before anything was proved.
-    TimeLimit,
-}
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Diagonal => "a diagonal entry of A or B is not positive and finite",
-            Self::OffDiagonal => "an entry off the diagonal of A or B may be positive",
-            Self::NoBox => {
-                "no box near the answer was found that must hold a solution; a smaller residual \
-                 may show one"
-            }
-            Self::Overflow => "a number overflowed, or an entry is not finite",
-            Self::TimeLimit => "the time limit was reached",
-        })
-    }
 }
 
 /// Bounds the distance of `(z, r)`, which may come from anywhere, from a solution of HLCP(A, B, q).
@@ -414,10 +371,10 @@ pub fn certify_box<T: Scalar>(
 /// As [`certify_within`], for data that are known within bounds: the solutions of HLCP(A, B, q)
 /// for all `A`, `B` and `q` between the first and the second of each pair.
 ///
-/// Each of these problems has a solution within the [`interval`](Certificate::interval)s; nothing is
-/// said of others ([`Certificate::is_alone`] is `false`). Where no entry off the diagonal can be
-/// positive, one problem is the worst upwards, HLCP(A₁, B₂, q₁), and one downwards,
-/// HLCP(A₂, B₁, q₂), so the intervals are as narrow as these two solutions are close.
+/// Each of these problems has a solution within the [`interval`](Certificate::interval)s; nothing
+/// is said of others ([`Certificate::is_alone`] is `false`). Where no entry off the diagonal can be
+/// positive, one problem is the worst upwards, HLCP(A₁, B₂, q₁), and one downwards, HLCP(A₂, B₁,
+/// q₂), so the intervals are as narrow as these two solutions are close.
 ///
 /// # Cost
 ///
@@ -495,7 +452,7 @@ fn bounds<T: Scalar>(
     Assembled::new(a, b, q, clock)?.enclose([&z, &r], fine, clock)
 }
 
-/// Whether a box of `z − r` holds no second solution.
+/// Returns whether a box of `z − r` holds no second solution.
 fn is_alone<T: Scalar>(
     a: &impl Rows<T>,
     b: &impl Rows<T>,

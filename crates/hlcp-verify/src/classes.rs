@@ -19,7 +19,6 @@ use crate::{
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::sign,
-    uniqueness::{Found, search},
 };
 
 /// The answer to a question about a problem.
@@ -51,7 +50,7 @@ pub enum Answer<W = ()> {
 }
 
 impl<W> Answer<W> {
-    /// Whether it was proved.
+    /// Returns whether it was proved.
     pub fn is_yes(&self) -> bool {
         matches!(self, Self::Yes(_))
     }
@@ -111,7 +110,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Whether all off-diagonal entries are at most 0.
+/// Returns whether all off-diagonal entries are at most 0.
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -132,7 +131,7 @@ pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
     all_entries(a, |row, column, a| row == column || a <= 0.0)
 }
 
-/// Whether `|aᵢᵢ| > Σ_{j≠i} |aᵢⱼ|` in every row.
+/// Returns whether `|aᵢᵢ| > Σ_{j≠i} |aᵢⱼ|` in every row.
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -155,7 +154,7 @@ pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
     Answer::Yes(())
 }
 
-/// Whether ⟨A⟩ is a nonsingular M-matrix; yes with a `d > 0` such that `⟨A⟩d > 0`.
+/// Returns whether ⟨A⟩ is a nonsingular M-matrix; yes with a `d > 0` such that `⟨A⟩d > 0`.
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -181,7 +180,7 @@ fn is_h_within<T: Scalar>(a: &impl Rows<T>, clock: &mut Clock<'_>) -> Answer<Vec
     finite.then(sound).then(|| radius_below_one(&Modulus::of(a), clock))
 }
 
-/// Whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
+/// Returns whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -203,8 +202,8 @@ pub(crate) fn is_h_plus_within<T: Scalar>(
     sound_diagonal(a, |entry| entry).then(|| is_h_within(a, clock))
 }
 
-/// Whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is that of
-/// [`is_h`].
+/// Returns whether `A` is a nonsingular M-matrix: an H₊-matrix that is a Z-matrix; the witness is
+/// that of [`is_h`].
 ///
 /// ```
 /// use hlcp_core::FivePoint;
@@ -218,7 +217,7 @@ pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
     is_z(a).then(|| is_h_plus(a))
 }
 
-/// Whether `part` of every diagonal entry is positive and finite.
+/// Returns whether `part` of every diagonal entry is positive and finite.
 fn sound_diagonal<T: Scalar>(a: &impl Rows<T>, part: fn(f64) -> f64) -> Answer {
     let entry = |i: usize| part(a.diagonal_entry(i).wide());
     let unsound = (0..a.order()).find(|&i| !(entry(i) > 0.0 && entry(i).is_finite()));
@@ -244,14 +243,8 @@ pub(crate) fn all_entries<T: Scalar>(
     Answer::Yes(())
 }
 
-/// Whether `ρ(D⁻¹G) < 1`, with the `x > 0` for which `Gx < Dx`; of two matrices, an `x` for both.
+/// Decides whether `ρ(D⁻¹G) < 1`: yes with an `x > 0` for which `Gx < Dx`.
 pub(crate) fn radius_below_one(z: &impl Comparison, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
-    if z.matrices() > 1 {
-        return match search(z, clock) {
-            Found::Common(v) => Answer::Yes(v),
-            _ => Answer::Undecided,
-        };
-    }
     let Bracket { lower, upper, vector } =
         noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0, clock);
     if upper < 1.0 {

@@ -158,7 +158,7 @@ struct Column {
     diagonal: f64,
     /// The moduli of the other entries, with their rows.
     off: Vec<(usize, f64)>,
-    /// Whether one of these entries is positive, or an entry no number.
+    /// True if one of these entries is positive, or an entry no number.
     mixed: bool,
 }
 
@@ -167,7 +167,8 @@ impl Transposed {
         Self { columns: [columns(a), columns(b)] }
     }
 
-    /// Whether no entry of column `j` of A, or of B if `k` is 1, is positive beside the diagonal.
+    /// Returns whether no entry of column `j` of A, or of B if `k` is 1, is positive beside the
+    /// diagonal.
     pub(crate) fn is_z(&self, k: usize, j: usize) -> bool {
         !self.columns[k][j].mixed
     }

@@ -1,28 +1,72 @@
 //! Boxes that hold a solution, by two evaluations of F.
 //!
-//! Write `x` for `z − r`, so that `z = x⁺` and `r = x⁻`, and `φᵢⱼ(xⱼ) = aᵢⱼxⱼ⁺ − bᵢⱼxⱼ⁻`. For `l ≤ u`
-//! let row `i` of F be not below 0 where `xᵢ = uᵢ` and not above 0 where `xᵢ = lᵢ`, whatever the
+//! Write `x` for `z − r`, so that `z = x⁺` and `r = x⁻`, and `φᵢⱼ(xⱼ) = aᵢⱼxⱼ⁺ − bᵢⱼxⱼ⁻`. For `l ≤
+//! u` let row `i` of F be not below 0 where `xᵢ = uᵢ` and not above 0 where `xᵢ = lᵢ`, whatever the
 //! others are in their intervals. Then a solution lies in `[l, u]` (Poincaré and Miranda).
-//! `docs/theory.md` §4 has the proof. Each `φᵢⱼ` is extreme at an end of its interval or at 0; where
-//! no entry off the diagonal is positive it is extreme for all rows at once, and the test is
+//! `docs/theory.md` §4 has the proof. Each `φᵢⱼ` is extreme at an end of its interval or at 0;
+//! where no entry off the diagonal is positive it is extreme for all rows at once, and the test is
 //! `F(l) ≤ 0 ≤ F(u)`.
 //!
 //! Where `l` and `u` come from does not matter. Here they solve HLCP(A, B, q ∓ g) for a small
 //! `g > 0`, by the method at hand.
 
+use std::fmt;
+
 use hlcp_core::{Aor, Csr, Diagonal, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar};
 use hlcp_methods::{AmgNewton, Clock, Method, Mms};
 
 use crate::{
-    certificate::Refusal,
     classes::is_z,
     comparison::{merge, visit},
     rounding::{Doubled, Interval, Sum, mul_up},
     sparse::Sparse,
 };
 
-/// What an iteration leaves of the residual that it begins with: of one towards the answer, and of
-/// one towards a side, all rows of which must keep their sign.
+/// Why no certificate is given; nothing is claimed then.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Identity};
+/// use hlcp_verify::{Refusal, certify};
+///
+/// let (a, b) = (FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?, Identity { order: 2 });
+/// // A is singular, and A z − r = (1, 1) has no solution.
+/// let refusal = certify(&a, &b, &[-1.0; 2], &[1.0; 2], &[0.0; 2])?.unwrap_err();
+/// assert_eq!(refusal, Refusal::NoBox);
+/// assert!(refusal.to_string().starts_with("no box"));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// A diagonal entry of `A` or `B` is not positive and finite.
+    Diagonal,
+    /// An entry off the diagonal of `A` or `B` may be positive.
+    OffDiagonal,
+    /// No box near the answer could be proved to hold a solution.
+    NoBox,
+    /// A number overflowed, or an entry of `A` or `B` is not finite.
+    Overflow,
+    /// The clock was up before anything was proved.
+    TimeLimit,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Diagonal => "a diagonal entry of A or B is not positive and finite",
+            Self::OffDiagonal => "an entry off the diagonal of A or B may be positive",
+            Self::NoBox => {
+                "no box near the answer was found that must hold a solution; a smaller residual \
+                 may show one"
+            }
+            Self::Overflow => "a number overflowed, or an entry is not finite",
+            Self::TimeLimit => "the time limit was reached",
+        })
+    }
+}
+
+/// The part of its first residual at which an iteration ends: of one towards the answer, and of one
+/// towards a side, all rows of which must keep their sign.
 const CENTRE: f64 = 0.1;
 const SIDE: f64 = 0.45;
 
@@ -91,9 +135,9 @@ fn run<T: Scalar, M: Method<T>>(
 /// to hold a solution before the clock was up.
 ///
 /// The first box is around what the method makes of the answer. It becomes narrower until the
-/// answer's distance from it tells the error to a quarter, or until rounding forbids; then the proved
-/// ends are sums of two numbers, rounded outward. If an end is wanted for itself, and not an error
-/// (`fine` is false), rounding alone ends it, and F has its sign at the very ends.
+/// answer's distance from it tells the error to a quarter, or until rounding forbids; then the
+/// proved ends are sums of two numbers, rounded outward. If an end is wanted for itself, and not an
+/// error (`fine` is false), rounding alone ends it, and F has its sign at the very ends.
 pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     method: &mut M,
     q: &[T],
@@ -146,8 +190,8 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
 /// solution of the moved problem is small where the centre is large, and what the method makes of
 /// that is added to the centre as a second number.
 ///
-/// An entry of the centre is cut to `reach`; if the solution is farther from it than that, the check
-/// fails.
+/// An entry of the centre is cut to `reach`; if the solution is farther from it than that, the
+/// check fails.
 fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     method: &mut M,
     q: &[T],
@@ -241,12 +285,12 @@ fn wide<T: Scalar>(v: &[T]) -> impl Iterator<Item = f64> + '_ {
 
 /// The boxes so far, each around an iterate of a smaller residual.
 struct Search {
-    /// What the next iteration leaves of the residual.
+    /// The part of its first residual at which the next iteration ends.
     part: f64,
     rest: f64,
     width: f64,
     open: usize,
-    /// Whether the last box is better than those before, and whether it tells the error.
+    /// True if the last box is better than those before, and if it tells the error.
     is_better: bool,
     is_narrow: bool,
 }
@@ -524,7 +568,7 @@ fn widths(
     e.iter().all(|&e| e > 0.0 && e.is_finite()).then_some(e)
 }
 
-/// Whether a solution lies between `lower` and `upper`, by the theorem.
+/// Returns whether a solution lies between `lower` and `upper`, by the theorem.
 pub(crate) fn holds<T: Scalar>(
     a: &impl Rows<T>,
     b: &impl Rows<T>,
@@ -573,8 +617,8 @@ fn add_least(sum: &mut Doubled, [a, b]: [f64; 2], [l, u]: [f64; 2]) {
     }
 }
 
-/// Whether a box holds no second solution: its widths are a witness for the mixtures of `A` and `B`
-/// that it reaches.
+/// Returns whether a box holds no second solution: its widths are a witness for the mixtures of `A`
+/// and `B` that it reaches.
 pub(crate) fn holds_one<T: Scalar>(
     a: &impl Rows<T>,
     b: &impl Rows<T>,

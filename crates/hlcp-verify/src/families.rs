@@ -5,9 +5,9 @@
 //! Contacts have diffusion in `A` and, as a rule, the identity in `B`. In the dense family `A` is a
 //! P-matrix and `B` the identity, so that every `q` has one solution and no more. In the others the
 //! columns of `A` and `B` dominate, if weakly, and [`uniqueness`](crate::uniqueness) proves the
-//! same of all but rings. What flows around a ring adds up to nothing: up to rounding its columns of
-//! `B` are dependent, so that some `q` have no solution or several. Nothing is known of the `q` that
-//! is drawn.
+//! same of all but rings. What flows around a ring adds up to nothing: up to rounding its columns
+//! of `B` are dependent, so that some `q` have no solution or several. Nothing is known of the `q`
+//! that is drawn.
 
 use std::f64::consts::{PI, TAU};
 
@@ -46,7 +46,7 @@ pub struct Drawn {
     pub name: String,
     /// The numbers that were drawn.
     pub about: String,
-    /// Whether the problem is to be solved in single precision.
+    /// True if the problem is to be solved in single precision.
     pub single: bool,
     a: Operator,
     b: Operator,
@@ -184,7 +184,7 @@ fn field(seed: u64, octaves: u32, x: f64, y: f64) -> f64 {
 /// A plane of points with their places along both axes, from beyond one edge to beyond the other.
 struct Plane {
     places: [Vec<f64>; 2],
-    /// Whether the last point of a line is a neighbour of the first.
+    /// True if the last point of a line is a neighbour of the first.
     closed: bool,
 }
 

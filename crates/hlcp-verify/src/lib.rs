@@ -4,8 +4,8 @@
 //! # Certify an answer
 //!
 //! [`certify`] proves that a solution exists near an answer and bounds the distance from it,
-//! whatever computed the answer. [`uniqueness`] proves that the solution is the only one, or that it
-//! is not for every `q`.
+//! whatever computed the answer. [`uniqueness`] proves that the solution is the only one, or that
+//! it is not for every `q`.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Identity};
@@ -54,8 +54,8 @@
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
 //! Candidates for witnesses and for corrections come from a sparse LU factorisation or from the
-//! multigrid of `hlcp-methods`. No proof rests on these: every claim is checked by products that are
-//! rounded outward, or exact.
+//! multigrid of `hlcp-methods`. No proof rests on these: every claim is checked by products that
+//! are rounded outward, or exact.
 //!
 //! # Not supported
 //!
@@ -81,9 +81,10 @@ mod theory;
 mod uniqueness;
 
 pub use certificate::{
-    Branch, Certificate, Refusal, certify, certify_box, certify_by, certify_range, certify_within,
+    Branch, Certificate, certify, certify_box, certify_by, certify_range, certify_within,
 };
 pub use decimal::{decimal, fixed};
+pub use enclosure::Refusal;
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{

@@ -16,10 +16,6 @@ use crate::{
 pub(crate) trait Comparison {
     fn order(&self) -> usize;
 
-    fn matrices(&self) -> usize {
-        1
-    }
-
     /// Replaces `g` by row `i` of `G_k`, and returns the entry of `D_k`.
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64;
 }
@@ -195,8 +191,8 @@ fn improved(z: &impl Comparison, best: &Bracket, clock: &mut Clock<'_>) -> Optio
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
 }
 
-/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up. Row `i`
-/// is that of the matrix `of(i)`.
+/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up. Row
+/// `i` is that of the matrix `of(i)`.
 ///
 /// In these variables a good `x` is the vector of ones, which is what the aggregates of a multigrid
 /// represent, rows have one size, and a row sum is non-negative as soon as `s` is an

@@ -46,7 +46,7 @@ impl Sparse {
         enough: impl Fn(&[f64]) -> bool,
         clock: &mut Clock<'_>,
     ) -> Vec<f64> {
-        /// The largest order that is factorised: a plane grid of so many points takes half a
+        /// The largest order that is factorised: a plane grid of this order takes half a
         /// second, but one in space half a minute and four gigabytes.
         const DIRECT: usize = 100_000;
         const STEPS: usize = 60;

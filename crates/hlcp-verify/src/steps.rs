@@ -150,8 +150,8 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
         (factor < 1.0).then_some(Contraction { factor, weights: d })
     }
 
-    /// Whether every step is one of the column theorem: SOR in AMMS or Jacobi's in MMS, with one α
-    /// or with one each for `A` and `B`.
+    /// Returns whether every step is one of the column theorem: SOR in AMMS or Jacobi's in MMS,
+    /// with one α or with one each for `A` and `B`.
     pub(crate) fn solve_scalars(&self) -> bool {
         let solves = |step: &Aor<T>| {
             let fits = |[alpha, beta]: [T; 2]| match step.is_accelerated() {
@@ -203,10 +203,6 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Steps<'_, T, A, B> {
     fn order(&self) -> usize {
         self.problem.order()
-    }
-
-    fn matrices(&self) -> usize {
-        self.steps.len()
     }
 
     fn row(&self, k: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {

@@ -12,7 +12,7 @@ use crate::{
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
     steps::{Contraction, Steps},
-    uniqueness::{Uniqueness, Witness, uniqueness_within},
+    uniqueness::{Found, Uniqueness, Witness, search, uniqueness_within},
 };
 
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
@@ -45,7 +45,7 @@ pub struct Theorem1 {
 }
 
 impl Theorem1 {
-    /// Whether all of them were proved.
+    /// Returns whether all of them were proved.
     pub fn applies(&self) -> bool {
         self.a_is_h_plus.is_yes()
             && self.b_is_h_plus.is_yes()
@@ -120,7 +120,7 @@ pub struct Theorem2 {
 }
 
 impl Theorem2 {
-    /// Whether all of them were proved.
+    /// Returns whether all of them were proved.
     pub fn applies(&self) -> bool {
         self.a_is_h_plus.is_yes()
             && self.b_is_h_plus.is_yes()
@@ -257,7 +257,7 @@ fn relaxed_theorem_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
     below_bound(&Coupled::of(problem, Against::Pair), alpha, clock)
 }
 
-/// Whether `α ρ < 1`, from one product with the vector that comes with yes.
+/// Returns whether `α ρ < 1`, from one product with the vector that comes with yes.
 fn below_bound(z: &impl Comparison, alpha: f64, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
     if alpha <= 0.0 || alpha.is_nan() {
         return Answer::No(Failure::Parameter("alpha > 0"));
@@ -357,8 +357,8 @@ impl fmt::Display for Convergence {
     }
 }
 
-/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1, a witness or the column theorem,
-/// whichever applies first.
+/// Proves convergence by Theorem 2, the relaxed theorem, Theorem 1, a witness or the column
+/// theorem, whichever applies first.
 ///
 /// `steps` are the steps of one iteration.
 ///
@@ -419,8 +419,19 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
         let proof = if paper { Proof::Theorem2 } else { Proof::Relaxed };
         return Convergence::Proved(proof, contraction);
     }
-    if !steps.is_empty()
-        && let Answer::Yes(d) = radius_below_one(&all, clock)
+    let witness = match steps {
+        [] => None,
+        [_] => match radius_below_one(&all, clock) {
+            Answer::Yes(d) => Some(d),
+            _ => None,
+        },
+        // That of two steps is tried on all.
+        _ => match search(&all, clock) {
+            Found::Common(d) => Some(d),
+            _ => None,
+        },
+    };
+    if let Some(d) = witness
         && let Some(contraction) = all.contraction(d)
     {
         let paper = theorem_1_within(problem, steps, clock).applies();
@@ -440,8 +451,8 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
     })
 }
 
-/// Whether the steps are those of Theorem 2, or the one of Corollary 1: one (α, β) for A and B, not
-/// accelerated, in one direction and then in the other.
+/// Returns whether the steps are those of Theorem 2, or the one of Corollary 1: one (α, β) for A
+/// and B, not accelerated, in one direction and then in the other.
 fn are_of_the_paper<T: Scalar>(steps: &[Aor<T>]) -> bool {
     let plain = |step: &Aor<T>| {
         let [of_a, of_b] = step.pairs();

@@ -1,4 +1,4 @@
-//! Whether there is one solution for every `q`: proved, refuted, or said to be open and why.
+//! Decides whether there is one solution for every `q`: proved, refuted, or open with a reason.
 //!
 //! `docs/theory.md`, "Uniqueness is decided", has the proofs. In short: take for every unknown its
 //! column of `A` or that of `B`; all these *choices* of columns shall be nonsingular M-matrices.
@@ -19,7 +19,7 @@ use crate::{
     rounding::{Sum, sign},
 };
 
-/// Whether HLCP(A, B, q) has exactly one solution for every `q`.
+/// The verdict on whether HLCP(A, B, q) has exactly one solution for every `q`.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -42,7 +42,7 @@ pub enum Uniqueness {
     Open(Reason),
 }
 
-/// What proves that HLCP(A, B, q) has exactly one solution for every `q`.
+/// A proof that HLCP(A, B, q) has exactly one solution for every `q`.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -73,7 +73,7 @@ pub enum Witness {
 }
 
 impl Uniqueness {
-    /// Whether it is proved that every `q` has exactly one solution.
+    /// Returns whether it is proved that every `q` has exactly one solution.
     pub fn is_proved(&self) -> bool {
         matches!(self, Self::Proved(_))
     }
@@ -127,7 +127,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What proves that HLCP(A, B, q) has no solution or several for some `q`.
+/// A proof that HLCP(A, B, q) has no solution or several for some `q`.
 ///
 /// Two choices of columns of `A` and `B`, both without a positive entry beside the diagonal. One,
 /// `J`, is a nonsingular M-matrix, because `v > 0` and `Jᵀv > 0`. The other, `K`, is none, because
@@ -163,8 +163,8 @@ pub struct Disproof {
 }
 
 impl Disproof {
-    /// Whether it proves what it says of this `A` and `B`, in real numbers: sums are rounded
-    /// outward, and where rounding would decide they are exact.
+    /// Returns whether it proves what it says of this `A` and `B`, in real numbers: sums are
+    /// rounded outward, and where rounding would decide they are exact.
     ///
     /// # Panics
     ///
@@ -280,7 +280,7 @@ fn from_the_right<T: Scalar>(
     Some(Witness::Right { omega, d })
 }
 
-/// What becomes of a search for a `v > 0` with `Zᵀv > 0` for two Z-matrices, whose columns come as
+/// The result of a search for a `v > 0` with `Zᵀv > 0` for two Z-matrices, whose columns come as
 /// rows.
 pub(crate) enum Found {
     /// Such a vector.
@@ -293,7 +293,7 @@ pub(crate) enum Found {
     Open,
 }
 
-/// What a choice of columns is proved to be.
+/// The proved kind of a choice of columns.
 enum Kind {
     /// A nonsingular M-matrix, by a `v > 0` with `Jᵀv > 0`.
     Regular(Vec<f64>),
@@ -359,7 +359,7 @@ fn kind(
     right: &mut Vec<f64>,
     clock: &mut Clock<'_>,
 ) -> Option<Kind> {
-    /// What is added to the diagonal, in its units, of a matrix that may be singular.
+    /// A shift of the diagonal, in its units, of a matrix that may be singular.
     const SHIFT: f64 = 1e-8;
     let none = |u| supported(z, choice, u).map(Kind::Other);
     // The sums of columns that conserve something are exactly zero: no solve would show that.
@@ -425,13 +425,13 @@ fn margin(z: &impl Comparison, k: usize, j: usize, v: &[f64], g: &mut Vec<(usize
     if diagonal > 0.0 { sum.interval().lower / diagonal } else { f64::NEG_INFINITY }
 }
 
-/// Whether `v > 0` and `Jᵀv > 0`.
+/// Returns whether `v > 0` and `Jᵀv > 0`.
 fn is_regular(z: &impl Comparison, choice: &[bool], v: &[f64]) -> bool {
     let mut g = vec![];
     positive(v) && (0..v.len()).all(|j| margin(z, choice[j].into(), j, v, &mut g) > 0.0)
 }
 
-/// Whether entry `j` of `Z_kᵀu` is at most 0, for `u ≥ 0`.
+/// Returns whether entry `j` of `Z_kᵀu` is at most 0, for `u ≥ 0`.
 fn is_nonpositive(
     z: &impl Comparison,
     k: usize,

@@ -65,8 +65,8 @@ pub(crate) struct Arguments {
     /// finds α; AUTO, which chooses. Several with commas between them are compared
     #[arg(long, help_heading = METHOD, value_delimiter = ',')]
     pub(crate) method: Vec<String>,
-    /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: AMGS, forward
-    /// and then backward]
+    /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: AMGS,
+    /// forward and then backward]
     #[arg(long, help_heading = METHOD, requires = "method")]
     pub(crate) base: Option<String>,
     /// How many earlier iterates ANDERSON mixes [default: 10]

@@ -119,8 +119,8 @@ pub(crate) fn advice(status: Status) -> Option<&'static str> {
 /// The largest order for which a proof is searched for that the solution is the only one.
 const SEARCHED: usize = 100_000;
 
-/// What is proved of an answer: how far it is from a solution, or why that is not known; and whether
-/// there is only one.
+/// What is proved of an answer: how far it is from a solution, or why that is not known; and
+/// whether there is only one.
 pub(crate) struct Proved {
     pub(crate) certificate: Result<Certificate, Refusal>,
     /// Whether there is one solution for every q, unless the problem is large.

@@ -609,8 +609,8 @@ fn bounds_hold_for_what_is_printed() {
     assert_eq!(found["bounds"]["flow_m3_s"]["supplies"].as_array().map(Vec::len), Some(1));
 }
 
-/// Without a pressure above that of cavitation all pressures go with μU/h², so the range of the load
-/// is known; with one the films at the corners have to be in it.
+/// Without a pressure above that of cavitation all pressures go with μU/h², so the range of the
+/// load is known; with one the films at the corners have to be in it.
 #[test]
 fn films_within_a_tolerance_are_in_the_range() {
     let pad = |gap: f64, viscosity: f64, speed: f64| {

@@ -128,7 +128,7 @@ pub struct Amg<T> {
     /// where they agree.
     order: Vec<u32>,
     place: Vec<u32>,
-    /// Whether the columns of A are those that conduct; nothing before the first set-up.
+    /// True if the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
     /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
     /// were built, or the reverse.

@@ -47,7 +47,7 @@ pub(super) struct Steps<T> {
     halved: bool,
     /// The signs that the last step changed.
     flips: usize,
-    /// Whether steps are Newton's own: no sweeps before them, and no stop at the edge of a piece.
+    /// True if steps are Newton's own: no sweeps before them, and no stop at the edge of a piece.
     plain: bool,
     linear_iterations: usize,
     sweeps: usize,

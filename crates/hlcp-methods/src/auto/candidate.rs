@@ -8,16 +8,17 @@ use crate::{
     Ssor, Tmms, TridiagonalPart, Work, pivoting::Pivoting,
 };
 
-/// What a window leaves of a promise: promise times window stays the same, as AUTO's guarantee needs.
+/// The factor of a promise after a window: promise times window stays the same, as AUTO's guarantee
+/// needs.
 const SHRINK: f64 = 0.5;
 
 /// Planes of fewer points leave multigrid for later.
 const FEW: usize = 1500;
 
-/// What is known of a problem beforehand.
+/// The facts of a problem that are known beforehand.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
-    /// Whether the operators are tridiagonal.
+    /// True if the operators are tridiagonal.
     pub(super) is_line: bool,
     /// The points of a grid of more than one line; 0 elsewhere.
     pub(super) plane: usize,
@@ -98,11 +99,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     }
 }
 
-/// What Newton's methods fall back on and Anderson's accelerates: accelerated Gauss–Seidel, forward
+/// The base of Newton's methods and of Anderson's: accelerated Gauss–Seidel, forward
 /// and backward, which converges on films too.
 type Base<T, A, B> = Tmms<T, A, B, Aor<T>, Aor<T>>;
 
-/// What Newton's method has for its linear systems.
+/// The preconditioner of Newton's linear systems.
 #[derive(Debug, Clone)]
 pub(super) enum Inner<T> {
     Elimination(TridiagonalPart<T>),

@@ -73,12 +73,12 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
-/// is set going, and let `c` be the least of 0.23 and an eighth of its first promise times its first
-/// window. Then the logarithm of the smallest residual falls by `c/(6W)` a sweep or more in the
-/// mean, apart from at most `2k/c` times `W` sweeps for each method, where `k` is its first promise
-/// times its first window, and from the last window. `docs/theory.md` ("Turns that are measured")
-/// has the proof. It needs promise times window to stay what it is, so that no promise falls below
-/// the progress of a good method before the window of that is long enough to show it.
+/// is set going, and let `c` be the least of 0.23 and an eighth of its first promise times its
+/// first window. Then the logarithm of the smallest residual falls by `c/(6W)` a sweep or more in
+/// the mean, apart from at most `2k/c` times `W` sweeps for each method, where `k` is its first
+/// promise times its first window, and from the last window. `docs/theory.md` ("Turns that are
+/// measured") has the proof. It needs promise times window to stay what it is, so that no promise
+/// falls below the progress of a good method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
@@ -285,7 +285,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         size
     }
 
-    /// Whether the residual of `y` has grown, of which only entries beyond all measure make sure.
+    /// Returns whether `y` diverges. Measures the residual only where an entry is huge.
     fn runs_away(&mut self, q: &Rhs<'_, T>, y: &[T]) -> bool {
         // All entries are looked at, so that several are at a time. NaN is not calm either.
         let usual = T::of(self.usual);
@@ -312,7 +312,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         (LAST * (self.sweeps() + LEAST), 0.5 * self.best)
     }
 
-    /// Whether what could be tried has been.
+    /// Returns whether nothing is left to try.
     fn is_over(&self) -> bool {
         self.last.is_some_and(|(last, _)| self.sweeps() > last)
     }

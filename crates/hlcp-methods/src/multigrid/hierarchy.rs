@@ -40,7 +40,7 @@ pub struct Grids<'a, T> {
     pub fine: [usize; 2],
     /// The coarse grid's `[nx, ny]`.
     pub coarse: [usize; 2],
-    /// Whether both grids close round along `[x, y]`, as the coarse operators must.
+    /// True if both grids close round along `[x, y]`, as the coarse operators must.
     pub round: [bool; 2],
     pub(super) transfer: &'a Transfer<T>,
     /// The fine grid's, if ranks share it.

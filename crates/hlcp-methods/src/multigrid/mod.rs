@@ -95,7 +95,7 @@ use crate::{Clock, Method, Work as Count};
 pub struct Multigrid<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
     cycle: Cycle,
-    /// Whether F-cycles have given way to W-cycles.
+    /// True if F-cycles have given way to W-cycles.
     escalated: bool,
     /// The sweeps that a cycle of the given kind is worth, and a W-cycle.
     sweeps: [usize; 2],
@@ -173,8 +173,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         [finest].into_iter().chain(self.levels.iter().map(Level::grid))
     }
 
-    /// Whether iterations are cycles, since they gain more than sweeps do; `None` before the first
-    /// iteration.
+    /// Returns whether iterations are cycles, since they gain more than sweeps do; `None` before
+    /// the first iteration.
     pub fn coarse_grids_help(&self) -> Option<bool> {
         self.pace.cycles()
     }

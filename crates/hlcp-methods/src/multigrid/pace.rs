@@ -1,4 +1,4 @@
-//! Whether the next iteration is a cycle or sweeps.
+//! Decides whether the next iteration is a cycle or sweeps.
 
 /// An iteration that multiplies the defect by more than this is slow enough to try the other kind.
 const SLOW: f64 = 0.5;
@@ -52,7 +52,7 @@ impl Pace {
         Self { phase: Phase::Unknown, last: f64::INFINITY, patience: 1 }
     }
 
-    /// Whether iterations are cycles; `None` before anything was measured.
+    /// Returns whether iterations are cycles; `None` before anything was measured.
     pub(super) fn cycles(&self) -> Option<bool> {
         match self.phase {
             Phase::Unknown => None,

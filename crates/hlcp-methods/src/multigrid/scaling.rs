@@ -17,7 +17,7 @@ impl<T: Scalar> Scaling<T> {
         Self(problem.any(scaling != *problem.omega()).then_some(scaling))
     }
 
-    /// Whether Ω is the problem's own.
+    /// Returns whether Ω is the problem's own.
     pub(crate) fn is_own(&self) -> bool {
         self.0.is_none()
     }

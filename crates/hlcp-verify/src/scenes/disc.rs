@@ -28,7 +28,7 @@ use super::Posed;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Disc {
-    /// Whether `B` is the identity.
+    /// True if `B` is the identity.
     pub lcp: bool,
     /// Inner nodes per side; the order is `m²`.
     pub m: usize,

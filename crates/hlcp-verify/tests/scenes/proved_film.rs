@@ -380,8 +380,8 @@ fn scaled(film: &Film, [gap, viscosity, speed]: [f64; 3], supplies: &[f64]) -> F
     other
 }
 
-/// Of `HLCP_CASES` random films, or 60: the figures of films within a tolerance of each, half of them
-/// at corners, lie in the range, which is not much wider than the spread of these figures.
+/// Of `HLCP_CASES` random films, or 60: the figures of films within a tolerance of each, half of
+/// them at corners, lie in the range, which is not much wider than the spread of these figures.
 #[test]
 fn films_within_a_tolerance_lie_in_their_range() {
     let (mut seen, mut proved, mut refused) = (0, 0, 0);

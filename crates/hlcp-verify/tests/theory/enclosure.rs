@@ -247,8 +247,8 @@ fn solutions(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> Vec<Vec<BigRation
     all
 }
 
-/// Of small integers, any signs, and boxes of any origin in quarters: where a solution is said to be
-/// one is, and one only where that is said. `HLCP_CASES` of them, or 3,000.
+/// Of small integers, any signs, and boxes of any origin in quarters: where a solution is said to
+/// be one is, and one only where that is said. `HLCP_CASES` of them, or 3,000.
 #[test]
 fn a_box_that_passes_holds_a_solution() {
     let strategy = (1..4_usize, any::<bool>()).prop_flat_map(|(n, is_z)| {

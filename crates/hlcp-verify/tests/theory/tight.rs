@@ -132,8 +132,8 @@ fn measured<T: Scalar>(
         .map(|(found, known, bound)| {
             let error = largest(found.iter().zip(known).map(|(u, v)| (u.wide() - v).abs()));
             let bound = largest(bound.iter().copied());
-            // A reference at the floor of rounding is itself off, and may show an error above its bound.
-            // Of large problems rounding may widen a box.
+            // A reference at the floor of rounding is itself off, and may show an error above its
+            // bound. Of large problems rounding may widen a box.
             let most = if n < 5_000 { 1.4 } else { 5.0 };
             assert!(
                 bound > 0.9 * error && bound <= most * error,

@@ -304,8 +304,8 @@ fn verdicts_on_families() {
 /// Absolute value equations A x + B|x| = b of order 100, which are HLCP(A + B, A − B, −b).
 ///
 /// One condition for others is that no matrix between A − |B| and A + |B| is singular, for which
-/// ρ(|A⁻¹||B|) < 1 suffices. Here A ± B are Z-matrices. Where one of them is a nonsingular M-matrix, uniqueness is
-/// decided: proved where the condition holds, and for others too.
+/// ρ(|A⁻¹||B|) < 1 suffices. Here A ± B are Z-matrices. Where one of them is a nonsingular
+/// M-matrix, uniqueness is decided: proved where the condition holds, and for others too.
 #[test]
 fn absolute_value_equations() {
     const N: usize = 100;

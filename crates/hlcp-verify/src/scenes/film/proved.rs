@@ -70,10 +70,10 @@ fn ends(Interval { lower, upper }: Interval) -> [f64; 2] {
 
 /// How the films of a [`FilmRange`] differ from the one film that is posed.
 ///
-/// With the gap `a`, the viscosity `m` and the speeds `s` times what they are, a row of a steady film
-/// becomes `a³/m A z − s a (B r − c) − a³/m g`, with what the walls carry, `q = c − g`, and what
-/// reservoirs press, `g`. With `λ = m s/a²` and `z = λ z′` that is `s a (A z′ − B r + c − g/λ)`: the
-/// posed film at other pressures.
+/// With the gap `a`, the viscosity `m` and the speeds `s` times what they are, a row of a steady
+/// film becomes `a³/m A z − s a (B r − c) − a³/m g`, with what the walls carry, `q = c − g`, and
+/// what reservoirs press, `g`. With `λ = m s/a²` and `z = λ z′` that is `s a (A z′ − B r + c −
+/// g/λ)`: the posed film at other pressures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Drawing {
     /// λ
@@ -121,11 +121,12 @@ fn widened([lower, upper]: [f64; 2]) -> Interval {
     Interval { lower: lower.next_down(), upper: upper.next_up() }
 }
 
-/// What is proved of all the films that a drawing allows: whose gap, viscosity, speeds and supplies'
-/// pressures are those of one [`Film`], each times a factor of its own within `tolerance` of 1.
+/// What is proved of all the films that a drawing allows: whose gap, viscosity, speeds and
+/// supplies' pressures are those of one [`Film`], each times a factor of its own within `tolerance`
+/// of 1.
 ///
-/// [`Film::certify_range`] makes one. The gap has one factor for all cells, which does not change its
-/// shape, and so has the viscosity. Pressures of sides and of cavitation are as they are.
+/// [`Film::certify_range`] makes one. The gap has one factor for all cells, which does not change
+/// its shape, and so has the viscosity. Pressures of sides and of cavitation are as they are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmRange {
     /// Each for a part of λ.
@@ -178,8 +179,8 @@ impl Film {
     ///
     /// # Errors
     ///
-    /// As [`pose`](Self::pose); [`Error::Parameter`] for a tolerance outside 0 to 0.5, for a film with
-    /// a time step, and as [`certify`](crate::certify).
+    /// As [`pose`](Self::pose); [`Error::Parameter`] for a tolerance outside 0 to 0.5, for a film
+    /// with a time step, and as [`certify`](crate::certify).
     ///
     /// ```
     /// use hlcp_methods::Clock;
