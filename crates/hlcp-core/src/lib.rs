@@ -122,60 +122,31 @@
 //! * Stencils in three dimensions. Write a [`Rows`] operator for these.
 //! * Targets without `std`.
 
-mod aor;
-mod check;
-mod colour;
-mod combine;
-mod csr;
-mod dense;
-mod error;
 pub mod files;
-mod forward;
-mod kernel;
-mod loops;
 pub mod market;
-#[cfg(feature = "mpi")]
-mod mpi;
-mod norms;
-mod omega;
-mod operator;
-mod problem;
-mod ranks;
-mod recognise;
-mod rounding;
-mod rows;
-mod scalar;
-#[cfg(feature = "nalgebra-sparse")]
-mod sparse;
-mod splitting;
-mod stencil;
-mod strip;
-mod team;
-mod tridiagonal;
-mod view;
 
-pub use aor::Aor;
-pub use check::{check_operator, check_row};
-pub use colour::Multicolour;
-pub use combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum};
-pub use csr::{Csr, Index};
-pub use dense::RowMajor;
-pub use error::Error;
+// The floors, from the lowest: numbers, parallel, operators, rows, kernel, problem, steps. None
+// imports from a floor above it.
+mod kernel;
+mod numbers;
+mod operators;
+mod parallel;
+mod problem;
+mod rows;
+mod steps;
+
 pub use kernel::{Smoother, Transfer};
+pub use numbers::{Error, Norms, Rhs, Scalar, all_finite};
+pub use operators::{
+    Coefficients, Csr, Diagonal, DiagonalMatrix, Direction, FivePoint, FivePointView, Identity,
+    Index, LinearOperator, Omega, RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, Varying,
+    check_operator, check_row, recognise_grid,
+};
 #[cfg(feature = "mpi")]
-pub use mpi::{NotJoined, World};
-pub use norms::{Norms, Rhs, all_finite};
-pub use omega::Omega;
-pub use operator::{Diagonal, LinearOperator, Rows};
+pub use parallel::{NotJoined, World};
+pub use parallel::{Ranks, Strip, ranks_as_threads};
 pub use problem::Hlcp;
-pub use ranks::{Ranks, ranks_as_threads};
-pub use recognise::recognise_grid;
-pub use scalar::Scalar;
-pub use splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step};
-pub use stencil::{Direction, FivePoint, Varying};
-pub use strip::Strip;
-pub use tridiagonal::Tridiagonal;
-pub use view::{Coefficients, FivePointView};
+pub use steps::{Aor, Jacobi, Multicolour, Splitting, SplittingFn, SplittingStep, Step};
 
 /// The README's program, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

@@ -1,22 +1,7 @@
 use std::ops::Range;
 
-use super::{COLUMNS, Grid, PAD};
-use crate::{Coefficients, Scalar};
-
-/// The two parameters of one matrix, as they enter `M`.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Relaxation<T> {
-    /// 1/α.
-    pub(crate) diagonal: T,
-    /// β/α.
-    pub(crate) triangle: T,
-}
-
-impl<T: Scalar> Relaxation<T> {
-    pub(crate) fn new([alpha, beta]: [T; 2]) -> Self {
-        Self { diagonal: alpha.recip(), triangle: beta / alpha }
-    }
-}
+use super::grid::{COLUMNS, Grid, PAD};
+use crate::{numbers::Scalar, operators::Coefficients, rows::Relaxation};
 
 /// The factors of `v` and of `|v|`.
 pub(super) type Pair<T> = [T; 2];

@@ -11,11 +11,13 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::{COLUMNS, Grid, Old, coefficients::Source};
+use super::{
+    coefficients::Source,
+    grid::{COLUMNS, Grid, Old},
+};
 use crate::{
-    Scalar,
-    norms::Tallies,
-    team::{Claims, Sum},
+    numbers::{Scalar, Tallies},
+    parallel::{Claims, OrderedSum},
 };
 
 /// The rows of a band. The first phase of two more is done again.
@@ -26,7 +28,7 @@ pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
     pub(super) old: &'a Old<'a, T>,
     pub(super) source: &'a S,
     pub(super) bands: &'a Claims<I>,
-    pub(super) sum: &'a Sum,
+    pub(super) sum: &'a OrderedSum,
 }
 
 impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>

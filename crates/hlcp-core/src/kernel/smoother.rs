@@ -5,21 +5,20 @@ use std::ops::Range;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{
-    COLUMNS, Grid, Old, ROWS, Relaxation, Sweep, Transfer,
+    Sweep, Transfer,
     coefficients::Source,
-    columns,
+    grid::{COLUMNS, Grid, Old, ROWS, columns},
     tile::Around,
     transfer::{FineRows, WEIGHTED},
 };
 use crate::{
-    Coefficients, Error, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar,
-    norms::{Meter, Stretches, Tallies},
-    omega::positive_entry,
-    team::{self, Claims, Sum},
+    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies},
+    parallel::{Claims, OrderedSum, team},
+    rows::Relaxation,
 };
 
 /// A vector `f`, as a factor and what it multiplies.
-pub(crate) type Multiple<'a, T> = (T, &'a [T]);
+type Multiple<'a, T> = (T, &'a [T]);
 
 /// The equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|` and Ω = D_A D_B⁻¹, for
 /// five-point operators on one grid.
@@ -56,77 +55,10 @@ pub struct Smoother<'a, T> {
 }
 
 impl<'a, T: Scalar> Smoother<'a, T> {
-    /// Returns the Ω = D_A D_B⁻¹ that belongs to a problem's operators.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
-    /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
-    ///
-    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 9 }, Omega::Uniform(0.3))?;
-    /// assert_eq!(Smoother::scaling(&problem)?, Omega::Uniform(4.0));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
-        problem: &Hlcp<T, A, B>,
-    ) -> Result<Omega<T>, Error> {
-        problem.grid()?;
-        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
-        let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
-        let ratio = |k: usize| {
-            let a = positive_entry("diagonal of A", k, a.at(k))?;
-            let b = positive_entry("diagonal of B", k, b.at(k))?;
-            positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
-            positive_entry("ratio of the diagonals", k, a / b)
-        };
-        let all = || {
-            let first = ratio(0)?;
-            if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
-                return Ok(Omega::Uniform(first));
-            }
-            let mut each = Vec::new();
-            for k in 1..problem.order() {
-                let value = ratio(k)?;
-                if each.is_empty() && value != first {
-                    each = vec![first; k];
-                }
-                if !each.is_empty() {
-                    each.push(value);
-                }
-            }
-            Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
-        };
-        // The same on all ranks, if it is on each.
-        let own = problem.agree(all())?;
-        let [most, least] = problem.largest(match own {
-            Omega::Uniform(ratio) => [ratio.wide(), -ratio.wide()],
-            Omega::Each(_) => [f64::INFINITY; 2],
-        });
-        Ok(match own {
-            Omega::Uniform(ratio) if most != -least => Omega::Each(vec![ratio; problem.order()]),
-            own => own,
-        })
-    }
-
-    /// The equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or `None`
-    /// where that is the problem's own; on the threads of rayon's current pool if `parallel`.
-    ///
-    /// # Errors
-    ///
-    /// As [`scaling`](Self::scaling), but for the diagonals.
-    pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
-        problem: &'a Hlcp<T, A, B>,
-        scaling: Option<&'a Omega<T>>,
-        parallel: bool,
-    ) -> Result<Self, Error> {
-        problem.grid()?;
-        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
-        let sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
-        Ok(Self { sweep: Sweep { parallel, ..sweep } })
+    /// Takes a problem's sweep, with Ω = D_A D_B⁻¹, on the threads of the current pool if
+    /// `parallel`.
+    pub(crate) fn of_sweep(sweep: Sweep<'a, T>, parallel: bool) -> Self {
+        Self { sweep: Sweep { parallel, ..sweep } }
     }
 
     /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
@@ -137,7 +69,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Unless the vectors have the grid's order.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
         self.assert_orders([f.1.len(), x.len(), y.len()]);
-        (T::loops().smooth)(&self.sweep.directed(backward, false), f, x, y);
+        SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
     }
 
     /// A forward sweep with the problem's γ and `q` for `f` that also returns the norms of
@@ -159,7 +91,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// ```
     pub fn relax_measured(&self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
-        self.sweep.run::<true>(gauss_seidel(), q, x, y)
+        self.sweep.run(true, gauss_seidel(), q, x, y)
     }
 
     /// The norms of `A z − B r + q` at `x`.
@@ -169,14 +101,14 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Unless the vectors have the grid's order.
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
-        (T::loops().norms)(self, q, x)
+        MEASURE.of::<Measured<T>>()(self, q, x)
     }
 
-    pub(crate) fn measure(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
+    fn measure(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
         let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
         let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
-        let measure = Measure { bands, stretches, meter, sum: Sum::new() };
+        let measure = Measure { bands, stretches, meter, sum: OrderedSum::new() };
         self.walk(Some((q_factor, q.entries())), x, &self.sweep.beside(x), &measure);
         meter.norms_of(measure.sum.total().sum(self.sweep.strip()), gamma)
     }
@@ -199,10 +131,10 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// ```
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
-        (T::loops().subtract)(self, x, f);
+        SUBTRACT.of::<Subtracted<T>>()(self, x, f);
     }
 
-    pub(crate) fn subtract_all(&self, x: &[T], f: &mut [T]) {
+    fn subtract_all(&self, x: &[T], f: &mut [T]) {
         let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
         self.walk(None, x, &self.sweep.beside(x), &Subtract(bands));
     }
@@ -228,16 +160,10 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());
-        (T::loops().restrict)(self, f, x, transfer, coarse);
+        RESTRICT.of::<Restricted<T>>()(self, f, x, transfer, coarse);
     }
 
-    pub(crate) fn restrict_all(
-        &self,
-        f: Multiple<'_, T>,
-        x: &[T],
-        transfer: &Transfer<T>,
-        coarse: &mut [T],
-    ) {
+    fn restrict_all(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         let beside = self.sweep.beside(x);
         let defects_beside = self.sweep.strip().map_or([vec![], vec![]], |strip| {
             let [nx, ny] = self.sweep.grid();
@@ -290,8 +216,8 @@ pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
 }
 
 impl<T: Scalar> Sweep<'_, T> {
-    /// The sweep of the smoother.
-    pub(crate) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
+    /// Overwrites `y` with the smoother's sweep of `x`.
+    pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
         let Self { grid, gamma, parallel, .. } = *self;
         let meter = Meter::for_size(1.0, x.len()); // it measures nothing
         let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
@@ -411,7 +337,7 @@ struct Measure<I> {
     bands: Claims<I>,
     stretches: Stretches,
     meter: Meter,
-    sum: Sum,
+    sum: OrderedSum,
 }
 
 impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<I> {
@@ -485,3 +411,23 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for
         }
     }
 }
+
+type Smooth<T> = fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]);
+type Measured<T> = fn(&Smoother<'_, T>, &Rhs<'_, T>, &[T]) -> Norms;
+type Subtracted<T> = fn(&Smoother<'_, T>, &[T], &mut [T]);
+type Restricted<T> = fn(&Smoother<'_, T>, Multiple<'_, T>, &[T], &Transfer<T>, &mut [T]);
+
+static SMOOTH: Compiled<Smooth<f32>, Smooth<f64>> = Compiled(
+    |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
+    |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
+);
+static MEASURE: Compiled<Measured<f32>, Measured<f64>> =
+    Compiled(|smoother, q, x| smoother.measure(q, x), |smoother, q, x| smoother.measure(q, x));
+static SUBTRACT: Compiled<Subtracted<f32>, Subtracted<f64>> = Compiled(
+    |smoother, x, f| smoother.subtract_all(x, f),
+    |smoother, x, f| smoother.subtract_all(x, f),
+);
+static RESTRICT: Compiled<Restricted<f32>, Restricted<f64>> = Compiled(
+    |smoother, f, x, transfer, coarse| smoother.restrict_all(f, x, transfer, coarse),
+    |smoother, f, x, transfer, coarse| smoother.restrict_all(f, x, transfer, coarse),
+);

@@ -3,9 +3,14 @@
 use pulp::Arch;
 
 use super::{
-    Grid, Relaxation, Sweep, coefficients::Row, coefficients::part, smoother::gauss_seidel,
+    Sweep,
+    coefficients::{Row, part},
+    grid::Grid,
+    smoother::gauss_seidel,
 };
-use crate::{FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, view::places};
+use crate::{
+    FivePoint, Hlcp, LinearOperator, Omega, Rhs, Scalar, operators::places, rows::Relaxation,
+};
 
 /// A number in −1..1 without pattern.
 fn noise<T: Scalar>(seed: usize) -> T {

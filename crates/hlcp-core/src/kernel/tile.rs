@@ -1,10 +1,13 @@
 use std::ops::Range;
 
 use super::{
-    COLUMNS, Grid, Old, PAD, ROWS,
     coefficients::{Pair, Source, part},
+    grid::{COLUMNS, Grid, Old, PAD, ROWS},
 };
-use crate::{Scalar, norms::Tallies, team::Turns};
+use crate::{
+    numbers::{Scalar, Tallies},
+    parallel::Turns,
+};
 
 /// The row that a sweep has done last before a band.
 #[derive(Clone, Copy)]

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::COLUMNS;
+use super::grid::COLUMNS;
 use crate::{
-    Scalar, Strip,
-    team::{self, Claims},
+    numbers::{Compiled, Scalar},
+    parallel::{Claims, Strip, team},
 };
 
 /// Coarse columns that are done in one go.
@@ -304,7 +304,7 @@ impl<T: Scalar> Transfer<T> {
     /// Unless the vectors have the grids' orders.
     pub fn interpolate(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
-        (T::loops().interpolate)(self, Order::Linear, coarse, fine, parallel);
+        INTERPOLATE.of::<Interpolate<T>>()(self, Degree::Linear, coarse, fine, parallel);
     }
 
     /// Overwrites `fine` with an interpolation of `coarse` through the nearest four columns and
@@ -322,21 +322,21 @@ impl<T: Scalar> Transfer<T> {
     /// ```
     pub fn interpolate_smooth(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
-        (T::loops().interpolate)(self, Order::Cubic, coarse, fine, parallel);
+        INTERPOLATE.of::<Interpolate<T>>()(self, Degree::Cubic, coarse, fine, parallel);
     }
 
-    pub(crate) fn run(&self, order: Order, coarse: &[T], fine: &mut [T], parallel: bool) {
+    fn run(&self, degree: Degree, coarse: &[T], fine: &mut [T], parallel: bool) {
         let threads = team::threads(parallel, fine.len());
         let beside = &self.strip.as_ref().map_or([vec![], vec![]], |strip| {
-            let width = match order {
-                Order::Linear => LINEAR,
-                Order::Cubic => CUBIC,
+            let width = match degree {
+                Degree::Linear => LINEAR,
+                Degree::Cubic => CUBIC,
             };
             strip.beside(width, |k| coarse[k])
         });
         let bands = &Claims::new(fine.chunks_mut(self.axes[0].fine * HEIGHT).enumerate());
         team::spread(threads, &|| {
-            Arch::new().dispatch(Interpolation { order, transfer: self, coarse, beside, bands });
+            Arch::new().dispatch(Interpolation { degree, transfer: self, coarse, beside, bands });
         });
     }
 
@@ -504,7 +504,7 @@ impl<T: Scalar> Axis<T> {
 
 /// How an interpolation goes.
 #[derive(Clone, Copy)]
-pub(crate) enum Order {
+enum Degree {
     /// Adds the bilinear one.
     Linear,
     /// Overwrites by cubics.
@@ -513,7 +513,7 @@ pub(crate) enum Order {
 
 /// One thread's share of an interpolation.
 struct Interpolation<'a, T, I> {
-    order: Order,
+    degree: Degree,
     transfer: &'a Transfer<T>,
     coarse: &'a [T],
     /// Its columns that other ranks have.
@@ -529,9 +529,9 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Inter
         let nx = self.transfer.axes[0].fine;
         while let Some((number, band)) = self.bands.next() {
             for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
-                match self.order {
-                    Order::Linear => self.linear(j, fine),
-                    Order::Cubic => self.cubic(j, fine),
+                match self.degree {
+                    Degree::Linear => self.linear(j, fine),
+                    Degree::Cubic => self.cubic(j, fine),
                 }
             }
         }
@@ -605,3 +605,8 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
         }
     }
 }
+
+type Interpolate<T> = fn(&Transfer<T>, Degree, &[T], &mut [T], bool);
+
+static INTERPOLATE: Compiled<Interpolate<f32>, Interpolate<f64>> =
+    Compiled(Transfer::run, Transfer::run);

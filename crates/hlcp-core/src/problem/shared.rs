@@ -2,7 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::{Error, FivePointView, Hlcp, LinearOperator, Omega, Rhs, Scalar, Strip, strip::Shared};
+use super::Hlcp;
+use crate::{
+    numbers::{Error, Rhs, Scalar},
+    operators::{FivePointView, LinearOperator, Omega},
+    parallel::{Shared, Strip},
+};
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The same problem, of which the ranks of `strip` have a part each: the operators, Ω and all

@@ -1,0 +1,171 @@
+//! Residuals of five-point operators in twice the digits of double precision.
+
+use std::ops::Range;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Sweep;
+use crate::{
+    numbers::{BLOCK, Compiled, Meter, Part, Rhs, Scalar, Tally},
+    operators::Coefficients,
+    parallel::totals,
+    rows::{ExactSum, Look},
+};
+
+impl<T: Scalar> Sweep<'_, T> {
+    /// Sums the squares of what each row of the exact residual at `x` is looked at for.
+    pub(crate) fn exact(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
+        EXACT.of::<Exact<T>>()(self, look, q, x, meter)
+    }
+
+    fn exact_sum(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
+        let (arch, beside) = (Arch::new(), &self.beside(x));
+        let add = |tally: &mut Tally<f64>, at: Range<usize>| {
+            arch.dispatch(OfBlock { look, sweep: self, q, x, beside, meter, tally, at });
+        };
+        totals(self.stretches(), self.parallel(), add).sum(self.strip())
+    }
+}
+
+/// The sum over a block of points, `at` consecutive indices of one row of the grid.
+///
+/// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
+/// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
+struct OfBlock<'a, T> {
+    look: Look,
+    sweep: &'a Sweep<'a, T>,
+    q: &'a Rhs<'a, T>,
+    x: &'a [T],
+    /// `x` west and east of the grid, where other ranks have it go on.
+    beside: &'a [Vec<T>; 2],
+    meter: Meter,
+    tally: &'a mut Tally<f64>,
+    at: Range<usize>,
+}
+
+impl<T: Scalar> WithSimd for OfBlock<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let Self { look, sweep, q, x, beside, meter, tally, at } = self;
+        let ([nx, ny], [gamma, q_factor]) = (sweep.grid(), sweep.factors());
+        let ([round_x, round_y], (omega, omega_beside)) = (sweep.round(), sweep.omega());
+        let (j, start, length) = (at.start / nx, at.start % nx, at.len());
+        // w of the rows south of the block, here and north of it, with a column more on each side.
+        let mut rows = [[0.0; BLOCK + 2]; 3];
+        let south = if j > 0 { Some(j - 1) } else { round_y.then_some(ny - 1) };
+        let north = if j + 1 < ny { Some(j + 1) } else { round_y.then_some(0) };
+        for (row, to) in [south, Some(j), north].into_iter().zip(&mut rows) {
+            if let Some(row) = row {
+                let from = row * nx + start;
+                difference(&x[from..from + length], omega, from, gamma, &mut to[1..=length]);
+            }
+        }
+        let one = |x: T, omega: T| {
+            let mut to = [0.0];
+            difference(&[x], Coefficients::Constant(omega), 0, gamma, &mut to);
+            to[0]
+        };
+        let here = |k: usize| one(x[k], omega.at(k));
+        let beyond = |side: usize| {
+            let pair = beside[side].get(j).zip(omega_beside[side].get(j));
+            pair.map_or(0.0, |(&x, &omega)| one(x, omega))
+        };
+        rows[1][0] = match start {
+            0 if round_x => here((j + 1) * nx - 1),
+            0 => beyond(0),
+            _ => here(at.start - 1),
+        };
+        rows[1][length + 1] = match start + length == nx {
+            true if round_x => here(j * nx),
+            true => beyond(1),
+            false => here(at.end),
+        };
+        let [south, here, north] = &rows;
+        // In the order of the coefficients: south, west, centre, east, north.
+        let w = [&south[1..], here, &here[1..], &here[2..], &north[1..]].map(|w| &w[..length]);
+        let mut entries = [0.0; BLOCK];
+        let (entries, q) = (&mut entries[..length], &q.entries()[at.clone()]);
+        let sign = q_factor / gamma;
+        if let [Some(a), Some(b)] = sweep.views().map(|view| view.constants()) {
+            let [a, b] = [a, b].map(|row| row.map(T::wide));
+            measure_block(look, w, sign, q, |d, _| [a[d], b[d]], entries);
+        } else {
+            let mut loaded = [[[0.0; BLOCK]; 5]; 2];
+            let lists = sweep.views().map(|view| view.coefficients());
+            for (list, to) in lists.iter().flatten().zip(loaded.iter_mut().flatten()) {
+                match list {
+                    Coefficients::Constant(c) => to.fill(c.wide()),
+                    Coefficients::Each(c) => {
+                        to.iter_mut().zip(&c[at.clone()]).for_each(|(to, c)| *to = c.wide());
+                    }
+                }
+            }
+            let [a, b] =
+                loaded.each_ref().map(|lists| lists.each_ref().map(|list| &list[..length]));
+            measure_block(look, w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
+        }
+        tally.add(meter, entries);
+    }
+}
+
+/// Overwrites `to` with `z − r` at the `x` of a row, whose first has the index `from`: the
+/// `z = (|x| + x)/γ` is `2x/γ` for positive `x`, and `r = Ω(|x| − x)/γ` is `−Ω 2x/γ` for others,
+/// with the same roundings.
+#[inline(always)]
+fn difference<T: Scalar>(
+    x: &[T],
+    omega: Coefficients<'_, T>,
+    from: usize,
+    gamma: T,
+    to: &mut [f64],
+) {
+    let scaled = |x: T, omega: T| (if x > T::zero() { T::one() } else { omega }) * (x + x);
+    let to = to.iter_mut().zip(x);
+    match omega {
+        Coefficients::Constant(omega) if gamma == T::one() => {
+            to.for_each(|(to, &x)| *to = scaled(x, omega).wide());
+        }
+        Coefficients::Constant(omega) => {
+            to.for_each(|(to, &x)| *to = (scaled(x, omega) / gamma).wide());
+        }
+        Coefficients::Each(omega) => {
+            for ((to, &x), &omega) in to.zip(&omega[from..]) {
+                *to = (scaled(x, omega) / gamma).wide();
+            }
+        }
+    }
+}
+
+/// Measures the rows of a block of points, given `w` at the five neighbours and the coefficients of
+/// `A` and `B` in direction `d` at point `i`.
+#[inline(always)]
+fn measure_block<T: Scalar>(
+    look: Look,
+    w: [&[f64]; 5],
+    sign: T,
+    q: &[T],
+    coefficients: impl Fn(usize, usize) -> [f64; 2],
+    entries: &mut [f64],
+) {
+    let mut sums = [[0.0; BLOCK]; 3];
+    for (i, &q) in q.iter().enumerate() {
+        let mut sum = ExactSum::new((sign * q).wide());
+        for d in 0..5 {
+            let (w, [a, b]) = (w[d][i], coefficients(d, i));
+            sum.add(if w > 0.0 { a } else { b }, w);
+        }
+        [sums[0][i], sums[1][i], sums[2][i]] = sum.around::<T>();
+    }
+    for (i, entry) in entries.iter_mut().enumerate() {
+        *entry = look.measure([sums[0][i], sums[1][i], sums[2][i]]);
+    }
+}
+
+type Exact<T> = fn(&Sweep<'_, T>, Look, &Rhs<'_, T>, &[T], Meter) -> Part;
+
+static EXACT: Compiled<Exact<f32>, Exact<f64>> = Compiled(
+    |sweep, look, q, x, meter| sweep.exact_sum(look, q, x, meter),
+    |sweep, look, q, x, meter| sweep.exact_sum(look, q, x, meter),
+);

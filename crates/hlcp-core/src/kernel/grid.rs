@@ -1,0 +1,71 @@
+use std::ops::Range;
+
+use crate::{
+    numbers::{Meter, Scalar, Stretches},
+    parallel::Strip,
+};
+
+/// Rows that are relaxed side by side.
+pub(super) const ROWS: usize = 8;
+/// The most columns of a row that are done in one go.
+pub(super) const COLUMNS: usize = 512;
+/// Between arrays of a worker, so that those of a power of two do not compete for the same lines of
+/// the cache.
+pub(super) const PAD: usize = 8;
+
+/// The grid, and the direction and the order of the sweep; a grid that closes is swept in
+/// lexicographic order.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Grid {
+    pub(super) nx: usize,
+    pub(super) ny: usize,
+    pub(super) backward: bool,
+    pub(super) red_black: bool,
+    /// Whether it closes along a row and along a column.
+    pub(super) round: [bool; 2],
+}
+
+impl Grid {
+    /// Returns the values beyond the western and the eastern end of row `j`, where some columns reach
+    /// these: those `beside` the grid, those across one that closes, or 0.
+    #[inline(always)]
+    pub(super) fn ends<T: Scalar>(
+        &self,
+        x: &[T],
+        beside: [&[T]; 2],
+        j: usize,
+        columns: &Range<usize>,
+    ) -> [Option<T>; 2] {
+        let Self { nx, round: [round, _], .. } = *self;
+        let value = |side: usize| match beside[side].get(j) {
+            Some(&beside) => beside,
+            None if round => x[j * nx + [nx - 1, 0][side]],
+            None => T::zero(),
+        };
+        let at = [columns.start == 0, columns.end == nx];
+        [0, 1].map(|side| at[side].then(|| value(side)))
+    }
+}
+
+/// The part of the old iterate that a sweep reads.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Old<'a, T> {
+    pub(super) grid: Grid,
+    pub(super) q: &'a [T],
+    pub(super) x: &'a [T],
+    pub(super) gamma: T,
+    pub(super) q_factor: T,
+    pub(super) meter: Meter,
+    pub(super) parallel: bool,
+    pub(super) strip: Option<&'a Strip>,
+    pub(super) stretches: Stretches,
+    /// `x` west and east of the grid, where other ranks have it go on.
+    pub(super) beside: [&'a [T]; 2],
+    /// The first colour of the new iterate there.
+    pub(super) new: [&'a [T]; 2],
+}
+
+/// Borrows the columns beside a grid.
+pub(super) fn columns<T>(beside: &[Vec<T>; 2]) -> [&[T]; 2] {
+    beside.each_ref().map(Vec::as_slice)
+}

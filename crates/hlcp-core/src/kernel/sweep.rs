@@ -1,0 +1,371 @@
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{
+    coefficients::{ConstantRows, Source, VaryingRows},
+    grid::{COLUMNS, Grid, Old, ROWS, columns},
+    red_black,
+    tile::{Edge, Worker},
+};
+use crate::{
+    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies, Totals},
+    operators::{Coefficients, FivePointView, Omega},
+    parallel::{Breaker, Claims, OrderedSum, Shared, Strip, Turns, team},
+    rows::Relaxation,
+};
+
+/// A sweep of an AOR splitting over a pair of five-point operators on one grid.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sweep<'a, T> {
+    pub(super) grid: Grid,
+    pub(super) a: FivePointView<'a, T>,
+    pub(super) b: FivePointView<'a, T>,
+    pub(super) omega: Coefficients<'a, T>,
+    /// Ω west and east of the grid, where other ranks have it go on.
+    pub(super) omega_beside: [&'a [T]; 2],
+    pub(super) gamma: T,
+    pub(super) q_factor: T,
+    pub(super) parallel: bool,
+    pub(super) shared: Option<&'a Shared<T>>,
+}
+
+impl<'a, T: Scalar> Sweep<'a, T> {
+    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points that closes in the
+    /// directions `round`; `q_factor` is what multiplies `q` in F.
+    pub(crate) fn new(
+        ([nx, ny], round): ([usize; 2], [bool; 2]),
+        [a, b]: [FivePointView<'a, T>; 2],
+        omega: &'a Omega<T>,
+        [gamma, q_factor]: [T; 2],
+        parallel: bool,
+        shared: Option<&'a Shared<T>>,
+    ) -> Self {
+        let omega = omega.view();
+        let omega_beside = shared.map_or([&[][..]; 2], |shared| columns(&shared.omega));
+        let grid = Grid { nx, ny, backward: false, red_black: false, round };
+        Self { grid, a, b, omega, omega_beside, gamma, q_factor, parallel, shared }
+    }
+
+    /// The same sweep in the given direction, in lexicographic or in red–black order.
+    pub(crate) fn directed(self, backward: bool, red_black: bool) -> Self {
+        Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
+    }
+
+    /// The same sweep with the ratio of the diagonals for Ω.
+    pub(crate) fn scaled(self, scaling: &'a Omega<T>) -> Self {
+        let omega_beside = self.shared.map_or([&[][..]; 2], |shared| columns(&shared.scaling));
+        Self { omega: scaling.view(), omega_beside, ..self }
+    }
+
+    /// Whether all rows are the same but for the grid's edge.
+    pub(crate) fn is_constant(&self) -> bool {
+        matches!(self.omega, Coefficients::Constant(_))
+            && self.views().into_iter().all(|view| view.constants().is_some())
+            && self.shared.is_none_or(|shared| shared.constant)
+    }
+
+    /// The ranks that share the grid.
+    pub(crate) fn strip(&self) -> Option<&'a Strip> {
+        self.shared.map(|shared| &shared.strip)
+    }
+
+    /// The stretches of the grid's columns.
+    pub(crate) fn stretches(&self) -> Stretches {
+        self.strip().map_or(Stretches::of(self.grid()), Strip::stretches)
+    }
+
+    /// The columns of a vector west and east of the grid, where other ranks have it go on.
+    pub(crate) fn beside(&self, v: &[T]) -> [Vec<T>; 2] {
+        self.strip().map_or([vec![], vec![]], |strip| strip.beside(1, |k| v[k]))
+    }
+
+    /// Ω on the grid, and there.
+    pub(crate) fn omega(&self) -> (Coefficients<'a, T>, [&'a [T]; 2]) {
+        (self.omega, self.omega_beside)
+    }
+
+    /// γ, and what multiplies `q` in F.
+    pub(crate) fn factors(&self) -> [T; 2] {
+        [self.gamma, self.q_factor]
+    }
+
+    /// The operators `A` and `B`.
+    pub(crate) fn views(&self) -> [FivePointView<'a, T>; 2] {
+        [self.a, self.b]
+    }
+
+    /// The number of points in a row and of rows.
+    pub(crate) fn grid(&self) -> [usize; 2] {
+        [self.grid.nx, self.grid.ny]
+    }
+
+    /// Which directions of the grid close round.
+    pub(crate) fn round(&self) -> [bool; 2] {
+        self.grid.round
+    }
+
+    /// Whether threads share the work.
+    pub(crate) fn parallel(&self) -> bool {
+        self.parallel
+    }
+
+    /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of
+    /// `A r − B z − q`.
+    pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
+        RESIDUAL.of::<Residual<T>>()(self, q, z, r, meter)
+    }
+
+    fn measure(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
+        let sign = self.q_factor / self.gamma;
+        let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
+        let Grid { nx, ny, .. } = self.grid;
+        let (stretches, z_beside, r_beside) = (self.stretches(), self.beside(z), self.beside(r));
+        let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
+        let sum = OrderedSum::new();
+        team::spread(team::threads(self.parallel, nx * ny), &|| {
+            let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
+            let mut tallies = Tallies::new(stretches);
+            while let Some((number, first)) = bands.next() {
+                for j in first..ny.min(first + ROWS) {
+                    for start in (0..nx).step_by(COLUMNS) {
+                        let length = COLUMNS.min(nx - start);
+                        let (az, br) = (&mut az[..length], &mut br[..length]);
+                        let at = [start == 0, start + length == nx];
+                        let ends = |beside: &[Vec<T>; 2]| {
+                            [0, 1].map(|side| beside[side].get(j).copied().filter(|_| at[side]))
+                        };
+                        self.a.product_beside(nx, j, start, z, ends(&z_beside), az);
+                        self.b.product_beside(nx, j, start, r, ends(&r_beside), br);
+                        let q = &q.entries()[j * nx + start..][..length];
+                        for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
+                            *az = *az - br + sign * q;
+                        }
+                        tallies.add(meter, start, az);
+                    }
+                }
+                sum.add(number, tallies.take(0..nx));
+            }
+        });
+        meter.norms_of(sum.total().sum(self.strip()), T::one())
+    }
+
+    /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.
+    pub(crate) fn run(
+        &self,
+        accelerated: bool,
+        relaxation: [Relaxation<T>; 2],
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        RUN.of::<Run<T>>()(self, accelerated, relaxation, q, x, y)
+    }
+
+    fn run_here(
+        &self,
+        accelerated: bool,
+        relaxation: [Relaxation<T>; 2],
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        if accelerated {
+            self.run_on::<true>(Arch::new(), relaxation, q, x, y)
+        } else {
+            self.run_on::<false>(Arch::new(), relaxation, q, x, y)
+        }
+    }
+
+    pub(super) fn run_on<const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        relaxation: [Relaxation<T>; 2],
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+    ) -> Norms {
+        let Self { grid, gamma, q_factor, parallel, .. } = *self;
+        let (q, meter) = (q.entries(), q.meter(gamma));
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
+        let beside = columns(&beside);
+        let old = Old {
+            grid,
+            q,
+            x,
+            gamma,
+            q_factor,
+            meter,
+            parallel,
+            strip,
+            stretches,
+            beside,
+            new: [&[]; 2],
+        };
+        match self.constant::<ACCELERATED, false>(relaxation) {
+            Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
+            None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
+        }
+    }
+
+    /// Returns the row that all are, if they are.
+    pub(super) fn constant<const ACCELERATED: bool, const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> Option<ConstantRows<T, LEAN>> {
+        if self.shared.is_some_and(|shared| !shared.constant) {
+            return None;
+        }
+        let (a, b) = (self.a.constants()?, self.b.constants()?);
+        let Coefficients::Constant(omega) = self.omega else { return None };
+        Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
+    }
+
+    pub(super) fn varying<const LEAN: bool>(
+        &self,
+        relaxation: [Relaxation<T>; 2],
+    ) -> VaryingRows<'a, T, LEAN> {
+        let (a, b) = (self.a.coefficients(), self.b.coefficients());
+        let Self { grid, omega, omega_beside, .. } = *self;
+        VaryingRows { grid, relaxation, a, b, omega, omega_beside }
+    }
+}
+
+impl<T: Scalar> Old<'_, T> {
+    fn sweep<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Norms {
+        let sum = if self.grid.red_black {
+            self.red_black::<_, ACCELERATED>(arch, source, y)
+        } else {
+            self.lexicographic::<_, ACCELERATED>(arch, source, y)
+        };
+        self.meter.norms_of(sum.sum(self.strip), self.gamma)
+    }
+
+    /// Relaxes all of `y` in lexicographic order, and sums the squares of F(x).
+    pub(super) fn lexicographic<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Totals {
+        let Grid { nx, backward, .. } = self.grid;
+        if backward {
+            self.pass::<_, _, true, ACCELERATED>(arch, source, y.rchunks_mut(nx * ROWS))
+        } else {
+            self.pass::<_, _, false, ACCELERATED>(arch, source, y.chunks_mut(nx * ROWS))
+        }
+    }
+
+    /// Relaxes the bands of `y`, which come in sweep order, and sums the squares of F(x).
+    fn pass<'y, S, I, const BACKWARD: bool, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        bands: I,
+    ) -> Totals
+    where
+        S: Source<T>,
+        I: ExactSizeIterator<Item = &'y mut [T]> + Send,
+    {
+        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
+        let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
+        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
+        let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
+        team::spread(threads, &|| {
+            arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
+                old: self,
+                source,
+                bands: &bands,
+                edges: &edges,
+                sum: &sum,
+            });
+        });
+        sum.total()
+    }
+
+    /// Relaxes all of `y` in red–black order, and sums the squares of F(x).
+    fn red_black<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Totals {
+        let new = self.strip.map_or([vec![], vec![]], |strip| {
+            strip.exchange(1, red_black::first_colours::<_, _, ACCELERATED>(self, source))
+        });
+        let old = &Old { new: columns(&new), ..*self };
+        let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
+        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
+        let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
+        team::spread(threads, &|| {
+            arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
+                old,
+                source,
+                bands: &bands,
+                sum: &sum,
+            });
+        });
+        sum.total()
+    }
+}
+
+/// One thread's share of a sweep in lexicographic order.
+struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
+    old: &'a Old<'a, T>,
+    source: &'a S,
+    bands: &'a Claims<I>,
+    edges: &'a [Turns<[[T; COLUMNS]; 2]>],
+    sum: &'a OrderedSum,
+}
+
+impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
+    for Bands<'_, T, S, I, BACKWARD, ACCELERATED>
+where
+    T: Scalar,
+    S: Source<T>,
+    I: Iterator<Item = (usize, &'y mut [T])>,
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) {
+        let Self { old, source, bands, edges, sum } = self;
+        let Grid { nx, ny, .. } = old.grid;
+        let _breaker = Breaker(edges);
+        let mut worker = Worker::new(old, source);
+        let mut rows: [&[T]; 2] = [&[]; 2];
+        while let Some((number, band)) = bands.next() {
+            let (done, height) = (number * ROWS, band.len() / nx);
+            let first = if BACKWARD { ny - done - height } else { done };
+            let edge = if edges.is_empty() {
+                Edge::Own { rows, number }
+            } else {
+                Edge::Passed { edges, number }
+            };
+            worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+            if !S::LEAN {
+                sum.add(number, worker.tallies.take(0..nx));
+            }
+            let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
+            let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
+            rows = [last, if number == 0 { first } else { rows[1] }];
+        }
+    }
+}
+
+type Run<T> = fn(&Sweep<'_, T>, bool, [Relaxation<T>; 2], &Rhs<'_, T>, &[T], &mut [T]) -> Norms;
+
+static RUN: Compiled<Run<f32>, Run<f64>> = Compiled(
+    |sweep, accelerated, relaxation, q, x, y| sweep.run_here(accelerated, relaxation, q, x, y),
+    |sweep, accelerated, relaxation, q, x, y| sweep.run_here(accelerated, relaxation, q, x, y),
+);
+
+type Residual<T> = fn(&Sweep<'_, T>, &Rhs<'_, T>, &[T], &[T], Meter) -> Norms;
+
+static RESIDUAL: Compiled<Residual<f32>, Residual<f64>> = Compiled(
+    |sweep, q, z, r, meter| sweep.measure(q, z, r, meter),
+    |sweep, q, z, r, meter| sweep.measure(q, z, r, meter),
+);

@@ -1,0 +1,16 @@
+//! Scalars, errors, and norms of vectors that are at hand.
+
+mod error;
+mod norms;
+mod scalar;
+
+pub use self::{
+    error::Error,
+    norms::{Norms, Rhs, all_finite},
+    scalar::Scalar,
+};
+pub(crate) use self::{
+    error::positive,
+    norms::{BLOCK, Meter, Part, Stretches, Tallies, Tally, Totals},
+    scalar::Compiled,
+};

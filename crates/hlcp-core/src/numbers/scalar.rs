@@ -1,0 +1,75 @@
+use std::{
+    any::Any,
+    fmt::{Debug, Display, LowerExp},
+};
+
+use num_traits::{Float, NumAssign};
+
+/// A real scalar the methods run on: `f32` or `f64`.
+///
+/// A bound with a short name, and the way from and to double precision. The conversions are not
+/// called `from_f64` and `to_f64`, since `num_traits` has functions of these names that return an
+/// `Option`, and a call would be ambiguous.
+///
+/// ```
+/// use hlcp_core::Scalar;
+///
+/// fn modulus<T: Scalar>(x: T) -> (T, T) {
+///     (x.abs() + x, x.abs() - x)
+/// }
+/// assert_eq!(modulus(-1.5_f32), (0.0, 3.0));
+/// ```
+pub trait Scalar:
+    Float + NumAssign + Debug + Display + LowerExp + Send + Sync + sealed::Precision + 'static
+{
+    /// Returns the nearest scalar to a number in double precision: infinite beyond the range, NaN
+    /// for NaN.
+    ///
+    /// ```
+    /// use hlcp_core::Scalar;
+    /// assert_eq!((f32::of(0.1), f32::of(1e300)), (0.1_f32, f32::INFINITY));
+    /// ```
+    #[inline]
+    fn of(value: f64) -> Self {
+        Self::from(value).unwrap_or_else(Self::nan)
+    }
+
+    /// Returns the same number in double precision, exactly for `f32` and `f64`.
+    ///
+    /// ```
+    /// use hlcp_core::Scalar;
+    /// assert_eq!(0.5_f32.wide(), 0.5_f64);
+    /// ```
+    #[inline]
+    fn wide(self) -> f64 {
+        self.to_f64().unwrap_or(f64::NAN)
+    }
+}
+
+impl Scalar for f32 {}
+
+impl Scalar for f64 {}
+
+mod sealed {
+    /// A precision that every [`Compiled`](super::Compiled) function has.
+    pub trait Precision {}
+
+    impl Precision for f32 {}
+    impl Precision for f64 {}
+}
+
+/// A function that is generic in its scalar, for `f32` and for `f64`.
+///
+/// The loops over grids and rows are most of a program's code, since each is compiled for several
+/// widths of vector. A generic function is compiled in every crate that calls it. A function in a
+/// static of this crate is compiled once, here.
+pub(crate) struct Compiled<S, D>(pub(crate) S, pub(crate) D);
+
+impl<S: 'static, D: 'static> Compiled<S, D> {
+    /// Returns the one of the two functions that has the type `F`.
+    pub(crate) fn of<F: Copy + 'static>(&'static self) -> F {
+        let both: [&dyn Any; 2] = [&self.0, &self.1];
+        let own = both.into_iter().find_map(|function| function.downcast_ref());
+        *own.expect("a function of f32 or f64")
+    }
+}

@@ -1,0 +1,160 @@
+//! Rows in arrays, walked in place.
+
+use std::borrow::Cow;
+
+use super::Coefficients;
+use crate::numbers::Scalar;
+
+/// Offsets and columns.
+#[derive(Debug, Clone, PartialEq)]
+#[allow(unreachable_pub, reason = "the sealed trait names it")]
+pub enum Pattern<'a> {
+    U32(Cow<'a, [u32]>, Cow<'a, [u32]>),
+    I32(Cow<'a, [i32]>, Cow<'a, [i32]>),
+    I64(Cow<'a, [i64]>, Cow<'a, [i64]>),
+    Usize(Cow<'a, [usize]>, Cow<'a, [usize]>),
+}
+
+/// An integer that indexes a [`Csr`](crate::Csr): `u32`, `i32`, `i64` or `usize`.
+///
+/// ```
+/// use hlcp_core::Csr;
+/// let short = Csr::new(&[0_u32, 1], &[0], &[4.0])?;
+/// let long = Csr::new(&[0_i64, 1], &[0], &[4.0])?;
+/// assert_eq!(short.nnz(), long.nnz());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub trait Index: sealed::Index {}
+
+mod sealed {
+    use std::borrow::Cow;
+
+    use num_traits::{AsPrimitive, PrimInt};
+
+    use super::Pattern;
+
+    /// An integer; what is negative becomes a place beyond any array.
+    pub trait Index: PrimInt + AsPrimitive<usize> + Send + Sync {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a>;
+    }
+
+    impl Index for u32 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::U32(offsets, columns)
+        }
+    }
+
+    impl Index for i32 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::I32(offsets, columns)
+        }
+    }
+
+    impl Index for i64 {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::I64(offsets, columns)
+        }
+    }
+
+    impl Index for usize {
+        fn pattern<'a>(offsets: Cow<'a, [Self]>, columns: Cow<'a, [Self]>) -> Pattern<'a> {
+            Pattern::Usize(offsets, columns)
+        }
+    }
+}
+
+impl Index for u32 {}
+impl Index for i32 {}
+impl Index for i64 {}
+impl Index for usize {}
+
+/// Where a sweep has the rows of an operator from.
+///
+/// Sums are handed from entry to entry by value, which keeps them in registers.
+pub(crate) trait Source<T>: Clone {
+    /// Returns `add(… add(sums, j, aᵢⱼ) …)` for the entries of row `i`, by increasing `j`.
+    fn fold<S: Copy>(&mut self, i: usize, sums: S, add: impl FnMut(S, usize, T) -> S) -> S;
+}
+
+/// The arrays of a matrix in compressed sparse rows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Slices<'a, I, T> {
+    pub(crate) offsets: &'a [I],
+    pub(crate) columns: &'a [I],
+    pub(crate) values: &'a [T],
+}
+
+impl<T: Scalar, I: Index> Slices<'_, I, T> {
+    #[inline(always)]
+    fn row(&self, i: usize) -> (&[I], &[T]) {
+        let (from, until) = (self.offsets[i].as_(), self.offsets[i + 1].as_());
+        (&self.columns[from..until], &self.values[from..until])
+    }
+
+    #[inline(always)]
+    fn fold<S: Copy>(&self, i: usize, sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
+        let (columns, values) = self.row(i);
+        columns.iter().zip(values).fold(sums, |sums, (j, &a)| add(sums, j.as_(), a))
+    }
+
+    fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
+        for (i, y) in (first..).zip(y) {
+            *y = self.fold(i, T::zero(), |sum, j, a| sum + a * x[j]);
+        }
+    }
+
+    fn diagonal_entry(&self, i: usize) -> T {
+        let (columns, values) = self.row(i);
+        columns.binary_search_by_key(&i, |j| j.as_()).map_or(T::zero(), |at| values[at])
+    }
+}
+
+/// The rows of an assembled or a diagonal matrix.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum RowsOf<'a, T> {
+    U32(Slices<'a, u32, T>),
+    I32(Slices<'a, i32, T>),
+    I64(Slices<'a, i64, T>),
+    Usize(Slices<'a, usize, T>),
+    Diagonal(Coefficients<'a, T>),
+}
+
+impl<T: Scalar> RowsOf<'_, T> {
+    /// Overwrites `y` with the rows of the product with `x` that begin at row `first`.
+    pub(crate) fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
+        match self {
+            Self::U32(rows) => rows.apply(first, x, y),
+            Self::I32(rows) => rows.apply(first, x, y),
+            Self::I64(rows) => rows.apply(first, x, y),
+            Self::Usize(rows) => rows.apply(first, x, y),
+            Self::Diagonal(entries) => {
+                for (i, y) in (first..).zip(y) {
+                    *y = entries.at(i) * x[i];
+                }
+            }
+        }
+    }
+
+    pub(crate) fn diagonal_entry(&self, i: usize) -> T {
+        match self {
+            Self::U32(rows) => rows.diagonal_entry(i),
+            Self::I32(rows) => rows.diagonal_entry(i),
+            Self::I64(rows) => rows.diagonal_entry(i),
+            Self::Usize(rows) => rows.diagonal_entry(i),
+            Self::Diagonal(entries) => entries.at(i),
+        }
+    }
+}
+
+impl<T: Scalar> Source<T> for RowsOf<'_, T> {
+    #[inline(always)]
+    fn fold<S: Copy>(&mut self, i: usize, sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
+        match self {
+            Self::U32(rows) => rows.fold(i, sums, add),
+            Self::I32(rows) => rows.fold(i, sums, add),
+            Self::I64(rows) => rows.fold(i, sums, add),
+            Self::Usize(rows) => rows.fold(i, sums, add),
+            Self::Diagonal(entries) => add(sums, i, entries.at(i)),
+        }
+    }
+}

@@ -1,0 +1,162 @@
+use super::{Coefficients, Diagonal};
+use crate::numbers::{Error, Scalar, positive};
+
+/// The positive diagonal matrix Ω of the modulus equation.
+///
+/// ```
+/// use hlcp_core::Omega;
+///
+/// let omega = Omega::Each(vec![2.0, 0.5]);
+/// assert_eq!((omega.entry(1), Omega::Uniform(3.0).entry(1)), (0.5, 3.0));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Omega<T> {
+    /// Ω = ω I: one number.
+    Uniform(T),
+    /// Ω = diag(ω₁, …, ωₙ).
+    Each(Vec<T>),
+}
+
+impl<T: Scalar> Omega<T> {
+    /// Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.
+    ///
+    /// One number when the ratio is the same in every row, so a pair of constant stencils stores no
+    /// vector. For τ ≥ 1 no entry is below the ratio of the diagonals as a real number, which
+    /// Theorem 2 of the paper asks for: one rounded down gives way to the next number up.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
+    /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when they have
+    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first ratio,
+    /// that is zero, negative or not finite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Omega};
+    ///
+    /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 6.0, -1.0, -1.0])?;
+    /// let b = FivePoint::new(4, 4, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+    /// assert_eq!(Omega::diagonal_ratio(0.8, &a, &b)?, Omega::Uniform(0.8 * 1.5));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn diagonal_ratio(
+        tau: T,
+        a: &impl Diagonal<T>,
+        b: &impl Diagonal<T>,
+    ) -> Result<Self, Error> {
+        positive("tau", tau.wide())?;
+        a.check("A")?;
+        b.check("B")?;
+        let n = a.order();
+        if b.order() != n {
+            return Err(Error::Order { what: "B", found: b.order(), expected: n });
+        }
+        let ratio = |i| -> Result<T, Error> {
+            let a = positive_entry("diagonal of A", i, a.diagonal_entry(i))?;
+            let b = positive_entry("diagonal of B", i, b.diagonal_entry(i))?;
+            let mut omega = tau * (a / b);
+            // In a unit in which the difference does not underflow.
+            let unit = if a.wide() < 1e-280 { f64::powi(2.0, 400) } else { 1.0 };
+            let is_short =
+                |omega: T| (unit * omega.wide()).mul_add(b.wide(), -unit * a.wide()) < 0.0;
+            while tau >= T::one() && is_short(omega) {
+                // The next number up: between 0.6 and 1.3 units in the last place are added.
+                let least = T::min_positive_value() * T::epsilon();
+                omega += (omega * T::of(0.625) * T::epsilon()).max(least);
+            }
+            positive_entry("omega", i, omega)
+        };
+        if n == 0 {
+            return Err(Error::Empty { what: "A" });
+        }
+        let (first, diagonals) = (ratio(0)?, |i| (a.diagonal_entry(i), b.diagonal_entry(i)));
+        let of_first = diagonals(0);
+        for i in 1..n {
+            if diagonals(i) != of_first && ratio(i)? != first {
+                return (0..n).map(ratio).collect::<Result<_, _>>().map(Self::Each);
+            }
+        }
+        Ok(Self::Uniform(first))
+    }
+
+    /// The entry ωᵢ.
+    ///
+    /// # Panics
+    ///
+    /// When `i` is not below the length of an [`Each`](Self::Each).
+    #[inline]
+    pub fn entry(&self, i: usize) -> T {
+        match self {
+            Self::Uniform(omega) => *omega,
+            Self::Each(omega) => omega[i],
+        }
+    }
+
+    pub(crate) fn view(&self) -> Coefficients<'_, T> {
+        match self {
+            Self::Uniform(omega) => Coefficients::Constant(*omega),
+            Self::Each(omega) => Coefficients::Each(omega),
+        }
+    }
+
+    /// Refuses an Ω that does not fit order `n`, or has an entry that is not positive and finite.
+    pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
+        match self {
+            Self::Uniform(omega) => positive("omega", omega.wide()),
+            Self::Each(omega) if omega.len() != n => {
+                Err(Error::Order { what: "omega", found: omega.len(), expected: n })
+            }
+            Self::Each(omega) => omega
+                .iter()
+                .enumerate()
+                .try_for_each(|(i, &omega)| positive_entry("omega", i, omega).map(drop)),
+        }
+    }
+}
+
+/// The entry, unless it is zero, negative or not finite.
+pub(crate) fn positive_entry<T: Scalar>(
+    what: &'static str,
+    index: usize,
+    value: T,
+) -> Result<T, Error> {
+    if value > T::zero() && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(Error::NotPositive { what, index, value: value.wide() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::operators::FivePoint;
+
+    /// The least number whose product with b is not below a, also where the quotient is next to a
+    /// power of two.
+    #[test]
+    fn no_ratio_is_below_that_of_the_diagonals() {
+        let mut raised = 0;
+        for k in 1..4000 {
+            let a = if k % 2 == 0 { f64::from(k) } else { (f64::from(k) * 2.0).next_down() };
+            let b = f64::from(k % 63 + 1).next_up();
+            let of = |d: f64| FivePoint::new(1, 1, [0.0, 0.0, d, 0.0, 0.0]).unwrap();
+            let Ok(Omega::Uniform(omega)) = Omega::diagonal_ratio(1.0, &of(a), &of(b)) else {
+                panic!("a ratio")
+            };
+            let short = |omega: f64| omega.mul_add(b, -a) < 0.0; // exactly
+            assert!(!short(omega) && short(omega.next_down()), "{a} {b}");
+            raised += usize::from(omega > a / b);
+        }
+        assert!(raised > 1000);
+        // The ratio, and the difference of the products, may be below the normal numbers.
+        for (a, b) in [(1.0, 1.3e308), (1e-315, 3e-8)] {
+            let of = |d: f64| FivePoint::new(1, 1, [0.0, 0.0, d, 0.0, 0.0]).unwrap();
+            let Ok(Omega::Uniform(omega)) = Omega::diagonal_ratio(1.0, &of(a), &of(b)) else {
+                panic!("a ratio")
+            };
+            let unit = f64::powi(2.0, 400);
+            assert!((unit * omega).mul_add(b, -unit * a) >= 0.0, "{a} {b}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+use super::{Csr, FivePointView};
+use crate::numbers::{Error, Scalar};
+
+/// A square linear map on `Tⁿ`, known through its action `x ↦ A x` alone.
+///
+/// A solver asks for no more than this unless its bound says so. `&O`, `Box<O>` and `Arc<O>` are
+/// operators whenever `O` is, also for `O = dyn LinearOperator<T>`.
+///
+/// ```
+/// use hlcp_core::LinearOperator;
+///
+/// /// The second difference with zero boundary values.
+/// struct SecondDifference(usize);
+///
+/// impl LinearOperator<f64> for SecondDifference {
+///     fn order(&self) -> usize {
+///         self.0
+///     }
+///
+///     fn apply(&self, x: &[f64], y: &mut [f64]) {
+///         for i in 0..self.0 {
+///             let west = if i > 0 { x[i - 1] } else { 0.0 };
+///             let east = x.get(i + 1).copied().unwrap_or(0.0);
+///             y[i] = 2.0 * x[i] - west - east;
+///         }
+///     }
+/// }
+///
+/// let mut y = [f64::NAN; 3];
+/// SecondDifference(3).apply(&[1.0, 2.0, 4.0], &mut y);
+/// assert_eq!(y, [0.0, -1.0, 6.0]);
+/// ```
+pub trait LinearOperator<T: Scalar>: Send + Sync {
+    /// The order `n` of the map.
+    fn order(&self) -> usize;
+
+    /// Overwrites `y` with `A x`; what `y` held before is never read.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless both slices have length [`order`](Self::order).
+    fn apply(&self, x: &[T], y: &mut [T]);
+
+    /// Refuses an operator that is no map from `Tⁿ` to itself; `what` is its name in the error.
+    ///
+    /// [`Hlcp::new`](crate::Hlcp::new) asks it. A type that cannot hold anything else, as most
+    /// cannot, takes the default, which refuses nothing.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotSquare`] and [`Error::Summands`].
+    ///
+    /// ```
+    /// use hlcp_core::{Error, LinearOperator};
+    /// use nalgebra_sparse::CsrMatrix;
+    ///
+    /// let wide = CsrMatrix::<f64>::zeros(2, 3);
+    /// assert_eq!(wide.check("A"), Err(Error::NotSquare { what: "A", rows: 2, columns: 3 }));
+    /// ```
+    fn check(&self, _what: &'static str) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// The five-point operator that this one is, if it is one.
+    ///
+    /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
+    /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
+    /// [`check_operator`](crate::check_operator) checks it.
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        None
+    }
+
+    /// The assembled matrix that this operator is, if it has one at hand.
+    ///
+    /// The other door to fast sweeps: rows in arrays are walked in place, without a call for each
+    /// entry. An operator that answers promises that its rows are these.
+    fn as_csr(&self) -> Option<Csr<'_, T>> {
+        None
+    }
+
+    /// Calls `visit(j, aᵢⱼ)` for the entries of row `i` and returns true, or returns false if the
+    /// operator does not know its rows.
+    ///
+    /// The entries of one column may come in parts, in any order. A type that implements [`Rows`]
+    /// calls [`visit_row`](Rows::visit_row) here. With it a solver bounds the rounding in a
+    /// residual, and evaluates the residual exactly where rounding decides; of an operator that
+    /// answers false, as the default does, it can only estimate the rounding.
+    fn try_visit_row(&self, _i: usize, _visit: &mut dyn FnMut(usize, T)) -> bool {
+        false
+    }
+}
+
+/// An operator that knows its diagonal: what [`Jacobi`](crate::Jacobi) and Ω = τ D_A D_B⁻¹ ask for.
+///
+/// Entry by entry, so that an operator with a constant diagonal stores one number.
+///
+/// ```
+/// use hlcp_core::{Diagonal, Identity, LinearOperator, Omega};
+///
+/// /// `2I + eeᵀ`, a full matrix in one number, with e the vector of ones.
+/// struct TwoAndOnes(usize);
+///
+/// impl LinearOperator<f64> for TwoAndOnes {
+///     fn order(&self) -> usize {
+///         self.0
+///     }
+///
+///     fn apply(&self, x: &[f64], y: &mut [f64]) {
+///         let sum: f64 = x.iter().sum();
+///         y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.0 * x + sum);
+///     }
+/// }
+///
+/// impl Diagonal<f64> for TwoAndOnes {
+///     fn diagonal_entry(&self, _: usize) -> f64 {
+///         3.0
+///     }
+/// }
+///
+/// let omega = Omega::diagonal_ratio(0.5, &TwoAndOnes(1000), &Identity { order: 1000 })?;
+/// assert_eq!(omega, Omega::Uniform(1.5));
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub trait Diagonal<T: Scalar>: LinearOperator<T> {
+    /// The entry `aᵢᵢ`, for `i` below the order.
+    fn diagonal_entry(&self, i: usize) -> T;
+}
+
+/// An operator whose rows can be walked: what [`Aor`](crate::Aor) and the accelerated method ask
+/// for.
+///
+/// ```
+/// use hlcp_core::{FivePoint, Rows};
+///
+/// // Of a 3 × 2 grid the corner, which has no neighbours in the south and the west.
+/// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let mut row = vec![];
+/// laplacian.visit_row(0, &mut |j, a| row.push((j, a)));
+/// assert_eq!(row, [(0, 4.0), (1, -1.0), (3, -1.0)]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub trait Rows<T: Scalar>: Diagonal<T> {
+    /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
+    ///
+    /// Entries that are not visited are zero. The diagonal entry is visited unless it is zero, and
+    /// every `j` is below the order.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless `i` is below the order.
+    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T));
+
+    /// Copies the entries of row `i` to `row`, as many as it has room for, and returns how many the
+    /// row has.
+    ///
+    /// Provided. Sweeps copy rows of at most 16 entries, so that behind `Box<dyn Rows<T>>` a row
+    /// takes one call and not one for each entry; an operator that holds another passes it on.
+    ///
+    /// # Panics
+    ///
+    /// May panic unless `i` is below the order.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Rows};
+    ///
+    /// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let mut row = [(0, 0.0); 2];
+    /// assert_eq!(laplacian.copy_row(0, &mut row), 3);
+    /// assert_eq!(row, [(0, 4.0), (1, -1.0)]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    #[inline]
+    fn copy_row(&self, i: usize, row: &mut [(usize, T)]) -> usize {
+        let mut count = 0;
+        self.visit_row(i, &mut |j, a| {
+            if let Some(entry) = row.get_mut(count) {
+                *entry = (j, a);
+            }
+            count += 1;
+        });
+        count
+    }
+}

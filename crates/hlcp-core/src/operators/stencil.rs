@@ -1,0 +1,259 @@
+use super::{
+    Coefficients, Diagonal, FivePointView, LinearOperator, Rows,
+    view::{can_close, visit_neighbours},
+};
+use crate::numbers::{Error, Scalar, all_finite};
+
+/// A five-point stencil on an `nx × ny` grid, zero outside it or [`periodic`](Self::periodic), with
+/// coefficients that are constant or vary from point to point.
+///
+/// Point `(i, j)` of column `i < nx` and row `j < ny` has the index `j·nx + i`, so
+///
+/// ```text
+/// (A x)ᵢⱼ = south·xᵢ,ⱼ₋₁ + west·xᵢ₋₁,ⱼ + centre·xᵢⱼ + east·xᵢ₊₁,ⱼ + north·xᵢ,ⱼ₊₁ .
+/// ```
+///
+/// With constant coefficients this is blktridiag(south·I; tridiag(west; centre; east); north·I) in
+/// the paper's notation. Coefficients that vary are those of the row, so that of point `(i, j)` in
+/// the place of each; those that lead outside the grid have no meaning, but must be finite.
+///
+/// `C` is how the coefficients of one direction are given, a [`Direction`]: `FivePoint<f64>` has a
+/// number for each, `FivePoint<Coefficients<'_, f64>>` borrows a list where they vary, and
+/// [`FivePoint<Varying<f64>>`](Varying) owns it.
+///
+/// # Cost
+///
+/// No matrix is formed: a direction that is the same everywhere is one number, any other `nx·ny`;
+/// borrowed lists are not copied. One product reads these lists, reads `x` and writes `y` once.
+///
+/// ```
+/// use hlcp_core::{FivePoint, LinearOperator};
+///
+/// let laplacian = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let mut y = [0.0; 6];
+/// laplacian.apply(&[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
+/// assert_eq!(y, [-2.0, -1.0, 4.0, 10.0, 8.0, 16.0]);
+///
+/// // −(c u′)′ on a line, with c = 1, 2, 3, 4 between the points.
+/// let c = |i: usize| (i + 1) as f64;
+/// let a = FivePoint::from_fn(3, 1, |i, _| [0.0, -c(i), c(i) + c(i + 1), -c(i + 1), 0.0])?;
+/// let mut y = [0.0; 3];
+/// a.apply(&[1.0, 1.0, 2.0], &mut y);
+/// assert_eq!(y, [1.0, -3.0, 11.0]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FivePoint<C> {
+    // Invariant: nx, ny ≥ 1, at least 3 where a direction closes, lists have nx·ny entries, and
+    // all coefficients are finite.
+    nx: usize,
+    ny: usize,
+    coefficients: [C; 5],
+    round: [bool; 2],
+}
+
+/// The coefficients of a [`FivePoint`] operator in one direction: a number for all points, or one
+/// for each.
+///
+/// ```
+/// use hlcp_core::{Coefficients, Direction, Varying};
+///
+/// assert_eq!((-1.0).coefficients(), Coefficients::Constant(-1.0));
+/// assert_eq!(Varying::Each(vec![1.0, 2.0]).coefficients(), Coefficients::Each(&[1.0, 2.0]));
+/// ```
+pub trait Direction: Send + Sync {
+    /// The type of the numbers.
+    type Scalar: Scalar;
+
+    /// Returns the coefficients, by the point's index where they vary.
+    fn coefficients(&self) -> Coefficients<'_, Self::Scalar>;
+}
+
+impl<T: Scalar> Direction for T {
+    type Scalar = T;
+
+    #[inline]
+    fn coefficients(&self) -> Coefficients<'_, T> {
+        Coefficients::Constant(*self)
+    }
+}
+
+impl<T: Scalar> Direction for Coefficients<'_, T> {
+    type Scalar = T;
+
+    #[inline]
+    fn coefficients(&self) -> Coefficients<'_, T> {
+        *self
+    }
+}
+
+/// The coefficients of a [`FivePoint`] operator in one direction, with a list of their own where
+/// they vary.
+///
+/// ```
+/// use hlcp_core::{Diagonal, FivePoint, Varying};
+///
+/// let grid = |by: f64| {
+///     FivePoint::from_fn(2, 2, move |i, _| [-1.0, -1.0, 4.0 + by * i as f64, -1.0, -1.0])
+/// };
+/// let grids: [FivePoint<Varying<f64>>; 2] = [grid(0.0)?, grid(1.0)?];
+/// assert_eq!([0, 1].map(|k| grids[k].diagonal_entry(3)), [4.0, 5.0]);
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Varying<T> {
+    /// The same at every point.
+    Constant(T),
+    /// One for each point, by the point's index.
+    Each(Vec<T>),
+}
+
+impl<T: Scalar> Direction for Varying<T> {
+    type Scalar = T;
+
+    #[inline]
+    fn coefficients(&self) -> Coefficients<'_, T> {
+        match self {
+            Self::Constant(value) => Coefficients::Constant(*value),
+            Self::Each(values) => Coefficients::Each(values),
+        }
+    }
+}
+
+/// How errors name the directions.
+const NAMES: [&str; 5] = ["south", "west", "centre", "east", "north"];
+
+impl<C: Direction> FivePoint<C> {
+    /// The operator with the coefficients `[south, west, centre, east, north]` on an `nx × ny`
+    /// grid.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
+    /// [`Error::Order`] for a list that has not one entry for each point; [`Error::NotFinite`] for
+    /// the first coefficient that is NaN or infinite.
+    ///
+    /// ```
+    /// use hlcp_core::{
+    ///     Coefficients::{Constant, Each},
+    ///     Diagonal, FivePoint,
+    /// };
+    ///
+    /// let (side, centre) = (Constant(-1.0), [4.0, 5.0, 6.0, 7.0]);
+    /// let a = FivePoint::new(2, 2, [side, side, Each(&centre), side, side])?;
+    /// assert_eq!(a.diagonal_entry(3), 7.0);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn new(nx: usize, ny: usize, coefficients: [C; 5]) -> Result<Self, Error> {
+        let n = points::<C::Scalar>(nx, ny)?;
+        for (what, direction) in NAMES.into_iter().zip(&coefficients) {
+            match direction.coefficients() {
+                Coefficients::Constant(value) => all_finite(what, &[value])?,
+                Coefficients::Each(values) if values.len() != n => {
+                    return Err(Error::Order { what, found: values.len(), expected: n });
+                }
+                Coefficients::Each(values) => all_finite(what, values)?,
+            }
+        }
+        Ok(Self { nx, ny, coefficients, round: [false; 2] })
+    }
+
+    /// The same operator on a grid that closes round in the directions `[x, y]` that say so: there
+    /// the western neighbour of a row's first point is its last, the southern one of the first
+    /// row's points that of the last row, and the other way round. Coefficients that led outside
+    /// lead across.
+    ///
+    /// A cylinder, a full journal bearing, a torus. Sweeps in lexicographic order are fused as on
+    /// an open grid; those in red–black order walk the rows.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for fewer than three points in a direction that closes.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, LinearOperator};
+    ///
+    /// let ring = FivePoint::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?.periodic([true, false])?;
+    /// let mut y = [0.0; 4];
+    /// ring.apply(&[1.0, 0.0, 0.0, 0.0], &mut y);
+    /// assert_eq!(y, [2.0, -1.0, 0.0, -1.0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn periodic(self, round: [bool; 2]) -> Result<Self, Error> {
+        can_close([self.nx, self.ny], round)?;
+        Ok(Self { round, ..self })
+    }
+
+    fn view(&self) -> FivePointView<'_, C::Scalar> {
+        let coefficients = self.coefficients.each_ref().map(C::coefficients);
+        FivePointView::new(self.nx, self.ny, coefficients).periodic(self.round)
+    }
+}
+
+impl<T: Scalar> FivePoint<Varying<T>> {
+    /// The operator whose row at point `(i, j)`, column `i` and row `j`, is
+    /// `[south, west, centre, east, north]` as `row(i, j)` gives it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Grid`] for a grid without points, or with more than an array can hold;
+    /// [`Error::NotFinite`] for a coefficient that is NaN or infinite.
+    pub fn from_fn(
+        nx: usize,
+        ny: usize,
+        mut row: impl FnMut(usize, usize) -> [T; 5],
+    ) -> Result<Self, Error> {
+        let n = points::<T>(nx, ny)?;
+        let mut lists = [(); 5].map(|()| Vec::with_capacity(n));
+        for k in 0..n {
+            for (list, value) in lists.iter_mut().zip(row(k % nx, k / nx)) {
+                list.push(value);
+            }
+        }
+        let coefficients = lists.map(|list| {
+            let same = list.iter().all(|&value| value == list[0]);
+            if same { Varying::Constant(list[0]) } else { Varying::Each(list) }
+        });
+        Self::new(nx, ny, coefficients)
+    }
+}
+
+/// Returns the number of points of a grid, for each of which an array can hold a number.
+pub(crate) fn points<T>(nx: usize, ny: usize) -> Result<usize, Error> {
+    let most = isize::MAX as usize / size_of::<T>();
+    let fits = |points: &usize| (1..=most).contains(points);
+    nx.checked_mul(ny).filter(fits).ok_or(Error::Grid { nx, ny })
+}
+
+impl<T: Scalar, C: Direction<Scalar = T>> LinearOperator<T> for FivePoint<C> {
+    fn order(&self) -> usize {
+        self.nx * self.ny
+    }
+
+    fn apply(&self, x: &[T], y: &mut [T]) {
+        self.view().apply([self.nx, self.ny], x, y);
+    }
+
+    fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
+        Some(self.view())
+    }
+
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        self.visit_row(i, visit);
+        true
+    }
+}
+
+impl<T: Scalar, C: Direction<Scalar = T>> Diagonal<T> for FivePoint<C> {
+    fn diagonal_entry(&self, i: usize) -> T {
+        self.coefficients[2].coefficients().at(i)
+    }
+}
+
+impl<T: Scalar, C: Direction<Scalar = T>> Rows<T> for FivePoint<C> {
+    #[inline]
+    fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
+        let coefficient = |direction: usize| self.coefficients[direction].coefficients().at(k);
+        visit_neighbours([self.nx, self.ny], self.round, k, coefficient, visit);
+    }
+}

@@ -1,0 +1,352 @@
+use std::ops::Range;
+
+use crate::numbers::{Error, Scalar};
+
+/// The coefficients of one direction of a five-point operator.
+///
+/// ```
+/// use hlcp_core::Coefficients;
+///
+/// let conductances = [1.0, 2.0, 4.0];
+/// let varying = Coefficients::Each(&conductances);
+/// assert_eq!((varying.at(2), Coefficients::Constant(-1.0).at(2)), (4.0, -1.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Coefficients<'a, T> {
+    /// The same at every point.
+    Constant(T),
+    /// One for each point, by the point's index.
+    Each(&'a [T]),
+}
+
+impl<T: Scalar> Coefficients<'_, T> {
+    /// The coefficient at point `k`.
+    ///
+    /// # Panics
+    ///
+    /// When `k` is not below the length of an [`Each`](Self::Each).
+    #[inline]
+    pub fn at(&self, k: usize) -> T {
+        match self {
+            Self::Constant(value) => *value,
+            Self::Each(values) => values[k],
+        }
+    }
+
+    /// `y += a x` for a stretch of points that begins at point `from`.
+    fn add_product(&self, from: usize, x: &[T], y: &mut [T]) {
+        match *self {
+            Self::Constant(a) if a == T::zero() => {}
+            Self::Constant(a) => {
+                for (y, &x) in y.iter_mut().zip(x) {
+                    *y += a * x;
+                }
+            }
+            Self::Each(a) => {
+                for ((y, &x), &a) in y.iter_mut().zip(x).zip(&a[from..from + x.len()]) {
+                    *y += a * x;
+                }
+            }
+        }
+    }
+}
+
+/// The grid and the five coefficients of a five-point operator.
+///
+/// An operator that answers [`as_five_point`](crate::LinearOperator::as_five_point) with one
+/// promises that its rows are those of a five-point operator on this grid, with finite
+/// coefficients, numbered as [`FivePoint`](crate::FivePoint) numbers them. Coefficients that lead
+/// outside the grid have no meaning.
+///
+/// ```
+/// use hlcp_core::{Coefficients, FivePointView};
+///
+/// let diagonal = [2.0, 3.0, 4.0, 5.0];
+/// let view = FivePointView::diagonal(Coefficients::Each(&diagonal));
+/// assert_eq!((view.grid(), view.coefficients()[2].at(3)), (None, 5.0));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FivePointView<'a, T> {
+    grid: Option<[usize; 2]>,
+    coefficients: [Coefficients<'a, T>; 5],
+    // Which directions close round: none of a diagonal operator.
+    round: [bool; 2],
+}
+
+impl<'a, T: Scalar> FivePointView<'a, T> {
+    /// The view `[south, west, centre, east, north]` on an `nx × ny` grid.
+    ///
+    /// # Panics
+    ///
+    /// Unless each list of coefficients has `nx·ny` entries.
+    pub fn new(nx: usize, ny: usize, coefficients: [Coefficients<'a, T>; 5]) -> Self {
+        for c in &coefficients {
+            if let Coefficients::Each(values) = c {
+                assert_eq!(values.len(), nx * ny, "a coefficient for each point");
+            }
+        }
+        Self { grid: Some([nx, ny]), coefficients, round: [false; 2] }
+    }
+
+    /// The view of a diagonal operator, which fits every grid of its order.
+    pub fn diagonal(centre: Coefficients<'a, T>) -> Self {
+        let zero = Coefficients::Constant(T::zero());
+        let coefficients = [zero, zero, centre, zero, zero];
+        Self { grid: None, coefficients, round: [false; 2] }
+    }
+
+    /// The same view on a grid that closes round in the directions `[x, y]` that say so, as
+    /// [`FivePoint::periodic`](crate::FivePoint::periodic) does: the coefficients that led outside
+    /// lead across.
+    ///
+    /// # Panics
+    ///
+    /// Unless a direction that closes has three points or more.
+    ///
+    /// ```
+    /// use hlcp_core::{Coefficients::Constant, FivePointView};
+    ///
+    /// let ring = FivePointView::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0].map(Constant));
+    /// let mut y = [0.0; 4];
+    /// ring.periodic([true, false]).add_product(4, 0, 0, &[1.0, 0.0, 0.0, 0.0], &mut y);
+    /// assert_eq!(y, [2.0, -1.0, 0.0, -1.0]);
+    /// ```
+    pub fn periodic(self, round: [bool; 2]) -> Self {
+        let closed = self.grid.map_or(Ok(()), |grid| can_close(grid, round));
+        closed.expect("three points or more in a direction that closes");
+        Self { round, ..self }
+    }
+
+    /// Whether the grid closes round along `[x, y]`.
+    pub fn round(&self) -> [bool; 2] {
+        self.round
+    }
+
+    /// The view of other coefficients on the same grid.
+    pub(crate) fn with(self, coefficients: [Coefficients<'a, T>; 5]) -> Self {
+        Self { coefficients, ..self }
+    }
+
+    /// The grid's `[nx, ny]`; `None` for a diagonal operator, which fits any.
+    pub fn grid(&self) -> Option<[usize; 2]> {
+        self.grid
+    }
+
+    /// The coefficients `[south, west, centre, east, north]`.
+    pub fn coefficients(&self) -> [Coefficients<'a, T>; 5] {
+        self.coefficients
+    }
+
+    /// Returns the coefficients `[south, west, centre, east, north]` if all are constant.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, LinearOperator};
+    ///
+    /// let row = [-1.0, -1.0, 4.0, -1.0, -1.0];
+    /// let laplacian = FivePoint::new(3, 2, row)?;
+    /// assert_eq!(laplacian.as_five_point().expect("a view").constants(), Some(row));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn constants(&self) -> Option<[T; 5]> {
+        let all = self.coefficients.iter().all(|c| matches!(c, Coefficients::Constant(_)));
+        all.then(|| self.coefficients.map(|c| c.at(0)))
+    }
+
+    /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
+    pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
+        assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");
+        for (j, y) in y.chunks_exact_mut(nx).enumerate() {
+            self.product(nx, j, 0, x, y);
+        }
+    }
+
+    /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
+    /// `start`, on a grid of `nx` columns.
+    pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        self.product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    /// The same, given the values of `x` west and east of the stretch where the grid goes on beyond
+    /// what `x` holds of it.
+    pub(crate) fn product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
+        y.fill(T::zero());
+        self.add_product_beside(nx, j, start, x, beside, y);
+    }
+
+    /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a
+    /// grid of `nx` columns.
+    ///
+    /// Each entry takes at most five products, added one after another without fused operations,
+    /// which is what an analysis of the rounding error needs to know.
+    ///
+    /// # Panics
+    ///
+    /// Unless the stretch is in the row, and `x` and the lists of coefficients reach beyond it.
+    ///
+    /// ```
+    /// use hlcp_core::{Coefficients, FivePointView};
+    ///
+    /// let laplacian =
+    ///     FivePointView::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0].map(Coefficients::Constant));
+    /// let mut y = [100.0; 3];
+    /// laplacian.add_product(3, 1, 0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
+    /// assert_eq!(y, [110.0, 108.0, 116.0]);
+    /// ```
+    pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
+        self.add_product_beside(nx, j, start, x, [None; 2], y);
+    }
+
+    fn add_product_beside(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        x: &[T],
+        beside: [Option<T>; 2],
+        y: &mut [T],
+    ) {
+        let (from, length) = (j * nx + start, y.len());
+        let directions = self.directions(nx, j, start, length, x.len());
+        for (d, (coefficients, points, neighbours)) in directions.into_iter().enumerate() {
+            let part = &mut y[points.start - from..points.end - from];
+            coefficients.add_product(points.start, &x[neighbours], part);
+            // In its turn, so that the bits are those of the whole grid.
+            if let Some((at, value)) = beyond(d, length, beside) {
+                coefficients.add_product(from + at, &[value], &mut y[at..=at]);
+            }
+        }
+    }
+
+    /// Returns, direction by direction, the coefficients, the points of a stretch of `length`
+    /// points of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points
+    /// and `nx` columns; the centre first, and what leads across a grid that closes last.
+    #[inline(always)]
+    fn directions(
+        &self,
+        nx: usize,
+        j: usize,
+        start: usize,
+        length: usize,
+        n: usize,
+    ) -> [(Coefficients<'a, T>, Range<usize>, Range<usize>); 7] {
+        let [south, west, centre, east, north] = self.coefficients;
+        let (from, until) = (j * nx + start, j * nx + start + length);
+        let [western, eastern] = [start == 0, start + length == nx];
+        let (first, last) = (usize::from(western), usize::from(eastern));
+        let (here, nowhere) = (from..until, (from..from, 0..0));
+        let [round_x, round_y] = self.round;
+        let below = match j {
+            0 if round_y => (here.clone(), n - nx + start..n - nx + start + length),
+            0 => nowhere.clone(),
+            _ => (here.clone(), from - nx..until - nx),
+        };
+        let above = match until + nx <= n {
+            true => (here.clone(), from + nx..until + nx),
+            false if round_y => (here.clone(), start..start + length),
+            false => nowhere.clone(),
+        };
+        let row = j * nx..(j + 1) * nx;
+        let to_west = if western && round_x {
+            (from..from + 1, row.end - 1..row.end)
+        } else {
+            nowhere.clone()
+        };
+        let to_east =
+            if eastern && round_x { (until - 1..until, row.start..row.start + 1) } else { nowhere };
+        [
+            (centre, here.clone(), here),
+            (west, from + first..until, from + first - 1..until - 1),
+            (east, from..until - last, from + 1..until + 1 - last),
+            (south, below.0, below.1),
+            (north, above.0, above.1),
+            (west, to_west.0, to_west.1),
+            (east, to_east.0, to_east.1),
+        ]
+    }
+}
+
+/// Returns, of the direction `d` in the order of [`FivePointView::directions`], the place in a
+/// stretch of the point whose neighbour lies beyond it, and the neighbour's value.
+#[inline(always)]
+fn beyond<T: Copy>(d: usize, length: usize, [west, east]: [Option<T>; 2]) -> Option<(usize, T)> {
+    match d {
+        1 => west.map(|value| (0, value)),
+        2 => east.map(|value| (length - 1, value)),
+        _ => None,
+    }
+}
+
+/// Returns the neighbours of point `k` in the order of the directions, on an `nx × ny` grid that
+/// closes round in the directions `[x, y]` that say so.
+#[inline]
+pub(crate) fn places(
+    [nx, ny]: [usize; 2],
+    [round_x, round_y]: [bool; 2],
+    k: usize,
+) -> [Option<usize>; 5] {
+    let (i, j) = (k % nx, k / nx);
+    let place = |inside: bool, at: usize, round: bool, opposite: usize| {
+        if inside { Some(at) } else { round.then_some(opposite) }
+    };
+    [
+        place(j > 0, k.wrapping_sub(nx), round_y, k + nx * (ny - 1)),
+        place(i > 0, k.wrapping_sub(1), round_x, k + nx - 1),
+        Some(k),
+        place(i + 1 < nx, k + 1, round_x, (k + 1).wrapping_sub(nx)),
+        place(j + 1 < ny, k + nx, round_y, k.wrapping_sub(nx * (ny - 1))),
+    ]
+}
+
+/// Visits row `k` of a five-point operator, given the row's coefficient in each direction: what
+/// leads outside the grid and what is zero is passed over.
+#[inline]
+pub(crate) fn visit_neighbours<T: Scalar>(
+    grid: [usize; 2],
+    round: [bool; 2],
+    k: usize,
+    coefficient: impl Fn(usize) -> T,
+    visit: &mut dyn FnMut(usize, T),
+) {
+    let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
+    let mut entry = |inside: bool, direction: usize, place: usize| {
+        let a = coefficient(direction);
+        if inside && a != T::zero() {
+            visit(place, a);
+        }
+    };
+    let across = round[0] && (i == 0 || i + 1 == nx) || round[1] && (j == 0 || j + 1 == ny);
+    if across {
+        let places = places(grid, round, k);
+        let mut order = [0, 1, 2, 3, 4];
+        order.sort_unstable_by_key(|&direction| places[direction]);
+        for direction in order {
+            entry(places[direction].is_some(), direction, places[direction].unwrap_or(k));
+        }
+        return;
+    }
+    entry(j > 0, 0, k.wrapping_sub(nx));
+    entry(i > 0, 1, k.wrapping_sub(1));
+    entry(true, 2, k);
+    entry(i + 1 < nx, 3, k + 1);
+    entry(j + 1 < ny, 4, k + nx);
+}
+
+/// Refuses to close a direction with fewer than three points, where a point would be a neighbour
+/// twice.
+pub(crate) fn can_close(grid: [usize; 2], round: [bool; 2]) -> Result<(), Error> {
+    let names = ["the number of points in a row that closes", "the number of rows that close"];
+    for ((points, round), name) in grid.into_iter().zip(round).zip(names) {
+        if round && points < 3 {
+            return Err(Error::Parameter { name, value: points as f64, range: "3 or more" });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,55 @@
+//! Sweeps that solve one scalar equation after the other, by rows.
+
+use super::Hlcp;
+use crate::{numbers::Scalar, operators::Rows};
+
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
+    /// Overwrites `x` by a sweep of the nonlinear Gauss–Seidel method, forward or backward: each
+    /// row of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown.
+    ///
+    /// # Cost
+    ///
+    /// A walk over the rows of `A` and `B`, on one thread. A pivot that is zero makes an entry that
+    /// is not finite.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`; where ranks share the problem.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
+    /// let (q, mut x) = ([-4.0, 4.0, 0.0], [0.0; 3]);
+    /// problem.solve_rows(&q, &mut x, false);
+    /// // 2z₁ = 4; −2 + 2z₂ + 4 > 0 for all z₂ ≥ 0, so that r₂ = 2 with Ω = 2; 2z₃ = 0
+    /// assert_eq!(x, [1.0, -0.5, 0.0]);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn solve_rows(&self, q: &[T], x: &mut [T], backward: bool) {
+        self.assert_orders([q.len(), x.len()]);
+        assert!(self.strip().is_none(), "rows are solved one after another on one rank");
+        for k in 0..x.len() {
+            let i = if backward { x.len() - 1 - k } else { k };
+            // t + 2aᵢᵢxᵢ = 0 where t ≤ 0, t + 2bᵢᵢωᵢxᵢ = 0 elsewhere.
+            let (mut t, mut of_a, mut of_b) = (self.q_factor() * q[i], T::zero(), T::zero());
+            self.a.visit_row(i, &mut |j, a| {
+                if j == i {
+                    of_a = a;
+                } else {
+                    t += a * (x[j].abs() + x[j]);
+                }
+            });
+            self.b.visit_row(i, &mut |j, b| {
+                let b = self.omega.entry(j) * b;
+                if j == i {
+                    of_b = b;
+                } else {
+                    t -= b * (x[j].abs() - x[j]);
+                }
+            });
+            let pivot = if t <= T::zero() { of_a } else { of_b };
+            x[i] = -t / (pivot + pivot);
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! How far rounding reaches into a residual, and residuals without it.
+
+use super::{Hlcp, halves};
+use crate::{
+    numbers::{Meter, Norms, Part, Rhs, Scalar},
+    operators::LinearOperator,
+    rows::{ExactRows, ExactSum, Look, recovered},
+};
+
+/// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
+/// of a row nearby some probe adds the moduli.
+const BITS: usize = 6;
+
+/// Above this no product underflows, and neither does the error of its rounding.
+const LOST: f64 = 1e-280;
+
+/// Roundings that are assumed of a row of an operator without rows, in units of ε times the root of
+/// the sum of its squared terms.
+const ASSUMED: f64 = 2.0;
+
+impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
+    /// Returns an estimate of the rounding in the norms of `A z − B r + q` at the `z` and `r` that
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, from products with random signs.
+    ///
+    /// It serves operators that do not know their rows
+    /// ([`try_visit_row`](LinearOperator::try_visit_row)); others have
+    /// [`exact_residual`](Self::exact_residual). NaN or infinite where the terms overflow.
+    ///
+    /// # Cost
+    ///
+    /// Seven products with each operator, with `2n` numbers of `scratch`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega, Rhs};
+    ///
+    /// let identity = Identity { order: 1 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0))?;
+    /// // At z = 2e16 the residual 2e16 − r + 1 is known to within a few units, no better.
+    /// let rounding = problem.estimated_rounding(&Rhs::new(&[1.0])?, &[1e16], &mut vec![]);
+    /// assert!((4.0..100.0).contains(&rounding.linf));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
+        self.assert_orders([q.entries().len(), x.len()]);
+        let n = x.len();
+        let (part, product) = halves(scratch, n);
+        let mut terms = q.norms();
+        for of_a in [true, false] {
+            let mut largest = Norms { l2: 0.0, linf: 0.0 };
+            for probe in 0..=BITS {
+                self.signs(|k, sign: T| {
+                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    let index = self.strip().map_or(k, |strip| strip.index(k));
+                    let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
+                    part[k] = if turned { -sign * entry } else { sign * entry };
+                });
+                self.product(!of_a, part, product);
+                let norms = self.norms(product);
+                // A NaN must survive.
+                let larger = |old: f64, new: f64| if new <= old { old } else { new };
+                largest = Norms {
+                    l2: larger(largest.l2, norms.l2),
+                    linf: larger(largest.linf, norms.linf),
+                };
+            }
+            terms = Norms { l2: terms.l2 + largest.l2, linf: terms.linf + largest.linf };
+        }
+        let unit = ASSUMED * T::epsilon().wide();
+        Norms { l2: unit * terms.l2, linf: unit * terms.linf }
+    }
+
+    /// Returns the norms of `(|x| + x)/γ` and `Ω(|x| − x)/γ`, which `A` and `B` multiply: of the
+    /// `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`, after an exchange
+    /// of `r` and `z`.
+    ///
+    /// # Panics
+    ///
+    /// Unless `x` has length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{Hlcp, Identity, Omega};
+    ///
+    /// let identity = Identity { order: 2 };
+    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.5))?;
+    /// let [z, r] = problem.factor_norms(&[1.0, -2.0]);
+    /// assert_eq!((z.l2, r.l2), (2.0, 6.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
+        self.assert_orders([x.len()]);
+        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let z = self.measured_entries(|at, entries| {
+            let x = &x[at];
+            entries.iter_mut().zip(x).for_each(|(z, &x)| *z = recovered(T::one(), x, gamma));
+        });
+        let r = self.measured_entries(|at, entries| {
+            for ((r, k), &x) in entries.iter_mut().zip(at.clone()).zip(&x[at]) {
+                *r = recovered(omega.at(k), -x, gamma);
+            }
+        });
+        [z, r]
+    }
+
+    /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
+    /// [`solution_from_x`](Self::solution_from_x) makes of `x`, or `None` if an operator does not
+    /// know its rows.
+    ///
+    /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
+    /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
+    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero.
+    /// NaN where a product overflows.
+    ///
+    /// # Cost
+    ///
+    /// For five-point operators about one sweep and a half, which threads share; otherwise a walk
+    /// over all rows with about fifteen operations per entry. No storage.
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs};
+    ///
+    /// // At z = (1e16, 1e16) both rows are 1e16 − 1e16 + 0.75; double precision drops 0.75 where
+    /// // it is added to 1e16.
+    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
+    /// let exact = problem.exact_residual(&Rhs::new(&[0.75, 0.75])?, &[5e15, 5e15]);
+    /// assert!((exact.expect("rows").linf - 0.75).abs() < 1e-12);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+        let n = self.whole_order() as f64;
+        let meter = q.meter(T::one());
+        let sum = self.sum_rows(Look::Bound, q, x, meter)?;
+        let Norms { l2, linf } = meter.norms_of(sum, T::one());
+        // The sum of n squares and its root are rounded, too.
+        let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
+        let lost = if linf >= LOST { 0.0 } else { self.lost_products(x) * f64::from_bits(1) };
+        // A root that is no whole number would be rounded among the least numbers.
+        let l2 = exact.l2 + n.sqrt().ceil() * lost;
+        Some(Norms { l2: if l2 > 0.0 { l2.next_up() } else { l2 }, linf: exact.linf + lost })
+    }
+
+    /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
+    /// read the same rows: of five-point operators, and of those that have theirs in arrays. The
+    /// product of another operator may contradict its rows.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// assert!(problem.has_known_rows());
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn has_known_rows(&self) -> bool {
+        self.sweep().is_some() || self.known().is_some()
+    }
+
+    /// Returns the most products of a row that may underflow, or whose error may: each is off by
+    /// less than the least positive number.
+    fn lost_products(&self, x: &[T]) -> f64 {
+        let is_lost = |entry: T, value: T| {
+            let (entry, value) = (entry.wide(), value.wide());
+            entry != 0.0 && value != 0.0 && (entry * value).abs() < LOST
+        };
+        let of_row = |i: usize| {
+            let mut lost = 0.0;
+            let known = self.terms(i, x, |entry, value| {
+                lost += f64::from(u8::from(is_lost(entry, value)));
+            });
+            if known { lost } else { 2.0 * x.len() as f64 }
+        };
+        if !self.any(x.iter().any(|&x| x != T::zero())) {
+            return 0.0;
+        }
+        if self.strip().is_some() {
+            // All products of five points, some of which are with other ranks' numbers.
+            return 10.0;
+        }
+        (0..x.len()).map(of_row).fold(0.0, f64::max)
+    }
+
+    /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in
+    /// `T`, so that no iteration in `T` can be expected to reduce it; `None` if an operator does
+    /// not know its rows.
+    ///
+    /// # Cost
+    ///
+    /// As [`exact_residual`](Self::exact_residual).
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega, Rhs};
+    ///
+    /// let third = DiagonalMatrix::new(vec![3.0])?;
+    /// let problem = Hlcp::new(third, Identity { order: 1 }, Omega::Uniform(1.0))?;
+    /// let q = Rhs::new(&[-1.0])?;
+    /// // z is the double next to 1/3
+    /// assert_eq!(problem.is_at_rounding(&q, &[1.0 / 6.0]), Some(true));
+    /// assert_eq!(problem.is_at_rounding(&q, &[0.17]), Some(false));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
+        let meter = Meter::for_size(1.0, self.whole_order());
+        Some(self.sum_rows(Look::AboveRounding, q, x, meter)?.largest == 0.0)
+    }
+
+    /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being
+    /// those that [`solution_from_x`](Self::solution_from_x) makes of `x`; `None` if an operator
+    /// does not know its rows.
+    ///
+    /// Such an `x` bounds a solution from above or below where no entry of `A` and `B` off the
+    /// diagonal is positive (`docs/theory.md`, two-sided enclosures). An entry within 10⁻³⁰⁰ of 0
+    /// has no sign.
+    ///
+    /// # Cost
+    ///
+    /// As [`exact_residual`](Self::exact_residual).
+    ///
+    /// # Panics
+    ///
+    /// Unless `q` and `x` have length `n`.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Rhs};
+    ///
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+    /// let q = Rhs::new(&[-3.0, -3.0])?; // z* = (1, 1)
+    /// assert_eq!(problem.has_sign(&q, &[0.51, 0.51], true), Some(true));
+    /// assert_eq!(problem.has_sign(&q, &[0.49, 0.49], false), Some(true));
+    /// assert_eq!(problem.has_sign(&q, &[0.5, 0.5], true), Some(false));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
+        let meter = Meter::for_size(1.0, self.whole_order());
+        let look = if positive { Look::NotPositive } else { Look::NotNegative };
+        Some(self.sum_rows(look, q, x, meter)?.largest == 0.0)
+    }
+
+    /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
+    /// of a product with random signs. Of the operators as they are, also after an exchange.
+    ///
+    /// # Cost
+    ///
+    /// One product with `A`, one with `B`; `2n` numbers of `scratch`.
+    ///
+    /// ```
+    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega};
+    ///
+    /// let a = DiagonalMatrix::new(vec![3.0, 4.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
+    /// let [a, b] = problem.row_lengths(&mut vec![]);
+    /// assert!((a * a - 12.5).abs() < 1e-12 && (b - 1.0).abs() < 1e-15);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
+        let n = self.order();
+        let (signs, product) = halves(scratch, n);
+        self.signs(|k, sign| signs[k] = sign);
+        [false, true].map(|of_b| {
+            self.product(of_b, signs, product);
+            self.norms(product).l2 / (self.whole_order() as f64).sqrt()
+        })
+    }
+
+    /// Gives each of this rank's indices a random sign, the same each time and on any number of
+    /// ranks: the top bit of a generator that has come to the index in the whole grid.
+    fn signs(&self, mut give: impl FnMut(usize, T)) {
+        let (length, [skipped, all]) = match self.strip() {
+            Some(strip) => (strip.columns().len(), [strip.columns().start, strip.whole()[0]]),
+            None => (self.order(), [0, self.order()]),
+        };
+        let mut bits = Steps::of(skipped).take(0x9e37_79b9_7f4a_7c15);
+        let skip = Steps::of(all - length);
+        for row in (0..self.order()).step_by(length) {
+            for k in row..row + length {
+                bits = Steps::ONE.take(bits);
+                give(k, if bits >> 63 == 0 { T::one() } else { -T::one() });
+            }
+            bits = skip.take(bits);
+        }
+    }
+
+    /// Sums the squares of what each row's exact residual is looked at for. `None` if the rows are
+    /// not known.
+    fn sum_rows(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
+        self.assert_orders([q.entries().len(), x.len()]);
+        if let Some(sweep) = self.sweep() {
+            return Some(sweep.exact(look, q, x, meter));
+        }
+        // An entry that overflows does not show in the residual where its column is zero.
+        let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
+        if self.any(x.iter().enumerate().any(overflows)) {
+            return Some(Part { sum: f64::INFINITY, largest: f64::INFINITY });
+        }
+        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let sign = self.q_factor() / gamma;
+        if let Some([a, b]) = self.known() {
+            let rows =
+                ExactRows { rows: [a.rows(), b.rows()], sign, q: q.entries(), x, omega, gamma };
+            return Some(rows.sum(look, meter));
+        }
+        let mut part = Part::default();
+        let known = (0..x.len()).all(|i| {
+            let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
+            let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
+            part.see(meter, look.measure(sum.around::<T>()));
+            known
+        });
+        known.then_some(part)
+    }
+
+    /// Calls `visit` with the entries of row `i` of `A` and of `−B`, and with what they multiply;
+    /// returns whether the rows are known.
+    fn terms(&self, i: usize, x: &[T], mut visit: impl FnMut(T, T)) -> bool {
+        self.a().try_visit_row(i, &mut |j, a| visit(a, self.z_entry(x[j])))
+            && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
+    }
+
+    /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after
+    /// an exchange.
+    fn z_entry(&self, x: T) -> T {
+        recovered(T::one(), x, self.gamma())
+    }
+
+    /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
+    /// an exchange.
+    fn r_entry(&self, j: usize, x: T) -> T {
+        recovered(self.omega().entry(j), -x, self.gamma())
+    }
+}
+
+/// `bits ↦ m bits + c`, a number of steps of Knuth's linear congruential generator.
+#[derive(Clone, Copy)]
+struct Steps(u64, u64);
+
+impl Steps {
+    const ONE: Self = Self(6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
+
+    /// So many steps, by squaring.
+    fn of(count: usize) -> Self {
+        let (mut all, mut square) = (Self(1, 0), Self::ONE);
+        for bit in 0..usize::BITS {
+            if count >> bit & 1 == 1 {
+                all = Self(square.0.wrapping_mul(all.0), square.take(all.1));
+            }
+            square = Self(square.0.wrapping_mul(square.0), square.take(square.1));
+        }
+        all
+    }
+
+    fn take(self, bits: u64) -> u64 {
+        self.0.wrapping_mul(bits).wrapping_add(self.1)
+    }
+}

@@ -1,0 +1,81 @@
+use super::Hlcp;
+use crate::{
+    kernel::Smoother,
+    numbers::{Error, Scalar},
+    operators::{Coefficients, LinearOperator, Omega, positive_entry},
+};
+
+impl<'a, T: Scalar> Smoother<'a, T> {
+    /// Returns the Ω = D_A D_B⁻¹ that belongs to a problem's operators.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
+    /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
+    ///
+    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::new(a, Identity { order: 9 }, Omega::Uniform(0.3))?;
+    /// assert_eq!(Smoother::scaling(&problem)?, Omega::Uniform(4.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
+        problem: &Hlcp<T, A, B>,
+    ) -> Result<Omega<T>, Error> {
+        problem.grid()?;
+        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
+        let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
+        let ratio = |k: usize| {
+            let a = positive_entry("diagonal of A", k, a.at(k))?;
+            let b = positive_entry("diagonal of B", k, b.at(k))?;
+            positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
+            positive_entry("ratio of the diagonals", k, a / b)
+        };
+        let all = || {
+            let first = ratio(0)?;
+            if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
+                return Ok(Omega::Uniform(first));
+            }
+            let mut each = Vec::new();
+            for k in 1..problem.order() {
+                let value = ratio(k)?;
+                if each.is_empty() && value != first {
+                    each = vec![first; k];
+                }
+                if !each.is_empty() {
+                    each.push(value);
+                }
+            }
+            Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
+        };
+        // The same on all ranks, if it is on each.
+        let own = problem.agree(all())?;
+        let [most, least] = problem.largest(match own {
+            Omega::Uniform(ratio) => [ratio.wide(), -ratio.wide()],
+            Omega::Each(_) => [f64::INFINITY; 2],
+        });
+        Ok(match own {
+            Omega::Uniform(ratio) if most != -least => Omega::Each(vec![ratio; problem.order()]),
+            own => own,
+        })
+    }
+
+    /// The equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or `None`
+    /// where that is the problem's own; on the threads of rayon's current pool if `parallel`.
+    ///
+    /// # Errors
+    ///
+    /// As [`scaling`](Self::scaling), but for the diagonals.
+    pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
+        problem: &'a Hlcp<T, A, B>,
+        scaling: Option<&'a Omega<T>>,
+        parallel: bool,
+    ) -> Result<Self, Error> {
+        problem.grid()?;
+        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
+        let sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
+        Ok(Self::of_sweep(sweep, parallel))
+    }
+}

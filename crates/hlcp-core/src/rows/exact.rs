@@ -1,0 +1,147 @@
+//! Sums of products with twice the digits of double precision.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use crate::{
+    numbers::{Compiled, Meter, Part, Scalar},
+    operators::{Coefficients, RowsOf, Source},
+};
+
+/// What the exact residual of a row is looked at for.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Look {
+    /// An upper bound on its modulus.
+    Bound,
+    /// Whether it is above the rounding of its terms.
+    AboveRounding,
+    /// Whether it is not proved positive.
+    NotPositive,
+    /// Whether it is not proved negative.
+    NotNegative,
+}
+
+impl Look {
+    /// Returns the bound, or 1 for yes and 0 for no, given what [`ExactSum::around`] returns.
+    #[inline(always)]
+    pub(crate) fn measure(self, [value, slack, rounding]: [f64; 3]) -> f64 {
+        let passes = match self {
+            Self::Bound => return value.abs() + slack,
+            Self::AboveRounding => value.abs() + slack <= rounding,
+            Self::NotPositive => value - slack > SIGNED,
+            Self::NotNegative => -value - slack > SIGNED,
+        };
+        if passes { 0.0 } else { 1.0 }
+    }
+}
+
+/// A sum that is nearer to 0 has no sign: all that underflow takes from it is far less.
+const SIGNED: f64 = 1e-300;
+
+/// An entry of `z` from that of `x`, or of `r` from Ω's and that of `−x`.
+pub(crate) fn recovered<T: Scalar>(omega: T, x: T, gamma: T) -> T {
+    omega * (x.abs() + x) / gamma
+}
+
+/// A sum of products in twice the digits of double precision, and the moduli of its terms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ExactSum {
+    /// The sum in double precision.
+    high: f64,
+    /// The sum of the errors of all roundings in it.
+    low: f64,
+    /// The sum of the moduli of these errors, those of a product and its addition taken together.
+    errors: f64,
+    terms: f64,
+    count: f64,
+}
+
+impl ExactSum {
+    /// Returns the sum of one number.
+    #[inline(always)]
+    pub(crate) fn new(first: f64) -> Self {
+        Self { high: first, low: 0.0, errors: 0.0, terms: first.abs(), count: 1.0 }
+    }
+
+    /// Adds `a·b`.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, a: f64, b: f64) {
+        // p + e = ab exactly, by a fused operation.
+        let product = a * b;
+        let of_product = a.mul_add(b, -product);
+        // s + t = h + p exactly (D. E. Knuth's TwoSum).
+        let sum = self.high + product;
+        let moved = sum - self.high;
+        let of_sum = (self.high - (sum - moved)) + (product - moved);
+        self.high = sum;
+        let lost = of_product + of_sum;
+        self.low += lost;
+        self.errors += lost.abs();
+        self.terms += product.abs();
+        self.count += 1.0;
+    }
+
+    /// Returns the sum, rounded, how far the exact one is from it at most, and the rounding of its
+    /// terms in `T`. Only the errors are rounded: when the two of a term are added, at most by half
+    /// an ε of the result, and when they are summed.
+    #[inline(always)]
+    pub(crate) fn around<T: Scalar>(&self) -> [f64; 3] {
+        let value = self.high + self.low;
+        let slack = (2.0 * self.count + 4.0) * f64::EPSILON * self.errors;
+        let rounding = (self.count + 8.0) * T::epsilon().wide() * self.terms;
+        [value, 2.0 * f64::EPSILON * value.abs() + slack, rounding]
+    }
+}
+
+/// The exact residual of operators whose rows are known.
+#[derive(Clone, Copy)]
+pub(crate) struct ExactRows<'a, T> {
+    pub(crate) rows: [RowsOf<'a, T>; 2],
+    pub(crate) sign: T,
+    pub(crate) q: &'a [T],
+    pub(crate) x: &'a [T],
+    pub(crate) omega: Coefficients<'a, T>,
+    pub(crate) gamma: T,
+}
+
+impl<T: Scalar> ExactRows<'_, T> {
+    /// Sums the squares of what each row is looked at for.
+    pub(crate) fn sum(&self, look: Look, meter: Meter) -> Part {
+        SUM.of::<Sum<T>>()(self, look, meter)
+    }
+
+    fn sum_all(&self, look: Look, meter: Meter) -> Part {
+        Arch::new().dispatch(OfRows(*self, look, meter))
+    }
+}
+
+/// The sum over all rows, compiled for each width of vector.
+struct OfRows<'a, T>(ExactRows<'a, T>, Look, Meter);
+
+impl<T: Scalar> WithSimd for OfRows<'_, T> {
+    type Output = Part;
+
+    #[inline(always)]
+    fn with_simd<V: Simd>(self, _: V) -> Part {
+        let Self(ExactRows { rows: [mut a, mut b], sign, q, x, omega, gamma }, look, meter) = self;
+        let with = |mut sum: ExactSum, entry: T, value: T| {
+            sum.add(entry.wide(), value.wide());
+            sum
+        };
+        let mut part = Part::default();
+        for (i, &q) in q.iter().enumerate() {
+            let sum = ExactSum::new((sign * q).wide());
+            let sum = a.fold(i, sum, |sum, j, a| with(sum, a, recovered(T::one(), x[j], gamma)));
+            let sum =
+                b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.at(j), -x[j], gamma)));
+            part.see(meter, look.measure(sum.around::<T>()));
+        }
+        part
+    }
+}
+
+type Sum<T> = fn(&ExactRows<'_, T>, Look, Meter) -> Part;
+
+static SUM: Compiled<Sum<f32>, Sum<f64>> = Compiled(
+    |rows, look, meter| rows.sum_all(look, meter),
+    |rows, look, meter| rows.sum_all(look, meter),
+);

@@ -1,0 +1,15 @@
+//! The loops over rows that are walked: relaxation, residuals, and residuals without rounding.
+
+mod colours;
+mod exact;
+mod relax;
+mod residual;
+mod walk;
+
+pub(crate) use self::{
+    colours::Colours,
+    exact::{ExactRows, ExactSum, Look, recovered},
+    relax::{Order, Relaxation, Relaxed},
+    residual::RowResidual,
+    walk::{Known, Visited},
+};
