@@ -48,7 +48,7 @@ pub(super) fn pairs<T: Scalar>(
             continue;
         }
         for (&(matrix, factor), columns) in matrices.iter().zip(&columns) {
-            let column = columns.column(i).iter().map(|&(j, a)| (j as usize, a));
+            let column = columns.of(i).iter().map(|&(j, a)| (j as usize, a));
             for (j, a) in matrix.off(i).chain(column).filter(|&(j, _)| !apart(j)) {
                 if coupling[j] == T::zero() {
                     near.push(j as u32);

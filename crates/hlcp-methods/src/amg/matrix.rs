@@ -166,27 +166,10 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// The columns' entries beside the diagonal: the rows of the transpose.
-    pub(super) fn transpose(&self, clock: &mut Clock<'_>) -> Option<Transpose<T>> {
-        let mut starts = vec![0; self.order() + 1];
-        for &j in &self.columns {
-            starts[j as usize + 1] += 1;
-        }
-        for j in 0..self.order() {
-            starts[j + 1] += starts[j];
-        }
-        let mut next = starts.clone();
-        let mut entries = vec![(0, T::zero()); self.columns.len()];
-        for i in 0..self.order() {
-            if clock.is_up_at(i) {
-                return None;
-            }
-            for (j, a) in self.off(i) {
-                entries[next[j]] = (i as u32, a);
-                next[j] += 1;
-            }
-        }
-        Some(Transpose { starts, entries })
+    /// Returns the columns' entries beside the diagonal: the rows of the transpose.
+    pub(super) fn transpose(&self, clock: &mut Clock<'_>) -> Option<Groups<(u32, T)>> {
+        let entries = |i: usize| self.off(i).map(move |(j, a)| (j, (i as u32, a)));
+        Groups::new(self.order(), (0..self.order()).map(entries), clock)
     }
 
     /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is
@@ -197,7 +180,7 @@ impl<T: Scalar> Matrix<T> {
         count: usize,
         clock: &mut Clock<'_>,
     ) -> Option<Self> {
-        let members = Members::new(aggregate, count);
+        let members = members(aggregate, count);
         let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
         let mut place = vec![usize::MAX; count];
         let mut row: Vec<(u32, T)> = Vec::new();
@@ -230,30 +213,49 @@ impl<T: Scalar> Matrix<T> {
     }
 }
 
-/// The members of aggregates.
+/// Things in groups, those of a group in the order in which they came.
 #[derive(Debug)]
-pub(super) struct Members {
+pub(super) struct Groups<V> {
     starts: Vec<usize>,
-    members: Vec<u32>,
+    things: Vec<V>,
 }
 
-impl Members {
-    pub(super) fn new(aggregate: &[u32], count: usize) -> Self {
-        let joined = || aggregate.iter().enumerate().filter(|(_, a)| **a != NONE);
+impl<V: Copy> Groups<V> {
+    /// Sorts rows of things, each with its group, into `count` groups. None when the clock is up.
+    pub(super) fn new<R: Iterator<Item = (usize, V)>>(
+        count: usize,
+        rows: impl Iterator<Item = R> + Clone,
+        clock: &mut Clock<'_>,
+    ) -> Option<Self> {
         let mut starts = vec![0; count + 1];
-        joined().for_each(|(_, &a)| starts[a as usize + 1] += 1);
-        (0..count).for_each(|a| starts[a + 1] += starts[a]);
-        let (mut members, mut next) = (vec![0; starts[count]], starts.clone());
-        for (i, &a) in joined() {
-            members[next[a as usize]] = i as u32;
-            next[a as usize] += 1;
+        rows.clone().flatten().for_each(|(group, _)| starts[group + 1] += 1);
+        (0..count).for_each(|group| starts[group + 1] += starts[group]);
+        let first = rows.clone().flatten().next();
+        let mut things = first.map_or(vec![], |(_, thing)| vec![thing; starts[count]]);
+        let mut next = starts.clone();
+        for (i, row) in rows.enumerate() {
+            if clock.is_up_at(i) {
+                return None;
+            }
+            for (group, thing) in row {
+                things[next[group]] = thing;
+                next[group] += 1;
+            }
         }
-        Self { starts, members }
+        Some(Self { starts, things })
     }
 
-    pub(super) fn of(&self, aggregate: usize) -> &[u32] {
-        &self.members[self.starts[aggregate]..self.starts[aggregate + 1]]
+    /// Returns the things of a group.
+    pub(super) fn of(&self, group: usize) -> &[V] {
+        &self.things[self.starts[group]..self.starts[group + 1]]
     }
+}
+
+/// Returns the members of `count` aggregates.
+pub(super) fn members(aggregate: &[u32], count: usize) -> Groups<u32> {
+    let row = |(i, &a): (usize, &u32)| (a != NONE).then_some((a as usize, i as u32)).into_iter();
+    let rows = aggregate.iter().enumerate().map(row);
+    Groups::new(count, rows, &mut Clock::endless()).expect("a clock that is never up")
 }
 
 impl<T: Scalar> LinearOperator<T> for Matrix<T> {
@@ -284,19 +286,6 @@ impl<T: Scalar> Rows<T> for Matrix<T> {
 fn pivot<T: Scalar>(diagonal: T) -> T {
     let inverse = diagonal.recip();
     if inverse.is_finite() && diagonal.is_finite() { inverse } else { T::zero() }
-}
-
-/// The entries of a matrix by columns, without the diagonal.
-#[derive(Debug)]
-pub(super) struct Transpose<T> {
-    starts: Vec<usize>,
-    entries: Vec<(u32, T)>,
-}
-
-impl<T: Scalar> Transpose<T> {
-    pub(super) fn column(&self, j: usize) -> &[(u32, T)] {
-        &self.entries[self.starts[j]..self.starts[j + 1]]
-    }
 }
 
 /// A dense LU factorisation with partial pivoting.

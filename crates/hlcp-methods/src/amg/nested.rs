@@ -4,7 +4,7 @@ use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
 
 use super::{
     coarsen::pairs,
-    matrix::{Matrix, Members, NONE},
+    matrix::{Matrix, NONE, members},
     newton::Steps,
 };
 use crate::Clock;
@@ -110,7 +110,7 @@ fn in_series<T: Scalar>(
 ) -> Option<Matrix<T>> {
     let (n, two) = (matrix.order(), T::one() + T::one());
     let conduction = conduction(matrix, clock)?;
-    let members = Members::new(aggregate, count);
+    let members = members(aggregate, count);
     // Which members of the aggregate at hand, a bit each, touch another one.
     let mut touching = vec![(NONE, 0_u8); count];
     let mut within = vec![T::zero(); n];
@@ -153,7 +153,7 @@ fn in_series<T: Scalar>(
             return None;
         }
         let mut total = T::zero();
-        let sides = half.off(i).zip(other.column(i));
+        let sides = half.off(i).zip(other.of(i));
         for ((j, c), ((_, own), &(_, other))) in conduction.off(i).zip(sides) {
             if own + other > T::zero() {
                 loss[j] = c - (c.recip() + own + other).recip();
@@ -179,12 +179,12 @@ fn conduction<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Ma
         if clock.is_up_at(i) {
             return None;
         }
-        columns.column(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
+        columns.of(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
         row.clear();
         row.extend(matrix.off(i).map(|(j, a)| (j as u32, back[j].min(-a))));
         row.retain(|&(_, c)| c > T::zero());
         conduction.push(&row);
-        columns.column(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
+        columns.of(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
     }
     Some(conduction)
 }

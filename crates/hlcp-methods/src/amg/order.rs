@@ -31,10 +31,10 @@ impl Flow {
                 net[j] += a.abs();
                 all += wide(a.abs());
             }
-            for &(j, a) in columns.column(i) {
+            for &(j, a) in columns.of(i) {
                 net[j as usize] -= a.abs();
             }
-            let column = columns.column(i).iter().map(|&(j, _)| j as usize);
+            let column = columns.of(i).iter().map(|&(j, _)| j as usize);
             for j in matrix.off(i).map(|(j, _)| j).chain(column) {
                 let net = std::mem::replace(&mut net[j], T::zero());
                 if net > T::zero() {
