@@ -153,11 +153,11 @@ impl<T: Real> Given<'_, T> {
             }
             Self::FivePoint([ny, nx], [south, west, centre, east, north]) => {
                 let coefficients = [south, west, centre, east, north];
-                let mut views = [Coefficients::Constant(T::zero()); 5];
+                let mut views = [Coefficients::Uniform(T::zero()); 5];
                 for (view, coefficient) in views.iter_mut().zip(coefficients) {
                     *view = match coefficient {
                         Numbers::Each(each) => Coefficients::Each(each.as_slice()?),
-                        Numbers::Constant(value) => Coefficients::Constant(T::of(*value)),
+                        Numbers::Constant(value) => Coefficients::Uniform(T::of(*value)),
                     };
                 }
                 Box::new(FivePoint::new(*nx, *ny, views).map_err(wrong)?)
@@ -570,7 +570,7 @@ fn shown<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Shown<'py>>
     if let Some(view) = operator.as_five_point() {
         let [nx, ny] = view.grid().unwrap_or([n, 1]);
         let coefficient = |coefficient: Coefficients<'_, f64>| match coefficient {
-            Coefficients::Constant(value) => value.into_pyobject(py).map(Bound::into_any),
+            Coefficients::Uniform(value) => value.into_pyobject(py).map(Bound::into_any),
             Coefficients::Each(values) => Ok(PyArray1::from_slice(py, values).into_any()),
         };
         let all = view.coefficients().into_iter().map(coefficient).collect::<Result<_, _>>()?;

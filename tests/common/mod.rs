@@ -316,7 +316,7 @@ impl LinearOperator<f64> for NotFinite {
 
     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
         let coefficients = [0.0, f64::NAN, 4.0, -1.1, 0.0];
-        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Constant)))
+        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Uniform)))
     }
 }
 

@@ -45,8 +45,8 @@
 //!
 //! ```
 //! use hlcp_core::{
-//!     Aor, Coefficients::Constant, Diagonal, FivePointView, Hlcp, Identity, LinearOperator,
-//!     Omega, Rhs, Rows, Step,
+//!     Aor, Diagonal, Entries::Uniform, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs,
+//!     Rows, Step,
 //! };
 //!
 //! /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
@@ -69,7 +69,7 @@
 //!     }
 //!     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
 //!         let row = [0.0, -1.0, 2.0 + self.k, -1.0, 0.0];
-//!         self.fast.then(|| FivePointView::new(self.n, 1, row.map(Constant)))
+//!         self.fast.then(|| FivePointView::new(self.n, 1, row.map(Uniform)))
 //!     }
 //! }
 //!
@@ -138,9 +138,9 @@ mod steps;
 pub use kernel::{Smoother, Transfer};
 pub use numbers::{Error, Norms, Rhs, Scalar, all_finite};
 pub use operators::{
-    Coefficients, Csr, Diagonal, DiagonalMatrix, Direction, FivePoint, FivePointView, Identity,
-    Index, LinearOperator, Omega, RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, Varying,
-    check_operator, check_row, recognise_grid,
+    Coefficients, Csr, Diagonal, DiagonalMatrix, Direction, Entries, FivePoint, FivePointView,
+    Identity, Index, LinearOperator, Omega, RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal,
+    Varying, check_operator, check_row, recognise_grid,
 };
 #[cfg(feature = "mpi")]
 pub use parallel::{NotJoined, World};
@@ -152,3 +152,24 @@ pub use steps::{Aor, Jacobi, Multicolour, Splitting, SplittingFn, SplittingStep,
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;
+
+#[cfg(test)]
+mod tests {
+    /// What a folder may use is said by its place among the floors.
+    #[test]
+    fn no_floor_imports_from_one_above() {
+        let floors = ["numbers", "parallel", "operators", "rows", "kernel", "problem", "steps"];
+        for (k, floor) in floors.iter().enumerate() {
+            let folder = format!("{}/src/{floor}", env!("CARGO_MANIFEST_DIR"));
+            for file in std::fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()) {
+                let text = std::fs::read_to_string(&file).unwrap();
+                let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+                for (line, above) in
+                    code.flat_map(|line| floors[k + 1..].iter().map(move |a| (line, a)))
+                {
+                    assert!(!line.contains(&format!("{above}::")), "{}: {line}", file.display());
+                }
+            }
+        }
+    }
+}

@@ -43,7 +43,7 @@ fn wedge(b: &FivePoint<Varying<f64>>) -> Vec<f64> {
     (0..b.order())
         .map(|k| {
             let [south, west, here, east, north] = b.as_five_point().unwrap().coefficients();
-            [south, west, here, east, north].map(|c| c.at(k)).iter().sum()
+            [south, west, here, east, north].map(|c| c.entry(k)).iter().sum()
         })
         .collect()
 }

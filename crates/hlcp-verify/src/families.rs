@@ -70,7 +70,7 @@ impl Operator {
                 let view = grid.as_five_point().expect("a five-point operator");
                 let [nx, ny] = view.grid().expect("with a grid");
                 let c = view.coefficients();
-                let row = |i, j| c.map(|c| T::of(factor * c.at(j * nx + i)));
+                let row = |i, j| c.map(|c| T::of(factor * c.entry(j * nx + i)));
                 Box::new(FivePoint::from_fn(nx, ny, row).expect("finite numbers"))
             }
             Self::Rows(rows) => {

@@ -325,7 +325,7 @@ pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let (a, b, q) = film.pose()?;
     let of = |operator: &FivePoint<Varying<f64>>| {
         let view = operator.as_five_point().expect("it is one");
-        let row = |i, j| view.coefficients().map(|c| T::of(c.at(j * cells[0] + i)));
+        let row = |i, j| view.coefficients().map(|c| T::of(c.entry(j * cells[0] + i)));
         FivePoint::from_fn(cells[0], cells[1], row)
     };
     let problem = Problem::new(of(&a)?, of(&b)?, q.iter().map(|&q| T::of(q)).collect());

@@ -52,22 +52,22 @@ impl<T: Scalar> Row<T> {
         }
     }
 
-    /// The functions s and w of the module's formula.
+    /// Returns the functions s and w of the module's formula.
     #[inline(always)]
     pub(super) fn passed<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
         let [south, west, east, north] = self.passed;
         if BACKWARD { [north, east] } else { [south, west] }
     }
 
-    /// The shares of the neighbours that a sweep has not passed, should they lie across a grid that
-    /// closes: of northern and eastern ones forward.
+    /// Returns the shares of the neighbours that a sweep has not passed, should they lie across a
+    /// grid that closes: of northern and eastern ones forward.
     #[inline(always)]
     pub(super) fn coming<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
         let [south, west, east, north] = self.passed;
         if BACKWARD { [south, west] } else { [north, east] }
     }
 
-    /// F, from the old values around the point and from γq.
+    /// Returns F, from the old values around the point and from γq.
     #[inline(always)]
     pub(super) fn defect(&self, x: [T; 5], gamma_q: T) -> T {
         let mut f = gamma_q;
@@ -77,7 +77,7 @@ impl<T: Scalar> Row<T> {
         f
     }
 
-    /// F and `t` of a sweep in lexicographic order.
+    /// Returns F and `t` of a sweep in lexicographic order.
     #[inline(always)]
     pub(super) fn relaxed<const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
@@ -107,7 +107,7 @@ impl<T: Scalar> Row<T> {
         -(f + share(of_across, across) + share(of_along, along)) * self.over_pivot
     }
 
-    /// F, `t` of a point of the first colour, and what `t` of the second colour has more.
+    /// Returns F, `t` of a point of the first colour, and what `t` of the second colour has more.
     #[inline(always)]
     pub(super) fn coloured<const ACCELERATED: bool>(&self, x: [T; 5], gamma_q: T) -> (T, T, T) {
         let f = self.defect(x, gamma_q);
@@ -127,7 +127,7 @@ impl<T: Scalar> Row<T> {
 
 /// Where the rows of the system come from.
 pub(super) trait Source<T>: Copy + Sync {
-    /// Whether the sweep solves each scalar equation and measures nothing, see [`Row::solved`].
+    /// True if the sweep solves each scalar equation and measures nothing, see [`Row::solved`].
     const LEAN: bool;
     /// The most columns of a row that are done in one go, at most [`COLUMNS`].
     const CHUNK: usize;
@@ -144,7 +144,7 @@ pub(super) trait Source<T>: Copy + Sync {
     /// Loads a stretch of row `j`.
     fn load(&self, j: usize, columns: Range<usize>, loaded: &mut Self::Loaded);
 
-    /// The row of the stretch's point `i`.
+    /// Returns the row of the stretch's point `i`.
     fn row<const ACCELERATED: bool>(&self, loaded: &Self::Loaded, i: usize) -> Row<T>;
 
     /// Keeps what the recurrence needs at point `i`.
@@ -234,11 +234,11 @@ impl<T: Scalar, const LEAN: bool> Source<T> for VaryingRows<'_, T, LEAN> {
     fn loaded(&self) -> Stretch<T> {
         // The constants are filled in here, once.
         let fill = |c: Coefficients<'_, T>| match c {
-            Coefficients::Constant(c) => [c; VARYING + PAD],
+            Coefficients::Uniform(c) => [c; VARYING + PAD],
             Coefficients::Each(_) => [T::zero(); VARYING + PAD],
         };
         let omega = match self.omega {
-            Coefficients::Constant(omega) => omega,
+            Coefficients::Uniform(omega) => omega,
             Coefficients::Each(_) => T::zero(),
         };
         Stretch { a: self.a.map(fill), b: self.b.map(fill), omega: [[omega; VARYING + PAD]; 3] }

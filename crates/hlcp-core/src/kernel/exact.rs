@@ -4,26 +4,26 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::Sweep;
+use super::{Sweep, grid::Grid};
 use crate::{
     numbers::{BLOCK, Compiled, Meter, Part, Rhs, Scalar, Tally},
     operators::Coefficients,
     parallel::totals,
-    rows::{ExactSum, Look},
+    rows::{ExactSum, Question},
 };
 
 impl<T: Scalar> Sweep<'_, T> {
     /// Sums the squares of what each row of the exact residual at `x` is looked at for.
-    pub(crate) fn exact(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
-        EXACT.of::<Exact<T>>()(self, look, q, x, meter)
+    pub(crate) fn exact(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
+        EXACT.of::<Exact<T>>()(self, question, q, x, meter)
     }
 
-    fn exact_sum(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
+    fn exact_sum(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         let (arch, beside) = (Arch::new(), &self.beside(x));
         let add = |tally: &mut Tally<f64>, at: Range<usize>| {
-            arch.dispatch(OfBlock { look, sweep: self, q, x, beside, meter, tally, at });
+            arch.dispatch(OfBlock { question, sweep: self, q, x, beside, meter, tally, at });
         };
-        totals(self.stretches(), self.parallel(), add).sum(self.strip())
+        totals(self.stretches(), self.parallel, add).sum(self.strip())
     }
 }
 
@@ -32,7 +32,7 @@ impl<T: Scalar> Sweep<'_, T> {
 /// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
 /// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
 struct OfBlock<'a, T> {
-    look: Look,
+    question: Question,
     sweep: &'a Sweep<'a, T>,
     q: &'a Rhs<'a, T>,
     x: &'a [T],
@@ -48,9 +48,9 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
 
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
-        let Self { look, sweep, q, x, beside, meter, tally, at } = self;
-        let ([nx, ny], [gamma, q_factor]) = (sweep.grid(), sweep.factors());
-        let ([round_x, round_y], (omega, omega_beside)) = (sweep.round(), sweep.omega());
+        let Self { question, sweep, q, x, beside, meter, tally, at } = self;
+        let Sweep { grid, omega, omega_beside, gamma, q_factor, .. } = *sweep;
+        let Grid { nx, ny, round: [round_x, round_y], .. } = grid;
         let (j, start, length) = (at.start / nx, at.start % nx, at.len());
         // w of the rows south of the block, here and north of it, with a column more on each side.
         let mut rows = [[0.0; BLOCK + 2]; 3];
@@ -64,10 +64,10 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
         }
         let one = |x: T, omega: T| {
             let mut to = [0.0];
-            difference(&[x], Coefficients::Constant(omega), 0, gamma, &mut to);
+            difference(&[x], Coefficients::Uniform(omega), 0, gamma, &mut to);
             to[0]
         };
-        let here = |k: usize| one(x[k], omega.at(k));
+        let here = |k: usize| one(x[k], omega.entry(k));
         let beyond = |side: usize| {
             let pair = beside[side].get(j).zip(omega_beside[side].get(j));
             pair.map_or(0.0, |(&x, &omega)| one(x, omega))
@@ -90,13 +90,13 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
         let sign = q_factor / gamma;
         if let [Some(a), Some(b)] = sweep.views().map(|view| view.constants()) {
             let [a, b] = [a, b].map(|row| row.map(T::wide));
-            measure_block(look, w, sign, q, |d, _| [a[d], b[d]], entries);
+            measure_block(question, w, sign, q, |d, _| [a[d], b[d]], entries);
         } else {
             let mut loaded = [[[0.0; BLOCK]; 5]; 2];
             let lists = sweep.views().map(|view| view.coefficients());
             for (list, to) in lists.iter().flatten().zip(loaded.iter_mut().flatten()) {
                 match list {
-                    Coefficients::Constant(c) => to.fill(c.wide()),
+                    Coefficients::Uniform(c) => to.fill(c.wide()),
                     Coefficients::Each(c) => {
                         to.iter_mut().zip(&c[at.clone()]).for_each(|(to, c)| *to = c.wide());
                     }
@@ -104,7 +104,7 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
             }
             let [a, b] =
                 loaded.each_ref().map(|lists| lists.each_ref().map(|list| &list[..length]));
-            measure_block(look, w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
+            measure_block(question, w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
         }
         tally.add(meter, entries);
     }
@@ -124,10 +124,10 @@ fn difference<T: Scalar>(
     let scaled = |x: T, omega: T| (if x > T::zero() { T::one() } else { omega }) * (x + x);
     let to = to.iter_mut().zip(x);
     match omega {
-        Coefficients::Constant(omega) if gamma == T::one() => {
+        Coefficients::Uniform(omega) if gamma == T::one() => {
             to.for_each(|(to, &x)| *to = scaled(x, omega).wide());
         }
-        Coefficients::Constant(omega) => {
+        Coefficients::Uniform(omega) => {
             to.for_each(|(to, &x)| *to = (scaled(x, omega) / gamma).wide());
         }
         Coefficients::Each(omega) => {
@@ -142,30 +142,35 @@ fn difference<T: Scalar>(
 /// `A` and `B` in direction `d` at point `i`.
 #[inline(always)]
 fn measure_block<T: Scalar>(
-    look: Look,
+    question: Question,
     w: [&[f64]; 5],
     sign: T,
     q: &[T],
     coefficients: impl Fn(usize, usize) -> [f64; 2],
     entries: &mut [f64],
 ) {
-    let mut sums = [[0.0; BLOCK]; 3];
-    for (i, &q) in q.iter().enumerate() {
-        let mut sum = ExactSum::new((sign * q).wide());
-        for d in 0..5 {
-            let (w, [a, b]) = (w[d][i], coefficients(d, i));
-            sum.add(if w > 0.0 { a } else { b }, w);
+    // Few enough to stay in the nearest cache while they are looked at.
+    const WIDTH: usize = 32;
+    for (k, (entries, q)) in entries.chunks_mut(WIDTH).zip(q.chunks(WIDTH)).enumerate() {
+        let (first, n) = (k * WIDTH, entries.len());
+        let w = w.map(|w| &w[first..first + n]);
+        let mut sums = [[0.0; WIDTH]; 3];
+        let [values, slacks, roundings] = sums.each_mut().map(|list| &mut list[..n]);
+        for (i, &q) in q.iter().enumerate() {
+            let mut sum = ExactSum::new((sign * q).wide());
+            for d in 0..5 {
+                let (w, [a, b]) = (w[d][i], coefficients(d, first + i));
+                sum.add(if w > 0.0 { a } else { b }, w);
+            }
+            [values[i], slacks[i], roundings[i]] = sum.around::<T>();
         }
-        [sums[0][i], sums[1][i], sums[2][i]] = sum.around::<T>();
-    }
-    for (i, entry) in entries.iter_mut().enumerate() {
-        *entry = look.measure([sums[0][i], sums[1][i], sums[2][i]]);
+        question.measure([values, slacks, roundings], entries);
     }
 }
 
-type Exact<T> = fn(&Sweep<'_, T>, Look, &Rhs<'_, T>, &[T], Meter) -> Part;
+type Exact<T> = fn(&Sweep<'_, T>, Question, &Rhs<'_, T>, &[T], Meter) -> Part;
 
 static EXACT: Compiled<Exact<f32>, Exact<f64>> = Compiled(
-    |sweep, look, q, x, meter| sweep.exact_sum(look, q, x, meter),
-    |sweep, look, q, x, meter| sweep.exact_sum(look, q, x, meter),
+    |sweep, question, q, x, meter| sweep.exact_sum(question, q, x, meter),
+    |sweep, question, q, x, meter| sweep.exact_sum(question, q, x, meter),
 );

@@ -21,7 +21,7 @@ pub(super) struct Grid {
     pub(super) ny: usize,
     pub(super) backward: bool,
     pub(super) red_black: bool,
-    /// Whether it closes along a row and along a column.
+    /// True where it closes: along a row, along a column.
     pub(super) round: [bool; 2],
 }
 
@@ -69,3 +69,6 @@ pub(super) struct Old<'a, T> {
 pub(super) fn columns<T>(beside: &[Vec<T>; 2]) -> [&[T]; 2] {
     beside.each_ref().map(Vec::as_slice)
 }
+
+/// A vector, as a factor and what it multiplies.
+pub(super) type Multiple<'a, T> = (T, &'a [T]);

@@ -61,8 +61,8 @@ struct Worker<'a, T, S: Source<T>> {
     zeros: [T; COLUMNS],
 }
 
-/// The first colour of the new iterate in the first and in the last column; the numbers at points
-/// of the second colour mean nothing.
+/// Returns the first colour of the new iterate in the first and in the last column; the numbers at
+/// points of the second colour mean nothing.
 pub(super) fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
     old: &Old<'_, T>,
     source: &S,
@@ -125,7 +125,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         }
     }
 
-    /// The first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour
+    /// Does the first phase of a stretch of row `j`: F(x), and `t`, which is what the first colour
     /// becomes.
     #[inline(always)]
     fn prepare<const ACCELERATED: bool>(&mut self, j: usize, columns: Range<usize>, t: &mut [T]) {
@@ -152,7 +152,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         );
     }
 
-    /// The second phase of a stretch of row `k` of `band`: the second colour.
+    /// Does the second phase of a stretch of row `k` of `band`: the second colour.
     #[inline(always)]
     fn finish<const ACCELERATED: bool>(
         &mut self,
@@ -184,13 +184,14 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     }
 }
 
-/// Whether point `start` of row `j` is of the second colour: 1 if it is.
+/// Returns 1 if point `start` of row `j` is of the second colour, and 0 if not.
 #[inline(always)]
 fn second_colour(grid: Grid, start: usize, j: usize) -> usize {
     (start + j + usize::from(grid.backward)) % 2
 }
 
-/// The columns of a row with their neighbours to either side: those given where the row ends.
+/// Overwrites `padded` with columns of a row and their neighbours to either side: those given
+/// where the row ends.
 #[inline(always)]
 fn pad<T: Scalar>(
     row: &[T],
@@ -204,7 +205,7 @@ fn pad<T: Scalar>(
     padded[end - start + 1] = east.unwrap_or_else(|| row[end]);
 }
 
-/// The first phase of a stretch, given the rows around it, the middle one padded.
+/// Does the first phase of a stretch, given the rows around it, the middle one padded.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
@@ -229,7 +230,7 @@ fn first_phase<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
     }
 }
 
-/// The second phase of a stretch, given the rows around it, the middle one padded.
+/// Does the second phase of a stretch, given the rows around it, the middle one padded.
 #[inline(always)]
 fn second_phase<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
     source: &S,

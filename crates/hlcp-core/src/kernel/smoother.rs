@@ -1,4 +1,4 @@
-//! What multigrid needs of one grid: sweeps that solve each scalar equation, and defects.
+//! One grid of multigrid: sweeps that solve each scalar equation, and defects.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{
     Sweep, Transfer,
     coefficients::Source,
-    grid::{COLUMNS, Grid, Old, ROWS, columns},
+    grid::{COLUMNS, Grid, Multiple, ROWS, columns},
     tile::Around,
     transfer::{FineRows, WEIGHTED},
 };
@@ -16,9 +16,6 @@ use crate::{
     parallel::{Claims, OrderedSum, team},
     rows::Relaxation,
 };
-
-/// A vector `f`, as a factor and what it multiplies.
-type Multiple<'a, T> = (T, &'a [T]);
 
 /// The equation `K(x) + f = 0` with `K(x) = (A + BΩ)x + (A − BΩ)|x|` and Ω = D_A D_B⁻¹, for
 /// five-point operators on one grid.
@@ -72,7 +69,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
     }
 
-    /// A forward sweep with the problem's γ and `q` for `f` that also returns the norms of
+    /// Takes a forward sweep with the problem's γ and `q` for `f` that also returns the norms of
     /// `A z − B r + q` at its input; its result is that of [`relax`](Self::relax) up to rounding.
     ///
     /// # Panics
@@ -94,7 +91,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         self.sweep.run(true, gauss_seidel(), q, x, y)
     }
 
-    /// The norms of `A z − B r + q` at `x`.
+    /// Returns the norms of `A z − B r + q` at `x`.
     ///
     /// # Panics
     ///
@@ -217,24 +214,9 @@ pub(super) fn gauss_seidel<T: Scalar>() -> [Relaxation<T>; 2] {
 
 impl<T: Scalar> Sweep<'_, T> {
     /// Overwrites `y` with the smoother's sweep of `x`.
-    pub(super) fn smooth_on(&self, arch: Arch, (factor, f): Multiple<'_, T>, x: &[T], y: &mut [T]) {
-        let Self { grid, gamma, parallel, .. } = *self;
-        let meter = Meter::for_size(1.0, x.len()); // it measures nothing
-        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
-        let beside = columns(&beside);
-        let old = Old {
-            grid,
-            q: f,
-            x,
-            gamma,
-            q_factor: factor,
-            meter,
-            parallel,
-            strip,
-            stretches,
-            beside,
-            new: [&[]; 2],
-        };
+    pub(super) fn smooth_on(&self, arch: Arch, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
+        let beside = self.beside(x);
+        let old = self.old(f, x, &beside, Meter::for_size(1.0, x.len())); // it measures nothing
         match self.constant::<true, true>(gauss_seidel()) {
             Some(source) => old.lexicographic::<_, true>(arch, &source, y),
             None => old.lexicographic::<_, true>(arch, &self.varying::<true>(gauss_seidel()), y),
@@ -271,8 +253,8 @@ impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
     }
 }
 
-/// The defect of a stretch of a row, given its five neighbours and the values beyond the ends of
-/// the row.
+/// Computes the defect of a stretch of a row, given its five neighbours and the values beyond the
+/// ends of the row.
 #[inline(always)]
 fn defect_phase<T: Scalar, S: Source<T>>(
     source: &S,

@@ -2,7 +2,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::{
     coefficients::{ConstantRows, Source, VaryingRows},
-    grid::{COLUMNS, Grid, Old, ROWS, columns},
+    grid::{COLUMNS, Grid, Multiple, Old, ROWS, columns},
     red_black,
     tile::{Edge, Worker},
 };
@@ -29,8 +29,8 @@ pub(crate) struct Sweep<'a, T> {
 }
 
 impl<'a, T: Scalar> Sweep<'a, T> {
-    /// The forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points that closes in the
-    /// directions `round`; `q_factor` is what multiplies `q` in F.
+    /// Returns the forward sweep over `A` and `B`, seen on a grid of `[nx, ny]` points that closes
+    /// in the directions `round`; `q_factor` is what multiplies `q` in F.
     pub(crate) fn new(
         ([nx, ny], round): ([usize; 2], [bool; 2]),
         [a, b]: [FivePointView<'a, T>; 2],
@@ -45,70 +45,50 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         Self { grid, a, b, omega, omega_beside, gamma, q_factor, parallel, shared }
     }
 
-    /// The same sweep in the given direction, in lexicographic or in red–black order.
+    /// Returns the same sweep in the given direction, in lexicographic or in red–black order.
     pub(crate) fn directed(self, backward: bool, red_black: bool) -> Self {
         Self { grid: Grid { backward, red_black, ..self.grid }, ..self }
     }
 
-    /// The same sweep with the ratio of the diagonals for Ω.
+    /// Returns the same sweep with the ratio of the diagonals for Ω.
     pub(crate) fn scaled(self, scaling: &'a Omega<T>) -> Self {
         let omega_beside = self.shared.map_or([&[][..]; 2], |shared| columns(&shared.scaling));
         Self { omega: scaling.view(), omega_beside, ..self }
     }
 
-    /// Whether all rows are the same but for the grid's edge.
+    /// Returns whether all rows are the same but for the grid's edge.
     pub(crate) fn is_constant(&self) -> bool {
-        matches!(self.omega, Coefficients::Constant(_))
+        matches!(self.omega, Coefficients::Uniform(_))
             && self.views().into_iter().all(|view| view.constants().is_some())
             && self.shared.is_none_or(|shared| shared.constant)
     }
 
-    /// The ranks that share the grid.
+    /// Returns the ranks that share the grid.
     pub(crate) fn strip(&self) -> Option<&'a Strip> {
         self.shared.map(|shared| &shared.strip)
     }
 
-    /// The stretches of the grid's columns.
+    /// Returns the stretches of the grid's columns.
     pub(crate) fn stretches(&self) -> Stretches {
         self.strip().map_or(Stretches::of(self.grid()), Strip::stretches)
     }
 
-    /// The columns of a vector west and east of the grid, where other ranks have it go on.
+    /// Returns the columns of a vector west and east of the grid, where other ranks have it go on.
     pub(crate) fn beside(&self, v: &[T]) -> [Vec<T>; 2] {
         self.strip().map_or([vec![], vec![]], |strip| strip.beside(1, |k| v[k]))
     }
 
-    /// Ω on the grid, and there.
-    pub(crate) fn omega(&self) -> (Coefficients<'a, T>, [&'a [T]; 2]) {
-        (self.omega, self.omega_beside)
-    }
-
-    /// γ, and what multiplies `q` in F.
-    pub(crate) fn factors(&self) -> [T; 2] {
-        [self.gamma, self.q_factor]
-    }
-
-    /// The operators `A` and `B`.
+    /// Returns the operators `A` and `B`.
     pub(crate) fn views(&self) -> [FivePointView<'a, T>; 2] {
         [self.a, self.b]
     }
 
-    /// The number of points in a row and of rows.
+    /// Returns the number of points in a row and of rows.
     pub(crate) fn grid(&self) -> [usize; 2] {
         [self.grid.nx, self.grid.ny]
     }
 
-    /// Which directions of the grid close round.
-    pub(crate) fn round(&self) -> [bool; 2] {
-        self.grid.round
-    }
-
-    /// Whether threads share the work.
-    pub(crate) fn parallel(&self) -> bool {
-        self.parallel
-    }
-
-    /// The norms of `A z − B r + q`, or after an exchange, whose operators these are, of
+    /// Returns the norms of `A z − B r + q`, or after an exchange, whose operators these are, of
     /// `A r − B z − q`.
     pub(crate) fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
         RESIDUAL.of::<Residual<T>>()(self, q, z, r, meter)
@@ -133,8 +113,8 @@ impl<'a, T: Scalar> Sweep<'a, T> {
                         let ends = |beside: &[Vec<T>; 2]| {
                             [0, 1].map(|side| beside[side].get(j).copied().filter(|_| at[side]))
                         };
-                        self.a.product_beside(nx, j, start, z, ends(&z_beside), az);
-                        self.b.product_beside(nx, j, start, r, ends(&r_beside), br);
+                        self.a.product(nx, j, start, z, ends(&z_beside), az);
+                        self.b.product(nx, j, start, r, ends(&r_beside), br);
                         let q = &q.entries()[j * nx + start..][..length];
                         for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
                             *az = *az - br + sign * q;
@@ -183,27 +163,26 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         x: &[T],
         y: &mut [T],
     ) -> Norms {
-        let Self { grid, gamma, q_factor, parallel, .. } = *self;
-        let (q, meter) = (q.entries(), q.meter(gamma));
-        let (strip, stretches, beside) = (self.strip(), self.stretches(), self.beside(x));
-        let beside = columns(&beside);
-        let old = Old {
-            grid,
-            q,
-            x,
-            gamma,
-            q_factor,
-            meter,
-            parallel,
-            strip,
-            stretches,
-            beside,
-            new: [&[]; 2],
-        };
+        let beside = self.beside(x);
+        let old = self.old((self.q_factor, q.entries()), x, &beside, q.meter(self.gamma));
         match self.constant::<ACCELERATED, false>(relaxation) {
             Some(source) => old.sweep::<_, ACCELERATED>(arch, &source, y),
             None => old.sweep::<_, ACCELERATED>(arch, &self.varying::<false>(relaxation), y),
         }
+    }
+
+    /// Returns what a sweep of `x` reads, given its columns beside the grid.
+    pub(super) fn old<'o>(
+        &'o self,
+        (q_factor, q): Multiple<'o, T>,
+        x: &'o [T],
+        beside: &'o [Vec<T>; 2],
+        meter: Meter,
+    ) -> Old<'o, T> {
+        let Self { grid, gamma, parallel, .. } = *self;
+        let (strip, stretches, beside) = (self.strip(), self.stretches(), columns(beside));
+        let new = [&[][..]; 2];
+        Old { grid, q, x, gamma, q_factor, meter, parallel, strip, stretches, beside, new }
     }
 
     /// Returns the row that all are, if they are.
@@ -215,7 +194,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
             return None;
         }
         let (a, b) = (self.a.constants()?, self.b.constants()?);
-        let Coefficients::Constant(omega) = self.omega else { return None };
+        let Coefficients::Uniform(omega) = self.omega else { return None };
         Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
     }
 

@@ -47,10 +47,10 @@ fn row<T: Scalar, const ACCELERATED: bool>(
     relaxation: [Relaxation<T>; 2],
     k: usize,
 ) -> Row<T> {
-    let a = sweep.a.coefficients().map(|a| a.at(k));
-    let mut b = sweep.b.coefficients().map(|b| b.at(k));
+    let a = sweep.a.coefficients().map(|a| a.entry(k));
+    let mut b = sweep.b.coefficients().map(|b| b.entry(k));
     for (b, at) in b.iter_mut().zip(around(sweep.grid, k)) {
-        *b *= sweep.omega.at(at.unwrap_or(k));
+        *b *= sweep.omega.entry(at.unwrap_or(k));
     }
     Row::new::<ACCELERATED>(relaxation, a, b)
 }

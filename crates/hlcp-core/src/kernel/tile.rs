@@ -27,9 +27,9 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     kept: [S::Kept; ROWS],
     around: Around<'a, T>,
     defect: [T; COLUMNS + PAD],
-    /// What the last point of each row takes from the first, where rows close.
+    /// The factors of the first point of each row at its last, where rows close.
     along: [Pair<T>; ROWS],
-    /// What each point of the last row takes from the first row, where columns close.
+    /// The factors of the first row's points at the last row's, where columns close.
     across: [[T; COLUMNS + PAD]; 2],
     /// The new values beside each row of the band, where the sweep enters it.
     before: [T; ROWS],
@@ -55,14 +55,14 @@ impl<'a, T: Scalar> Around<'a, T> {
         Self { grid, x, beside, west: zeros, east: zeros, zeros }
     }
 
-    /// The values beyond the ends of row `j`, as far as the stretch reaches these.
+    /// Returns the values beyond the ends of row `j`, as far as the stretch reaches these.
     #[inline(always)]
     pub(super) fn ends(&self, j: usize, columns: &Range<usize>) -> [Option<T>; 2] {
         self.grid.ends(self.x, self.beside, j, columns)
     }
 
-    /// The southern, western, own, eastern and northern values of a stretch of row `j`; beside a
-    /// row's ends any number may stand.
+    /// Returns the southern, western, own, eastern and northern values of a stretch of row `j`;
+    /// beside a row's ends any number may stand.
     #[inline(always)]
     pub(super) fn stretch(&mut self, j: usize, columns: Range<usize>) -> [&[T]; 5] {
         let Self { grid: Grid { nx, ny, round: [_, round], .. }, x, .. } = *self;
@@ -129,7 +129,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         }
     }
 
-    /// The first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
+    /// Does the first phase of a stretch of row `j`: F(x) for the norms, and `t` into `y`.
     #[inline(always)]
     fn prepare<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
@@ -222,7 +222,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         }
     }
 
-    /// The recurrence over a stretch of the band.
+    /// Runs the recurrence over a stretch of the band.
     #[inline(always)]
     fn recur<const BACKWARD: bool, const ACCELERATED: bool>(
         &mut self,
@@ -334,7 +334,7 @@ fn subtract<T: Scalar, const ACCELERATED: bool>(
     }
 }
 
-/// What the last points of rows that close need.
+/// The first points of rows that close, as the last ones need them.
 struct Ends<'a, T, const R: usize> {
     pairs: &'a [Pair<T>; ROWS],
     /// The first points' values, unless the stretch holds the whole row.
@@ -355,8 +355,8 @@ fn pieces<const BACKWARD: bool>(
     })
 }
 
-/// The first phase of a stretch of a row, given its five neighbours and the values beyond the ends
-/// of the row.
+/// Does the first phase of a stretch of a row, given its five neighbours and the values beyond the
+/// ends of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>(
@@ -395,8 +395,8 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
     }
 }
 
-/// The first phase of a stretch of a sweep that measures nothing, given the two neighbours that are
-/// not passed and the value beyond the end of the row.
+/// Does the first phase of a stretch of a sweep that measures nothing, given the two neighbours
+/// that are not passed and the value beyond the end of the row.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "slices as arguments are known not to overlap")]
 fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
@@ -430,7 +430,7 @@ struct Link<'a, S, K> {
 }
 
 impl<S, K> Link<'_, S, K> {
-    /// The value at point `i` of row `k`.
+    /// Returns the value at point `i` of row `k`.
     #[inline(always)]
     fn value<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
@@ -469,7 +469,7 @@ impl<S, K> Link<'_, S, K> {
         y
     }
 
-    /// `R` rows side by side, row `k` one column behind row `k − 1`.
+    /// Relaxes `R` rows side by side, row `k` one column behind row `k − 1`.
     #[inline(always)]
     fn skewed<T: Scalar, const R: usize, const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
@@ -505,7 +505,7 @@ impl<S, K> Link<'_, S, K> {
         }
     }
 
-    /// `R` rows side by side: the `steps` that relax point `s + R − 1 − k` of row `k`.
+    /// Takes, of `R` rows side by side, the `steps` that relax point `s + R − 1 − k` of row `k`.
     ///
     /// By blocks of `W` steps, which need no check of an index.
     #[inline(always)]

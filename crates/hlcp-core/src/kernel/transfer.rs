@@ -93,7 +93,7 @@ impl<T: Scalar> Axis<T> {
         axis
     }
 
-    /// The part of an axis that halves with these of its nodes.
+    /// Returns the part of an axis that halves with these of its nodes.
     fn part(&self, fine: Range<usize>, coarse: Range<usize>) -> Self {
         let (first, west) = (2 * coarse.start, coarse.start as isize);
         let lead = fine.start - first;
@@ -116,8 +116,8 @@ impl<T: Scalar> Axis<T> {
         self.coarse < self.fine
     }
 
-    /// The four coarse nodes nearest to fine node `p`, by the first of them, or all where there are
-    /// fewer, and their weights in the polynomial through them.
+    /// Returns the four coarse nodes nearest to fine node `p`, by the first of them, or all where
+    /// there are fewer, and their weights in the polynomial through them.
     fn lagrange(&self, p: usize) -> (isize, [T; 4]) {
         if self.round {
             let parts = match p % 2 {
@@ -145,7 +145,7 @@ impl<T: Scalar> Axis<T> {
         (first as isize, weights)
     }
 
-    /// The coarse rows beside fine row `p`, and the weight of the later one.
+    /// Returns the coarse rows beside fine row `p`, and the weight of the later one.
     fn beside(&self, p: usize) -> ([Option<usize>; 2], T) {
         if !self.halves() {
             return ([None, Some(p)], T::one());
@@ -155,8 +155,8 @@ impl<T: Scalar> Axis<T> {
         ([before, (k < self.coarse).then_some(k)], self.weights[p])
     }
 
-    /// The coarse columns of a stretch beginning at `start`, and the fine ones that lie between
-    /// them and the next one.
+    /// Returns the coarse columns of a stretch beginning at `start`, and the fine ones that lie
+    /// between them and the next one.
     fn stretch(&self, start: usize) -> [Range<usize>; 2] {
         let end = self.coarse.min(start + WIDTH);
         let fine = |at: usize| if self.halves() { (2 * at).max(self.lead) - self.lead } else { at };
@@ -195,8 +195,8 @@ pub struct Transfer<T> {
 }
 
 impl<T: Scalar> Transfer<T> {
-    /// The transfer from a fine grid of `[nx, ny]` points that closes along the `[x, y]` that say
-    /// so.
+    /// Returns the transfer from a fine grid of `[nx, ny]` points that closes along the `[x, y]`
+    /// that say so.
     ///
     /// # Panics
     ///
@@ -205,7 +205,7 @@ impl<T: Scalar> Transfer<T> {
         Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])], strip: None }
     }
 
-    /// The transfer from a fine grid that ranks share; all vectors are those of this rank's
+    /// Returns the transfer from a fine grid that ranks share; all vectors are those of this rank's
     /// columns.
     ///
     /// A coarse column belongs to the rank that has the nearest fine one, and what works on vectors
@@ -243,17 +243,17 @@ impl<T: Scalar> Transfer<T> {
         self.strip.as_ref()
     }
 
-    /// The fine grid's `[nx, ny]`.
+    /// Returns the fine grid's `[nx, ny]`.
     pub fn fine(&self) -> [usize; 2] {
         self.axes.each_ref().map(|axis| axis.fine)
     }
 
-    /// The coarse grid's `[nx, ny]`.
+    /// Returns the coarse grid's `[nx, ny]`.
     pub fn coarse(&self) -> [usize; 2] {
         self.axes.each_ref().map(|axis| axis.coarse)
     }
 
-    /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
+    /// Returns the fine spacing over the coarse one, along a row and along a column: `(h/H)`.
     ///
     /// ```
     /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
@@ -263,7 +263,7 @@ impl<T: Scalar> Transfer<T> {
         self.axes.each_ref().map(|axis| axis.ratio)
     }
 
-    /// For each coarse column the nearest fine one, and for each coarse row.
+    /// Returns for each coarse column the nearest fine one, and for each coarse row.
     ///
     /// ```
     /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
@@ -345,7 +345,7 @@ impl<T: Scalar> Transfer<T> {
         assert_eq!([fine, coarse], orders, "vectors of the grids' orders");
     }
 
-    /// The full weighting's portions of coarse rows: one of the coarse vector's bands.
+    /// Returns the full weighting's portions of coarse rows: one of the coarse vector's bands.
     pub(super) fn bands<'v>(
         &self,
         coarse: &'v mut [T],

@@ -187,7 +187,7 @@ pub enum Error {
     },
 }
 
-/// The way out of an entry that is not positive.
+/// Returns the way out of an entry that is not positive.
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
         "diagonal of A" | "diagonal of B" if value == 0.0 => "; exchange rows, of A, B and q alike",

@@ -23,7 +23,7 @@ pub struct Norms {
 }
 
 impl Norms {
-    /// The norms of a vector that is at hand.
+    /// Returns the norms of a vector that is at hand.
     ///
     /// ```
     /// use hlcp_core::Norms;
@@ -42,7 +42,7 @@ impl Norms {
         })
     }
 
-    /// The norms of the vector divided by γ: those of `A z − B r + q` from those of
+    /// Returns the norms of the vector divided by γ: those of `A z − B r + q` from those of
     /// `F(x) = γ(A z − B r + q)`.
     ///
     /// ```
@@ -65,7 +65,7 @@ pub(crate) struct Meter {
 }
 
 impl Meter {
-    /// A meter for vectors of `order` entries of at most about this size.
+    /// Returns a meter for vectors of `order` entries of at most about this size.
     pub(crate) fn for_size(size: f64, order: usize) -> Self {
         let unit = power_of_two_near(size);
         Self { unit, inverse: unit.recip(), order }
@@ -83,14 +83,14 @@ impl Meter {
         measure(Self::for_size(norms.linf, order))
     }
 
-    /// The square in units of the meter.
+    /// Returns the square in units of the meter.
     #[inline(always)]
     fn square<T: Scalar>(&self, v: T) -> f64 {
         let v = v.wide() * self.inverse;
         v * v
     }
 
-    /// The norms of what was summed, divided by γ.
+    /// Returns the norms of what was summed, divided by γ.
     ///
     /// Where squares overflow or vanish, because a vector is 10¹⁵⁰ times as large or as small as
     /// the unit promised, the 2-norm is an upper bound.
@@ -106,7 +106,7 @@ impl Meter {
     }
 }
 
-/// The larger one; `max` unless `v` is NaN.
+/// Returns the larger one; `max` unless `v` is NaN.
 ///
 /// A NaN is dropped here and kept by the sum of squares.
 #[inline(always)]
@@ -229,7 +229,7 @@ impl Stretches {
         Self { nx, ny, width: BLOCK * nx.div_ceil(BLOCK * STRETCHES).max(1) }
     }
 
-    /// The number of stretches.
+    /// Returns the number of stretches.
     pub(crate) fn count(&self) -> usize {
         self.nx.div_ceil(self.width)
     }
@@ -261,7 +261,8 @@ impl<T: Scalar> Tallies<T> {
         &mut self.tallies[column / self.width]
     }
 
-    /// The sums over the stretches that a range of columns meets, which begin again at zero.
+    /// Returns the sums over the stretches that a range of columns meets, which begin again at
+    /// zero.
     pub(crate) fn take(&mut self, columns: Range<usize>) -> impl Iterator<Item = (usize, Part)> {
         let stretches = columns.start / self.width..columns.end.div_ceil(self.width);
         let tallies = self.tallies[stretches.clone()].iter_mut();
@@ -287,8 +288,8 @@ impl Totals {
     }
 }
 
-/// A power of two within a factor of two of `v`, kept where it and its reciprocal are normal; 1
-/// for 0.
+/// Returns a power of two within a factor of two of `v`, kept where it and its reciprocal are
+/// normal; 1 for 0.
 fn power_of_two_near(v: f64) -> f64 {
     if v == 0.0 || !v.is_finite() { 1.0 } else { v.log2().floor().clamp(-1000.0, 1000.0).exp2() }
 }
@@ -333,22 +334,22 @@ impl<'q, T: Scalar> Rhs<'q, T> {
         Ok(Self::measured_as(q, Norms::of(q), q.len()))
     }
 
-    /// A part `q` of a right-hand side of this order and these norms.
+    /// Returns a part `q` of a right-hand side of this order and these norms.
     pub(crate) fn measured_as(q: &'q [T], norms: Norms, order: usize) -> Self {
         Self { q, norms, order }
     }
 
-    /// The entries.
+    /// Returns the entries.
     pub fn entries(&self) -> &'q [T] {
         self.q
     }
 
-    /// The order of the whole, of which ranks may have a part each.
+    /// Returns the order of the whole, of which ranks may have a part each.
     pub(crate) fn order(&self) -> usize {
         self.order
     }
 
-    /// Their norms.
+    /// Returns their norms.
     pub fn norms(&self) -> Norms {
         self.norms
     }
@@ -358,7 +359,7 @@ impl<'q, T: Scalar> Rhs<'q, T> {
         Meter::measured(self.norms.linf, self.order, measure)
     }
 
-    /// A meter for vectors of the size of `γ q`.
+    /// Returns a meter for vectors of the size of `γ q`.
     pub(crate) fn meter(&self, gamma: T) -> Meter {
         Meter::for_size(self.norms.linf * gamma.wide(), self.order)
     }

@@ -129,7 +129,7 @@ impl<T: Scalar> RowsOf<'_, T> {
             Self::Usize(rows) => rows.apply(first, x, y),
             Self::Diagonal(entries) => {
                 for (i, y) in (first..).zip(y) {
-                    *y = entries.at(i) * x[i];
+                    *y = entries.entry(i) * x[i];
                 }
             }
         }
@@ -141,7 +141,7 @@ impl<T: Scalar> RowsOf<'_, T> {
             Self::I32(rows) => rows.diagonal_entry(i),
             Self::I64(rows) => rows.diagonal_entry(i),
             Self::Usize(rows) => rows.diagonal_entry(i),
-            Self::Diagonal(entries) => entries.at(i),
+            Self::Diagonal(entries) => entries.entry(i),
         }
     }
 }
@@ -154,7 +154,7 @@ impl<T: Scalar> Source<T> for RowsOf<'_, T> {
             Self::I32(rows) => rows.fold(i, sums, add),
             Self::I64(rows) => rows.fold(i, sums, add),
             Self::Usize(rows) => rows.fold(i, sums, add),
-            Self::Diagonal(entries) => add(sums, i, entries.at(i)),
+            Self::Diagonal(entries) => add(sums, i, entries.entry(i)),
         }
     }
 }

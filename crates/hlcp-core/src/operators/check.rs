@@ -167,7 +167,7 @@ fn agrees<T: Scalar>(
     Err(Error::Contradiction { what, row, found: found.wide(), expected: sum.wide() })
 }
 
-/// A number without pattern, of modulus 1 to 2.
+/// Returns a number without pattern, of modulus 1 to 2.
 fn noise<T: Scalar>(j: usize) -> T {
     // Fibonacci hashing: multiples of 2⁶⁴ over the golden ratio.
     let bits = (j as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);

@@ -28,7 +28,7 @@ impl<T: Scalar> LinearOperator<T> for Identity {
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
-        Some(FivePointView::diagonal(Coefficients::Constant(T::one())))
+        Some(FivePointView::diagonal(Coefficients::Uniform(T::one())))
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
@@ -66,7 +66,7 @@ pub struct DiagonalMatrix<T> {
 }
 
 impl<T: Scalar> DiagonalMatrix<T> {
-    /// diag(entries).
+    /// Returns diag(entries).
     ///
     /// # Errors
     ///
@@ -140,10 +140,10 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
         self.of.check(what)
     }
 
-    /// Where the operator's coefficients are constant.
+    /// Returns a view where the operator's coefficients are constant.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         let view = self.of.as_five_point()?;
-        let scaled = view.constants()?.map(|value| Coefficients::Constant(value * self.factor));
+        let scaled = view.constants()?.map(|value| Coefficients::Uniform(value * self.factor));
         Some(view.with(scaled))
     }
 
@@ -194,12 +194,12 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Shifted<T, O> {
         self.of.check(what)
     }
 
-    /// Where the operator's diagonal is constant.
+    /// Returns a view where the operator's diagonal is constant.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         let view = self.of.as_five_point()?;
         let [south, west, centre, east, north] = view.coefficients();
-        let Coefficients::Constant(centre) = centre else { return None };
-        let centre = Coefficients::Constant(centre + self.by);
+        let Coefficients::Uniform(centre) = centre else { return None };
+        let centre = Coefficients::Uniform(centre + self.by);
         Some(view.with([south, west, centre, east, north]))
     }
 
@@ -253,8 +253,8 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
 pub struct Sum<L, R>(pub L, pub R);
 
 impl<T: Scalar, L: LinearOperator<T>, R: LinearOperator<T>> LinearOperator<T> for Sum<L, R> {
-    /// The order of both; where they differ, that of the first, and [`check`](Self::check) refuses
-    /// the sum.
+    /// Returns the order of both; where they differ, that of the first, and [`check`](Self::check)
+    /// refuses the sum.
     fn order(&self) -> usize {
         self.0.order()
     }

@@ -36,7 +36,8 @@ pub struct Csr<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> Csr<'a, T> {
-    /// The matrix of the caller's arrays: slices, which are borrowed, or vectors, which are kept.
+    /// Returns the matrix of the caller's arrays: slices, which are borrowed, or vectors, which are
+    /// kept.
     ///
     /// # Errors
     ///
@@ -66,13 +67,13 @@ impl<'a, T: Scalar> Csr<'a, T> {
         Ok(Self { pattern: I::pattern(offsets, columns), values })
     }
 
-    /// The matrix of arrays that are known to be in order.
+    /// Returns the matrix of arrays that are known to be in order.
     pub(crate) fn of<I: Index>(offsets: &'a [I], columns: &'a [I], values: &'a [T]) -> Self {
         let pattern = I::pattern(Cow::Borrowed(offsets), Cow::Borrowed(columns));
         Self { pattern, values: Cow::Borrowed(values) }
     }
 
-    /// The number of entries.
+    /// Returns the number of entries.
     pub fn nnz(&self) -> usize {
         self.values.len()
     }
@@ -86,7 +87,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
             Pattern::Usize(offsets, columns) => RowsOf::Usize(Slices { offsets, columns, values }),
         }
     }
-    /// The matrix of any operator's rows, in arrays of its own.
+    /// Returns the matrix of any operator's rows, in arrays of its own.
     ///
     /// # Cost
     ///
@@ -110,7 +111,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
         Self::owned(offsets, columns, values)
     }
 
-    /// The matrix of arrays that are known to be in order.
+    /// Returns the matrix of arrays that are known to be in order.
     pub(crate) fn owned(offsets: Vec<usize>, columns: Vec<usize>, values: Vec<T>) -> Self {
         let pattern = if u32::try_from(offsets.len().max(values.len())).is_ok() {
             let narrow = |list: Vec<usize>| list.into_iter().map(|index| index as u32).collect();
@@ -121,7 +122,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
         Self { pattern, values: Cow::Owned(values) }
     }
 
-    /// The same matrix, borrowed.
+    /// Returns the same matrix, borrowed.
     fn borrowed(&self) -> Csr<'_, T> {
         let values = &*self.values;
         match &self.pattern {

@@ -26,7 +26,7 @@ pub struct RowMajor<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> RowMajor<'a, T> {
-    /// The matrix of this order whose row `i` is `entries[i·order..(i + 1)·order]`.
+    /// Returns the matrix of this order whose row `i` is `entries[i·order..(i + 1)·order]`.
     ///
     /// # Errors
     ///

@@ -5,6 +5,7 @@ mod check;
 mod combine;
 mod csr;
 mod dense;
+mod entries;
 mod forward;
 mod omega;
 mod operator;
@@ -23,12 +24,13 @@ pub use self::{
     combine::{DiagonalMatrix, Identity, Scaled, Shifted, Sum},
     csr::Csr,
     dense::RowMajor,
+    entries::{Coefficients, Entries, Varying},
     omega::Omega,
     operator::{Diagonal, LinearOperator, Rows},
     recognise::recognise_grid,
-    stencil::{Direction, FivePoint, Varying},
+    stencil::{Direction, FivePoint},
     tridiagonal::Tridiagonal,
-    view::{Coefficients, FivePointView},
+    view::FivePointView,
 };
 pub(crate) use self::{
     assembled::{RowsOf, Source},

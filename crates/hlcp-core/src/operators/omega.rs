@@ -1,4 +1,4 @@
-use super::{Coefficients, Diagonal};
+use super::{Diagonal, Entries};
 use crate::numbers::{Error, Scalar, positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
@@ -9,16 +9,10 @@ use crate::numbers::{Error, Scalar, positive};
 /// let omega = Omega::Each(vec![2.0, 0.5]);
 /// assert_eq!((omega.entry(1), Omega::Uniform(3.0).entry(1)), (0.5, 3.0));
 /// ```
-#[derive(Debug, Clone, PartialEq)]
-pub enum Omega<T> {
-    /// Ω = ω I: one number.
-    Uniform(T),
-    /// Ω = diag(ω₁, …, ωₙ).
-    Each(Vec<T>),
-}
+pub type Omega<T> = Entries<T, Vec<T>>;
 
 impl<T: Scalar> Omega<T> {
-    /// Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.
+    /// Returns Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.
     ///
     /// One number when the ratio is the same in every row, so a pair of constant stencils stores no
     /// vector. For τ ≥ 1 no entry is below the ratio of the diagonals as a real number, which
@@ -79,26 +73,6 @@ impl<T: Scalar> Omega<T> {
         Ok(Self::Uniform(first))
     }
 
-    /// The entry ωᵢ.
-    ///
-    /// # Panics
-    ///
-    /// When `i` is not below the length of an [`Each`](Self::Each).
-    #[inline]
-    pub fn entry(&self, i: usize) -> T {
-        match self {
-            Self::Uniform(omega) => *omega,
-            Self::Each(omega) => omega[i],
-        }
-    }
-
-    pub(crate) fn view(&self) -> Coefficients<'_, T> {
-        match self {
-            Self::Uniform(omega) => Coefficients::Constant(*omega),
-            Self::Each(omega) => Coefficients::Each(omega),
-        }
-    }
-
     /// Refuses an Ω that does not fit order `n`, or has an entry that is not positive and finite.
     pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
         match self {
@@ -114,7 +88,7 @@ impl<T: Scalar> Omega<T> {
     }
 }
 
-/// The entry, unless it is zero, negative or not finite.
+/// Returns the entry, unless it is zero, negative or not finite.
 pub(crate) fn positive_entry<T: Scalar>(
     what: &'static str,
     index: usize,

@@ -31,7 +31,7 @@ use crate::numbers::{Error, Scalar};
 /// assert_eq!(y, [0.0, -1.0, 6.0]);
 /// ```
 pub trait LinearOperator<T: Scalar>: Send + Sync {
-    /// The order `n` of the map.
+    /// Returns the order `n` of the map.
     fn order(&self) -> usize;
 
     /// Overwrites `y` with `A x`; what `y` held before is never read.
@@ -61,7 +61,7 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
         Ok(())
     }
 
-    /// The five-point operator that this one is, if it is one.
+    /// Returns this operator as a five-point one, if it is one.
     ///
     /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
     /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
@@ -70,7 +70,7 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
         None
     }
 
-    /// The assembled matrix that this operator is, if it has one at hand.
+    /// Returns this operator as an assembled matrix, if it has one at hand.
     ///
     /// The other door to fast sweeps: rows in arrays are walked in place, without a call for each
     /// entry. An operator that answers promises that its rows are these.
@@ -122,7 +122,7 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub trait Diagonal<T: Scalar>: LinearOperator<T> {
-    /// The entry `aᵢᵢ`, for `i` below the order.
+    /// Returns the entry `aᵢᵢ`, for `i` below the order.
     fn diagonal_entry(&self, i: usize) -> T;
 }
 

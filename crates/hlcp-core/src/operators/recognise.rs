@@ -2,8 +2,8 @@ use super::{FivePoint, Rows, Varying, stencil::points, view::places};
 use crate::numbers::{Error, Scalar};
 
 impl<T: Scalar> FivePoint<Varying<T>> {
-    /// The operator with the rows of another one, such as an assembled matrix, on an `nx × ny`
-    /// grid.
+    /// Returns the operator with the rows of another one, such as an assembled matrix, on a grid
+    /// of `nx × ny` points.
     ///
     /// # Errors
     ///
@@ -47,7 +47,7 @@ impl<T: Scalar> FivePoint<Varying<T>> {
             }
         }
         let mut coefficients = known.map(|(first, same)| {
-            let constant = Varying::Constant(first.unwrap_or(T::zero()));
+            let constant = Varying::Uniform(first.unwrap_or(T::zero()));
             if same { constant } else { Varying::Each(Vec::with_capacity(n)) }
         });
         for k in 0..n {
@@ -62,8 +62,8 @@ impl<T: Scalar> FivePoint<Varying<T>> {
     }
 }
 
-/// Row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no coefficient
-/// where a direction leads outside.
+/// Returns row `k` of an operator as a five-point one on an `nx × ny` grid has it, with no
+/// coefficient where a direction leads outside.
 fn row_on_grid<T: Scalar>(
     nx: usize,
     ny: usize,

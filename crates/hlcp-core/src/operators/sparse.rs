@@ -119,20 +119,8 @@ impl<T: Scalar> Diagonal<T> for CscMatrix<T> {
 /// When the matrix is not square.
 impl<T: Scalar> From<&CscMatrix<T>> for Csr<'static, T> {
     fn from(matrix: &CscMatrix<T>) -> Self {
-        let n = matrix.ncols();
-        assert_eq!(matrix.nrows(), n, "a square matrix");
-        let mut offsets = vec![0; n + 1];
-        matrix.row_indices().iter().for_each(|&i| offsets[i + 1] += 1);
-        (0..n).for_each(|i| offsets[i + 1] += offsets[i]);
-        let mut next = offsets.clone();
-        let (mut columns, mut values) = (vec![0; matrix.nnz()], vec![T::zero(); matrix.nnz()]);
-        for (j, column) in matrix.col_iter().enumerate() {
-            for (&i, &a) in column.row_indices().iter().zip(column.values()) {
-                (columns[next[i]], values[next[i]]) = (j, a);
-                next[i] += 1;
-            }
-        }
-        Self::owned(offsets, columns, values)
+        assert_eq!(matrix.nrows(), matrix.ncols(), "a square matrix");
+        Self::from_rows(&CsrMatrix::from(matrix))
     }
 }
 

@@ -1,5 +1,5 @@
 use super::{
-    Coefficients, Diagonal, FivePointView, LinearOperator, Rows,
+    Coefficients, Diagonal, Entries, FivePointView, LinearOperator, Rows, Varying,
     view::{can_close, visit_neighbours},
 };
 use crate::numbers::{Error, Scalar, all_finite};
@@ -58,7 +58,7 @@ pub struct FivePoint<C> {
 /// ```
 /// use hlcp_core::{Coefficients, Direction, Varying};
 ///
-/// assert_eq!((-1.0).coefficients(), Coefficients::Constant(-1.0));
+/// assert_eq!((-1.0).coefficients(), Coefficients::Uniform(-1.0));
 /// assert_eq!(Varying::Each(vec![1.0, 2.0]).coefficients(), Coefficients::Each(&[1.0, 2.0]));
 /// ```
 pub trait Direction: Send + Sync {
@@ -74,49 +74,16 @@ impl<T: Scalar> Direction for T {
 
     #[inline]
     fn coefficients(&self) -> Coefficients<'_, T> {
-        Coefficients::Constant(*self)
+        Coefficients::Uniform(*self)
     }
 }
 
-impl<T: Scalar> Direction for Coefficients<'_, T> {
+impl<T: Scalar, L: AsRef<[T]> + Send + Sync> Direction for Entries<T, L> {
     type Scalar = T;
 
     #[inline]
     fn coefficients(&self) -> Coefficients<'_, T> {
-        *self
-    }
-}
-
-/// The coefficients of a [`FivePoint`] operator in one direction, with a list of their own where
-/// they vary.
-///
-/// ```
-/// use hlcp_core::{Diagonal, FivePoint, Varying};
-///
-/// let grid = |by: f64| {
-///     FivePoint::from_fn(2, 2, move |i, _| [-1.0, -1.0, 4.0 + by * i as f64, -1.0, -1.0])
-/// };
-/// let grids: [FivePoint<Varying<f64>>; 2] = [grid(0.0)?, grid(1.0)?];
-/// assert_eq!([0, 1].map(|k| grids[k].diagonal_entry(3)), [4.0, 5.0]);
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-#[derive(Debug, Clone, PartialEq)]
-pub enum Varying<T> {
-    /// The same at every point.
-    Constant(T),
-    /// One for each point, by the point's index.
-    Each(Vec<T>),
-}
-
-impl<T: Scalar> Direction for Varying<T> {
-    type Scalar = T;
-
-    #[inline]
-    fn coefficients(&self) -> Coefficients<'_, T> {
-        match self {
-            Self::Constant(value) => Coefficients::Constant(*value),
-            Self::Each(values) => Coefficients::Each(values),
-        }
+        self.view()
     }
 }
 
@@ -124,8 +91,8 @@ impl<T: Scalar> Direction for Varying<T> {
 const NAMES: [&str; 5] = ["south", "west", "centre", "east", "north"];
 
 impl<C: Direction> FivePoint<C> {
-    /// The operator with the coefficients `[south, west, centre, east, north]` on an `nx × ny`
-    /// grid.
+    /// Returns the operator with the coefficients `[south, west, centre, east, north]` on a grid of
+    /// `nx × ny` points.
     ///
     /// # Errors
     ///
@@ -135,11 +102,12 @@ impl<C: Direction> FivePoint<C> {
     ///
     /// ```
     /// use hlcp_core::{
-    ///     Coefficients::{Constant, Each},
-    ///     Diagonal, FivePoint,
+    ///     Diagonal,
+    ///     Entries::{Each, Uniform},
+    ///     FivePoint,
     /// };
     ///
-    /// let (side, centre) = (Constant(-1.0), [4.0, 5.0, 6.0, 7.0]);
+    /// let (side, centre) = (Uniform(-1.0), [4.0, 5.0, 6.0, 7.0]);
     /// let a = FivePoint::new(2, 2, [side, side, Each(&centre), side, side])?;
     /// assert_eq!(a.diagonal_entry(3), 7.0);
     /// # Ok::<(), hlcp_core::Error>(())
@@ -148,7 +116,7 @@ impl<C: Direction> FivePoint<C> {
         let n = points::<C::Scalar>(nx, ny)?;
         for (what, direction) in NAMES.into_iter().zip(&coefficients) {
             match direction.coefficients() {
-                Coefficients::Constant(value) => all_finite(what, &[value])?,
+                Coefficients::Uniform(value) => all_finite(what, &[value])?,
                 Coefficients::Each(values) if values.len() != n => {
                     return Err(Error::Order { what, found: values.len(), expected: n });
                 }
@@ -158,10 +126,10 @@ impl<C: Direction> FivePoint<C> {
         Ok(Self { nx, ny, coefficients, round: [false; 2] })
     }
 
-    /// The same operator on a grid that closes round in the directions `[x, y]` that say so: there
-    /// the western neighbour of a row's first point is its last, the southern one of the first
-    /// row's points that of the last row, and the other way round. Coefficients that led outside
-    /// lead across.
+    /// Returns the same operator on a grid that closes round in the directions `[x, y]` that say
+    /// so: there the western neighbour of a row's first point is its last, the southern one of the
+    /// first row's points that of the last row, and the other way round. Coefficients that led
+    /// outside lead across.
     ///
     /// A cylinder, a full journal bearing, a torus. Sweeps in lexicographic order are fused as on
     /// an open grid; those in red–black order walk the rows.
@@ -191,7 +159,7 @@ impl<C: Direction> FivePoint<C> {
 }
 
 impl<T: Scalar> FivePoint<Varying<T>> {
-    /// The operator whose row at point `(i, j)`, column `i` and row `j`, is
+    /// Returns the operator whose row at point `(i, j)`, column `i` and row `j`, is
     /// `[south, west, centre, east, north]` as `row(i, j)` gives it.
     ///
     /// # Errors
@@ -212,7 +180,7 @@ impl<T: Scalar> FivePoint<Varying<T>> {
         }
         let coefficients = lists.map(|list| {
             let same = list.iter().all(|&value| value == list[0]);
-            if same { Varying::Constant(list[0]) } else { Varying::Each(list) }
+            if same { Varying::Uniform(list[0]) } else { Varying::Each(list) }
         });
         Self::new(nx, ny, coefficients)
     }
@@ -246,14 +214,14 @@ impl<T: Scalar, C: Direction<Scalar = T>> LinearOperator<T> for FivePoint<C> {
 
 impl<T: Scalar, C: Direction<Scalar = T>> Diagonal<T> for FivePoint<C> {
     fn diagonal_entry(&self, i: usize) -> T {
-        self.coefficients[2].coefficients().at(i)
+        self.coefficients[2].coefficients().entry(i)
     }
 }
 
 impl<T: Scalar, C: Direction<Scalar = T>> Rows<T> for FivePoint<C> {
     #[inline]
     fn visit_row(&self, k: usize, visit: &mut dyn FnMut(usize, T)) {
-        let coefficient = |direction: usize| self.coefficients[direction].coefficients().at(k);
+        let coefficient = |direction: usize| self.coefficients[direction].coefficients().entry(k);
         visit_neighbours([self.nx, self.ny], self.round, k, coefficient, visit);
     }
 }

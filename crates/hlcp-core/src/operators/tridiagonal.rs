@@ -41,7 +41,7 @@ impl<F> fmt::Debug for Tridiagonal<F> {
 }
 
 impl<F> Tridiagonal<F> {
-    /// The operator of the given order with rows `row(0)`, `row(1)`, ….
+    /// Returns the operator of the given order with rows `row(0)`, `row(1)`, ….
     ///
     /// The first entry of the first row and the last one of the last row fall outside and are
     /// ignored. `row` must return the same entries at every call.
@@ -67,7 +67,7 @@ impl<F> Tridiagonal<F> {
         Ok(operator)
     }
 
-    /// Row `i` with zeros outside the matrix.
+    /// Returns row `i` with zeros outside the matrix.
     #[inline]
     fn inside<T: Scalar>(&self, i: usize) -> [T; 3]
     where

@@ -1,43 +1,14 @@
 use std::ops::Range;
 
+use super::Coefficients;
 use crate::numbers::{Error, Scalar};
 
-/// The coefficients of one direction of a five-point operator.
-///
-/// ```
-/// use hlcp_core::Coefficients;
-///
-/// let conductances = [1.0, 2.0, 4.0];
-/// let varying = Coefficients::Each(&conductances);
-/// assert_eq!((varying.at(2), Coefficients::Constant(-1.0).at(2)), (4.0, -1.0));
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Coefficients<'a, T> {
-    /// The same at every point.
-    Constant(T),
-    /// One for each point, by the point's index.
-    Each(&'a [T]),
-}
-
 impl<T: Scalar> Coefficients<'_, T> {
-    /// The coefficient at point `k`.
-    ///
-    /// # Panics
-    ///
-    /// When `k` is not below the length of an [`Each`](Self::Each).
-    #[inline]
-    pub fn at(&self, k: usize) -> T {
-        match self {
-            Self::Constant(value) => *value,
-            Self::Each(values) => values[k],
-        }
-    }
-
-    /// `y += a x` for a stretch of points that begins at point `from`.
+    /// Adds `a x` to `y`, for a stretch of points that begins at point `from`.
     fn add_product(&self, from: usize, x: &[T], y: &mut [T]) {
         match *self {
-            Self::Constant(a) if a == T::zero() => {}
-            Self::Constant(a) => {
+            Self::Uniform(a) if a == T::zero() => {}
+            Self::Uniform(a) => {
                 for (y, &x) in y.iter_mut().zip(x) {
                     *y += a * x;
                 }
@@ -63,7 +34,7 @@ impl<T: Scalar> Coefficients<'_, T> {
 ///
 /// let diagonal = [2.0, 3.0, 4.0, 5.0];
 /// let view = FivePointView::diagonal(Coefficients::Each(&diagonal));
-/// assert_eq!((view.grid(), view.coefficients()[2].at(3)), (None, 5.0));
+/// assert_eq!((view.grid(), view.coefficients()[2].entry(3)), (None, 5.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FivePointView<'a, T> {
@@ -74,7 +45,7 @@ pub struct FivePointView<'a, T> {
 }
 
 impl<'a, T: Scalar> FivePointView<'a, T> {
-    /// The view `[south, west, centre, east, north]` on an `nx × ny` grid.
+    /// Returns the view `[south, west, centre, east, north]` on an `nx × ny` grid.
     ///
     /// # Panics
     ///
@@ -88,14 +59,14 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         Self { grid: Some([nx, ny]), coefficients, round: [false; 2] }
     }
 
-    /// The view of a diagonal operator, which fits every grid of its order.
+    /// Returns the view of a diagonal operator, which fits every grid of its order.
     pub fn diagonal(centre: Coefficients<'a, T>) -> Self {
-        let zero = Coefficients::Constant(T::zero());
+        let zero = Coefficients::Uniform(T::zero());
         let coefficients = [zero, zero, centre, zero, zero];
         Self { grid: None, coefficients, round: [false; 2] }
     }
 
-    /// The same view on a grid that closes round in the directions `[x, y]` that say so, as
+    /// Returns the same view on a grid that closes round in the directions `[x, y]` that say so, as
     /// [`FivePoint::periodic`](crate::FivePoint::periodic) does: the coefficients that led outside
     /// lead across.
     ///
@@ -104,12 +75,10 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// Unless a direction that closes has three points or more.
     ///
     /// ```
-    /// use hlcp_core::{Coefficients::Constant, FivePointView};
+    /// use hlcp_core::{Entries::Uniform, FivePointView};
     ///
-    /// let ring = FivePointView::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0].map(Constant));
-    /// let mut y = [0.0; 4];
-    /// ring.periodic([true, false]).add_product(4, 0, 0, &[1.0, 0.0, 0.0, 0.0], &mut y);
-    /// assert_eq!(y, [2.0, -1.0, 0.0, -1.0]);
+    /// let ring = FivePointView::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0].map(Uniform));
+    /// assert_eq!(ring.periodic([true, false]).round(), [true, false]);
     /// ```
     pub fn periodic(self, round: [bool; 2]) -> Self {
         let closed = self.grid.map_or(Ok(()), |grid| can_close(grid, round));
@@ -117,22 +86,22 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         Self { round, ..self }
     }
 
-    /// Whether the grid closes round along `[x, y]`.
+    /// Returns whether the grid closes round along `[x, y]`.
     pub fn round(&self) -> [bool; 2] {
         self.round
     }
 
-    /// The view of other coefficients on the same grid.
+    /// Returns the view of other coefficients on the same grid.
     pub(crate) fn with(self, coefficients: [Coefficients<'a, T>; 5]) -> Self {
         Self { coefficients, ..self }
     }
 
-    /// The grid's `[nx, ny]`; `None` for a diagonal operator, which fits any.
+    /// Returns the grid's `[nx, ny]`; `None` for a diagonal operator, which fits any.
     pub fn grid(&self) -> Option<[usize; 2]> {
         self.grid
     }
 
-    /// The coefficients `[south, west, centre, east, north]`.
+    /// Returns the coefficients `[south, west, centre, east, north]`.
     pub fn coefficients(&self) -> [Coefficients<'a, T>; 5] {
         self.coefficients
     }
@@ -148,27 +117,24 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn constants(&self) -> Option<[T; 5]> {
-        let all = self.coefficients.iter().all(|c| matches!(c, Coefficients::Constant(_)));
-        all.then(|| self.coefficients.map(|c| c.at(0)))
+        let all = self.coefficients.iter().all(|c| matches!(c, Coefficients::Uniform(_)));
+        all.then(|| self.coefficients.map(|c| c.entry(0)))
     }
 
     /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
     pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
         assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");
         for (j, y) in y.chunks_exact_mut(nx).enumerate() {
-            self.product(nx, j, 0, x, y);
+            self.product(nx, j, 0, x, [None; 2], y);
         }
     }
 
     /// Overwrites `y` with a stretch of row `j` of the product with `x`, beginning at column
-    /// `start`, on a grid of `nx` columns.
-    pub(crate) fn product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
-        self.product_beside(nx, j, start, x, [None; 2], y);
-    }
-
-    /// The same, given the values of `x` west and east of the stretch where the grid goes on beyond
-    /// what `x` holds of it.
-    pub(crate) fn product_beside(
+    /// `start`, on a grid of `nx` columns, given the values of `x` west and east of the stretch
+    /// where the grid goes on beyond what `x` holds of it.
+    ///
+    /// Each entry takes at most five products, added one after another without fused operations.
+    pub(crate) fn product(
         &self,
         nx: usize,
         j: usize,
@@ -178,41 +144,6 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         y: &mut [T],
     ) {
         y.fill(T::zero());
-        self.add_product_beside(nx, j, start, x, beside, y);
-    }
-
-    /// Adds to `y` a stretch of row `j` of the product with `x`, beginning at column `start`, on a
-    /// grid of `nx` columns.
-    ///
-    /// Each entry takes at most five products, added one after another without fused operations,
-    /// which is what an analysis of the rounding error needs to know.
-    ///
-    /// # Panics
-    ///
-    /// Unless the stretch is in the row, and `x` and the lists of coefficients reach beyond it.
-    ///
-    /// ```
-    /// use hlcp_core::{Coefficients, FivePointView};
-    ///
-    /// let laplacian =
-    ///     FivePointView::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0].map(Coefficients::Constant));
-    /// let mut y = [100.0; 3];
-    /// laplacian.add_product(3, 1, 0, &[1.0, 2.0, 3.0, 4.0, 5.0, 6.0], &mut y);
-    /// assert_eq!(y, [110.0, 108.0, 116.0]);
-    /// ```
-    pub fn add_product(&self, nx: usize, j: usize, start: usize, x: &[T], y: &mut [T]) {
-        self.add_product_beside(nx, j, start, x, [None; 2], y);
-    }
-
-    fn add_product_beside(
-        &self,
-        nx: usize,
-        j: usize,
-        start: usize,
-        x: &[T],
-        beside: [Option<T>; 2],
-        y: &mut [T],
-    ) {
         let (from, length) = (j * nx + start, y.len());
         let directions = self.directions(nx, j, start, length, x.len());
         for (d, (coefficients, points, neighbours)) in directions.into_iter().enumerate() {

@@ -61,7 +61,7 @@ impl World {
         Ok(Self { _universe: universe, ranks: Arc::new(ranks) })
     }
 
-    /// The ranks.
+    /// Returns the ranks.
     pub fn ranks(&self) -> Arc<dyn Ranks> {
         self.ranks.clone()
     }

@@ -30,10 +30,10 @@ use std::{
 /// assert_eq!(received, [0.0, 7.0]);
 /// ```
 pub trait Ranks: Send + Sync + fmt::Debug {
-    /// The number of ranks, at least 1.
+    /// Returns the number of ranks, at least 1.
     fn size(&self) -> usize;
 
-    /// The number of this one, below [`size`](Self::size).
+    /// Returns the number of this one, below [`size`](Self::size).
     fn rank(&self) -> usize;
 
     /// Sends to another rank; may wait until that receives. Several threads may send and receive at

@@ -53,25 +53,25 @@ impl Strip {
         Ok(Self { ranks, whole: [nx, ny], cuts })
     }
 
-    /// The strips of a coarser grid, where each rank has the columns whose `nearest` on this grid
-    /// are its own.
+    /// Returns the strips of a coarser grid, where each rank has the columns whose `nearest` on
+    /// this grid are its own.
     pub(crate) fn coarser(&self, whole: [usize; 2], nearest: &[usize]) -> Self {
         let first = |&cut: &usize| nearest.partition_point(|&column| column < cut);
         let cuts = self.cuts.iter().map(first).collect();
         Self { ranks: self.ranks.clone(), whole, cuts }
     }
 
-    /// The number of this rank.
+    /// Returns the number of this rank.
     pub fn rank(&self) -> usize {
         self.ranks.rank()
     }
 
-    /// The number of ranks.
+    /// Returns the number of ranks.
     pub fn size(&self) -> usize {
         self.ranks.size()
     }
 
-    /// The whole grid's `[nx, ny]`.
+    /// Returns the whole grid's `[nx, ny]`.
     pub fn whole(&self) -> [usize; 2] {
         self.whole
     }
@@ -81,12 +81,12 @@ impl Strip {
         self.columns_of(self.rank())
     }
 
-    /// The grid of this rank's columns.
+    /// Returns the grid of this rank's columns.
     pub fn grid(&self) -> [usize; 2] {
         [self.columns().len(), self.whole[1]]
     }
 
-    /// The index in the whole grid of this rank's point `k`.
+    /// Returns the index in the whole grid of this rank's point `k`.
     pub fn index(&self, k: usize) -> usize {
         let Range { start, end } = self.columns();
         let nx = end - start;
@@ -220,12 +220,12 @@ impl Strip {
         })
     }
 
-    /// The columns of a rank.
+    /// Returns the columns of a rank.
     fn columns_of(&self, rank: usize) -> Range<usize> {
         self.cuts[rank]..self.cuts[rank + 1]
     }
 
-    /// The fewest columns that a rank has.
+    /// Returns the fewest columns that a rank has.
     ///
     /// ```
     /// use hlcp_core::{Strip, ranks_as_threads};
@@ -239,14 +239,14 @@ impl Strip {
         self.cuts.windows(2).map(|cuts| cuts[1] - cuts[0]).min().unwrap_or(0)
     }
 
-    /// The stretches of this rank, which are as wide as those of the whole grid.
+    /// Returns the stretches of this rank, which are as wide as those of the whole grid.
     pub(crate) fn stretches(&self) -> Stretches {
         let [nx, ny] = self.grid();
         Stretches { nx, ny, ..Stretches::of(self.whole) }
     }
 
-    /// The parts of all ranks one after another, on each of them; that of rank `k` has `length(k)`
-    /// numbers.
+    /// Returns the parts of all ranks one after another, on each of them; that of rank `k` has
+    /// `length(k)` numbers.
     ///
     /// They go up a binomial tree to rank 0 and down again: log₂ of the number of ranks messages
     /// one after another each way.
@@ -312,7 +312,7 @@ impl Strip {
         }
     }
 
-    /// The sum over the whole grid, from this rank's part of it.
+    /// Returns the sum over the whole grid, from this rank's part of it.
     pub(crate) fn sum(&self, totals: &Totals) -> Part {
         let numbers = |rank| 2 * self.columns_of(rank).len().div_ceil(self.stretches().width);
         let own: Vec<f64> = totals.parts().flat_map(|part| [part.sum, part.largest]).collect();
@@ -369,7 +369,7 @@ impl Strip {
         theirs
     }
 
-    /// The rank west (0) or east (1) of this one.
+    /// Returns the rank west (0) or east (1) of this one.
     fn neighbour(&self, side: usize) -> Option<usize> {
         let rank = if side == 0 { self.rank().checked_sub(1) } else { Some(self.rank() + 1) };
         rank.filter(|&rank| rank < self.size())
@@ -394,7 +394,7 @@ impl Strip {
     }
 }
 
-/// What a problem knows of the ranks that share it.
+/// The ranks that share a problem, and the numbers that it needs of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Shared<T> {
     pub(crate) strip: Strip,
@@ -402,7 +402,7 @@ pub(crate) struct Shared<T> {
     pub(crate) omega: [Vec<T>; 2],
     /// The ratio of the diagonals of five-point operators there.
     pub(crate) scaling: [Vec<T>; 2],
-    /// Whether `A` has the same row everywhere in the whole grid, but for its edge, and `B`.
+    /// True if `A` has the same row everywhere in the whole grid, but for its edge, and `B`.
     pub(crate) constant: bool,
 }
 

@@ -24,8 +24,8 @@ pub(crate) const WORTH: usize = if cfg!(test) { 1 } else { 1 << 14 };
 /// How often a thread looks for its turn before it lets others run.
 const LOOKS: usize = 200;
 
-/// How many threads share the work on `n` unknowns: those of the current pool, if they are asked
-/// for.
+/// Returns how many threads share the work on `n` unknowns: those of the current pool, if they are
+/// asked for.
 pub(crate) fn threads(parallel: bool, n: usize) -> usize {
     #[cfg(feature = "rayon")]
     if parallel && n >= WORTH {
@@ -55,7 +55,7 @@ impl<I: Iterator> Claims<I> {
         Self(Mutex::new(portions))
     }
 
-    /// The next portion that nobody has claimed.
+    /// Returns the next portion that nobody has claimed.
     pub(crate) fn next(&self) -> Option<I::Item> {
         self.0.lock().expect("no claim panics").next()
     }
@@ -73,7 +73,7 @@ impl<V> Turns<V> {
         Self { next: AtomicUsize::new(0), broken: AtomicBool::new(false), value: Mutex::new(value) }
     }
 
-    /// The value, once the portions before `number` have passed it on.
+    /// Returns the value, once the portions before `number` have passed it on.
     ///
     /// # Panics
     ///
@@ -151,7 +151,7 @@ impl OrderedSum {
         }
     }
 
-    /// The whole sums.
+    /// Returns the whole sums.
     pub(crate) fn total(self) -> Totals {
         self.0.into_inner().expect("no addition panics").totals
     }

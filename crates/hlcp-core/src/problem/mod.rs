@@ -125,7 +125,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Self { a, b, omega, gamma: T::one(), exchanged: false, parallel: false, shared: None })
     }
 
-    /// The same problem with another γ.
+    /// Returns the same problem with another γ.
     ///
     /// # Errors
     ///
@@ -150,7 +150,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Self { gamma, ..self })
     }
 
-    /// The same problem with the roles of `z` and `r` exchanged, Remark 3 of the paper.
+    /// Returns the same problem with the roles of `z` and `r` exchanged, Remark 3 of the paper.
     ///
     /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). The methods then
     /// work on the second, with Ω⁻¹ for Ω; `q` is still given, and `z` and `r` come back, as those
@@ -185,8 +185,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Hlcp { a: b, b: a, omega, gamma, exchanged: !exchanged, parallel, shared })
     }
 
-    /// The same problem, worked on by the threads of rayon's current pool; without this call, by
-    /// the caller's alone.
+    /// Returns the same problem, worked on by the threads of rayon's current pool; without this
+    /// call, by the caller's alone.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
     /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),
@@ -241,12 +241,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.parallel
     }
 
-    /// The order `n`.
+    /// Returns the order `n`.
     pub fn order(&self) -> usize {
         self.a.order()
     }
 
-    /// The grid of the operators, `[nx, ny]`; of two diagonal ones, which fit any, `[n, 1]`.
+    /// Returns the grid of the operators, `[nx, ny]`; of two diagonal ones, which fit any,
+    /// `[n, 1]`.
     ///
     /// # Errors
     ///
@@ -271,12 +272,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// The strip's grid, or all unknowns as one row.
+    /// Returns the strip's grid, or all unknowns as one row.
     fn own_grid(&self) -> [usize; 2] {
         self.strip().map_or([self.order(), 1], Strip::grid)
     }
 
-    /// Whether the grid of the operators closes round along `[x, y]`.
+    /// Returns whether the grid of the operators closes round along `[x, y]`.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp};
@@ -291,7 +292,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         [0, 1].map(|axis| rounds.iter().any(|round| round[axis]))
     }
 
-    /// The sweep over both operators, if they are five-point ones on one grid.
+    /// Returns the sweep over both operators, if they are five-point ones on one grid.
     pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
         let views = [self.a.as_five_point()?, self.b.as_five_point()?];
         let factors = [self.gamma, self.q_factor()];
@@ -299,27 +300,27 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel, shared))
     }
 
-    /// The rows of both operators, if these have them assembled or are diagonal.
+    /// Returns the rows of both operators, if these have them assembled or are diagonal.
     pub(crate) fn known(&self) -> Option<[Known<'_, T>; 2]> {
         Some([Known::new(&self.a)?, Known::new(&self.b)?])
     }
 
-    /// The operator `A`, after an exchange the posed problem's `B`.
+    /// Returns the operator `A`, after an exchange the posed problem's `B`.
     pub fn a(&self) -> &A {
         &self.a
     }
 
-    /// The operator `B`, after an exchange the posed problem's `A`.
+    /// Returns the operator `B`, after an exchange the posed problem's `A`.
     pub fn b(&self) -> &B {
         &self.b
     }
 
-    /// The diagonal matrix Ω.
+    /// Returns the diagonal matrix Ω.
     pub fn omega(&self) -> &Omega<T> {
         &self.omega
     }
 
-    /// The number γ.
+    /// Returns the number γ.
     pub fn gamma(&self) -> T {
         self.gamma
     }
@@ -438,7 +439,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
                 let ([nx, _], beside) = (strip.grid(), strip.beside(1, |k| x[k]));
                 for (j, y) in y.chunks_exact_mut(nx).enumerate() {
                     let beside = beside.each_ref().map(|column| column.get(j).copied());
-                    view.product_beside(nx, j, 0, x, beside, y);
+                    view.product(nx, j, 0, x, beside, y);
                 }
             }
             // As the ranks do it, with the same rounding.
@@ -448,7 +449,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// The norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
+    /// Returns the norms of `A z − B r + q`, for any `z` and `r`, of the problem as posed.
     ///
     /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what
     /// [`solution_from_x`](Self::solution_from_x) writes meets those.
@@ -576,13 +577,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.total(|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
     }
 
-    /// The norms of a vector in units of a meter, divided by γ.
+    /// Returns the norms of a vector in units of a meter, divided by γ.
     pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
         self.assert_orders([v.len()]);
         meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
     }
 
-    /// The norms of a vector that `fill` makes, some entries of one row at a time.
+    /// Returns the norms of a vector that `fill` makes, some entries of one row at a time.
     pub(crate) fn measured_entries(&self, fill: impl Fn(Range<usize>, &mut [T]) + Sync) -> Norms {
         Meter::measured(1.0, self.whole_order(), |meter| {
             let sum = self.total(|tally, at| {
@@ -600,7 +601,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         totals(self.stretches(), self.parallel, add).sum(self.strip())
     }
 
-    /// The stretches of the grid, or of all unknowns as one row where there is none.
+    /// Returns the stretches of the grid, or of all unknowns as one row where there is none.
     fn stretches(&self) -> Stretches {
         match self.strip() {
             Some(strip) => strip.stretches(),
@@ -613,7 +614,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// Two slices of length `n` of one vector, which grows once.
+/// Returns two slices of length `n` of one vector, which grows once.
 fn halves<T: Scalar>(scratch: &mut Vec<T>, n: usize) -> (&mut [T], &mut [T]) {
     if scratch.len() < 2 * n {
         scratch.resize(2 * n, T::zero());

@@ -4,7 +4,7 @@ use super::{Hlcp, halves};
 use crate::{
     numbers::{Meter, Norms, Part, Rhs, Scalar},
     operators::LinearOperator,
-    rows::{ExactRows, ExactSum, Look, recovered},
+    rows::{ExactRows, ExactSum, Question, recovered},
 };
 
 /// Bits of an index that probes of an operator without rows tell apart, so that of any two terms
@@ -99,7 +99,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         });
         let r = self.measured_entries(|at, entries| {
             for ((r, k), &x) in entries.iter_mut().zip(at.clone()).zip(&x[at]) {
-                *r = recovered(omega.at(k), -x, gamma);
+                *r = recovered(omega.entry(k), -x, gamma);
             }
         });
         [z, r]
@@ -137,7 +137,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let n = self.whole_order() as f64;
         let meter = q.meter(T::one());
-        let sum = self.sum_rows(Look::Bound, q, x, meter)?;
+        let sum = self.sum_rows(Question::Bound, q, x, meter)?;
         let Norms { l2, linf } = meter.norms_of(sum, T::one());
         // The sum of n squares and its root are rounded, too.
         let exact = Norms { l2: l2 * (1.0 + (n + 4.0) * f64::EPSILON), linf };
@@ -211,7 +211,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
-        Some(self.sum_rows(Look::AboveRounding, q, x, meter)?.largest == 0.0)
+        Some(self.sum_rows(Question::AboveRounding, q, x, meter)?.largest == 0.0)
     }
 
     /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being
@@ -242,8 +242,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
-        let look = if positive { Look::NotPositive } else { Look::NotNegative };
-        Some(self.sum_rows(look, q, x, meter)?.largest == 0.0)
+        let question = if positive { Question::NotPositive } else { Question::NotNegative };
+        Some(self.sum_rows(question, q, x, meter)?.largest == 0.0)
     }
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
@@ -292,10 +292,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Sums the squares of what each row's exact residual is looked at for. `None` if the rows are
     /// not known.
-    fn sum_rows(&self, look: Look, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
+    fn sum_rows(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
         if let Some(sweep) = self.sweep() {
-            return Some(sweep.exact(look, q, x, meter));
+            return Some(sweep.exact(question, q, x, meter));
         }
         // An entry that overflows does not show in the residual where its column is zero.
         let overflows = |(j, &x)| !(self.z_entry(x) + self.r_entry(j, x)).is_finite();
@@ -307,13 +307,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if let Some([a, b]) = self.known() {
             let rows =
                 ExactRows { rows: [a.rows(), b.rows()], sign, q: q.entries(), x, omega, gamma };
-            return Some(rows.sum(look, meter));
+            return Some(rows.sum(question, meter));
         }
         let mut part = Part::default();
         let known = (0..x.len()).all(|i| {
             let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
             let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
-            part.see(meter, look.measure(sum.around::<T>()));
+            part.see(meter, question.of_row(sum.around::<T>()));
             known
         });
         known.then_some(part)
@@ -326,14 +326,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
     }
 
-    /// The entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `r` after
-    /// an exchange.
+    /// Returns the entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
+    /// `r` after an exchange.
     fn z_entry(&self, x: T) -> T {
         recovered(T::one(), x, self.gamma())
     }
 
-    /// The entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of `z` after
-    /// an exchange.
+    /// Returns the entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
+    /// `z` after an exchange.
     fn r_entry(&self, j: usize, x: T) -> T {
         recovered(self.omega().entry(j), -x, self.gamma())
     }
@@ -346,7 +346,7 @@ struct Steps(u64, u64);
 impl Steps {
     const ONE: Self = Self(6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
 
-    /// So many steps, by squaring.
+    /// Returns `count` steps as one, by squaring.
     fn of(count: usize) -> Self {
         let (mut all, mut square) = (Self(1, 0), Self::ONE);
         for bit in 0..usize::BITS {

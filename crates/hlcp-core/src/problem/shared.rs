@@ -10,8 +10,8 @@ use crate::{
 };
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
-    /// The same problem, of which the ranks of `strip` have a part each: the operators, Ω and all
-    /// vectors are those of this rank's columns. All ranks call it.
+    /// Returns the same problem, of which the ranks of `strip` have a part each: the operators, Ω
+    /// and all vectors are those of this rank's columns. All ranks call it.
     ///
     /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
     /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included.
@@ -93,7 +93,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Ok(Self { omega, shared: Some(Arc::new(shared)), ..self })
     }
 
-    /// The strip of the ranks that share the problem, if any do.
+    /// Returns the strip of the ranks that share the problem, if any do.
     pub fn strip(&self) -> Option<&Strip> {
         self.shared.as_ref().map(|shared| &shared.strip)
     }
@@ -168,7 +168,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    /// What ranks share of the exchanged problem.
+    /// Returns what ranks share of the exchanged problem.
     pub(super) fn exchanged_shared(&self) -> Option<Arc<Shared<T>>> {
         let shared = self.shared.as_ref()?;
         let strip = shared.strip.clone();
@@ -178,7 +178,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Arc::new(Shared { strip, omega, scaling, constant: shared.constant }))
     }
 
-    /// The order of the whole, of which this rank may have a part.
+    /// Returns the order of the whole, of which this rank may have a part.
     pub(crate) fn whole_order(&self) -> usize {
         self.strip().map_or(self.order(), |strip| strip.whole().into_iter().product())
     }
@@ -189,7 +189,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// The ratios of two operators' diagonals beside this rank's columns; none unless both are
+/// Returns the ratios of two operators' diagonals beside this rank's columns; none unless both are
 /// five-point operators.
 fn scaling_beside<T: Scalar>(
     strip: &Strip,
@@ -198,5 +198,5 @@ fn scaling_beside<T: Scalar>(
     let [Some(a), Some(b)] = views.map(|view| view.map(|view| view.coefficients()[2])) else {
         return [vec![], vec![]];
     };
-    strip.beside(1, |k| a.at(k) / b.at(k))
+    strip.beside(1, |k| a.entry(k) / b.entry(k))
 }

@@ -28,14 +28,14 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
         let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
         let ratio = |k: usize| {
-            let a = positive_entry("diagonal of A", k, a.at(k))?;
-            let b = positive_entry("diagonal of B", k, b.at(k))?;
+            let a = positive_entry("diagonal of A", k, a.entry(k))?;
+            let b = positive_entry("diagonal of B", k, b.entry(k))?;
             positive_entry("1/diagonal of 2A", k, (a + a).recip())?;
             positive_entry("ratio of the diagonals", k, a / b)
         };
         let all = || {
             let first = ratio(0)?;
-            if let [Coefficients::Constant(_), Coefficients::Constant(_)] = [a, b] {
+            if let [Coefficients::Uniform(_), Coefficients::Uniform(_)] = [a, b] {
                 return Ok(Omega::Uniform(first));
             }
             let mut each = Vec::new();
@@ -62,8 +62,9 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         })
     }
 
-    /// The equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or `None`
-    /// where that is the problem's own; on the threads of rayon's current pool if `parallel`.
+    /// Returns the equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or
+    /// `None` where that is the problem's own; on the threads of rayon's current pool if
+    /// `parallel`.
     ///
     /// # Errors
     ///

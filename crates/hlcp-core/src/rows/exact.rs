@@ -7,37 +7,47 @@ use crate::{
     operators::{Coefficients, RowsOf, Source},
 };
 
-/// What the exact residual of a row is looked at for.
+/// A question to the exact residual of a row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) enum Look {
-    /// An upper bound on its modulus.
+pub(crate) enum Question {
+    /// What bounds its modulus?
     Bound,
-    /// Whether it is above the rounding of its terms.
+    /// Is it above the rounding of its terms?
     AboveRounding,
-    /// Whether it is not proved positive.
+    /// Is it not proved positive?
     NotPositive,
-    /// Whether it is not proved negative.
+    /// Is it not proved negative?
     NotNegative,
 }
 
-impl Look {
-    /// Returns the bound, or 1 for yes and 0 for no, given what [`ExactSum::around`] returns.
+impl Question {
+    /// Overwrites `to` with the bounds of some rows, or with 1 for yes and 0 for no, given what
+    /// [`ExactSum::around`] returns of them.
     #[inline(always)]
-    pub(crate) fn measure(self, [value, slack, rounding]: [f64; 3]) -> f64 {
-        let passes = match self {
-            Self::Bound => return value.abs() + slack,
-            Self::AboveRounding => value.abs() + slack <= rounding,
-            Self::NotPositive => value - slack > SIGNED,
-            Self::NotNegative => -value - slack > SIGNED,
-        };
-        if passes { 0.0 } else { 1.0 }
+    pub(crate) fn measure(self, [values, slacks, roundings]: [&[f64]; 3], to: &mut [f64]) {
+        let rows = to.iter_mut().zip(values).zip(slacks).zip(roundings);
+        let no = |passes: bool| if passes { 0.0 } else { 1.0 };
+        match self {
+            Self::Bound => rows.for_each(|(((to, v), s), _)| *to = v.abs() + s),
+            Self::AboveRounding => rows.for_each(|(((to, v), s), r)| *to = no(v.abs() + s <= *r)),
+            Self::NotPositive => rows.for_each(|(((to, v), s), _)| *to = no(v - s > SIGNED)),
+            Self::NotNegative => rows.for_each(|(((to, v), s), _)| *to = no(-v - s > SIGNED)),
+        }
+    }
+
+    /// Returns the measure of one row.
+    #[inline(always)]
+    pub(crate) fn of_row(self, [value, slack, rounding]: [f64; 3]) -> f64 {
+        let mut to = [0.0];
+        self.measure([&[value], &[slack], &[rounding]], &mut to);
+        to[0]
     }
 }
 
 /// A sum that is nearer to 0 has no sign: all that underflow takes from it is far less.
 const SIGNED: f64 = 1e-300;
 
-/// An entry of `z` from that of `x`, or of `r` from Ω's and that of `−x`.
+/// Returns an entry of `z` from that of `x`, or of `r` from Ω's and that of `−x`.
 pub(crate) fn recovered<T: Scalar>(omega: T, x: T, gamma: T) -> T {
     omega * (x.abs() + x) / gamma
 }
@@ -105,24 +115,25 @@ pub(crate) struct ExactRows<'a, T> {
 
 impl<T: Scalar> ExactRows<'_, T> {
     /// Sums the squares of what each row is looked at for.
-    pub(crate) fn sum(&self, look: Look, meter: Meter) -> Part {
-        SUM.of::<Sum<T>>()(self, look, meter)
+    pub(crate) fn sum(&self, question: Question, meter: Meter) -> Part {
+        SUM.of::<Sum<T>>()(self, question, meter)
     }
 
-    fn sum_all(&self, look: Look, meter: Meter) -> Part {
-        Arch::new().dispatch(OfRows(*self, look, meter))
+    fn sum_all(&self, question: Question, meter: Meter) -> Part {
+        Arch::new().dispatch(OfRows(*self, question, meter))
     }
 }
 
 /// The sum over all rows, compiled for each width of vector.
-struct OfRows<'a, T>(ExactRows<'a, T>, Look, Meter);
+struct OfRows<'a, T>(ExactRows<'a, T>, Question, Meter);
 
 impl<T: Scalar> WithSimd for OfRows<'_, T> {
     type Output = Part;
 
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) -> Part {
-        let Self(ExactRows { rows: [mut a, mut b], sign, q, x, omega, gamma }, look, meter) = self;
+        let Self(ExactRows { rows: [mut a, mut b], sign, q, x, omega, gamma }, question, meter) =
+            self;
         let with = |mut sum: ExactSum, entry: T, value: T| {
             sum.add(entry.wide(), value.wide());
             sum
@@ -132,16 +143,16 @@ impl<T: Scalar> WithSimd for OfRows<'_, T> {
             let sum = ExactSum::new((sign * q).wide());
             let sum = a.fold(i, sum, |sum, j, a| with(sum, a, recovered(T::one(), x[j], gamma)));
             let sum =
-                b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.at(j), -x[j], gamma)));
-            part.see(meter, look.measure(sum.around::<T>()));
+                b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.entry(j), -x[j], gamma)));
+            part.see(meter, question.of_row(sum.around::<T>()));
         }
         part
     }
 }
 
-type Sum<T> = fn(&ExactRows<'_, T>, Look, Meter) -> Part;
+type Sum<T> = fn(&ExactRows<'_, T>, Question, Meter) -> Part;
 
 static SUM: Compiled<Sum<f32>, Sum<f64>> = Compiled(
-    |rows, look, meter| rows.sum_all(look, meter),
-    |rows, look, meter| rows.sum_all(look, meter),
+    |rows, question, meter| rows.sum_all(question, meter),
+    |rows, question, meter| rows.sum_all(question, meter),
 );

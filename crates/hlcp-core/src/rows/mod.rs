@@ -8,7 +8,7 @@ mod walk;
 
 pub(crate) use self::{
     colours::Colours,
-    exact::{ExactRows, ExactSum, Look, recovered},
+    exact::{ExactRows, ExactSum, Question, recovered},
     relax::{Order, Relaxation, Relaxed},
     residual::RowResidual,
     walk::{Known, Visited},

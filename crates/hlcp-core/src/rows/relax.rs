@@ -151,7 +151,7 @@ impl<T: Scalar> Relaxed<'_, T> {
         let sums = (f, moved, T::zero());
         let (f, moved, b_centre) = b.fold(i, sums, |(f, mut moved, centre), j, b| {
             let &x = x.get(j).unwrap_or_else(|| outside(i, j, n));
-            let b_omega = b * omega.at(j);
+            let b_omega = b * omega.entry(j);
             let f = f - b_omega * (x.abs() - x);
             if passed(j) {
                 moved += of_b.triangle * b_omega * (y[j] - x);

@@ -8,7 +8,7 @@ use crate::{
 /// The entries of the longest row that is copied, and so walked at one call.
 const COPIED: usize = 16;
 
-/// The rows of an operator of any type, from calls of its own.
+/// The rows of an operator of any type, from calls of its methods.
 ///
 /// A row is copied first, so that what its operator calls for each entry is little enough to be
 /// compiled into the operator's code, or takes one call through `dyn` in the place of one for each
@@ -50,7 +50,7 @@ pub(crate) enum Known<'a, T: Scalar> {
 }
 
 impl<'a, T: Scalar> Known<'a, T> {
-    /// The rows of an operator that has them assembled or is diagonal.
+    /// Returns the rows of an operator that has them assembled or is diagonal.
     pub(crate) fn new(operator: &'a (impl LinearOperator<T> + ?Sized)) -> Option<Self> {
         if let Some(matrix) = operator.as_csr() {
             return Some(Self::Csr(matrix));

@@ -72,7 +72,7 @@ fn check<T: Scalar>([alpha, beta]: [T; 2]) -> Result<(), Error> {
 }
 
 impl<T: Scalar> Aor<T> {
-    /// Forward AOR with the same (α, β) for `A` and `B`.
+    /// Returns forward AOR with the same (α, β) for `A` and `B`.
     ///
     /// # Errors
     ///
@@ -81,7 +81,7 @@ impl<T: Scalar> Aor<T> {
         Self::with_pairs([alpha, beta], [alpha, beta])
     }
 
-    /// Forward AOR with (α, β) of its own for `A` and for `B`, as in equation (5).
+    /// Returns forward AOR with one (α, β) for `A` and one for `B`, as in equation (5).
     ///
     /// # Errors
     ///
@@ -103,7 +103,7 @@ impl<T: Scalar> Aor<T> {
         Self { pairs, accelerated: false, order }
     }
 
-    /// Forward SOR.
+    /// Returns forward SOR.
     ///
     /// # Errors
     ///
@@ -121,17 +121,17 @@ impl<T: Scalar> Aor<T> {
         Self::new(alpha, alpha)
     }
 
-    /// Forward Gauss–Seidel.
+    /// Returns forward Gauss–Seidel.
     pub fn gauss_seidel() -> Self {
         Self::forward_with([[T::one(); 2]; 2])
     }
 
-    /// Jacobi, which knows no direction.
+    /// Returns Jacobi, which knows no direction.
     pub fn jacobi() -> Self {
         Self::forward_with([[T::one(), T::zero()]; 2])
     }
 
-    /// The same parameters in the backward direction: `U` in the place of `L`.
+    /// Returns the same parameters in the backward direction: `U` in the place of `L`.
     ///
     /// ```
     /// let second = hlcp_core::Aor::<f64>::gauss_seidel().backward();
@@ -141,7 +141,8 @@ impl<T: Scalar> Aor<T> {
         Self { order: Order { backward: true, ..self.order }, ..self }
     }
 
-    /// The same parameters with the points of a grid in red–black order: a splitting of its own.
+    /// Returns the same parameters with the points of a grid in red–black order: a splitting of its
+    /// own.
     ///
     /// Unknown `i` is point `i mod nx` of row `i / nx`, with `nx` points to a row; it is red where
     /// the sum of the two is even, and black elsewhere. Red comes before black, and by index within
@@ -176,12 +177,13 @@ impl<T: Scalar> Aor<T> {
         }
     }
 
-    /// The same parameters in the forward direction.
+    /// Returns the same parameters in the forward direction.
     pub fn forward(self) -> Self {
         Self { order: Order { backward: false, ..self.order }, ..self }
     }
 
-    /// The step of the accelerated method, AMMS (section 4 of the paper), with the same splitting.
+    /// Returns the step of the accelerated method, AMMS (section 4 of the paper), with the same
+    /// splitting.
     ///
     /// `Mms` with it is AMMS. Its second splitting is `M_A₂ = D_A − U_A`, `M_B₂ = D_B − U_B`, and
     /// with the first one, of this family, an iteration solves
@@ -240,7 +242,7 @@ impl<T: Scalar> Aor<T> {
         self.order.precedes(j, i)
     }
 
-    /// The fused sweep, where the operators and the order have one.
+    /// Returns the fused sweep, where the operators and the order have one.
     fn fused<'p, A, B>(&self, problem: &'p Hlcp<T, A, B>) -> Option<Sweep<'p, T>>
     where
         A: LinearOperator<T>,

@@ -44,13 +44,13 @@ pub struct Multicolour<T> {
 }
 
 impl<T: Scalar> Multicolour<T> {
-    /// The splitting with the parameters and the direction of `aor` in the colours of the problem's
-    /// rows; a red–black order of `aor` is dropped.
+    /// Returns the splitting with the parameters and the direction of `aor` in the colours of the
+    /// problem's rows; a red–black order of `aor` is dropped.
     pub fn new<A: Rows<T>, B: Rows<T>>(aor: Aor<T>, problem: &Hlcp<T, A, B>) -> Self {
         Self { aor, colours: Colours::new(problem.order(), problem.a(), problem.b()) }
     }
 
-    /// The number of colours: how often threads wait for one another in a sweep.
+    /// Returns the number of colours: how often threads wait for one another in a sweep.
     pub fn colours(&self) -> usize {
         self.colours.count()
     }

@@ -39,8 +39,8 @@ pub trait Splitting<T: Scalar>: Send + Sync {
     /// May panic unless both slices have the problem's order.
     fn solve(&self, rhs: &[T], y: &mut [T]);
 
-    /// How many sweeps over the unknowns one [`solve`](Self::solve) is worth: 2 for symmetric
-    /// Gauss–Seidel.
+    /// Returns how many sweeps over the unknowns one [`solve`](Self::solve) is worth: 2 for
+    /// symmetric Gauss–Seidel.
     fn sweeps(&self) -> usize {
         1
     }
@@ -74,7 +74,7 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     /// index. A [`SplittingStep`] knows no rows and refuses nothing.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error>;
 
-    /// How many sweeps over the unknowns the step is worth.
+    /// Returns how many sweeps over the unknowns the step is worth.
     fn sweeps(&self) -> usize {
         1
     }
@@ -184,7 +184,7 @@ where
     }
 }
 
-/// `y ← x − solve(F(x))`, and the norms of `F(x)/γ`.
+/// Overwrites `y` with `x − solve(F(x))`, and returns the norms of `F(x)/γ`.
 fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
     q: &Rhs<'_, T>,
@@ -269,7 +269,7 @@ impl<T: Scalar, A: Diagonal<T>, B: Diagonal<T>> Step<T, A, B> for Jacobi {
     }
 }
 
-/// The diagonal entry `aᵢᵢ/α_A + bᵢᵢ ωᵢ/α_B` of `M`, from the reciprocals of the two α.
+/// Returns the diagonal entry `aᵢᵢ/α_A + bᵢᵢ ωᵢ/α_B` of `M`, from the reciprocals of the two α.
 #[inline]
 pub(crate) fn pivot<T: Scalar, A: Diagonal<T>, B: Diagonal<T>>(
     problem: &Hlcp<T, A, B>,

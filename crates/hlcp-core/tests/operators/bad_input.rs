@@ -45,7 +45,7 @@ impl LinearOperator<f64> for Misshapen {
 
     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
         let unit = [0.0, 0.0, 1.0, 0.0, 0.0];
-        Some(FivePointView::new(4, 2, unit.map(Coefficients::Constant)))
+        Some(FivePointView::new(4, 2, unit.map(Coefficients::Uniform)))
     }
 }
 

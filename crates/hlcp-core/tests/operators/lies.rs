@@ -51,7 +51,7 @@ impl LinearOperator<f64> for Liar {
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        let constant = |row: [f64; 5]| row.map(Coefficients::Constant);
+        let constant = |row: [f64; 5]| row.map(Coefficients::Uniform);
         match self.2 {
             Lie::View => Some(FivePointView::new(4, 3, constant([-1.0, -0.5, 4.0, -0.25, -1.0]))),
             Lie::ViewOrder => Some(FivePointView::new(4, 4, constant([0.0; 5]))),

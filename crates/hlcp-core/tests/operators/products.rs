@@ -45,7 +45,7 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
                     _ => None,
                 };
                 if let (Some(i), Some(j)) = (at(i, x, nx, round_x), at(j, y, ny, round_y)) {
-                    shown[(k, j * nx + i)] += c.at(k);
+                    shown[(k, j * nx + i)] += c.entry(k);
                 }
             }
         }

@@ -89,7 +89,7 @@ fn holds<T: Scalar>(
     let lists = (0..10).map(list).collect::<Vec<_>>();
     let grid = |from: usize| {
         let coefficients = [0, 1, 2, 3, 4].map(|d| match &lists[from + d] {
-            c if constant => Coefficients::Constant(c[0]),
+            c if constant => Coefficients::Uniform(c[0]),
             c => Coefficients::Each(c),
         });
         Grid::new(nx, ny, coefficients).unwrap()
@@ -147,7 +147,7 @@ proptest! {
 /// `f64` drops 0.75 beside 1e16; the exact residual does not.
 #[test]
 fn cancellation_costs_an_exact_residual_nothing() {
-    let a = Grid::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0].map(Coefficients::Constant)).unwrap();
+    let a = Grid::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0].map(Coefficients::Uniform)).unwrap();
     for shown in [Shown::FivePoint, Shown::Rows] {
         let problem = Hlcp::new(shown.of(&a), shown.of(&a), Omega::Uniform(1.0)).unwrap();
         let q = [0.75, -0.25];
@@ -159,7 +159,7 @@ fn cancellation_costs_an_exact_residual_nothing() {
 /// The residual of an exact answer is zero, not a bound on rounding: nothing was rounded.
 #[test]
 fn an_exact_answer_has_no_residual() {
-    let a = Grid::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0].map(Coefficients::Constant)).unwrap();
+    let a = Grid::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0].map(Coefficients::Uniform)).unwrap();
     for shown in [Shown::FivePoint, Shown::Rows] {
         let problem = Hlcp::new(shown.of(&a), shown.of(&a), Omega::Uniform(1.0)).unwrap();
         // z = (½, 0, 3/2) and r = (0, 3, 0): A z = (2, −2, 6), A r = (−3, 12, −3).
@@ -172,7 +172,7 @@ fn an_exact_answer_has_no_residual() {
 /// A product that underflows is no zero: 1e-200 · 2e-200 is lost to double precision.
 #[test]
 fn what_underflows_is_counted() {
-    let a = Grid::new(1, 1, [0.0, 0.0, 1e-200, 0.0, 0.0].map(Coefficients::Constant)).unwrap();
+    let a = Grid::new(1, 1, [0.0, 0.0, 1e-200, 0.0, 0.0].map(Coefficients::Uniform)).unwrap();
     for shown in [Shown::FivePoint, Shown::Rows] {
         let problem = Hlcp::new(shown.of(&a), shown.of(&a), Omega::Uniform(1.0)).unwrap();
         let exact = problem.exact_residual(&Rhs::new(&[0.0]).unwrap(), &[1e-200]).unwrap();

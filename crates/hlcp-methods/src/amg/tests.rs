@@ -435,7 +435,7 @@ fn mass_is_in_balance() {
     let (z, r) = (solver.z(), solver.r());
     assert!(z.iter().any(|&z| z > 0.0) && r.iter().any(|&r| r > 0.0));
     let [south, west, _, east, north] = a.as_five_point().unwrap().coefficients();
-    let conducted = |c: Coefficients<'_, f64>, k: usize| -c.at(k) * z[k];
+    let conducted = |c: Coefficients<'_, f64>, k: usize| -c.entry(k) * z[k];
     let mut balance = 0.0;
     for l in 0..m {
         let [left, right, bottom, top] = [l * m, l * m + m - 1, l, m * m - m + l];

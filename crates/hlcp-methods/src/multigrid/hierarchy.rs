@@ -75,8 +75,7 @@ impl<T: Scalar> Grids<'_, T> {
 ///
 /// ```
 /// use hlcp_core::{
-///     Error, FivePoint, FivePointView, Hlcp, Identity, Omega,
-///     Varying::{self, Constant},
+///     Entries::Uniform, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying,
 /// };
 /// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid};
 ///
@@ -90,8 +89,8 @@ impl<T: Scalar> Grids<'_, T> {
 ///         grids: &Grids<'_, f64>,
 ///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
 ///         let ([nx, ny], [x, y]) = (grids.coarse, grids.ratio().map(|ratio| ratio * ratio));
-///         let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Constant);
-///         let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Constant);
+///         let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Uniform);
+///         let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Uniform);
 ///         Ok([FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?])
 ///     }
 /// }
@@ -183,7 +182,7 @@ fn rediscretised<T: Scalar>(
     let first = |strip: Option<&Strip>| strip.map_or(0, |strip| strip.columns().start);
     let [first_fine, first_coarse] = [grids.strip, grids.transfer.strip()].map(first);
     let beside = |c: Coefficients<'_, T>| {
-        grids.strip.map_or([vec![], vec![]], |strip| strip.beside(3, |k| c.at(k)))
+        grids.strip.map_or([vec![], vec![]], |strip| strip.beside(3, |k| c.entry(k)))
     };
     let beside = [beside(west), beside(east)];
     let along = |d: usize, p: usize, q: usize| {
@@ -191,7 +190,7 @@ fn rediscretised<T: Scalar>(
         let own = p.wrapping_sub(first_fine);
         match first_fine.checked_sub(p + 1) {
             Some(back) => before[(q + 1) * before.len() / grids.fine[1] - 1 - back],
-            None if own < width => [west, east][d].at(q * width + own),
+            None if own < width => [west, east][d].entry(q * width + own),
             None => after[q * after.len() / grids.fine[1] + own - width],
         }
     };
@@ -203,15 +202,15 @@ fn rediscretised<T: Scalar>(
     };
     let row = |i, j| {
         let [p, q] = grids.nearest(i, j);
-        let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.at(q * width + p));
+        let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.entry(q * width + p));
         let along = [0, 1].map(|d| move |p: usize| along(d, p, q));
         let [west, east] = couplings(along, axis(0), first_coarse + i);
-        let across = [south, north].map(|c| move |q: usize| c.at(q * width + p));
+        let across = [south, north].map(|c| move |q: usize| c.entry(q * width + p));
         let [south, north] = couplings(across, axis(1), j);
         [south, west, zero_order - (south + west + east + north), east, north]
     };
     if grids.strip.is_none() && fine.constants().is_some() {
-        let coarse = FivePoint::new(nx, ny, row(0, 0).map(Varying::Constant))?;
+        let coarse = FivePoint::new(nx, ny, row(0, 0).map(Varying::Uniform))?;
         return coarse.periodic(grids.round);
     }
     FivePoint::from_fn(nx, ny, row)?.periodic(grids.round)

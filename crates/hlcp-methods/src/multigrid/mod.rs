@@ -434,7 +434,7 @@ fn whole<T: Scalar>(strip: &Strip, part: Option<&Coarse<T>>) -> Result<Coarse<T>
     if let Some(view) = part.and_then(LinearOperator::as_five_point) {
         for (list, values) in lists.iter_mut().zip(view.coefficients()) {
             let own = list[..strip.grid().iter().product()].iter_mut();
-            own.enumerate().for_each(|(k, value)| *value = values.at(k));
+            own.enumerate().for_each(|(k, value)| *value = values.entry(k));
         }
     }
     strip.complete(lists.each_mut().map(Vec::as_mut_slice));

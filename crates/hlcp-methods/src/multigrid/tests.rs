@@ -206,7 +206,7 @@ fn constants_are_discretised_again() {
         let [coarse, _] = Rediscretise.coarsen([view, view], &grids).unwrap();
         let coefficients = coarse.as_five_point().unwrap().coefficients();
         coefficients.map(|c| match c {
-            hlcp_core::Coefficients::Constant(c) => c,
+            hlcp_core::Coefficients::Uniform(c) => c,
             hlcp_core::Coefficients::Each(_) => panic!("constants stay constant"),
         })
     };

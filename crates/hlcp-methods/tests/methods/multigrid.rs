@@ -6,7 +6,7 @@ use crate::common::{
 };
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use hlcp_core::{
-    Coefficients::{Constant, Each},
+    Entries::{Each, Uniform},
     Error, FivePoint, FivePointView, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows,
     Scalar, Tridiagonal, Varying,
 };
@@ -161,8 +161,8 @@ impl Coarsen<f64> for Membrane {
     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
         let ([nx, ny], cells) = (grids.coarse, 64.0 * 64.0);
         let [x, y] = [nx, ny].map(|m| ((m + 1) * (m + 1)) as f64 / cells);
-        let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Varying::Constant);
-        let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Varying::Constant);
+        let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Varying::Uniform);
+        let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Varying::Uniform);
         Ok([FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?])
     }
 }
@@ -343,7 +343,7 @@ fn bad_operators_are_refused() {
     let refused = Multigrid::new(Hlcp::new(shut, a, Omega::Uniform(1.0)).unwrap(), Cycle::W);
     assert!(matches!(refused, Err(Error::NotFivePoint { what: "A" })));
     let centre: Vec<f64> = (0..12).map(|k| if k == 7 { 0.0 } else { 4.0 }).collect();
-    let off = Constant(-1.0);
+    let off = Uniform(-1.0);
     let hole = FivePoint::new(4, 3, [off, off, Each(&centre), off, off]).unwrap();
     let refused = Multigrid::new(Hlcp::new(a, hole, Omega::Uniform(1.0)).unwrap(), Cycle::W);
     assert!(matches!(refused, Err(Error::NotPositive { index: 7, .. })));

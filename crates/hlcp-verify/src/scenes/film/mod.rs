@@ -274,7 +274,7 @@ impl Film {
         let around = [0, 1].map(|axis| self.is_periodic(axis) && [self.nx, self.ny][axis] > 1);
         let grid = |lists: [Vec<f64>; 5]| {
             let directions = lists.map(|list| match list.iter().all(|&entry| entry == 0.0) {
-                true => Varying::Constant(0.0),
+                true => Varying::Uniform(0.0),
                 false => Varying::Each(list),
             });
             FivePoint::new(self.nx, self.ny, directions)?.periodic(around)
