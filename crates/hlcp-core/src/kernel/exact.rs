@@ -13,7 +13,7 @@ use crate::{
 };
 
 impl<T: Scalar> Sweep<'_, T> {
-    /// Sums the squares of what each row of the exact residual at `x` is looked at for.
+    /// Sums the squares of the answers to a question to each row of the residual at `x`.
     pub(crate) fn exact(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         EXACT.of::<Exact<T>>()(self, question, q, x, meter)
     }

@@ -86,26 +86,10 @@ pub(crate) struct Slices<'a, I, T> {
 
 impl<T: Scalar, I: Index> Slices<'_, I, T> {
     #[inline(always)]
-    fn row(&self, i: usize) -> (&[I], &[T]) {
-        let (from, until) = (self.offsets[i].as_(), self.offsets[i + 1].as_());
-        (&self.columns[from..until], &self.values[from..until])
-    }
-
-    #[inline(always)]
     fn fold<S: Copy>(&self, i: usize, sums: S, mut add: impl FnMut(S, usize, T) -> S) -> S {
-        let (columns, values) = self.row(i);
-        columns.iter().zip(values).fold(sums, |sums, (j, &a)| add(sums, j.as_(), a))
-    }
-
-    fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
-        for (i, y) in (first..).zip(y) {
-            *y = self.fold(i, T::zero(), |sum, j, a| sum + a * x[j]);
-        }
-    }
-
-    fn diagonal_entry(&self, i: usize) -> T {
-        let (columns, values) = self.row(i);
-        columns.binary_search_by_key(&i, |j| j.as_()).map_or(T::zero(), |at| values[at])
+        let row = self.offsets[i].as_()..self.offsets[i + 1].as_();
+        let entries = self.columns[row.clone()].iter().zip(&self.values[row]);
+        entries.fold(sums, |sums, (j, &a)| add(sums, j.as_(), a))
     }
 }
 
@@ -117,33 +101,6 @@ pub(crate) enum RowsOf<'a, T> {
     I64(Slices<'a, i64, T>),
     Usize(Slices<'a, usize, T>),
     Diagonal(Coefficients<'a, T>),
-}
-
-impl<T: Scalar> RowsOf<'_, T> {
-    /// Overwrites `y` with the rows of the product with `x` that begin at row `first`.
-    pub(crate) fn apply(&self, first: usize, x: &[T], y: &mut [T]) {
-        match self {
-            Self::U32(rows) => rows.apply(first, x, y),
-            Self::I32(rows) => rows.apply(first, x, y),
-            Self::I64(rows) => rows.apply(first, x, y),
-            Self::Usize(rows) => rows.apply(first, x, y),
-            Self::Diagonal(entries) => {
-                for (i, y) in (first..).zip(y) {
-                    *y = entries.entry(i) * x[i];
-                }
-            }
-        }
-    }
-
-    pub(crate) fn diagonal_entry(&self, i: usize) -> T {
-        match self {
-            Self::U32(rows) => rows.diagonal_entry(i),
-            Self::I32(rows) => rows.diagonal_entry(i),
-            Self::I64(rows) => rows.diagonal_entry(i),
-            Self::Usize(rows) => rows.diagonal_entry(i),
-            Self::Diagonal(entries) => entries.entry(i),
-        }
-    }
 }
 
 impl<T: Scalar> Source<T> for RowsOf<'_, T> {

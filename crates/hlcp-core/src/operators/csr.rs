@@ -31,6 +31,7 @@ use crate::numbers::{Error, Scalar, all_finite};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Csr<'a, T: Scalar> {
     // Invariant: that of `check`, with finite values.
+    order: usize,
     pattern: Pattern<'a>,
     values: Cow<'a, [T]>,
 }
@@ -64,13 +65,13 @@ impl<'a, T: Scalar> Csr<'a, T> {
         let (offsets, columns, values) = (offsets.into(), columns.into(), values.into());
         check(&offsets, &columns, values.len())?;
         all_finite("values", &values)?;
-        Ok(Self { pattern: I::pattern(offsets, columns), values })
+        Ok(Self { order: offsets.len() - 1, pattern: I::pattern(offsets, columns), values })
     }
 
     /// Returns the matrix of arrays that are known to be in order.
     pub(crate) fn of<I: Index>(offsets: &'a [I], columns: &'a [I], values: &'a [T]) -> Self {
         let pattern = I::pattern(Cow::Borrowed(offsets), Cow::Borrowed(columns));
-        Self { pattern, values: Cow::Borrowed(values) }
+        Self { order: offsets.len() - 1, pattern, values: Cow::Borrowed(values) }
     }
 
     /// Returns the number of entries.
@@ -87,6 +88,7 @@ impl<'a, T: Scalar> Csr<'a, T> {
             Pattern::Usize(offsets, columns) => RowsOf::Usize(Slices { offsets, columns, values }),
         }
     }
+
     /// Returns the matrix of any operator's rows, in arrays of its own.
     ///
     /// # Cost
@@ -113,13 +115,14 @@ impl<'a, T: Scalar> Csr<'a, T> {
 
     /// Returns the matrix of arrays that are known to be in order.
     pub(crate) fn owned(offsets: Vec<usize>, columns: Vec<usize>, values: Vec<T>) -> Self {
+        let order = offsets.len() - 1;
         let pattern = if u32::try_from(offsets.len().max(values.len())).is_ok() {
             let narrow = |list: Vec<usize>| list.into_iter().map(|index| index as u32).collect();
             Pattern::U32(Cow::Owned(narrow(offsets)), Cow::Owned(narrow(columns)))
         } else {
             Pattern::Usize(Cow::Owned(offsets), Cow::Owned(columns))
         };
-        Self { pattern, values: Cow::Owned(values) }
+        Self { order, pattern, values: Cow::Owned(values) }
     }
 
     /// Returns the same matrix, borrowed.
@@ -173,18 +176,15 @@ fn check<I: Index>(offsets: &[I], columns: &[I], values: usize) -> Result<(), Er
 
 impl<T: Scalar> LinearOperator<T> for Csr<'_, T> {
     fn order(&self) -> usize {
-        let offsets = match &self.pattern {
-            Pattern::U32(offsets, _) => offsets.len(),
-            Pattern::I32(offsets, _) => offsets.len(),
-            Pattern::I64(offsets, _) => offsets.len(),
-            Pattern::Usize(offsets, _) => offsets.len(),
-        };
-        offsets - 1
+        self.order
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         assert_eq!([x.len(), y.len()], [self.order(); 2], "vectors of the operator's order");
-        self.rows().apply(0, x, y);
+        let mut rows = self.rows();
+        for (i, y) in y.iter_mut().enumerate() {
+            *y = rows.fold(i, T::zero(), |sum, j, a| sum + a * x[j]);
+        }
     }
 
     fn as_csr(&self) -> Option<Csr<'_, T>> {
@@ -199,7 +199,7 @@ impl<T: Scalar> LinearOperator<T> for Csr<'_, T> {
 
 impl<T: Scalar> Diagonal<T> for Csr<'_, T> {
     fn diagonal_entry(&self, i: usize) -> T {
-        self.rows().diagonal_entry(i)
+        self.rows().fold(i, T::zero(), |entry, j, a| if j == i { a } else { entry })
     }
 }
 

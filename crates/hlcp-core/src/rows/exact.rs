@@ -114,7 +114,7 @@ pub(crate) struct ExactRows<'a, T> {
 }
 
 impl<T: Scalar> ExactRows<'_, T> {
-    /// Sums the squares of what each row is looked at for.
+    /// Sums the squares of the answers to a question to each row.
     pub(crate) fn sum(&self, question: Question, meter: Meter) -> Part {
         SUM.of::<Sum<T>>()(self, question, meter)
     }
