@@ -5,7 +5,7 @@
 
 use std::{error::Error, fs, path::Path, process::Command, sync::Arc};
 
-use hlcp_core::files;
+use hlcp::files;
 use kuva::{
     backend::svg::SvgBackend,
     plot::{

@@ -41,7 +41,7 @@ use std::{
 };
 
 use clap::{Args, Parser, Subcommand, error::ErrorKind};
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 
 const EXAMPLES: &str = "\
 Examples:

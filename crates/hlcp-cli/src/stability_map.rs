@@ -10,7 +10,8 @@
 use std::error::Error;
 
 use clap::Args;
-use hlcp_core::{Aor, Scalar, files::printable};
+use hlcp::files::printable;
+use hlcp_core::{Aor, Scalar};
 use hlcp_methods::{Limits, NameError, Named, Options, Outcome, Parameters, Status};
 use hlcp_verify::{Convergence, convergence, theorem_2};
 use kuva::plot::MarkerShape;

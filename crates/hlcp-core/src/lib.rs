@@ -8,9 +8,8 @@
 //!
 //! * [`FivePoint`] on a grid, constant or varying, [`Tridiagonal`], [`Identity`] and
 //!   [`DiagonalMatrix`];
-//! * [`Csr`] and [`RowMajor`] for rows in arrays; [`market`] reads and writes Matrix Market files;
-//!   with the feature `nalgebra-sparse`, on by default, also `CsrMatrix`, `CscMatrix` and
-//!   `nalgebra::DMatrix`;
+//! * [`Csr`] and [`RowMajor`] for rows in arrays; with the feature `nalgebra-sparse`, on by default,
+//!   also `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix`;
 //! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
 //!
 //! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.
@@ -122,9 +121,6 @@
 //! * Stencils in three dimensions. Write a [`Rows`] operator for these.
 //! * Targets without `std`.
 
-pub mod files;
-pub mod market;
-
 // The floors, from the lowest: numbers, parallel, operators, rows, kernel, problem, steps. None
 // imports from a floor above it.
 mod kernel;
@@ -136,7 +132,7 @@ mod rows;
 mod steps;
 
 pub use kernel::{Smoother, Transfer};
-pub use numbers::{Error, Norms, Rhs, Scalar, all_finite};
+pub use numbers::{Error, Norms, Rhs, Scalar, all_finite, number};
 pub use operators::{
     Coefficients, Csr, Diagonal, DiagonalMatrix, Direction, Entries, FivePoint, FivePointView,
     Identity, Index, LinearOperator, Omega, RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal,

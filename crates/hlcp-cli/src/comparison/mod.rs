@@ -12,7 +12,7 @@ mod table;
 use std::{error::Error, path::PathBuf, time::Duration};
 
 use clap::Args;
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 use hlcp_methods::Status;
 use problem::METHODS;
 use problem::{Reference, Run};

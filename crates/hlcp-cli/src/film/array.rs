@@ -2,7 +2,7 @@
 
 use std::{fs, path::Path};
 
-use hlcp_core::files::{FileError, binary, excerpt};
+use hlcp::files::{FileError, binary, excerpt};
 
 /// Numbers in rows of the same length.
 pub(super) struct Array {

@@ -2,7 +2,7 @@
 
 use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
 
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 use hlcp_verify::{Film, Side, Supply};
 
 use super::{Arguments, Numbers, Viscosity, array, array::Array};

@@ -2,7 +2,7 @@
 
 use std::{error::Error, path::Path};
 
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 use hlcp_verify::{Film, FilmFigures, TimeStep};
 
 use super::{

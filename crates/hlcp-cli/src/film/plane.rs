@@ -7,7 +7,7 @@ use std::{
     time::Instant,
 };
 
-use hlcp_core::files;
+use hlcp::files;
 use hlcp_methods::{Clock, Named, Parameters, Status};
 use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, decimal};
 use serde_json::{Value, json};
@@ -184,7 +184,7 @@ fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), 
     let asked = match &arguments.load {
         Some(load) => format!(
             "--load: nothing feeds this film, so it runs dry and carries nothing instead of {} N",
-            files::number(load.0[0])
+            hlcp_core::number(load.0[0])
         ),
         None if arguments.coefficients => {
             "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"

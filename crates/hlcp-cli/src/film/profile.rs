@@ -34,10 +34,8 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_core::{
-    Aor, Hlcp, Omega, Tridiagonal,
-    files::{self, FileError, excerpt, printable},
-};
+use hlcp::files::{self, FileError, excerpt, printable};
+use hlcp_core::{Aor, Hlcp, Omega, Tridiagonal};
 use hlcp_methods::{Limits, Newton, Options, Outcome, Solver, Tmms, TridiagonalPart};
 use hlcp_verify::Slider;
 use serde_json::{Value, json};

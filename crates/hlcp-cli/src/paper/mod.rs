@@ -13,7 +13,7 @@ mod table;
 use std::{error::Error, path::PathBuf};
 
 use clap::Args;
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 use hlcp_methods::{Limits, Named, Options, Parameters, Status};
 use hlcp_verify::{Example, Slider};
 use indicatif::ProgressBar;

@@ -3,7 +3,7 @@
 use std::{error::Error, path::PathBuf};
 
 use clap::{Args, ValueEnum};
-use hlcp_core::files;
+use hlcp::files;
 use hlcp_methods::Parameters;
 
 use crate::scenes::Given;

@@ -14,11 +14,10 @@ use std::{
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
+use hlcp::{files, market};
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
-use hlcp_core::{
-    FivePoint, Identity, LinearOperator, Ranks, Rows, Scalar, Strip, files, market, recognise_grid,
-};
+use hlcp_core::{FivePoint, Identity, LinearOperator, Ranks, Rows, Scalar, Strip, recognise_grid};
 use hlcp_methods::{
     Clock, Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance,
 };

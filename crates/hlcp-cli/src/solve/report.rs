@@ -2,7 +2,7 @@
 
 use std::io;
 
-use hlcp_core::{Norms, Scalar, files::number};
+use hlcp_core::{Norms, Scalar, number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
 use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, decimal, uniqueness_within};
 use serde_json::{Value, json};

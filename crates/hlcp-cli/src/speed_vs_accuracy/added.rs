@@ -2,7 +2,7 @@
 
 use std::{fs, path::PathBuf};
 
-use hlcp_core::files::{FileError, excerpt};
+use hlcp::files::{FileError, excerpt};
 
 use super::{COLUMNS, Measured};
 

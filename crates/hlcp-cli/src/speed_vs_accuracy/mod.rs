@@ -17,7 +17,7 @@ mod series;
 use std::{error::Error, path::PathBuf};
 
 use clap::Args;
-use hlcp_core::files::printable;
+use hlcp::files::printable;
 use hlcp_verify::certify;
 use indicatif::ProgressBar;
 use problem::{Posed, Problem};

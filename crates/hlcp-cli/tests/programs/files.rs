@@ -3,7 +3,7 @@
 
 use std::{fs, path::Path};
 
-use hlcp_core::{LinearOperator, Rows, market};
+use hlcp::{LinearOperator, Rows, market};
 use hlcp_verify::Example;
 use proptest::{collection::vec, prelude::*};
 

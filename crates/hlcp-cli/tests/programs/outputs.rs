@@ -8,7 +8,7 @@ use std::{
     process::{Command, Output, Stdio},
 };
 
-use hlcp_core::{files, market};
+use hlcp::{files, market};
 
 use crate::{
     command::{hlcp, text},
@@ -252,9 +252,10 @@ fn permissions_are_kept_and_what_is_read_only_is_spared() {
     chmod("closed", 0o755).unwrap();
 }
 
-/// Each of three writes fails in turn, or its rename does because a folder came into its place.
+/// Each of three writes fails in turn, which leaves all files as they were, or its rename does
+/// because a folder came into its place, which leaves those after it.
 #[test]
-fn files_are_written_all_or_none() {
+fn files_are_replaced_once_all_are_written() {
     for failing in 0..3 {
         for by_rename in [false, true] {
             let folder = sound(&format!("together-{failing}-{by_rename}"));
@@ -279,8 +280,9 @@ fn files_are_written_all_or_none() {
             let reason = if by_rename { "cannot be written: " } else { "the disc is full" };
             assert!(error.reason.contains(reason), "{error}");
             if by_rename {
-                before.retain(|(path, _)| *path != paths[failing]);
-                before.push((paths[failing].clone(), None));
+                before.retain(|(path, _)| !paths[..=failing].contains(path));
+                let text = |k: usize| (k < failing).then(|| format!("file {k}\n").into_bytes());
+                before.extend((0..=failing).map(|k| (paths[k].clone(), text(k))));
                 before.sort();
             }
             assert_eq!(content(&folder.0), before, "{failing} {by_rename}");

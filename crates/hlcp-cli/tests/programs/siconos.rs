@@ -4,7 +4,7 @@
 use approx::abs_diff_eq;
 use std::{fs, path::Path};
 
-use hlcp_core::market;
+use hlcp::market;
 use nalgebra::DMatrix;
 use serde_json::Value;
 

@@ -1,7 +1,5 @@
 use thiserror::Error;
 
-use crate::files::number;
-
 /// Input that cannot be solved as it stands, with the numbers that are wrong.
 ///
 /// An iteration that ends without converging is *not* an error; it is an outcome.
@@ -199,6 +197,18 @@ fn way_out(what: &str, value: f64) -> &'static str {
         }
         _ => "",
     }
+}
+
+/// Returns the shortest text of a number: with an exponent where it is very small or very large.
+///
+/// ```
+/// use hlcp_core::number;
+///
+/// assert_eq!([0.25, 4.0, -1e-9, 1e300].map(number), ["0.25", "4", "-1e-9", "1e300"]);
+/// ```
+pub fn number(value: f64) -> String {
+    let is_long = value != 0.0 && value.is_finite() && !(1e-5..1e17).contains(&value.abs());
+    if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
 /// Refuses a parameter that is not positive and finite.

@@ -5,7 +5,7 @@ mod norms;
 mod scalar;
 
 pub use self::{
-    error::Error,
+    error::{Error, number},
     norms::{Norms, Rhs, all_finite},
     scalar::Scalar,
 };

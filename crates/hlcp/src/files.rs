@@ -1,9 +1,9 @@
-//! Files that are written all or none, and text from files as it may be printed.
+//! Files that are written whole or not at all, and text from files as it may be printed.
 //!
 //! [`check_output`] says before a long computation whether its answer could be written, and
-//! [`write_together`] writes several files or leaves all of them as they were. Both replace regular
-//! files only: a directory, a FIFO, a device, a socket and a symbolic link are refused. A symbolic
-//! link among the folders of a path is followed.
+//! [`write_together`] replaces files only once all are written. Both replace regular files only: a
+//! directory, a FIFO, a device, a socket and a symbolic link are refused. A symbolic link among the
+//! folders of a path is followed.
 
 use std::{
     fmt::Display,
@@ -20,7 +20,7 @@ use thiserror::Error;
 /// Its message is one line: what does not print in a file's name is escaped, as by [`printable`].
 ///
 /// ```
-/// use hlcp_core::files::FileError;
+/// use hlcp::files::FileError;
 ///
 /// let (path, reason) = ("a\u{1b}[2J.csv".into(), "the gap h = 0 is not positive".to_owned());
 /// let error = FileError { path, line: Some(3), reason };
@@ -54,7 +54,7 @@ impl FileError {
 /// Quotes and backslashes stay as they are, so that escaped text is not escaped again.
 ///
 /// ```
-/// use hlcp_core::files::printable;
+/// use hlcp::files::printable;
 ///
 /// assert_eq!(printable("é = 'x'\r\n"), r"é = 'x'\r\n");
 /// assert_eq!(printable("\u{1b}]0;new title\u{7}"), r"\u{1b}]0;new title\u{7}");
@@ -69,7 +69,7 @@ pub fn printable(text: impl Display) -> String {
 /// Returns at most 60 characters of the [`printable`] text, and an ellipsis for the others.
 ///
 /// ```
-/// use hlcp_core::files::excerpt;
+/// use hlcp::files::excerpt;
 ///
 /// assert_eq!(excerpt("1.5\t2"), r"1.5\t2");
 /// assert_eq!(excerpt(&"7".repeat(61)), "7".repeat(60) + "…");
@@ -82,22 +82,10 @@ pub fn excerpt(text: &str) -> String {
     }
 }
 
-/// Returns the shortest text of a number: with an exponent where it is very small or very large.
-///
-/// ```
-/// use hlcp_core::files::number;
-///
-/// assert_eq!([0.25, 4.0, -1e-9, 1e300].map(number), ["0.25", "4", "-1e-9", "1e300"]);
-/// ```
-pub fn number(value: f64) -> String {
-    let is_long = value != 0.0 && value.is_finite() && !(1e-5..1e17).contains(&value.abs());
-    if is_long { format!("{value:e}") } else { value.to_string() }
-}
-
 /// Says of bytes that begin as a binary file of a known kind what they are, and the way out.
 ///
 /// ```
-/// use hlcp_core::files::binary;
+/// use hlcp::files::binary;
 ///
 /// assert_eq!(binary(&[0x1f, 0x8b, 8]), Some("is compressed by gzip; unpack it with gunzip"));
 /// assert_eq!(binary(b"1.5"), None);
@@ -119,7 +107,7 @@ pub fn binary(bytes: &[u8]) -> Option<&'static str> {
 /// A file that does not exist yet is known by its folder and its name.
 ///
 /// ```
-/// use hlcp_core::files::same_file;
+/// use hlcp::files::same_file;
 ///
 /// assert!(same_file("z".as_ref(), "./z".as_ref()));
 /// assert!(!same_file("z".as_ref(), "r".as_ref()));
@@ -149,38 +137,38 @@ pub fn same_file(one: &Path, other: &Path) -> bool {
 /// no name.
 ///
 /// ```
-/// use hlcp_core::files::check_output;
+/// use hlcp::files::check_output;
 ///
 /// let folder = std::env::temp_dir();
 /// check_output(&folder.join(format!("hlcp-{}-new.txt", std::process::id())))?;
 /// let error = check_output(&folder).unwrap_err();
 /// assert_eq!(error.reason, "is a directory; an output is a new file or a regular one");
-/// # Ok::<(), hlcp_core::files::FileError>(())
+/// # Ok::<(), hlcp::files::FileError>(())
 /// ```
 pub fn check_output(path: &Path) -> Result<(), FileError> {
     let target = target(path)?;
     create(&target).map(drop).map_err(|e| FileError::unwritable(path, &e))
 }
 
-/// Writes the content of each file by `write`, and puts all files in their places, or none.
+/// Writes the content of each file by `write`, and puts all files in their places.
 ///
-/// All are written to temporary files in the folders of their paths first and then renamed. If a
-/// rename fails, the files renamed before it are put back. A file that is replaced hands its
-/// permissions on, and its other hard links keep the old content.
+/// All are written to temporary files in the folders of their paths first and then renamed. So a
+/// content that cannot be written leaves every file as it was; if a rename fails, which nothing but
+/// a change of the folders meanwhile explains, the files renamed before it stay. A file that is
+/// replaced hands its permissions on, and its other hard links keep the old content.
 ///
 /// # Errors
 ///
 /// [`FileError`] as for [`check_output`], for two paths to one file, and for what could not be
-/// written; existing files are then as they were, and no temporary file is left. Should putting
-/// back a file fail as well, the message names the file that keeps its content. A process that is
-/// killed while it writes leaves files named `.hlcp-….partial`.
+/// written; no temporary file is left. A process that is killed while it writes leaves files named
+/// `.hlcp-….partial`.
 ///
 /// # Cost
 ///
 /// Room for the old and the new files at once, and one wait for the disc per file.
 ///
 /// ```
-/// use hlcp_core::files::write_together;
+/// use hlcp::files::write_together;
 ///
 /// let path = |name| std::env::temp_dir().join(format!("hlcp-{}-{name}", std::process::id()));
 /// let (one, two) = (path("one.txt"), path("two.txt"));
@@ -194,61 +182,26 @@ pub fn write_together<C>(
     outputs: &[(&Path, C)],
     write: impl Fn(&C, &mut dyn Write) -> io::Result<()>,
 ) -> Result<(), FileError> {
-    let mut targets = Vec::with_capacity(outputs.len());
-    for (k, (path, _)) in outputs.iter().enumerate() {
+    let mut written = Vec::with_capacity(outputs.len());
+    for (k, (path, content)) in outputs.iter().enumerate() {
         if let Some((other, _)) = outputs[..k].iter().find(|(other, _)| same_file(path, other)) {
             let other = printable(other.display());
             return Err(FileError::new(path, format!("is the same file as the output {other}")));
         }
-        targets.push(target(path)?);
-    }
-    let mut written = Vec::with_capacity(outputs.len());
-    for ((path, content), target) in outputs.iter().zip(&targets) {
+        let target = target(path)?;
         let fill = || {
-            let (temporary, file) = create(target)?;
+            let (temporary, file) = create(&target)?;
             let mut file = BufWriter::new(file);
             write(content, &mut file)?;
             file.into_inner()?.sync_all()?;
             Ok(temporary)
         };
-        written.push(fill().map_err(|e| FileError::unwritable(path, &e))?);
+        let temporary = fill().map_err(|e| FileError::unwritable(path, &e))?;
+        written.push((path, temporary, target));
     }
-    let mut replaced: Vec<(&Path, Option<Temporary>)> = Vec::with_capacity(outputs.len());
-    for (k, target) in targets.iter().enumerate() {
-        let replace = || {
-            // Nothing can fail after the last rename, so that nothing need be kept for it.
-            let keep = k + 1 < targets.len() && target.exists();
-            let kept = keep.then(|| kept(target)).transpose()?;
-            fs::rename(&written[k].0, target).map(|()| kept)
-        };
-        match replace() {
-            Ok(kept) => replaced.push((target, kept)),
-            Err(error) => {
-                let mut failure = FileError::unwritable(outputs[k].0, &error);
-                for (target, kept) in replaced.into_iter().rev() {
-                    failure.reason += &put_back(target, kept);
-                }
-                return Err(failure);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Gives `target` its old content again, or none. If that fails, the text says where it is.
-fn put_back(target: &Path, kept: Option<Temporary>) -> String {
-    let done = match &kept {
-        Some(kept) => fs::rename(&kept.0, target),
-        None => fs::remove_file(target),
-    };
-    let Err(error) = done else { return String::new() };
-    let old = kept.map_or("nothing".into(), |kept| {
-        let old = format!("what {} holds", printable(kept.0.display()));
-        // The only copy is not to be removed.
-        std::mem::forget(kept);
-        old
-    });
-    format!("; {} held {old} and could not be put back: {error}", printable(target.display()))
+    written.iter().try_for_each(|(path, temporary, target)| {
+        fs::rename(&temporary.0, target).map_err(|e| FileError::unwritable(path, &e))
+    })
 }
 
 /// The file that an output's path stands for, if it can be replaced or made.
@@ -316,34 +269,22 @@ impl Drop for Temporary {
 /// removes is never the file of another.
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
-/// Calls `make` with a name that is not in use, in the folder of `target`.
-fn beside<F>(target: &Path, make: impl Fn(&Path) -> io::Result<F>) -> io::Result<(Temporary, F)> {
+/// A new file beside `target`, with the permissions of `target`.
+fn create(target: &Path) -> io::Result<(Temporary, File)> {
     loop {
         let (process, number) = (std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed));
         let path = target.with_file_name(format!(".hlcp-{process}-{number}.partial"));
-        match make(&path) {
+        match File::create_new(&path) {
             // Left by a process that was killed.
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-            made => return made.map(|made| (Temporary(path), made)),
+            Err(error) => return Err(error),
+            Ok(file) => {
+                let temporary = Temporary(path);
+                if let Ok(found) = fs::metadata(target) {
+                    file.set_permissions(found.permissions())?;
+                }
+                return Ok((temporary, file));
+            }
         }
     }
-}
-
-/// A new file beside `target`, with the permissions of `target`.
-fn create(target: &Path) -> io::Result<(Temporary, File)> {
-    let (temporary, file) = beside(target, |path| File::create_new(path))?;
-    if let Ok(found) = fs::metadata(target) {
-        file.set_permissions(found.permissions())?;
-    }
-    Ok((temporary, file))
-}
-
-/// The content of `target` under another name: a hard link, or a copy where there are none.
-fn kept(target: &Path) -> io::Result<Temporary> {
-    if let Ok((link, ())) = beside(target, |path| fs::hard_link(target, path)) {
-        return Ok(link);
-    }
-    let (copy, mut file) = create(target)?;
-    io::copy(&mut File::open(target)?, &mut file)?;
-    Ok(copy)
 }

@@ -12,11 +12,10 @@ use std::{
     str::{FromStr, SplitWhitespace},
 };
 
+use hlcp_core::{Csr, Scalar, number};
+
 pub use crate::files::FileError;
-use crate::{
-    Csr, Scalar,
-    files::{self, excerpt},
-};
+use crate::files::{self, excerpt};
 
 /// Reads a square matrix.
 ///
@@ -33,7 +32,7 @@ use crate::{
 /// Time linear in the file but for sorting within rows; the file and about 50 bytes per entry.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, market};
+/// use hlcp::{Diagonal, market};
 ///
 /// let path = std::env::temp_dir().join(format!("hlcp-{}.mtx", std::process::id()));
 /// let text = "%%MatrixMarket matrix coordinate integer symmetric\n2 2 3\n1 1 4\n2 2 3\n2 1 -1\n";
@@ -71,6 +70,9 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
         return Err(lines.fault(format!("{rows} × {columns} is not a square matrix")));
     }
     lines.holds(entries, 6)?;
+    if entries > u32::MAX as usize / 2 {
+        return Err(lines.fault(format!("{entries} entries are more than are read, 2³¹")));
+    }
     if entries < rows {
         return Err(lines.fault(format!(
             "{rows} rows have {entries} entries, but each needs a positive one on the diagonal"
@@ -94,9 +96,10 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
             let above = format!("entry ({i}, {j}) of a symmetric matrix is above the diagonal");
             return Err(lines.fault(above));
         }
-        triplets.push((i - 1, j - 1, value));
+        let [i, j] = [i, j].map(|k| k as u32 - 1);
+        triplets.push((i, j, value));
         if symmetric && i != j {
-            triplets.push((j - 1, i - 1, value));
+            triplets.push((j, i, value));
         }
     }
     lines.expect_end()?;
@@ -113,34 +116,19 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
 /// The matrix of the triplets, or the place of the first one that comes twice.
 fn assemble<T: Scalar>(
     order: usize,
-    mut triplets: Vec<(usize, usize, T)>,
-) -> Result<Csr<'static, T>, (usize, usize)> {
-    let mut offsets = vec![0; order + 1];
-    for &(i, ..) in &triplets {
-        offsets[i + 1] += 1;
-    }
-    for i in 0..order {
-        offsets[i + 1] += offsets[i];
-    }
-    let place = |&(i, j, _): &(usize, usize, T)| (i, j);
-    if !triplets.is_sorted_by_key(place) {
-        let mut next = offsets.clone();
-        let mut sorted = vec![(0, 0, T::zero()); triplets.len()];
-        for triplet in triplets {
-            sorted[next[triplet.0]] = triplet;
-            next[triplet.0] += 1;
-        }
-        for row in offsets.windows(2) {
-            sorted[row[0]..row[1]].sort_unstable_by_key(|&(_, j, _)| j);
-        }
-        triplets = sorted;
-    }
+    mut triplets: Vec<(u32, u32, T)>,
+) -> Result<Csr<'static, T>, (u32, u32)> {
+    let place = |&(i, j, _): &(u32, u32, T)| (i, j);
+    triplets.sort_unstable_by_key(place);
     if let Some(twice) = triplets.windows(2).find(|pair| place(&pair[0]) == place(&pair[1])) {
         return Err(place(&twice[0]));
     }
-    let columns = triplets.iter().map(|&(_, j, _)| j).collect();
-    let values = triplets.iter().map(|&(.., value)| value).collect();
-    Ok(Csr::owned(offsets, columns, values))
+    let mut offsets = vec![0_u32; order + 1];
+    triplets.iter().for_each(|&(i, ..)| offsets[i as usize + 1] += 1);
+    (0..order).for_each(|i| offsets[i + 1] += offsets[i]);
+    let columns: Vec<u32> = triplets.iter().map(|&(_, j, _)| j).collect();
+    let values: Vec<T> = triplets.iter().map(|&(.., value)| value).collect();
+    Ok(Csr::new(offsets, columns, values).expect("sorted rows of finite numbers"))
 }
 
 /// Reads a vector of length `order`.
@@ -150,7 +138,7 @@ fn assemble<T: Scalar>(
 /// [`FileError`], as for [`read_matrix`], and for a length other than `order`.
 ///
 /// ```
-/// use hlcp_core::market;
+/// use hlcp::market;
 ///
 /// let path = std::env::temp_dir().join(format!("hlcp-{}.txt", std::process::id()));
 /// std::fs::write(&path, "1.5\n-2\n")?;
@@ -226,7 +214,7 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 
 /// Writes each vector to its file, in the `array` format with every digit.
 ///
-/// A regular file that exists is replaced. A failure leaves all existing files as they were.
+/// A regular file that exists is replaced, once all are written.
 ///
 /// # Errors
 ///
@@ -234,7 +222,7 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
 /// written, for two vectors to one file, and for what is no regular file, such as a symbolic link.
 ///
 /// ```
-/// use hlcp_core::market;
+/// use hlcp::market;
 ///
 /// let path = std::env::temp_dir().join(format!("hlcp-{}-z.mtx", std::process::id()));
 /// market::write_vectors(&[(&path, &[0.1, 0.0])])?;
@@ -413,7 +401,7 @@ impl<'f> Lines<'f> {
     fn finite<T: Scalar>(&self, value: f64) -> Result<T, FileError> {
         let found = T::of(value);
         if self.is_whole && value.fract() != 0.0 && value.is_finite() {
-            let value = files::number(value);
+            let value = number(value);
             Err(self.fault(format!(
                 "{value} is not a whole number, as the banner's 'integer' says; write 'real' there"
             )))

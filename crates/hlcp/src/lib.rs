@@ -1,0 +1,47 @@
+//! Horizontal linear complementarity problems: find `z, r ≥ 0` with `zᵀ r = 0` and
+//! `A z − B r + q = 0`. One name for what programs need: the problem, its methods, proofs about its
+//! answers, and files.
+//!
+//! ```
+//! use hlcp::{FivePoint, certify, solve};
+//!
+//! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+//! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
+//! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
+//! let answer = solve(&a, &b, &q)?;
+//! assert!(answer.outcome.converged());
+//! let certificate = certify(&a, &b, &q, &answer.z, &answer.r)?;
+//! assert!(certificate.expect("a witness").error() < 1e-9);
+//! # Ok::<(), hlcp::Error>(())
+//! ```
+//!
+//! # Where to look
+//!
+//! | for | look at | from |
+//! |---|---|---|
+//! | operators, the problem, steps | [`LinearOperator`], [`FivePoint`], [`Csr`], [`Hlcp`], [`Aor`] | `hlcp-core` |
+//! | one call, a solver, the methods | [`solve`](fn@solve), [`Solver`], [`Options`], [`Auto`], [`Named`] | `hlcp-methods` |
+//! | proofs about an answer, a method, all `q` | [`certify`], [`convergence`], [`uniqueness`] | `hlcp-verify` |
+//! | matrices and vectors in Matrix Market files | [`market`] | here |
+//! | files that are written whole or not at all | [`files`] | here |
+//!
+//! Scenes with known answers, dense oracles and planted problems, for tests, stay in `hlcp-verify`.
+//!
+//! # Features
+//!
+//! `rayon`, on by default, shares sweeps among threads for problems that ask for it by
+//! `in_parallel`; `mpi` shares a problem among processes and needs an installed MPI.
+
+pub mod files;
+pub mod market;
+
+pub use hlcp_methods::*;
+pub use hlcp_verify::{
+    Branch, Certificate, Convergence, Refusal, Uniqueness, certify, certify_by, certify_within,
+    convergence, uniqueness,
+};
+
+/// The README's program, compiled and run with the documentation's other examples.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
