@@ -23,6 +23,12 @@ pub(super) fn read(path: &Path) -> Result<Array, FileError> {
     }
     let text =
         String::from_utf8(bytes).map_err(|_| fault(None, "neither an NPY file nor text".into()))?;
+    parse(path, &text)
+}
+
+/// The array of a text, which is that of the file `path`.
+pub(super) fn parse(path: &Path, text: &str) -> Result<Array, FileError> {
+    let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
     let mut array = Array { columns: 0, rows: 0, values: vec![] };
     for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
         if line.trim().is_empty() || line.trim_start().starts_with('#') {
@@ -73,7 +79,7 @@ pub(super) fn read_map(path: &Path) -> Result<Array, FileError> {
 
 /// Splits a line into its cells, without the quotes that a cell is in: at semicolons, or else at
 /// commas, at tabs or at blanks.
-pub(super) fn cells(line: &str) -> Result<Vec<&str>, String> {
+fn cells(line: &str) -> Result<Vec<&str>, String> {
     let words: Vec<&str> =
         match [';', ',', '\t'].into_iter().find(|&mark| line.trim().contains(mark)) {
             Some(mark) => line.trim_matches(' ').split(mark).map(str::trim).collect(),

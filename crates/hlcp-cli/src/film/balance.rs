@@ -39,11 +39,20 @@ const LEAST: f64 = -1e-9;
 
 /// What is asked of a solve.
 #[derive(Clone, Copy)]
-struct Asked {
+pub(super) struct Asked {
+    /// The method, unless the command line names one.
+    pub(super) method: &'static str,
     /// The least content of a cell that is taken for rounding.
     least: f64,
     /// The residual that rounding excuses, in units of the rounding of its terms.
     rounding: f64,
+}
+
+impl Asked {
+    /// A film by a method, as near as rounding allows.
+    pub(super) fn film(method: &'static str) -> Self {
+        Self { method, least: LEAST, rounding: ROUNDING }
+    }
 }
 
 /// Rounding in a residual is some ε of its terms, and these are films of any units.
@@ -80,8 +89,14 @@ impl Solved {
         let (a, b, q) = film.pose()?;
         // A steady film; what a step begins with may be below 0 by rounding.
         let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
-        let (problem, asked) = (Problem::new(a, b, q), Asked { least, rounding });
-        let (z, r, x, outcome) = solve(&film, &problem, start, asked, arguments)?;
+        let asked = Asked { least, rounding, ..Asked::film(METHOD) };
+        let begin = match start {
+            Some(start) => Some(start.scaled(&film)),
+            // Dry: in a ring the content that is left is settled by the loss alone, which is less
+            // than what a solve leaves of the residual.
+            None => (!film.is_fed()).then(|| [vec![0.0; q.len()], film.dry()]),
+        };
+        let (z, r, x, outcome) = solve(&Problem::new(a, b, q), begin, asked, arguments)?;
         Ok(Self { film, z, r, x, outcome })
     }
 
@@ -90,9 +105,16 @@ impl Solved {
         let (a, _, q) = self.film.pose()?;
         let problem = Problem::new(a, Identity { order: q.len() }, q);
         // Its r is no void fraction.
-        let asked = Asked { least: f64::NEG_INFINITY, rounding: ROUNDING };
-        let (z, r, x, outcome) = solve(&self.film, &problem, Some(self), asked, arguments)?;
+        let asked = Asked { least: f64::NEG_INFINITY, ..Asked::film(METHOD) };
+        let begin = Some(self.scaled(&self.film));
+        let (z, r, x, outcome) = solve(&problem, begin, asked, arguments)?;
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
+    }
+
+    /// `z` and `r` in the units of another film.
+    fn scaled(&self, film: &Film) -> [Vec<f64>; 2] {
+        let by = self.film.pressure_unit() / film.pressure_unit();
+        [self.z.iter().map(|z| z * by).collect(), self.r.clone()]
     }
 
     /// The proof of the solution, with bounds on its errors, or why there is none.
@@ -172,28 +194,18 @@ impl Solved {
 /// `z`, `r`, `x` and what became of the solve.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
 
-/// Solves by the method of the command line, or by the usual one, and by another where that does
-/// not converge or leaves a content `1 − r` below `least`.
-fn solve(
-    film: &Film,
+/// Solves from `begin`, by the method of the command line or by the usual one, and by another where
+/// that does not converge or leaves a content `1 − r` below `least`.
+pub(super) fn solve(
     given: &Problem<f64>,
-    start: Option<&Solved>,
-    Asked { least, rounding }: Asked,
+    begin: Option<[Vec<f64>; 2]>,
+    Asked { method, least, rounding }: Asked,
     arguments: &Arguments,
 ) -> Fallible<Answer> {
     let (mut problem, q) = (given.hlcp(1.0)?, &given.q);
     if arguments.threads.is_some_and(|threads| threads > 1) {
         problem = problem.in_parallel();
     }
-    let scaled = match start {
-        Some(start) => {
-            let by = start.film.pressure_unit() / film.pressure_unit();
-            Some((start.z.iter().map(|z| z * by).collect::<Vec<_>>(), start.r.clone()))
-        }
-        // Dry: in a ring the content that is left is settled by the loss alone, which is less than
-        // what a solve leaves of the residual.
-        None => (!film.is_fed()).then(|| (vec![0.0; q.len()], film.dry())),
-    };
     let name = arguments.method.as_deref();
     let limits = limits(rounding);
     let attempt = |name: &str| -> Fallible<Answer> {
@@ -204,14 +216,14 @@ fn solve(
             way.show(progress);
             ControlFlow::Continue(())
         };
-        let options = match &scaled {
-            Some((z, r)) => Options::from_solution(z, r),
+        let options = match &begin {
+            Some([z, r]) => Options::from_solution(z, r),
             None => Options::default(),
         };
         let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
         Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
     };
-    let found = attempt(name.unwrap_or(METHOD))?;
+    let found = attempt(name.unwrap_or(method))?;
     let is_film =
         |(_, r, _, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
     if is_film(&found) || name.is_some() || rounding < ROUNDING {

@@ -8,11 +8,18 @@ mod picture;
 mod plane;
 mod profile;
 
-use std::{error::Error, path::PathBuf, str::FromStr};
+use std::{
+    error::Error,
+    fs,
+    path::{Path, PathBuf},
+    str::FromStr,
+};
 
 use clap::{ArgGroup, Args, error::ErrorKind};
+use hlcp::files::{self, printable};
+use serde_json::Value;
 
-use crate::say;
+use crate::{print, say};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -203,30 +210,91 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// Solves for the film that was given; whether it converged.
-pub(crate) fn run(arguments: Arguments) -> Result<bool, Box<dyn Error>> {
-    if arguments.map.is_some() || arguments.journal || arguments.pad.is_some() {
-        if arguments.mass.is_some() && arguments.motion.is_none() {
-            return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
-        }
-        if arguments.ecc.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
-            return Err("--ecc is where a journal is, but --motion says that at every time; leave --ecc out, or let the journal move freely by --mass".into());
-        }
-        let asks = arguments.load.is_some() || arguments.motion.is_some();
-        if arguments.attitude.is_some() && !asks {
-            return Err("--attitude turns x = 0 with the load of --load or --motion; without them leave it out".into());
-        }
-        return plane::run(&arguments);
-    }
-    profile::run(arguments)
+/// What a film comes to.
+struct Done {
+    /// The files that are written, and their texts.
+    outputs: Vec<PathBuf>,
+    texts: Vec<Vec<u8>>,
+    json: Value,
+    report: String,
+    warnings: Vec<String>,
+    converged: bool,
 }
 
-/// Warns of sizes that were hardly meant: gaps of a millimetre or more everywhere, films a million
-/// times as long as their least gap, and pressures that no lubricant bears, in SI units.
-fn doubt(thin: f64, lengths: &[f64], peak: f64) {
-    if let Some(text) = doubtful(thin, lengths, peak) {
-        say(format!("warning: {text}"));
+/// Solves for the film that was given, writes its files and prints its figures; whether all of it
+/// converged.
+pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+    if arguments.mass.is_some() && arguments.motion.is_none() {
+        return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
     }
+    if arguments.ecc.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
+        return Err("--ecc is where a journal is, but --motion says that at every time; leave --ecc out, or let the journal move freely by --mass".into());
+    }
+    let asks = arguments.load.is_some() || arguments.motion.is_some();
+    if arguments.attitude.is_some() && !asks {
+        return Err(
+            "--attitude turns x = 0 with the load of --load or --motion; without them leave it out"
+                .into(),
+        );
+    }
+    let is_plane = arguments.map.is_some() || arguments.journal || arguments.pad.is_some();
+    let done = match arguments.threads {
+        Some(threads @ 2..) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
+            pool.install(|| plane::solve(&arguments).map_err(|error| error.to_string()))?
+        }
+        _ if is_plane => plane::solve(&arguments)?,
+        _ => profile::solve(&mut arguments)?,
+    };
+    // Before anything is printed, because a reader that goes away ends the program.
+    let paths = done.outputs.iter().map(PathBuf::as_path);
+    let pairs: Vec<(&Path, Vec<u8>)> = paths.zip(done.texts).collect();
+    files::write_together(&pairs, |text, file| file.write_all(text))?;
+    if arguments.json {
+        print::line(done.json)?;
+    } else {
+        let names: Vec<String> =
+            done.outputs.iter().map(|path| printable(path.display())).collect();
+        print::line(format_args!("{}wrote {}", done.report, names.join(", ")))?;
+    }
+    done.warnings.iter().for_each(|text| say(format!("warning: {text}")));
+    Ok(done.converged)
+}
+
+/// The files that are written, in folders that exist and other than those that are read.
+fn outputs(arguments: &Arguments, ends: &[&str]) -> Result<Vec<PathBuf>, Box<dyn Error>> {
+    let with = |end: &&str| {
+        let mut name = arguments.out.clone();
+        name.as_mut_os_string().push(end);
+        name
+    };
+    let outputs: Vec<PathBuf> = ends.iter().map(with).collect();
+    let viscosity = match &arguments.viscosity {
+        Some(Viscosity::Map(path)) => Some(path),
+        _ => None,
+    };
+    let inputs = [
+        ("the profile", arguments.profile.as_ref()),
+        ("the file of --map", arguments.map.as_ref()),
+        ("the file of --roughness", arguments.roughness.as_ref()),
+        ("the file of --viscosity", viscosity),
+        ("the file of --motion", arguments.motion.as_ref()),
+    ];
+    for output in &outputs {
+        for (what, input) in inputs {
+            if input.is_some_and(|input| files::same_file(output, input)) {
+                let output = printable(output.display());
+                return Err(
+                    format!("--out would overwrite {what}, {output}; give another name").into()
+                );
+            }
+        }
+    }
+    if let Some(folder) = outputs[0].parent() {
+        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", printable(folder.display())))?;
+    }
+    outputs.iter().try_for_each(|path| files::check_output(path))?;
+    Ok(outputs)
 }
 
 /// What is doubtful about a film, and what to do about it.
@@ -380,5 +448,13 @@ fn positive(
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
         Ok(_) => Err(format!("not a positive number; {unit}{way_out}")),
         Err(_) => Err(format!("not a positive number; {unit}")),
+    }
+}
+
+/// A unit that is `value` of a `base`, as it stands behind a number.
+fn unit(value: f64, base: &str) -> String {
+    match PREFIXES.iter().find(|(prefix, _)| *prefix == value) {
+        Some((_, prefix)) => format!("{prefix}{base}"),
+        None => format!("× {value:e} {base}"),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{Arguments, balance::Solved, profile::unit};
+use super::{Arguments, balance::Solved, unit};
 use crate::chart::{self, Panel};
 
 /// Cells along a direction of the picture, at most: more are not seen.

@@ -2,44 +2,33 @@
 
 use std::{
     error::Error,
-    fs,
-    path::{Path, PathBuf},
+    fmt::{self, Write as _},
     time::Instant,
 };
 
-use hlcp::files;
 use hlcp_methods::{Clock, Named, Parameters, Status};
 use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, decimal};
 use serde_json::{Value, json};
 
 use super::{
-    Arguments, Viscosity, array,
+    Arguments, Done, array,
     balance::{Coefficients, METHOD, Solved, equilibrium},
-    doubt,
+    doubtful,
     gap::Posed,
-    motion, picture,
+    motion, outputs, picture,
 };
-use crate::{print, say};
 
-/// Solves for the film, writes its pictures and numbers, and prints its figures; whether all of it
-/// converged.
-pub(super) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
-    let threads = arguments.threads.unwrap_or(1);
-    if threads == 1 {
-        return solve(arguments);
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
-    Ok(pool.install(|| solve(arguments).map_err(|error| error.to_string()))?)
-}
-
-fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
+/// Solves for a film in two dimensions.
+pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     Named::parse(arguments.method.as_deref().unwrap_or(METHOD), Parameters::default())?;
     let mut posed = Posed::new(arguments)?;
     if arguments.motion.is_none() {
         refuse_idle(&posed, &posed.here(), arguments)?;
     }
-    let outputs = outputs(arguments)?;
+    let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
+    ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
+    let outputs = outputs(arguments, &ends)?;
     let mut steps = None;
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
         let run = motion::run(path, &mut posed, arguments, |posed, film, found, z| {
@@ -83,7 +72,6 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         seconds: begun.elapsed().as_secs_f64(),
     };
 
-    // Before anything is printed, because a reader that goes away ends the program.
     let (film, nx) = (&solved.film, solved.film.nx);
     let pressures = film.pressures(&solved.z);
     let contents: Vec<f64> = solved.r.iter().map(|r| 1.0 - r).collect();
@@ -95,71 +83,27 @@ fn solve(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
         array::to_npy(nx, &contents),
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
-    let pairs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(PathBuf::as_path).zip(texts).collect();
-    files::write_together(&pairs, |text, file| file.write_all(text))?;
-
-    if arguments.json {
-        print::line(report.json())?;
-    } else {
-        report.print(arguments)?;
-        let names: Vec<String> =
-            outputs.iter().map(|path| files::printable(path.display())).collect();
-        print::line(format_args!("wrote {}", names.join(", ")))?;
-    }
+    let mut warnings = vec![];
     if !film.is_fed() {
         let way_out = feeding(&posed, film);
-        say(format!("warning: nothing feeds this film, so it runs dry; {way_out}"));
+        warnings.push(format!("nothing feeds this film, so it runs dry; {way_out}"));
     } else if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
-        say("warning: the film carries nothing, because its pressure is that of cavitation \
-             everywhere; oil moves along x where --speed is positive, and builds up pressure where \
-             the gap narrows that way: turn the gap round, or change the sign of --speed");
+        let idle = "the film carries nothing, because its pressure is that of cavitation \
+                    everywhere; oil moves along x where --speed is positive, and builds up \
+                    pressure where the gap narrows that way: turn the gap round, or change the \
+                    sign of --speed";
+        warnings.push(idle.into());
     }
-    if let Some(text) = report.figures.doubt().filter(|_| converged) {
-        say(format!("warning: {text}"));
-    }
-    doubt(report.figures.least_gap, &film.lengths, report.figures.peak);
-    Ok(converged)
-}
-
-/// The files that are written, in folders that exist and other than those that are read.
-fn outputs(arguments: &Arguments) -> Result<Vec<PathBuf>, Box<dyn Error>> {
-    let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
-    if arguments.motion.is_some() {
-        ends.push("-motion.csv");
-    }
-    let with = |end: &&str| {
-        let mut name = arguments.out.clone();
-        name.as_mut_os_string().push(end);
-        name
-    };
-    let outputs: Vec<PathBuf> = ends.iter().map(with).collect();
-    let viscosity = match &arguments.viscosity {
-        Some(Viscosity::Map(path)) => Some(path),
-        _ => None,
-    };
-    let inputs = [
-        ("--map", arguments.map.as_ref()),
-        ("--roughness", arguments.roughness.as_ref()),
-        ("--viscosity", viscosity),
-        ("--motion", arguments.motion.as_ref()),
-    ];
-    for output in &outputs {
-        for (option, input) in inputs {
-            if input.is_some_and(|input| files::same_file(output, input)) {
-                let output = files::printable(output.display());
-                return Err(format!(
-                    "--out would overwrite the file of {option}, {output}; give another name"
-                )
-                .into());
-            }
-        }
-    }
-    if let Some(folder) = outputs[0].parent() {
-        fs::create_dir_all(folder)
-            .map_err(|e| format!("{}: {e}", files::printable(folder.display())))?;
-    }
-    outputs.iter().try_for_each(|path| files::check_output(path))?;
-    Ok(outputs)
+    warnings.extend(report.figures.doubt().filter(|_| converged));
+    warnings.extend(doubtful(report.figures.least_gap, &film.lengths, report.figures.peak));
+    Ok(Done {
+        outputs,
+        texts,
+        json: report.json(),
+        report: report.text(arguments)?,
+        warnings,
+        converged,
+    })
 }
 
 /// Refuses a film in which nothing happens, and questions to one that runs dry.
@@ -474,7 +418,8 @@ impl Report<'_> {
         object
     }
 
-    fn print(&self, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+    fn text(&self, arguments: &Arguments) -> Result<String, fmt::Error> {
+        let mut text = String::new();
         let (film, figures, outcome) = (&self.solved.film, &self.figures, &self.solved.outcome);
         let [nx, ny, n] = [film.nx, film.ny, film.gap.len()];
         let (solves, seconds) = (self.solves, self.seconds);
@@ -484,46 +429,47 @@ impl Report<'_> {
         } else {
             String::new()
         };
-        print::line(format_args!("{nx} × {ny} cells, {n} unknowns: {many}{outcome}"))?;
+        writeln!(text, "{nx} × {ny} cells, {n} unknowns: {many}{outcome}")?;
         if !self.converged {
-            print::line("not converged, so these are no figures of the film:")?;
+            writeln!(text, "not converged, so these are no figures of the film:")?;
         }
         let [load, x, y] = self.load();
         let proved = self.proved.as_ref();
         let within = between(proved.map(|proved| proved.load));
-        print::line(format_args!("load              {load:.6e} N{within}"))?;
+        writeln!(text, "load              {load:.6e} N{within}")?;
         if y.is_nan() {
-            print::line("                  at no point, because it is zero")?;
+            writeln!(text, "                  at no point, because it is zero")?;
         } else if self.posed.journal.is_some() {
-            print::line(format_args!(
-                "                  towards x = {x:.6e} m, its middle at y = {y:.6e} m"
-            ))?;
+            writeln!(text, "                  towards x = {x:.6e} m, its middle at y = {y:.6e} m")?;
         } else {
-            print::line(format_args!("                  acts at x = {x:.6e} m, y = {y:.6e} m"))?;
+            writeln!(text, "                  acts at x = {x:.6e} m, y = {y:.6e} m")?;
         }
         if self.posed.journal.is_none() {
             let [mx, my] = figures.moments;
-            print::line(format_args!(
+            writeln!(
+                text,
                 "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
-            ))?;
+            )?;
         }
         let walls = |drag| [moving(film, drag), fixed(film, drag)];
         let [one, other] = walls(&figures.friction);
         let drag = proved.map(|proved| proved_drag(film, proved));
         let [of_one, of_other] = [0, 1].map(|wall| between(drag.map(|drag| drag[wall])));
         let next = if drag.is_some() { "\n                  " } else { ", " };
-        print::line(format_args!(
+        writeln!(
+            text,
             "friction          {one:.6e} N on the moving wall{of_one}{next}{other:.6e} N on the \
              other{of_other}"
-        ))?;
+        )?;
         if figures.broken_share > 0.0 {
             let [one, other] = walls(&figures.full_friction);
-            print::line(format_args!(
+            writeln!(
+                text,
                 "                  {one:.6e} N and {other:.6e} N if all of the gap is sheared, as in \
                  handbooks"
-            ))?;
+            )?;
         }
-        print::line(format_args!("power lost        {:.6e} W", figures.power))?;
+        writeln!(text, "power lost        {:.6e} W", figures.power)?;
         let names = ["west", "east", "south", "north"];
         let open =
             (0..4).filter(|&k| matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)));
@@ -533,93 +479,92 @@ impl Report<'_> {
         // One a line where there is more to say.
         let next = if proved.is_some() { "\n                  " } else { ", " };
         if !flows.is_empty() {
-            print::line(format_args!("flow out, m³/s    {}", flows.join(next)))?;
+            writeln!(text, "flow out, m³/s    {}", flows.join(next))?;
         }
         if !figures.supplies.is_empty() {
             let within = |k: usize| between(proved.map(|proved| proved.supplies[k]));
             let flows = figures.supplies.iter().enumerate();
             let flows: Vec<String> =
                 flows.map(|(k, flow)| format!("{flow:.6e}{}", within(k))).collect();
-            print::line(format_args!("supplied, m³/s    {}", flows.join(next)))?;
+            writeln!(text, "supplied, m³/s    {}", flows.join(next))?;
         }
-        print::line(format_args!("mass imbalance    {:.1e} m³/s", self.imbalance()))?;
+        writeln!(text, "mass imbalance    {:.1e} m³/s", self.imbalance())?;
         let within = between(proved.map(|proved| proved.peak));
-        print::line(format_args!("peak pressure     {:.6e} Pa{within}", figures.peak))?;
-        print::line(format_args!("least gap         {:.6e} m", figures.least_gap))?;
-        print::line(format_args!(
-            "broken            {:.4} % of the area",
-            100.0 * figures.broken_share
-        ))?;
+        writeln!(text, "peak pressure     {:.6e} Pa{within}", figures.peak)?;
+        writeln!(text, "least gap         {:.6e} m", figures.least_gap)?;
+        writeln!(text, "broken            {:.4} % of the area", 100.0 * figures.broken_share)?;
         if figures.feed.is_finite() {
             let (feed, least) = (figures.feed, figures.least_content);
-            print::line(format_args!(
+            writeln!(
+                text,
                 "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
-            ))?;
+            )?;
         }
         if let Some([ecc, attitude]) = eccentricity(self.posed, x) {
             let at =
                 if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
-            print::line(format_args!("eccentricity      {ecc:.6} of the clearance, {at}"))?;
+            writeln!(text, "eccentricity      {ecc:.6} of the clearance, {at}")?;
         } else if arguments.load.is_some() || arguments.motion.is_some() {
             let [rise, along, across] = [0, 1, 2].map(|k| self.posed.position[k]);
-            print::line(format_args!(
+            writeln!(
+                text,
                 "position          rise {rise:.6e} m, slopes {along:.6e} along x, {across:.6e} along y"
-            ))?;
+            )?;
         }
         if let Some(found) = &self.coefficients {
-            self.print_coefficients(found)?;
+            self.print_coefficients(&mut text, found)?;
         }
         match &self.certificate {
-            Some(Ok(certificate)) => print::line(certificate.to_string())?,
+            Some(Ok(certificate)) => writeln!(text, "{certificate}")?,
             Some(Err(refusal)) => {
-                print::line(format!("certified error: none, because {refusal}"))?;
+                writeln!(text, "certified error: none, because {refusal}")?;
             }
             None => (),
         }
         match (&self.range, arguments.data_tolerance) {
-            (Some(Ok(range)), Some(part)) => self.print_range(range, part)?,
+            (Some(Ok(range)), Some(part)) => self.print_range(&mut text, range, part)?,
             (Some(Err(refusal)), _) => {
-                print::line(format!("nothing is proved within the tolerance, because {refusal}"))?;
+                writeln!(text, "nothing is proved within the tolerance, because {refusal}")?;
             }
             _ => (),
         }
-        Ok(())
+        Ok(text)
     }
 
-    fn print_range(&self, range: &ProvedFigures, part: f64) -> Result<(), Box<dyn Error>> {
+    fn print_range(&self, text: &mut String, range: &ProvedFigures, part: f64) -> fmt::Result {
         let film = &self.solved.film;
-        print::line(format_args!(
+        writeln!(
+            text,
             "proved for all films whose gap, viscosity, speeds and supplies' pressures are within \
              {part} of these:"
-        ))?;
+        )?;
         let to = |[lower, upper]: [f64; 2]| {
             let [lower, upper] =
                 [(lower, false), (upper, true)].map(|(end, up)| decimal(end, 6, up));
             format!("{lower} to {upper}")
         };
         let [moving, fixed] = proved_drag(film, range).map(to);
-        print::line(format_args!("  load            {} N", to(range.load)))?;
-        print::line(format_args!("  friction        {moving} N on the moving wall"))?;
-        print::line(format_args!("                  {fixed} N on the other"))?;
+        writeln!(text, "  load            {} N", to(range.load))?;
+        writeln!(text, "  friction        {moving} N on the moving wall")?;
+        writeln!(text, "                  {fixed} N on the other")?;
         for (k, name) in ["west", "east", "south", "north"].into_iter().enumerate() {
             if matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)) {
-                print::line(format_args!("  flow out, m³/s  {name} {}", to(range.sides[k])))?;
+                writeln!(text, "  flow out, m³/s  {name} {}", to(range.sides[k]))?;
             }
         }
         for supply in &range.supplies {
-            print::line(format_args!("  supplied, m³/s  {}", to(*supply)))?;
+            writeln!(text, "  supplied, m³/s  {}", to(*supply))?;
         }
-        print::line(format_args!("  peak pressure   {} Pa", to(range.peak)))?;
-        Ok(())
+        writeln!(text, "  peak pressure   {} Pa", to(range.peak))
     }
 
-    fn print_coefficients(&self, found: &Coefficients) -> Result<(), Box<dyn Error>> {
+    fn print_coefficients(&self, text: &mut String, found: &Coefficients) -> fmt::Result {
         let (axes, stiff, damp) = if self.posed.journal.is_some() {
             ("along the load and across it", "N/m", "N s/m")
         } else {
             ("rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …")
         };
-        print::line(format_args!("coefficients      {axes}; for slow motions, then by the clamp"))?;
+        writeln!(text, "coefficients      {axes}; for slow motions, then by the clamp")?;
         if self.figures.broken_share > 0.0 {
             let film = &self.solved.film;
             let passes = film.speeds.iter().sum::<f64>().abs() / film.lengths[0];
@@ -628,10 +573,11 @@ impl Report<'_> {
             } else {
                 format!("a part of {passes:.4e} Hz, at which the wall passes the film")
             };
-            print::line(format_args!(
+            writeln!(
+                text,
                 "                  slow is to about {to}; above take --motion, because the film is \
                  broken"
-            ))?;
+            )?;
         }
         let row = |row: &Vec<f64>| row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>();
         let pairs = [
@@ -641,7 +587,7 @@ impl Report<'_> {
         for (name, unit, own, clamped) in pairs {
             for (k, (own, clamped)) in own.iter().zip(clamped).enumerate() {
                 let name = if k == 0 { format!("{name}, {unit}") } else { String::new() };
-                print::line(format_args!("{name:<16}{}  |{}", row(own), row(clamped)))?;
+                writeln!(text, "{name:<16}{}  |{}", row(own), row(clamped))?;
             }
         }
         Ok(())

@@ -1,12 +1,9 @@
-//! `hlcp film` in one dimension: a profile of the gap.
+//! `hlcp film` along a line: a profile of the gap, one row of points.
 //!
-//! A profile is a text file with two columns, the place x and the gap h, separated by a comma, a
-//! semicolon or blanks, in units of your choice; lines that begin with `#` are passed over. Between
+//! A profile is a file with two columns, the place x and the gap h, in units of your choice. Between
 //! two points the gap is a straight line, which is cut into pieces, none longer than 1/400 of the
 //! film unless `--refine` says how many. A plane moves below it with the given speed in the
 //! direction of x, the film is full at the first point, and both ends are at the ambient pressure.
-//! Written are a picture, `target/film.svg`, and the numbers, `target/film.csv`; printed are peak,
-//! load, friction, flow, and where the film ruptures and forms again.
 //!
 //! Without arguments it takes the pad of the library's slider, and ends with an error if peak or
 //! rupture are not the known ones.
@@ -23,92 +20,60 @@
 //! ```
 //!
 //! That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B`
-//! bidiagonal, both M-matrices. Newton's method solves it in a few steps, from the solution at
-//! every other point.
+//! bidiagonal, both M-matrices. Newton's method solves it in a few steps.
 
-use std::{
-    error::Error,
-    fmt::Display,
-    fs, io,
-    path::Path,
-    time::{Duration, Instant},
-};
+use std::{error::Error, fmt::Write as _, path::Path, time::Instant};
 
-use hlcp::files::{self, FileError, excerpt, printable};
-use hlcp_core::{Aor, Hlcp, Omega, Tridiagonal};
-use hlcp_methods::{Limits, Newton, Options, Outcome, Solver, Tmms, TridiagonalPart};
+use hlcp::files::FileError;
+use hlcp_core::Tridiagonal;
+use hlcp_methods::Outcome;
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
-use super::{Arguments, PREFIXES, array, doubt};
+use super::{
+    Arguments, Done, array,
+    balance::{self, Asked},
+    doubtful, outputs, unit,
+};
 use crate::{
     chart::{self, Panel},
-    memory, print,
+    memory,
+    scenes::Problem,
 };
 
 /// What a piece takes, at least: its places, gaps, coefficients and unknowns.
 const BYTES: usize = 200;
 
-/// Solves for the film, writes its picture and its numbers, and prints its figures; whether it
-/// converged.
-pub(super) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+/// Solves for the film of a profile.
+pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);
-    // Both files are named by `with_extension`, which is to take no part of the name away.
-    arguments.out.as_mut_os_string().push(".svg");
     let profile = match &arguments.profile {
-        Some(path) => {
-            let failed = |e: &dyn Display| format!("{}: {e}", printable(path.display()));
-            let bytes = fs::read(path).map_err(|e| failed(&e))?;
-            if let Some(what) = files::binary(&bytes) {
-                return Err(failed(&what).into());
-            }
-            let text = String::from_utf8(bytes).map_err(|_| failed(&"not a text file"))?;
-            spare(path, &arguments.out)?;
-            Profile::parse(path, &text)?
-        }
+        Some(path) => Profile::of(path, &array::read(path)?)?,
         None => {
             (arguments.x_unit, arguments.h_unit, arguments.p_unit) = (1e-3, 1e-6, 1e6);
-            Profile::parse(Path::new("pad.csv"), include_str!("../../data/pad.csv"))?
+            let path = Path::new("pad.csv");
+            Profile::of(path, &array::parse(path, include_str!("../../data/pad.csv"))?)?
         }
     };
-    let [svg, csv] = &["svg", "csv"].map(|extension| arguments.out.with_extension(extension));
-    if let Some(folder) = svg.parent() {
-        fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", printable(folder.display())))?;
-    }
-    files::check_output(svg)?;
-    files::check_output(csv)?;
+    let outputs = outputs(arguments, &[".svg", ".csv"])?;
     let profile = profile.refined(arguments.refine)?;
-    let film = Film::solve(&profile, conditions, &arguments)?;
-    // Before anything is printed, because a reader that goes away ends the program.
-    let texts = film.drawn(&profile, &arguments);
-    files::write_together(&[(svg, &texts[0]), (csv, &texts[1])], |text, file| {
-        file.write_all(text.as_bytes())
-    })?;
-    if arguments.json {
-        print::line(film.json(&arguments, begun.elapsed()))?;
-    } else {
-        film.report(&profile, &arguments)?;
-        let [svg, csv] = [svg, csv].map(|path| printable(path.display()));
-        print::line(format_args!("wrote {svg} and {csv}"))?;
+    let film = Film::solve(&profile, conditions, arguments)?;
+    let mut report = film.report(&profile, arguments)?;
+    if arguments.profile.is_none() {
+        film.check(&profile)?;
+        let [peak, rupture] = [Slider::PEAK * 1e-6, Slider::RUPTURE * 1e3];
+        writeln!(report, "known: peak {peak:.6} MPa, rupture at x = {rupture:.6} mm")?;
     }
     let length = film.x[film.x.len() - 1] - film.x[0];
-    doubt(film.thin, &[length], film.p[film.peak()]);
-    if arguments.profile.is_none() {
-        film.check(&profile, arguments.json)?;
-    }
-    Ok(film.outcome.converged())
-}
-
-/// Refuses to write over the profile.
-fn spare(profile: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
-    let is_profile = |extension| files::same_file(&out.with_extension(extension), profile);
-    if !["svg", "csv"].into_iter().any(is_profile) {
-        return Ok(());
-    }
-    let (out, profile) = (out.with_extension(""), printable(profile.display()));
-    let out = printable(out.display());
-    Err(format!("--out {out} would overwrite the profile {profile}; give another name").into())
+    Ok(Done {
+        outputs,
+        texts: film.drawn(&profile, arguments).map(String::into_bytes).into(),
+        json: film.json(arguments, begun.elapsed().as_secs_f64()),
+        report,
+        warnings: doubtful(film.thin, &[length], film.p[film.peak()]).into_iter().collect(),
+        converged: film.outcome.converged(),
+    })
 }
 
 /// Points of a gap, in the user's units.
@@ -118,68 +83,34 @@ struct Profile {
 }
 
 impl Profile {
-    /// The two columns of `text`, which was read from `path`.
-    fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
-        let fault = |line, reason| Err(FileError { path: path.to_owned(), line, reason });
-        let (mut x, mut h) = (vec![], vec![]);
-        let lines = text.trim_start_matches('\u{feff}').lines();
-        for (number, line) in
-            (1..).zip(lines).filter(|(_, line)| !line.trim_start().starts_with('#'))
-        {
-            if line.trim().is_empty() {
-                continue;
-            }
-            let words = match array::cells(line) {
-                Ok(words) => words,
-                Err(reason) => return fault(Some(number), reason),
-            };
-            let [place, gap] = words[..] else {
-                let found = words.len();
-                let hint = if found > 2 && x.is_empty() {
-                    "; a map of the gap in two dimensions is given by --map, with --lx and --ly"
-                } else {
-                    ""
-                };
-                return fault(
-                    Some(number),
-                    format!("{found} columns where x and h are wanted{hint}"),
-                );
-            };
-            let mut values = [0.0; 2];
-            for (value, word) in values.iter_mut().zip([place, gap]) {
-                match word.parse() {
-                    Ok(number) if f64::is_finite(number) => *value = number,
-                    _ => {
-                        let hint = if x.is_empty() { "; begin a heading with #" } else { "" };
-                        return fault(
-                            Some(number),
-                            format!("'{}' is not a finite number{hint}", excerpt(word)),
-                        );
-                    }
-                }
-            }
-            let [place, gap] = values;
-            if let Some(last) = x.last().filter(|&&last| place <= last) {
-                let hint = if place == *last {
-                    "; for a step, put two points very close together"
-                } else {
-                    ""
-                };
-                return fault(
-                    Some(number),
-                    format!("x = {place} does not exceed the x before it, {last}{hint}"),
-                );
-            }
-            if gap <= 0.0 {
-                return fault(Some(number), format!("the gap h = {gap} is not positive"));
-            }
-            x.push(place);
-            h.push(gap);
+    /// The two columns of an array, which was read from `path`.
+    fn of(path: &Path, array: &array::Array) -> Result<Self, FileError> {
+        let fault = |reason| Err(FileError { path: path.to_owned(), line: None, reason });
+        let found = array.columns;
+        if found != 2 {
+            return fault(format!(
+                "{found} columns where x and h are wanted; a map of the gap in two dimensions is \
+                 given by --map, with --lx and --ly"
+            ));
         }
-        if x.len() < 2 {
-            return fault(None, format!("a profile has at least 2 points, this one {}", x.len()));
+        let [x, h] = [0, 1]
+            .map(|column| array.values.iter().skip(column).step_by(2).copied().collect::<Vec<_>>());
+        if array.rows < 2 {
+            return fault("a profile has at least 2 points, this one 1".into());
         }
-        Ok(Self { x, h })
+        if let Some(at) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let (last, place) = (x[at], x[at + 1]);
+            let step = "; for a step, put two points very close together";
+            let hint = if place == last { step } else { "" };
+            return fault(format!(
+                "row {}: x = {place} does not exceed the x before it, {last}{hint}",
+                at + 2
+            ));
+        }
+        match h.iter().position(|&h| h <= 0.0) {
+            Some(at) => fault(format!("row {}: the gap h = {} is not positive", at + 1, h[at])),
+            None => Ok(Self { x, h }),
+        }
     }
 
     /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of
@@ -214,40 +145,42 @@ struct Pieces {
 
 /// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both
 /// ends.
-fn pieces(x: &[f64], h: &[f64], ends: f64) -> Result<(Pieces, Outcome), Box<dyn Error>> {
+fn pieces(
+    x: &[f64],
+    h: &[f64],
+    ends: f64,
+    arguments: &Arguments,
+) -> Result<(Pieces, Outcome), Box<dyn Error>> {
     // Row i is the balance of point i + 1, between the pieces i and i + 1.
     let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
     let n = gap.len() - 1;
     let c: Vec<f64> = (0..=n).map(|k| gap[k] * h[k] * h[k + 1] / (x[k + 1] - x[k])).collect();
-    let a = Tridiagonal::new(n, |i| [-c[i], c[i] + c[i + 1], -c[i + 1]])?;
-    let b = Tridiagonal::new(n, |i| [-gap[i], gap[i + 1], 0.0])?;
     let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
     q[0] -= c[0] * ends;
     q[n - 1] -= c[n] * ends;
-
-    let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
-    let mut start = vec![1.0; n];
-    if n > 60 {
-        // A solution at every other point says where about the film is full.
+    let (of_c, of_gap) = (c.clone(), gap.clone());
+    let a = Tridiagonal::new(n, move |i| [-of_c[i], of_c[i] + of_c[i + 1], -of_c[i + 1]])?;
+    let b = Tridiagonal::new(n, move |i| [-of_gap[i], of_gap[i + 1], 0.0])?;
+    // A solution at every other point says where about the film is full: without it Newton's method
+    // takes thousands of steps where fronts are many.
+    let begin = if n > 60 {
         let coarse = |v: &[f64]| -> Vec<f64> {
             let kept = (0..v.len()).filter(|i| i % 2 == 0 || i + 1 == v.len());
             kept.map(|i| v[i]).collect()
         };
-        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends)?;
-        let fine = |v: &[f64]| -> Vec<f64> {
-            (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect()
-        };
-        problem.x_from_solution(&fine(&z), &fine(&r), &mut start);
-    }
-    let base = Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?;
-    let mut solver = Solver::new(Newton::new(base, TridiagonalPart::new()));
-    let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-10) };
-    let outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;
+        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends, arguments)?;
+        let fine = |v: &[f64]| (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect();
+        Some([fine(&z), fine(&r)])
+    } else {
+        None
+    };
+    let asked = Asked::film("NEWTON");
+    let (z, r, _, outcome) = balance::solve(&Problem::new(a, b, q), begin, asked, arguments)?;
 
-    let z = [&[ends], solver.z(), &[ends]].concat();
+    let z = [&[ends][..], &z, &[ends]].concat();
     // The film is full at the inlet, and at the outlet if there is pressure.
-    let last = if ends > 0.0 { 0.0 } else { solver.r()[n - 1] };
-    let r = [&[0.0], solver.r(), &[last]].concat();
+    let last = if ends > 0.0 { 0.0 } else { r[n - 1] };
+    let r = [&[0.0][..], &r, &[last]].concat();
     let flow = (0..=n).map(|k| (1.0 - r[k]) * gap[k] - c[k] * (z[k + 1] - z[k])).collect();
     Ok((Pieces { z, r, flow }, outcome))
 }
@@ -299,7 +232,7 @@ impl Film {
         }
         let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
         let (Pieces { z, r: void, flow }, outcome) =
-            pieces(&scaled(&x, length), &scaled(&h, thin), ends)?;
+            pieces(&scaled(&x, length), &scaled(&h, thin), ends, arguments)?;
         let flow = flow.iter().map(|flow| flow * speed * thin / 2.0).collect();
         let p: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
         // On the plane, with the middle gap of each piece.
@@ -338,7 +271,7 @@ impl Film {
         [most, most - least]
     }
 
-    fn json(&self, arguments: &Arguments, elapsed: Duration) -> Value {
+    fn json(&self, arguments: &Arguments, seconds: f64) -> Value {
         let [flow, imbalance] = self.through();
         let peak = self.peak();
         let places =
@@ -356,37 +289,39 @@ impl Film {
             "forms_again_x_m": places(false),
             "least_gap_m": self.thin,
             "unknowns": self.x.len() - 2,
-            "seconds": elapsed.as_secs_f64(),
+            "seconds": seconds,
         })
     }
 
-    fn report(&self, profile: &Profile, arguments: &Arguments) -> io::Result<()> {
-        print::line(format_args!("{} unknowns: {}", self.x.len() - 2, self.outcome))?;
+    fn report(&self, profile: &Profile, arguments: &Arguments) -> Result<String, std::fmt::Error> {
+        let mut text = String::new();
+        writeln!(text, "{} unknowns: {}", self.x.len() - 2, self.outcome)?;
         if !self.outcome.converged() {
-            print::line("not converged, so these are no figures of the film:")?;
+            writeln!(text, "not converged, so these are no figures of the film:")?;
         }
         let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
         let peak = self.peak();
-        print::line(format_args!(
+        writeln!(
+            text,
             "peak pressure     {:.6} {p} at x = {:.6} {x}",
             self.p[peak] / arguments.p_unit,
             profile.x[peak]
-        ))?;
+        )?;
         let load = self.load(arguments);
-        print::line(format_args!("load              {load:.6e} N/m over the ambient pressure"))?;
-        print::line(format_args!("friction          {:.6e} N/m on the plane", self.friction))?;
+        writeln!(text, "load              {load:.6e} N/m over the ambient pressure")?;
+        writeln!(text, "friction          {:.6e} N/m on the plane", self.friction)?;
         for (front, rupture) in [("ruptures", true), ("forms again", false)] {
             for i in self.fronts(rupture) {
                 let x_front = profile.x[i];
-                print::line(format_args!(
-                    "the film {front} at x = {x_front:.6} {x}, to within a piece"
-                ))?;
+                writeln!(text, "the film {front} at x = {x_front:.6} {x}, to within a piece")?;
             }
         }
         let [flow, imbalance] = self.through();
-        print::line(format_args!(
+        writeln!(
+            text,
             "flow              {flow:.6e} m²/s, the same everywhere but for {imbalance:.1e}"
-        ))
+        )?;
+        Ok(text)
     }
 
     /// The picture and the numbers, as SVG and CSV.
@@ -429,34 +364,16 @@ impl Film {
         [chart::svg(2, vec![pressure, gaps], caption), csv]
     }
 
-    /// Holds the pad's peak and rupture against those of the continuous problem, and prints these
-    /// unless `quiet`.
-    fn check(&self, profile: &Profile, quiet: bool) -> Result<(), Box<dyn Error>> {
-        if !quiet {
-            print::line(format_args!(
-                "known: peak {:.6} MPa, rupture at x = {:.6} mm",
-                Slider::PEAK * 1e-6,
-                Slider::RUPTURE * 1e3
-            ))?;
-        }
+    /// Holds the pad's peak and rupture against those of the continuous problem.
+    fn check(&self, profile: &Profile) -> Result<(), String> {
         // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap;
         // 1e-3 is room.
         let peak = (self.p[self.peak()] / Slider::PEAK - 1.0).abs() <= 1e-3;
         let near = |i: usize| (self.x[i] - Slider::RUPTURE).abs() <= self.x[i] - self.x[i - 1];
-        let rupture = matches!(self.fronts(true)[..], [i] if near(i));
-        if peak && rupture {
-            Ok(())
-        } else {
-            let points = self.fronts(true).iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
-            Err(format!("the pad's peak is wrong, or it ruptures at {points:?}").into())
+        if peak && matches!(self.fronts(true)[..], [i] if near(i)) {
+            return Ok(());
         }
-    }
-}
-
-/// A unit that is `value` of a `base`, as it stands behind a number.
-pub(super) fn unit(value: f64, base: &str) -> String {
-    match PREFIXES.iter().find(|(prefix, _)| *prefix == value) {
-        Some((_, prefix)) => format!("{prefix}{base}"),
-        None => format!("× {value:e} {base}"),
+        let points = self.fronts(true).iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
+        Err(format!("the pad's peak is wrong, or it ruptures at {points:?}"))
     }
 }

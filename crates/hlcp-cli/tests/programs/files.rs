@@ -309,7 +309,7 @@ fn maps_and_profiles_lose_no_cell() {
         (&empty, "map", "map: the array has the shape (0, 4), and so no numbers"),
         (b"0,,40\n50,,20\n", "profile", "map, line 1: column 2 is empty"),
         (b"\x1f\x8b\x08\0", "profile", "map: is compressed by gzip"),
-        (b"0 \xff\n", "profile", "map: not a text file"),
+        (b"0 \xff\n", "profile", "map: neither an NPY file nor text"),
     ] {
         folder.write("map", bytes);
         let output = run(form);

@@ -179,8 +179,8 @@ fn what_is_no_regular_file_is_not_replaced() {
     for (out, kind) in [
         ("film", "film.svg: is a symbolic link"),
         ("./pipe", "./pipe.csv: is a FIFO"),
-        ("same", "--out same would overwrite the profile profile"),
-        ("twin", "--out twin would overwrite the profile profile"),
+        ("same", "--out would overwrite the profile, same.csv"),
+        ("twin", "--out would overwrite the profile, twin.svg"),
     ] {
         refused(&folder, "film", &format!("{FILM} --out {out}"), &[kind]);
     }
@@ -399,7 +399,7 @@ fn what_a_file_holds_is_shown_in_part_and_escaped() {
             );
         }
         folder.write("profile", format!("0 1\n1 {}\n", word.replace(';', "")));
-        harmless(&refused(&folder, "film", FILM, &["profile, line 2: '"]), 250);
+        harmless(&refused(&folder, "film", FILM, &["profile, line 2: column 2: '"]), 250);
     }
     folder.write("bad", format!("{head}2 2 2\n1 1 \u{1b}[31mred\n2 2 3\n"));
     let red = "bad, line 3: '\\u{1b}[31mred' is no number for 'value'";
