@@ -1,6 +1,6 @@
 //! Horizontal linear complementarity problems: find `z, r ≥ 0` with `zᵀ r = 0` and
 //! `A z − B r + q = 0`. One name for what programs need: the problem, its methods, proofs about its
-//! answers, and files.
+//! answers, lubricating films, and files.
 //!
 //! ```
 //! use hlcp::{FivePoint, certify, solve};
@@ -22,6 +22,7 @@
 //! | operators, the problem, steps | [`LinearOperator`], [`FivePoint`], [`Csr`], [`Hlcp`], [`Aor`] | `hlcp-core` |
 //! | one call, a solver, the methods | [`solve`](fn@solve), [`Solver`], [`Options`], [`Auto`], [`Named`] | `hlcp-methods` |
 //! | proofs about an answer, a method, all `q` | [`certify`], [`convergence`], [`uniqueness`] | `hlcp-verify` |
+//! | lubricating films, journals, pads, their loads and motions | [`film`] | here |
 //! | matrices and vectors in Matrix Market files | [`market`] | here |
 //! | files that are written whole or not at all | [`files`] | here |
 //!
@@ -33,6 +34,7 @@
 //! `in_parallel`; `mpi` shares a problem among processes and needs an installed MPI.
 
 pub mod files;
+pub mod film;
 pub mod market;
 
 pub use hlcp_methods::*;

@@ -2,10 +2,12 @@
 
 use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
 
-use hlcp::files::printable;
-use hlcp_verify::{Film, Side, Supply};
+use hlcp::{
+    files::printable,
+    film::{self, Bearing, Film, Journal, Map, Side, Supply},
+};
 
-use super::{Arguments, Numbers, Viscosity, array, array::Array};
+use super::{Arguments, Numbers, Viscosity};
 use crate::memory;
 
 type Fallible<T> = Result<T, Box<dyn Error>>;
@@ -46,13 +48,9 @@ fn outline(text: &str, wanted: &str) -> Result<([f64; 5], bool), String> {
     Ok((numbers, stem.is_some()))
 }
 
+/// A pocket in the user's units.
 #[derive(Debug, Clone)]
-pub(super) struct Pocket {
-    corner: [f64; 2],
-    size: [f64; 2],
-    depth: f64,
-    ellipse: bool,
-}
+pub(super) struct Pocket(film::Pocket);
 
 impl FromStr for Pocket {
     type Err = String;
@@ -62,17 +60,13 @@ impl FromStr for Pocket {
         if lx <= 0.0 || ly <= 0.0 {
             return Err("the extents of a pocket must be positive".into());
         }
-        Ok(Self { corner: [x, y], size: [lx, ly], depth, ellipse })
+        Ok(Self(film::Pocket { corner: [x, y], size: [lx, ly], depth, ellipse }))
     }
 }
 
+/// How many along x and y, and one of them, in the user's units.
 #[derive(Debug, Clone)]
-pub(super) struct Dimples {
-    counts: [f64; 2],
-    size: [f64; 2],
-    depth: f64,
-    ellipse: bool,
-}
+pub(super) struct Dimples([usize; 2], film::Pocket);
 
 impl FromStr for Dimples {
     type Err = String;
@@ -85,26 +79,8 @@ impl FromStr for Dimples {
         if lx <= 0.0 || ly <= 0.0 {
             return Err("the extents of a dimple must be positive".into());
         }
-        Ok(Self { counts: [kx, ky], size: [lx, ly], depth, ellipse })
-    }
-}
-
-impl Dimples {
-    /// The pockets on a film of these extents, in the same unit.
-    fn pockets(&self, lengths: [f64; 2]) -> Fallible<impl Iterator<Item = Pocket>> {
-        let tile = [0, 1].map(|axis| lengths[axis] / self.counts[axis]);
-        if (0..2).any(|axis| self.size[axis] > tile[axis] * (1.0 + 1e-9)) {
-            let [lx, ly] = tile;
-            return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
-        }
-        let [kx, ky] = self.counts.map(|count| count as usize);
-        let Self { size, depth, ellipse, .. } = *self;
-        let place = move |k: usize| {
-            let corner = [k % kx, k / kx].map(|at| at as f64 + 0.5);
-            let corner = [0, 1].map(|axis| corner[axis] * tile[axis] - size[axis] / 2.0);
-            Pocket { corner, size, depth, ellipse }
-        };
-        Ok((0..kx * ky).map(place))
+        let one = film::Pocket { corner: [0.0; 2], size: [lx, ly], depth, ellipse };
+        Ok(Self([kx, ky].map(|k| k as usize), one))
     }
 }
 
@@ -153,89 +129,48 @@ impl FromStr for Sided {
     }
 }
 
-/// A film whose gap depends on the position of a wall: `base + Σ position · mode`.
-pub(super) struct Posed {
-    pub(super) film: Film,
-    pub(super) base: Vec<f64>,
-    /// ∂h/∂position: of a journal its displacement along the eccentricity of the command line and,
-    /// a quarter further along x, across it; elsewhere rise, and slopes along x and y around the
-    /// middle.
-    pub(super) modes: Vec<Vec<f64>>,
-    pub(super) position: Vec<f64>,
-    /// The pressure from which loads are counted.
-    pub(super) ambient: f64,
-    /// Of a journal its clearance and radius.
-    pub(super) journal: Option<[f64; 2]>,
-    /// How the eccentricity of a journal grows along y, along the coordinates of its position.
-    turn: [f64; 2],
+/// Digs a pocket, in the user's units, into a film.
+fn dig(film: &mut Film, pocket: film::Pocket, arguments: &Arguments) -> Result<(), String> {
+    let film::Pocket { corner, size, depth, ellipse } = pocket;
+    let x_unit = arguments.x_unit;
+    is_inside(
+        "pocket",
+        corner,
+        size,
+        film.lengths.map(|length| length / x_unit),
+        arguments.journal,
+    )?;
+    let [corner, size] = [corner, size].map(|pair| pair.map(|v| v * x_unit));
+    if (film::Pocket { corner, size, depth: depth * arguments.h_unit, ellipse }).dig(film) {
+        return Ok(());
+    }
+    let [lx, ly] = pocket.size;
+    let [dx, dy] = [film.lengths[0] / film.nx as f64, film.lengths[1] / film.ny as f64];
+    let [dx, dy] = [dx, dy].map(|length| length / x_unit);
+    Err(format!(
+        "a pocket or dimple of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
+         --x-unit; check its size, or take more cells by --nx and --ny"
+    ))
 }
 
-impl Posed {
-    /// Moves the wall; `None` if it meets the other one, and a journal its bush, also between the
-    /// middles of cells.
-    pub(super) fn at(&self, position: &[f64]) -> Option<Film> {
-        if self.eccentricity(position).is_some_and(|ecc| ecc >= 1.0) {
-            return None;
+/// From the command line to a film: its gap, sides and supplies, and the position of its wall.
+pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
+    let [x_unit, h_unit, p_unit] = [arguments.x_unit, arguments.h_unit, arguments.p_unit];
+    let map = arguments.map.as_deref().map(Map::read_gap).transpose()?;
+    let [nx, ny] = match &map {
+        Some(map) => [map.columns, map.rows],
+        None => {
+            let default = if arguments.journal { 360 } else { 180 };
+            [arguments.nx.unwrap_or(default), arguments.ny.unwrap_or(60)].map(|n| n as usize)
         }
-        let mut gap = self.base.clone();
-        for (mode, by) in self.modes.iter().zip(position) {
-            gap.iter_mut().zip(mode).for_each(|(gap, mode)| *gap += by * mode);
-        }
-        let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
-        clear.then(|| Film { gap, ..self.film.clone() })
-    }
-
-    /// Of a journal the largest eccentricity of its two ends over the clearance.
-    fn eccentricity(&self, position: &[f64]) -> Option<f64> {
-        let [clearance, _] = self.journal?;
-        let [along, across] = self.turn.map(|slope| slope * self.film.lengths[1] / 2.0);
-        let end = |sign: f64| (position[0] + sign * along).hypot(position[1] + sign * across);
-        Some(end(1.0).max(end(-1.0)) / clearance)
-    }
-
-    /// The forces of a pressure along the position's coordinates: of a journal those of the film on
-    /// it, elsewhere the load and its moments.
-    pub(super) fn forces(&self, film: &Film, z: &[f64]) -> Vec<f64> {
-        let p = film.pressures(z);
-        let along = |mode: &Vec<f64>| {
-            let terms = p.iter().zip(mode).map(|(p, mode)| (p - self.ambient) * mode);
-            terms.sum::<f64>() * film.cell()
-        };
-        self.modes.iter().map(along).collect()
-    }
-
-    pub(super) fn new(arguments: &Arguments) -> Fallible<Self> {
-        let [x_unit, h_unit, p_unit] = [arguments.x_unit, arguments.h_unit, arguments.p_unit];
-        let map = arguments.map.as_deref().map(array::read_map).transpose()?;
-        let [nx, ny] = match &map {
-            Some(map) => [map.columns, map.rows],
-            None => {
-                let default = if arguments.journal { 360 } else { 180 };
-                [arguments.nx.unwrap_or(default), arguments.ny.unwrap_or(60)].map(|n| n as usize)
-            }
-        };
-        let cells = nx.checked_mul(ny).filter(|&cells| cells <= 1 << 28);
-        let cells = cells.ok_or("--nx times --ny is more than 268 million cells")?;
-        memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;
-        let lengths = match (arguments.diameter, arguments.length, arguments.lx, arguments.ly) {
-            (Some(diameter), Some(length), None, None) => [PI * diameter * x_unit, length * x_unit],
-            (None, None, Some(lx), Some(ly)) => [lx * x_unit, ly * x_unit],
-            _ => {
-                return Err(
-                    "a journal takes --diameter and --length, anything else --lx and --ly".into()
-                );
-            }
-        };
-        let middle = |axis: usize, k: usize| {
-            let (at, count) = if axis == 0 { (k % nx, nx) } else { (k / nx, ny) };
-            (at as f64 + 0.5) / count as f64 * lengths[axis]
-        };
-        let mode = |value: &dyn Fn(usize) -> f64| (0..cells).map(value).collect::<Vec<f64>>();
-        let tilt =
-            arguments.tilt.as_ref().map_or(Ok([0.0; 2]), |tilt| tilt.exactly("tilt", "A,B"))?;
-
-        let (modes, mut base, position, journal) = if let Some(clearance) = arguments.clearance {
-            let c = clearance * h_unit;
+    };
+    let cells = nx.checked_mul(ny).filter(|&cells| cells <= 1 << 28);
+    let cells = cells.ok_or("--nx times --ny is more than 268 million cells")?;
+    memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;
+    let tilt = arguments.tilt.as_ref().map_or(Ok([0.0; 2]), |tilt| tilt.exactly("tilt", "A,B"))?;
+    let sizes = (arguments.diameter, arguments.length, arguments.lx, arguments.ly);
+    let mut bearing = match (sizes, arguments.clearance) {
+        ((Some(diameter), Some(length), None, None), Some(clearance)) => {
             let ecc = match arguments.ecc {
                 Some(ecc) if (0.0..1.0).contains(&ecc) => ecc,
                 Some(ecc) => {
@@ -247,188 +182,134 @@ impl Posed {
                     return Err("a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion".into());
                 }
             };
-            let radius = lengths[0] / (2.0 * PI);
-            let along = mode(&|k| (middle(0, k) / radius).cos());
-            let across = mode(&|k| (middle(0, k) / radius).sin());
-            let lever = |k: usize| middle(1, k) - lengths[1] / 2.0;
-            let base = mode(&|k| c + lever(k) * (tilt[0] * along[k] + tilt[1] * across[k]));
-            (vec![along, across], base, vec![ecc * c, 0.0], Some([c, radius]))
-        } else {
-            let base = match (&map, &arguments.pad) {
-                (Some(map), _) => map.values.iter().map(|h| h * h_unit).collect(),
-                (None, Some(Pad::Plane(ends))) => mode(&|k| {
+            let [diameter, length] = [diameter, length].map(|size| size * x_unit);
+            let clearance = clearance * h_unit;
+            let journal = Journal { diameter, length, clearance, tilt };
+            let position = vec![ecc * clearance, 0.0];
+            Bearing { position, ..Bearing::journal(journal, [nx, ny]) }
+        }
+        ((None, None, Some(lx), Some(ly)), None) => {
+            let film = Film::new([nx, ny], [lx, ly].map(|length| length * x_unit), 0.0, 1.0);
+            let lx = film.lengths[0];
+            let film = match (map, &arguments.pad) {
+                (Some(map), _) => {
+                    Film { gap: map.values.iter().map(|h| h * h_unit).collect(), ..film }
+                }
+                (None, Some(Pad::Plane(ends))) => {
                     let [west, east] = ends.map(|h| h * h_unit);
-                    west + (east - west) * middle(0, k) / lengths[0]
-                }),
-                (None, Some(Pad::Parabola { least, radius, at })) => mode(&|k| {
-                    let at = at.map_or(lengths[0] / 2.0, |at| at * x_unit);
-                    least * h_unit + (middle(0, k) - at).powi(2) / (2.0 * radius * x_unit)
-                }),
+                    film.with_gap(|x, _| west + (east - west) * x / lx)
+                }
+                (None, Some(Pad::Parabola { least, radius, at })) => {
+                    let at = at.map_or(lx / 2.0, |at| at * x_unit);
+                    film.with_gap(|x, _| {
+                        least * h_unit + (x - at).powi(2) / (2.0 * radius * x_unit)
+                    })
+                }
                 (None, None) => {
                     return Err("there is no film: give --map, --pad or --journal".into());
                 }
             };
-            let slope = |axis: usize| mode(&|k| middle(axis, k) - lengths[axis] / 2.0);
-            let modes = vec![vec![1.0; cells], slope(0), slope(1)];
-            (modes, base, vec![0.0, tilt[0], tilt[1]], None)
-        };
+            Bearing { position: vec![0.0, tilt[0], tilt[1]], ..Bearing::pad(film) }
+        }
+        _ => {
+            return Err(
+                "a journal takes --diameter and --length, anything else --lx and --ly".into()
+            );
+        }
+    };
+    let (lengths, film) = (bearing.film.lengths, &mut bearing.film);
 
-        let rough = arguments.roughness.as_deref().map(|path| same(path, [nx, ny])).transpose()?;
-        if let Some(rough) = rough {
-            base.iter_mut().zip(&rough.values).for_each(|(h, rough)| *h += rough * h_unit);
+    let rough = arguments.roughness.as_deref().map(|path| same(path, [nx, ny])).transpose()?;
+    if let Some(rough) = rough {
+        film.gap.iter_mut().zip(&rough.values).for_each(|(h, rough)| *h += rough * h_unit);
+    }
+    for pocket in &arguments.pocket {
+        dig(film, pocket.0, arguments)?;
+    }
+    for Dimples(counts, one) in &arguments.dimples {
+        let ends = lengths.map(|length| length / x_unit);
+        let [lx, ly] = [0, 1].map(|axis| ends[axis] / counts[axis] as f64);
+        if one.size[0] > lx * (1.0 + 1e-9) || one.size[1] > ly * (1.0 + 1e-9) {
+            return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
-        let around = arguments.journal;
-        for pocket in &arguments.pocket {
-            pocket.dig(&mut base, [nx, ny], lengths, [x_unit, h_unit], around)?;
-        }
-        for dimples in &arguments.dimples {
-            for pocket in dimples.pockets(lengths.map(|length| length / x_unit))? {
-                pocket.dig(&mut base, [nx, ny], lengths, [x_unit, h_unit], around)?;
-            }
-        }
-
-        let ambient = arguments.ambient * p_unit;
-        let mut film = Film {
-            cavitation: arguments.cavitation * p_unit,
-            ..Film::new([nx, ny], lengths, 0.0, 1.0)
-        };
-        film.viscosity = match &arguments.viscosity {
-            Some(Viscosity::Map(path)) => same(path, [nx, ny])?.values,
-            Some(Viscosity::Uniform(viscosity)) => vec![*viscosity],
-            None => return Err("--viscosity is missing".into()),
-        };
-        if let Some(at) = film.viscosity.iter().position(|&v| v <= 0.0) {
-            let (row, column, value) = (at / nx + 1, at % nx + 1, film.viscosity[at]);
-            return Err(format!(
-                "--viscosity: row {row}, column {column}: {value} is not positive"
-            )
-            .into());
-        }
-        film.speeds = match (&arguments.speed, arguments.rpm, arguments.diameter) {
-            (Some(Numbers(speeds)), ..) => [speeds[0], speeds.get(1).copied().unwrap_or(0.0)],
-            (None, Some(rpm), Some(diameter)) if rpm.is_finite() => {
-                [PI * diameter * x_unit * rpm / 60.0, 0.0]
-            }
-            (None, Some(_), _) => return Err("--rpm is not a finite number".into()),
-            (None, None, _) => [0.0; 2],
-        };
-        film.sides = sides(arguments, ambient)?;
-        if !(ambient >= film.cavitation && ambient.is_finite()) {
-            return Err("--ambient is below --cavitation, or not a finite number".into());
-        }
-        for supply in &arguments.supply {
-            let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
-            let ends = lengths.map(|length| length / x_unit);
-            is_inside("supply", [x, y], [lx, ly], ends, arguments.journal)?;
-            let [x, y, lx, ly] = [x, y, lx, ly].map(|v| v * x_unit);
-            film.supplies.push(Supply {
-                corner: [x, y],
-                size: [lx, ly],
-                pressure: pressure * p_unit,
-            });
-        }
-        for groove in &arguments.groove {
-            let (degrees, pressure) = match groove.0[..] {
-                [degrees] => (degrees, ambient),
-                [degrees, pressure] => (degrees, pressure * p_unit),
-                _ => return Err("--groove takes DEGREES or DEGREES,PRESSURE".into()),
-            };
-            let x = (degrees / 360.0).rem_euclid(1.0) * lengths[0];
-            let size = [0.0, lengths[1]];
-            film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
-        }
-        let turn = if journal.is_some() { tilt } else { [0.0; 2] };
-        let posed = Self { film, base, modes, position, ambient, journal, turn };
-        posed.check(arguments)?;
-        Ok(posed)
+        one.repeated(*counts, ends).try_for_each(|pocket| dig(film, pocket, arguments))?;
     }
 
-    /// The film in the position of the command line.
-    pub(super) fn here(&self) -> Film {
-        self.at(&self.position).expect("the position has been checked")
+    let ambient = arguments.ambient * p_unit;
+    film.cavitation = arguments.cavitation * p_unit;
+    film.viscosity = match &arguments.viscosity {
+        Some(Viscosity::Map(path)) => same(path, [nx, ny])?.values,
+        Some(Viscosity::Uniform(viscosity)) => vec![*viscosity],
+        None => return Err("--viscosity is missing".into()),
+    };
+    if let Some(at) = film.viscosity.iter().position(|&v| v <= 0.0) {
+        let (row, column, value) = (at / nx + 1, at % nx + 1, film.viscosity[at]);
+        return Err(
+            format!("--viscosity: row {row}, column {column}: {value} is not positive").into()
+        );
     }
-
-    /// Refuses a gap that is not open, and supplies that do not fit.
-    fn check(&self, arguments: &Arguments) -> Fallible<()> {
-        if arguments.motion.is_none() && self.at(&self.position).is_none() {
-            if let Some(ecc) = self.eccentricity(&self.position).filter(|&ecc| ecc >= 1.0) {
-                return Err(format!("--tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it must be below 1").into());
-            }
-            let gap = |k: usize| {
-                let moved = self.modes.iter().zip(&self.position).map(|(mode, by)| by * mode[k]);
-                self.base[k] + moved.sum::<f64>()
-            };
-            let at = (0..self.base.len()).find(|&k| !(gap(k) > 0.0 && gap(k).is_finite()));
-            let at = at.unwrap_or_default();
-            let (row, column) = (at / self.film.nx + 1, at % self.film.nx + 1);
-            let what = match &arguments.map {
-                Some(path) => printable(path.display()),
-                None => "the film".into(),
-            };
-            let gap = gap(at);
-            return Err(format!(
-                "{what}: row {row}, column {column}: the gap is {gap:e} m, but it must be positive"
-            )
-            .into());
+    film.speeds = match (&arguments.speed, arguments.rpm, arguments.diameter) {
+        (Some(Numbers(speeds)), ..) => [speeds[0], speeds.get(1).copied().unwrap_or(0.0)],
+        (None, Some(rpm), Some(diameter)) if rpm.is_finite() => {
+            [PI * diameter * x_unit * rpm / 60.0, 0.0]
         }
-        let probe = Film { gap: vec![1.0; self.base.len()], ..self.film.clone() };
-        probe
-            .pose()
-            .map(drop)
-            .map_err(|error| format!("{error}; see --side, --supply and --groove").into())
+        (None, Some(_), _) => return Err("--rpm is not a finite number".into()),
+        (None, None, _) => [0.0; 2],
+    };
+    film.sides = sides(arguments, ambient)?;
+    if !(ambient >= film.cavitation && ambient.is_finite()) {
+        return Err("--ambient is below --cavitation, or not a finite number".into());
     }
+    for supply in &arguments.supply {
+        let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
+        let ends = lengths.map(|length| length / x_unit);
+        is_inside("supply", [x, y], [lx, ly], ends, arguments.journal)?;
+        let [x, y, lx, ly] = [x, y, lx, ly].map(|v| v * x_unit);
+        film.supplies.push(Supply { corner: [x, y], size: [lx, ly], pressure: pressure * p_unit });
+    }
+    for groove in &arguments.groove {
+        let (degrees, pressure) = match groove.0[..] {
+            [degrees] => (degrees, ambient),
+            [degrees, pressure] => (degrees, pressure * p_unit),
+            _ => return Err("--groove takes DEGREES or DEGREES,PRESSURE".into()),
+        };
+        let x = (degrees / 360.0).rem_euclid(1.0) * lengths[0];
+        let size = [0.0, lengths[1]];
+        film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
+    }
+    bearing.ambient = ambient;
+    check(&bearing, arguments)?;
+    Ok(bearing)
 }
 
-impl Pocket {
-    /// Deepens the cells by their part that the pocket covers.
-    fn dig(
-        &self,
-        gap: &mut [f64],
-        [nx, ny]: [usize; 2],
-        lengths: [f64; 2],
-        [x_unit, h_unit]: [f64; 2],
-        around: bool,
-    ) -> Fallible<()> {
-        let [corner, size] = [self.corner, self.size].map(|pair| pair.map(|v| v * x_unit));
-        let counts = [nx, ny];
-        is_inside("pocket", self.corner, self.size, lengths.map(|length| length / x_unit), around)?;
-        // Points per cell and direction; none lies on the edge of a pocket that ends with a cell.
-        const POINTS: usize = 8;
-        let spacing = [0, 1].map(|axis| lengths[axis] / counts[axis] as f64);
-        let range = |axis: usize| {
-            let first = (corner[axis] / spacing[axis]).floor().max(0.0) as usize;
-            let last = ((corner[axis] + size[axis]) / spacing[axis]).ceil() as usize;
-            first..if around && axis == 0 { last } else { last.min(counts[axis]) }
+/// Refuses a gap that is not open, and supplies that do not fit.
+fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
+    if arguments.motion.is_none() && bearing.here().is_none() {
+        if let Some(ecc) = bearing.eccentricity(&bearing.position).filter(|&ecc| ecc >= 1.0) {
+            return Err(format!("--tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it must be below 1").into());
+        }
+        let gap = |k: usize| {
+            let moved = bearing.modes.iter().zip(&bearing.position).map(|(mode, by)| by * mode[k]);
+            bearing.film.gap[k] + moved.sum::<f64>()
         };
-        let mut all = 0;
-        for j in range(1) {
-            for i in range(0) {
-                let place = |axis: usize, at: usize, point: usize| {
-                    let along = (at as f64 + (point as f64 + 0.5) / POINTS as f64) * spacing[axis];
-                    2.0 * (along - corner[axis]) / size[axis] - 1.0
-                };
-                let mut covered = 0;
-                for point in 0..POINTS * POINTS {
-                    let [u, v] = [place(0, i, point % POINTS), place(1, j, point / POINTS)];
-                    let inside = if self.ellipse { u * u + v * v } else { u.abs().max(v.abs()) };
-                    covered += usize::from(inside <= 1.0);
-                }
-                gap[j * nx + i % nx] +=
-                    self.depth * h_unit * covered as f64 / (POINTS * POINTS) as f64;
-                all += covered;
-            }
-        }
-        if all == 0 {
-            let [lx, ly] = self.size;
-            let [dx, dy] = spacing.map(|length| length / x_unit);
-            return Err(format!(
-                "a pocket or dimple of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
-                 --x-unit; check its size, or take more cells by --nx and --ny"
-            )
-            .into());
-        }
-        Ok(())
+        let at = (0..bearing.film.gap.len()).find(|&k| !(gap(k) > 0.0 && gap(k).is_finite()));
+        let at = at.unwrap_or_default();
+        let (row, column) = (at / bearing.film.nx + 1, at % bearing.film.nx + 1);
+        let what = match &arguments.map {
+            Some(path) => printable(path.display()),
+            None => "the film".into(),
+        };
+        let gap = gap(at);
+        return Err(format!(
+            "{what}: row {row}, column {column}: the gap is {gap:e} m, but it must be positive"
+        )
+        .into());
     }
+    let probe = Film { gap: vec![1.0; bearing.film.gap.len()], ..bearing.film.clone() };
+    probe
+        .pose()
+        .map(drop)
+        .map_err(|error| format!("{error}; see --side, --supply and --groove").into())
 }
 
 /// Refuses a rectangle that is not in the film; around a journal it may reach beyond the end.
@@ -454,8 +335,8 @@ fn is_inside(
 }
 
 /// A map of the same cells.
-fn same(path: &Path, [nx, ny]: [usize; 2]) -> Fallible<Array> {
-    let map = array::read(path)?;
+fn same(path: &Path, [nx, ny]: [usize; 2]) -> Fallible<Map> {
+    let map = Map::read(path)?;
     if [map.columns, map.rows] == [nx, ny] {
         return Ok(map);
     }

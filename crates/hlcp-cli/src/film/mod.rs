@@ -1,6 +1,5 @@
 //! `hlcp film`: the pressure in a lubricating film of your own, and where it cavitates.
 
-mod array;
 mod balance;
 mod gap;
 mod motion;

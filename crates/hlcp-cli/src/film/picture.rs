@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{Arguments, balance::Solved, unit};
+use hlcp::film::Solved;
+
+use super::{Arguments, unit};
 use crate::chart::{self, Panel};
 
 /// Cells along a direction of the picture, at most: more are not seen.

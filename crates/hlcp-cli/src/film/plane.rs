@@ -1,67 +1,78 @@
 //! `hlcp film` in two dimensions: what is solved, written and printed.
 
 use std::{
+    cell::RefCell,
     error::Error,
+    f64::consts::TAU,
     fmt::{self, Write as _},
     time::Instant,
 };
 
-use hlcp_methods::{Clock, Named, Parameters, Status};
-use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, decimal};
+use hlcp::{
+    Clock, Limits, Named, Parameters, Progress, Status,
+    film::{Bearing, Coefficients, Film, FilmFigures, Map, ProvedFigures, Settings, Side, Solved},
+    number,
+};
+use hlcp_verify::{Certificate, Refusal, decimal};
 use serde_json::{Value, json};
 
-use super::{
-    Arguments, Done, array,
-    balance::{Coefficients, METHOD, Solved, equilibrium},
-    doubtful,
-    gap::Posed,
-    motion, outputs, picture,
-};
+use super::{Arguments, Done, balance::equilibrium, doubtful, gap, motion, outputs, picture};
+use crate::progress::Way;
 
 /// Solves for a film in two dimensions.
 pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
-    Named::parse(arguments.method.as_deref().unwrap_or(METHOD), Parameters::default())?;
-    let mut posed = Posed::new(arguments)?;
+    if let Some(name) = &arguments.method {
+        Named::parse(name, Parameters::default())?;
+    }
+    let way = RefCell::new(None);
+    let watch = |name: &str, limits: &Limits, goal: f64, progress: &Progress<'_, f64>| {
+        let mut way = way.borrow_mut();
+        if progress.iteration == 0 {
+            *way = Some(Way::new(name, goal, limits));
+        }
+        way.iter_mut().for_each(|way: &mut Way| way.show(progress));
+    };
+    let settings = Settings {
+        method: arguments.method.as_deref(),
+        in_parallel: arguments.threads.is_some_and(|threads| threads > 1),
+        watch: Some(&watch),
+    };
+    let mut bearing = gap::posed(arguments)?;
     if arguments.motion.is_none() {
-        refuse_idle(&posed, &posed.here(), arguments)?;
+        let film = bearing.here().expect("the position has been checked");
+        refuse_idle(&bearing, &film, arguments)?;
     }
     let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
     ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
     let outputs = outputs(arguments, &ends)?;
     let mut steps = None;
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
-        let run = motion::run(path, &mut posed, arguments, |posed, film, found, z| {
-            let [load, x, y] = load(posed, film, found, z);
+        let run = motion::run(path, bearing, (arguments, &settings), |bearing, film, found, z| {
+            let [load, x, y] = load(bearing, film, found, z);
             let drag = &found.friction;
             [load, x, y, moving(film, drag), fixed(film, drag), found.power]
         })?;
+        bearing = run.bearing;
         steps = Some((run.csv, run.imbalance, run.squeezing));
         (run.solved, run.steps, run.all_converged, None)
     } else {
-        let (solved, solves) = equilibrium(&mut posed, arguments)?;
-        let frame = posed.journal.map(|_| {
-            let forces = posed.forces(&solved.film, &solved.z);
-            let angle = forces[1].atan2(forces[0]);
-            [angle.cos(), angle.sin()]
-        });
+        let (solved, solves) = equilibrium(&mut bearing, arguments, &settings)?;
         let converged = solved.outcome.converged();
-        let coefficients = if arguments.coefficients && converged {
-            Some(Coefficients::new(&posed, &solved, frame, arguments)?)
-        } else {
-            None
-        };
+        let asked = arguments.coefficients && converged;
+        let coefficients =
+            asked.then(|| Coefficients::new(&bearing, &solved, &settings)).transpose()?;
         (solved, solves, converged, coefficients)
     };
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
     let range = arguments.data_tolerance.filter(|_| converged);
-    let range = range.map(|part| range_of(part, &posed, &solved)).transpose()?;
-    let mut figures = solved.film.figures(&solved.z, &solved.r, posed.ambient);
+    let range = range.map(|part| range_of(part, &bearing, &solved)).transpose()?;
+    let mut figures = solved.film.figures(&solved.z, &solved.r, bearing.ambient);
     figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
     let report = Report {
-        posed: &posed,
+        bearing: &bearing,
         figures,
-        proved: proved(&posed, &solved.film, certificate.as_ref()),
+        proved: proved(&bearing, &solved.film, certificate.as_ref()),
         solved: &solved,
         solves,
         converged,
@@ -72,20 +83,21 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         seconds: begun.elapsed().as_secs_f64(),
     };
 
-    let (film, nx) = (&solved.film, solved.film.nx);
-    let pressures = film.pressures(&solved.z);
-    let contents: Vec<f64> = solved.r.iter().map(|r| 1.0 - r).collect();
+    let film = &solved.film;
+    let map = |values| Map { columns: film.nx, rows: film.ny, values };
+    let pressures = map(film.pressures(&solved.z));
+    let contents = map(solved.r.iter().map(|r| 1.0 - r).collect());
     let mut texts = vec![
         picture::drawn(&solved, arguments, &report.caption()).into_bytes(),
-        array::csv(nx, &pressures),
-        array::to_npy(nx, &pressures),
-        array::csv(nx, &contents),
-        array::to_npy(nx, &contents),
+        pressures.csv(),
+        pressures.npy(),
+        contents.csv(),
+        contents.npy(),
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
     let mut warnings = vec![];
     if !film.is_fed() {
-        let way_out = feeding(&posed, film);
+        let way_out = feeding(&bearing, film);
         warnings.push(format!("nothing feeds this film, so it runs dry; {way_out}"));
     } else if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
         let idle = "the film carries nothing, because its pressure is that of cavitation \
@@ -107,7 +119,11 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
 }
 
 /// Refuses a film in which nothing happens, and questions to one that runs dry.
-fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+fn refuse_idle(
+    bearing: &Bearing,
+    film: &Film,
+    arguments: &Arguments,
+) -> Result<(), Box<dyn Error>> {
     let mut pressures = vec![];
     for side in film.sides {
         match side {
@@ -128,7 +144,7 @@ fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), 
     let asked = match &arguments.load {
         Some(load) => format!(
             "--load: nothing feeds this film, so it runs dry and carries nothing instead of {} N",
-            hlcp_core::number(load.0[0])
+            number(load.0[0])
         ),
         None if arguments.coefficients => {
             "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
@@ -136,14 +152,14 @@ fn refuse_idle(posed: &Posed, film: &Film, arguments: &Arguments) -> Result<(), 
         }
         None => return Ok(()),
     };
-    if film.is_fed() { Ok(()) } else { Err(format!("{asked}; {}", feeding(posed, film)).into()) }
+    if film.is_fed() { Ok(()) } else { Err(format!("{asked}; {}", feeding(bearing, film)).into()) }
 }
 
 /// How to feed a film that runs dry.
-fn feeding(posed: &Posed, film: &Film) -> String {
+fn feeding(bearing: &Bearing, film: &Film) -> String {
     let is_open = film.sides.iter().any(|side| matches!(side, Side::Pressure(_)));
     let mut ways = vec![];
-    if posed.journal.is_some() {
+    if bearing.journal.is_some() {
         ways.push("--groove 0,2e5");
     }
     ways.push(if is_open { "--ambient 101325" } else { "--side south=101325" });
@@ -156,15 +172,15 @@ fn feeding(posed: &Posed, film: &Film) -> String {
 
 /// The figures that are proved; of a journal the load is that of both directions.
 fn proved(
-    posed: &Posed,
+    bearing: &Bearing,
     film: &Film,
     certificate: Option<&Result<Certificate, Refusal>>,
 ) -> Option<ProvedFigures> {
     let certificate = certificate?.as_ref().ok()?;
-    let mut proved = film.proved_figures(certificate, posed.ambient);
-    if posed.journal.is_some() {
-        let modes = [&posed.modes[0][..], &posed.modes[1]];
-        proved.load = film.proved_resultant(certificate, posed.ambient, modes);
+    let mut proved = film.proved_figures(certificate, bearing.ambient);
+    if bearing.journal.is_some() {
+        let modes = [&bearing.modes[0][..], &bearing.modes[1]];
+        proved.load = film.proved_resultant(certificate, bearing.ambient, modes);
     }
     Some(proved)
 }
@@ -172,15 +188,15 @@ fn proved(
 /// What is proved of all films within a part of the one that is solved, in this position.
 fn range_of(
     part: f64,
-    posed: &Posed,
+    bearing: &Bearing,
     Solved { film, z, r, .. }: &Solved,
 ) -> Result<Result<ProvedFigures, Refusal>, Box<dyn Error>> {
     let range = film.certify_range(part, z, r, &mut Clock::endless())?;
     Ok(range.map(|range| {
-        let mut figures = range.figures(film, posed.ambient);
-        if posed.journal.is_some() {
-            let modes = [&posed.modes[0][..], &posed.modes[1]];
-            figures.load = range.resultant(film, posed.ambient, modes);
+        let mut figures = range.figures(film, bearing.ambient);
+        if bearing.journal.is_some() {
+            let modes = [&bearing.modes[0][..], &bearing.modes[1]];
+            figures.load = range.resultant(film, bearing.ambient, modes);
         }
         figures
     }))
@@ -205,13 +221,13 @@ fn between(interval: Option<[f64; 2]>) -> String {
 }
 
 /// The load and where it acts: of a journal its place around the bearing and along it.
-fn load(posed: &Posed, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3] {
+fn load(bearing: &Bearing, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3] {
     let [lx, ly] = film.lengths;
-    let Some([_, radius]) = posed.journal else {
+    if bearing.journal.is_none() {
         let at = |moment: f64, length: f64| length / 2.0 + moment / figures.load;
         return [figures.load, at(figures.moments[0], lx), at(figures.moments[1], ly)];
-    };
-    let forces = posed.forces(film, z);
+    }
+    let forces = bearing.forces(film, z);
     let angle = forces[1].atan2(forces[0]);
     let load = forces[0].hypot(forces[1]);
     if load == 0.0 {
@@ -219,11 +235,11 @@ fn load(posed: &Posed, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3
     }
     let (mut moment, p) = (0.0, film.pressures(z));
     for (k, p) in p.iter().enumerate() {
-        let along = posed.modes[0][k] * angle.cos() + posed.modes[1][k] * angle.sin();
+        let along = bearing.modes[0][k] * angle.cos() + bearing.modes[1][k] * angle.sin();
         let y = ((k / film.nx) as f64 + 0.5) / film.ny as f64 * ly;
-        moment += (p - posed.ambient) * along * y * film.cell();
+        moment += (p - bearing.ambient) * along * y * film.cell();
     }
-    [load, radius * angle.rem_euclid(std::f64::consts::TAU), moment / load]
+    [load, lx / TAU * angle.rem_euclid(TAU), moment / load]
 }
 
 /// The intervals of the drag on the wall that moves the faster, and on the other one.
@@ -252,7 +268,7 @@ fn sign(speed: f64) -> f64 {
 
 /// The figures that every film has, under the names of the command line.
 fn figures_json(
-    posed: &Posed,
+    bearing: &Bearing,
     film: &Film,
     figures: &FilmFigures,
     [load, x, y]: [f64; 3],
@@ -261,7 +277,7 @@ fn figures_json(
         Side::Periodic => Value::Null,
         _ => json!(figures.sides[k]),
     };
-    let [ecc, attitude] = eccentricity(posed, x).map_or([None; 2], |pair| pair.map(Some));
+    let [ecc, attitude] = eccentricity(bearing, x).map_or([None; 2], |pair| pair.map(Some));
     json!({
         "outcome": null,
         "converged": null,
@@ -290,7 +306,7 @@ fn figures_json(
         "doubt": figures.doubt(),
         "ecc": ecc,
         "attitude_deg": attitude,
-        "position": posed.journal.is_none().then_some(&posed.position),
+        "position": bearing.journal.is_none().then_some(&bearing.position),
         "stiffness_n_m": null,
         "damping_n_s_m": null,
         "stiffness_clamp_n_m": null,
@@ -303,17 +319,17 @@ fn figures_json(
 }
 
 /// Of a journal the eccentricity and the attitude, in degrees, for a load that acts at `x`.
-fn eccentricity(posed: &Posed, x: f64) -> Option<[f64; 2]> {
-    let [clearance, radius] = posed.journal?;
-    let [a, b] = [posed.position[0], posed.position[1]];
-    let turn = (-b).atan2(-a) - x / radius;
-    let attitude = posed.direction() * turn.sin().atan2(turn.cos()).to_degrees();
+fn eccentricity(bearing: &Bearing, x: f64) -> Option<[f64; 2]> {
+    let clearance = bearing.journal?.clearance;
+    let [a, b] = [bearing.position[0], bearing.position[1]];
+    let turn = (-b).atan2(-a) - x / (bearing.film.lengths[0] / TAU);
+    let attitude = bearing.direction() * turn.sin().atan2(turn.cos()).to_degrees();
     Some([a.hypot(b) / clearance, attitude])
 }
 
 /// What there is to say about a film.
 struct Report<'r> {
-    posed: &'r Posed,
+    bearing: &'r Bearing,
     solved: &'r Solved,
     figures: FilmFigures,
     solves: usize,
@@ -330,7 +346,7 @@ struct Report<'r> {
 
 impl Report<'_> {
     fn load(&self) -> [f64; 3] {
-        load(self.posed, &self.solved.film, &self.figures, &self.solved.z)
+        load(self.bearing, &self.solved.film, &self.figures, &self.solved.z)
     }
 
     fn status(&self) -> String {
@@ -360,7 +376,7 @@ impl Report<'_> {
     }
 
     fn json(&self) -> Value {
-        let mut object = figures_json(self.posed, &self.solved.film, &self.figures, self.load());
+        let mut object = figures_json(self.bearing, &self.solved.film, &self.figures, self.load());
         object["outcome"] = json!(self.status().replace(' ', "_"));
         object["converged"] = json!(self.converged);
         object["seconds"] = json!(self.seconds);
@@ -439,12 +455,12 @@ impl Report<'_> {
         writeln!(text, "load              {load:.6e} N{within}")?;
         if y.is_nan() {
             writeln!(text, "                  at no point, because it is zero")?;
-        } else if self.posed.journal.is_some() {
+        } else if self.bearing.journal.is_some() {
             writeln!(text, "                  towards x = {x:.6e} m, its middle at y = {y:.6e} m")?;
         } else {
             writeln!(text, "                  acts at x = {x:.6e} m, y = {y:.6e} m")?;
         }
-        if self.posed.journal.is_none() {
+        if self.bearing.journal.is_none() {
             let [mx, my] = figures.moments;
             writeln!(
                 text,
@@ -500,12 +516,12 @@ impl Report<'_> {
                 "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
             )?;
         }
-        if let Some([ecc, attitude]) = eccentricity(self.posed, x) {
+        if let Some([ecc, attitude]) = eccentricity(self.bearing, x) {
             let at =
                 if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
             writeln!(text, "eccentricity      {ecc:.6} of the clearance, {at}")?;
         } else if arguments.load.is_some() || arguments.motion.is_some() {
-            let [rise, along, across] = [0, 1, 2].map(|k| self.posed.position[k]);
+            let [rise, along, across] = [0, 1, 2].map(|k| self.bearing.position[k]);
             writeln!(
                 text,
                 "position          rise {rise:.6e} m, slopes {along:.6e} along x, {across:.6e} along y"
@@ -559,7 +575,7 @@ impl Report<'_> {
     }
 
     fn print_coefficients(&self, text: &mut String, found: &Coefficients) -> fmt::Result {
-        let (axes, stiff, damp) = if self.posed.journal.is_some() {
+        let (axes, stiff, damp) = if self.bearing.journal.is_some() {
             ("along the load and across it", "N/m", "N s/m")
         } else {
             ("rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …")
@@ -568,7 +584,7 @@ impl Report<'_> {
         if self.figures.broken_share > 0.0 {
             let film = &self.solved.film;
             let passes = film.speeds.iter().sum::<f64>().abs() / film.lengths[0];
-            let to = if self.posed.journal.is_some() {
+            let to = if self.bearing.journal.is_some() {
                 format!("a quarter of the running speed, {:.4e} Hz", passes / 4.0)
             } else {
                 format!("a part of {passes:.4e} Hz, at which the wall passes the film")

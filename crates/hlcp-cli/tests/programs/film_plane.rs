@@ -814,7 +814,7 @@ fn wrong_films_are_refused_in_one_line() {
             "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of",
         ),
         (
-            "--pad plane,2e-5,1e-5 --load 10,0.0099,0.005",
+            "--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 10,0.0099,0.005",
             "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit",
         ),
         (

@@ -4,13 +4,13 @@ mod error;
 mod norms;
 mod scalar;
 
-pub use self::{
-    error::{Error, number},
-    norms::{Norms, Rhs, all_finite},
-    scalar::Scalar,
-};
 pub(crate) use self::{
     error::positive,
     norms::{BLOCK, Meter, Part, Stretches, Tallies, Tally, Totals},
     scalar::Compiled,
+};
+pub use self::{
+    error::{Error, number},
+    norms::{Norms, Rhs, all_finite},
+    scalar::Scalar,
 };

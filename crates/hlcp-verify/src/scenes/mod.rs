@@ -15,10 +15,7 @@ pub use american_put::AmericanPut;
 pub use bearing2d::Bearing2d;
 pub use disc::Disc;
 pub use example::{Example, Posed};
-pub use film::{
-    Equilibrium, Film, FilmFigures, FilmRange, Forces, ProvedFigures, Side, Supply, TimeStep,
-    equilibrium,
-};
+pub use film::{Film, FilmFigures, FilmRange, ProvedFigures, Side, Supply, TimeStep};
 pub use journal_bearing::JournalBearing;
 pub use obstacle::Obstacle;
 pub use slider::Slider;

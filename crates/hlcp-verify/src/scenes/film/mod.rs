@@ -4,12 +4,10 @@ use super::{Grids, check};
 use gates::{Frame, Gate, Passage, Place};
 
 mod derivatives;
-mod equilibrium;
 mod figures;
 mod gates;
 mod proved;
 
-pub use equilibrium::{Equilibrium, Forces, equilibrium};
 pub use figures::FilmFigures;
 pub use proved::{FilmRange, ProvedFigures};
 
@@ -192,6 +190,24 @@ impl Film {
             cavitation: 0.0,
             step: None,
         }
+    }
+
+    /// Returns the film with this gap, in m, at the middle of each cell, whose place is in m.
+    ///
+    /// ```
+    /// use hlcp_verify::Film;
+    ///
+    /// let wedge = Film::new([4, 1], [0.04, 0.01], 3.0, 0.04).with_gap(|x, _| 4e-5 - 5e-4 * x);
+    /// assert!((wedge.gap[3] - 2.25e-5).abs() < 1e-20);
+    /// ```
+    pub fn with_gap(self, gap: impl Fn(f64, f64) -> f64) -> Self {
+        let middle =
+            |at: usize, count: usize, length: f64| (at as f64 + 0.5) / count as f64 * length;
+        let cell = |k: usize| {
+            let x = middle(k % self.nx, self.nx, self.lengths[0]);
+            gap(x, middle(k / self.nx, self.ny, self.lengths[1]))
+        };
+        Self { gap: (0..self.gap.len()).map(cell).collect(), ..self }
     }
 
     /// `A`, `B` and `q`.

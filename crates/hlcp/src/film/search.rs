@@ -2,47 +2,25 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The forces at a position of a wall, and how they change with it.
-///
-/// ```
-/// use hlcp_verify::Forces;
-///
-/// // a spring along each coordinate
-/// let slopes = vec![vec![1.0, 0.0], vec![0.0, 1.0]];
-/// let springs = |e: &[f64]| Forces { values: e.to_vec(), slopes: slopes.clone() };
-/// assert_eq!(springs(&[0.5, 0.0]).values, [0.5, 0.0]);
-/// ```
+/// The forces at a position of a wall, a force for each coordinate, and how they change with it:
+/// `slopes[k][l]` is the change of force `k` by coordinate `l`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Forces {
-    /// A force for each coordinate.
-    pub values: Vec<f64>,
-    /// `slopes[k][l]` is the change of force `k` by coordinate `l`.
-    pub slopes: Vec<Vec<f64>>,
+pub(super) struct Forces {
+    pub(super) values: Vec<f64>,
+    pub(super) slopes: Vec<Vec<f64>>,
 }
 
 /// What a search for an equilibrium came to.
-///
-/// ```
-/// use hlcp_verify::{Forces, equilibrium};
-///
-/// let cube = |e: &[f64]| Ok::<_, ()>(Some(Forces {
-///     values: vec![e[0].powi(3)],
-///     slopes: vec![vec![3.0 * e[0] * e[0]]],
-/// }));
-/// let search = equilibrium(&[8.0], &[vec![1.0]], cube)?;
-/// assert!(search.found && (search.position[0] - 2.0).abs() <= 1e-9 && search.films < 12);
-/// # Ok::<(), ()>(())
-/// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Equilibrium {
-    /// Whether the forces at the position are the wanted ones, to 10⁻⁹ of these.
-    pub found: bool,
+pub(super) struct Equilibrium {
+    /// Whether the forces at the position are the wanted ones, to 10⁻⁹ of their size.
+    pub(super) found: bool,
     /// The position that comes nearest; empty if the film is at no start.
-    pub position: Vec<f64>,
+    pub(super) position: Vec<f64>,
     /// The forces there.
-    pub forces: Vec<f64>,
+    pub(super) forces: Vec<f64>,
     /// How often forces were asked for where the walls do not meet.
-    pub films: usize,
+    pub(super) films: usize,
 }
 
 /// How near the forces come to the wanted ones, over the size of these.
@@ -65,8 +43,8 @@ const FILMS: usize = 1000;
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
 
-/// Searches for a position at which a film exerts the `wanted` forces, from each of `starts` until
-/// one leads there.
+/// Searches for a position at which a film exerts the `wanted` forces, to 10⁻⁹ of `size`, from each
+/// of `starts` until one leads there.
 ///
 /// `forces` is the film in a position, or `None` where the walls meet; positions should have a unit
 /// in which that is some 1 away. There are as many forces as coordinates, one to three.
@@ -90,39 +68,12 @@ const AWAY: f64 = 100.0;
 /// S. Smale, *A convergent process of price adjustment and global Newton methods*, J. Math. Econom.
 /// 3 (1976) 107–120; the steps along a curve are those of E. Allgower and K. Georg, *Numerical
 /// Continuation Methods*, Springer, 1990.
-///
-/// # Errors
-///
-/// Those of `forces`.
-///
-/// # Panics
-///
-/// Unless starts, forces and each row of slopes have an entry for each wanted force.
-///
-/// ```
-/// use hlcp_verify::{Forces, equilibrium};
-///
-/// // A short bearing without a broken film: the force grows without bound as the walls meet.
-/// let bearing = |e: &[f64]| {
-///     let room = 1.0 - e[0] * e[0] - e[1] * e[1];
-///     let force = |k: usize| e[k] / room;
-///     let slope = |k: usize, l: usize| {
-///         f64::from(u8::from(k == l)) / room + 2.0 * e[k] * e[l] / (room * room)
-///     };
-///     let slopes = (0..2).map(|k| (0..2).map(|l| slope(k, l)).collect()).collect();
-///     Ok::<_, ()>((room > 0.0).then(|| Forces { values: vec![force(0), force(1)], slopes }))
-/// };
-/// let search = equilibrium(&[0.0, 40.0], &[vec![0.5, 0.0]], bearing)?;
-/// assert!(search.found && search.position[1] > 0.98);
-/// # Ok::<(), ()>(())
-/// ```
-pub fn equilibrium<E>(
+pub(super) fn equilibrium<E>(
     wanted: &[f64],
+    size: f64,
     starts: &[Vec<f64>],
     forces: impl FnMut(&[f64]) -> Result<Option<Forces>, E>,
 ) -> Result<Equilibrium, E> {
-    let size = norm(wanted);
-    let size = if size > 0.0 { size } else { 1.0 };
     let nearest = Equilibrium { found: false, position: vec![], forces: vec![], films: 0 };
     let mut search = Search { wanted, size, forces, nearest, off: f64::INFINITY };
     let mut begun: Vec<Option<Point>> = vec![];
@@ -141,10 +92,6 @@ pub fn equilibrium<E>(
         }
     }
     Ok(search.nearest)
-}
-
-fn norm(v: &[f64]) -> f64 {
-    v.iter().fold(0.0_f64, |norm, v| norm.hypot(*v))
 }
 
 /// A position, how far off its forces are, in units of those wanted, and the slopes of that.
@@ -270,5 +217,36 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Forces>, E>> Search<'_, F> {
             }
         }
         Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_root_of_a_cube_is_found() {
+        let cube = |e: &[f64]| {
+            let slopes = vec![vec![3.0 * e[0] * e[0]]];
+            Ok::<_, ()>(Some(Forces { values: vec![e[0].powi(3)], slopes }))
+        };
+        let search = equilibrium(&[8.0], 8.0, &[vec![1.0]], cube).unwrap();
+        assert!(search.found && (search.position[0] - 2.0).abs() <= 1e-9 && search.films < 12);
+    }
+
+    /// A short bearing without a broken film: the force grows without bound as the walls meet.
+    #[test]
+    fn a_heavy_load_is_carried_near_the_wall() {
+        let bearing = |e: &[f64]| {
+            let room = 1.0 - e[0] * e[0] - e[1] * e[1];
+            let slope = |k: usize, l: usize| {
+                f64::from(u8::from(k == l)) / room + 2.0 * e[k] * e[l] / (room * room)
+            };
+            let slopes = (0..2).map(|k| (0..2).map(|l| slope(k, l)).collect()).collect();
+            let values = vec![e[0] / room, e[1] / room];
+            Ok::<_, ()>((room > 0.0).then_some(Forces { values, slopes }))
+        };
+        let search = equilibrium(&[0.0, 40.0], 40.0, &[vec![0.5, 0.0]], bearing).unwrap();
+        assert!(search.found && search.position[1] > 0.98);
     }
 }

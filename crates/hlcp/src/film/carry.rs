@@ -1,0 +1,240 @@
+use hlcp_verify::Film;
+
+use super::{
+    Bearing, FilmError, Journal, Settings, Solved,
+    search::{Forces, equilibrium},
+};
+
+/// What a wall is to carry, in SI units.
+///
+/// ```
+/// use hlcp::film::Load;
+///
+/// let load = Load { at: Some([0.029, 0.016]), ..Load::of(900.0) };
+/// assert_eq!((load.force, load.direction), (900.0, None));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Load {
+    /// The force, in N.
+    pub force: f64,
+    /// Where it acts, of anything but a journal, whose slopes are then found with its height.
+    pub at: Option<[f64; 2]>,
+    /// The angle along x from which the load on a journal comes; without one only its size is asked
+    /// for, and grooves turn with the journal.
+    pub direction: Option<f64>,
+}
+
+impl Load {
+    /// Returns a load of so many N anywhere.
+    pub fn of(force: f64) -> Self {
+        Self { force, at: None, direction: None }
+    }
+}
+
+/// What a search for the position that carries a load came to.
+///
+/// ```
+/// use hlcp::film::{Bearing, Film, Load, Settings};
+///
+/// let film = Film::new([40, 20], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+/// let mut pad = Bearing::pad(film);
+/// let carried = pad.carry(&Load::of(1200.0), &Settings::default())?;
+/// // It comes down.
+/// assert!(carried.found && pad.position[0] < 0.0);
+/// assert!((pad.forces(&carried.solved.film, &carried.solved.z)[0] - 1200.0).abs() <= 1e-6);
+/// # Ok::<(), hlcp::film::FilmError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Carried {
+    /// Whether the film carries the load, to 10⁻⁹ of it.
+    pub found: bool,
+    /// The film there, or else the last one that was solved.
+    pub solved: Solved,
+    /// How many films were tried, and how many of these did not converge.
+    pub films: [usize; 2],
+    /// The least and the largest force that one of them carries, in N.
+    pub forces: [f64; 2],
+    /// How far the nearest of them is off, in N.
+    pub off: f64,
+}
+
+/// A search goes no further than to this part of the least gap that it began with.
+const NARROWEST: f64 = 1e-4;
+
+/// Where a search begins when the first place has led nowhere: sizes and angles from there, and
+/// rises and slopes.
+const RINGS: [[f64; 3]; 8] = [
+    [0.5, 2.4, 0.0],
+    [0.5, -1.6, 0.0],
+    [0.05, 0.0, 0.0],
+    [0.5, 0.9, 0.0],
+    [0.9, 0.0, 0.0],
+    [0.9, 2.1, 0.0],
+    [0.9, -2.1, 0.0],
+    [0.05, 3.1, 0.0],
+];
+const PLANES: [[f64; 3]; 9] = [
+    [1.0, -1.0, 0.0],
+    [1.0, 1.0, 0.0],
+    [1.0, 0.0, 1.0],
+    [1.0, 0.0, -1.0],
+    [-0.5, 0.0, 0.0],
+    [3.0, 0.0, 0.0],
+    [3.0, -3.0, 0.0],
+    [10.0, -10.0, 0.0],
+    [-0.9, 0.0, 0.0],
+];
+
+/// What a film is asked to carry, as equations for the coordinates that move.
+struct Wanted {
+    /// The forces, in N.
+    forces: Vec<f64>,
+    /// The coordinates that move, and a length or a slope of each that leads to the other wall.
+    moving: Vec<usize>,
+    units: Vec<f64>,
+    /// Of a moment the lever that makes a force of it.
+    levers: Vec<f64>,
+    is_journal: bool,
+    /// Of a journal whose grooves turn with it only the size of the force is asked for.
+    is_size: bool,
+}
+
+impl Wanted {
+    fn new(bearing: &Bearing, load: &Load, thin: f64) -> Self {
+        let (lengths, force) = (bearing.film.lengths, load.force);
+        if let Some(Journal { clearance, .. }) = bearing.journal {
+            let forces = match load.direction {
+                Some(angle) => vec![force * angle.cos(), force * angle.sin()],
+                None => vec![force],
+            };
+            let n = forces.len();
+            let (moving, units, levers) = ((0..n).collect(), vec![clearance; n], vec![1.0; n]);
+            return Self { forces, moving, units, levers, is_size: n == 1, is_journal: true };
+        }
+        let moves = |&k: &usize| k == 0 || bearing.modes[k].iter().any(|&mode| mode != 0.0);
+        let moving: Vec<usize> = (0..if load.at.is_some() { 3 } else { 1 }).filter(moves).collect();
+        let lever = |&k: &usize| if k == 0 { 1.0 } else { lengths[k - 1] / 2.0 };
+        let levers: Vec<f64> = moving.iter().map(lever).collect();
+        let force = |(&k, lever): (&usize, &f64)| match load.at {
+            Some(at) if k > 0 => force * (at[k - 1] - lengths[k - 1] / 2.0) / lever,
+            _ => force,
+        };
+        let forces = moving.iter().zip(&levers).map(force).collect();
+        let units = levers.iter().map(|lever| thin / lever).collect();
+        Self { forces, moving, units, levers, is_size: false, is_journal: false }
+    }
+
+    /// Where to begin, after the bearing's position.
+    fn starts(&self, first: Vec<f64>) -> Vec<Vec<f64>> {
+        let many = self.moving.len();
+        let offsets: &[[f64; 3]] = match (self.is_journal, many) {
+            (true, 1) => &[[0.05, 0.0, 0.0], [0.9, 0.0, 0.0], [0.2, 0.0, 0.0], [0.98, 0.0, 0.0]],
+            (true, _) => &RINGS,
+            (false, _) => &PLANES,
+        };
+        let place = |by: &[f64; 3]| match (self.is_journal, many) {
+            (true, 1) => vec![by[0]],
+            (true, _) => {
+                let [size, angle, _] = *by;
+                let angle = angle + first[1].atan2(first[0]);
+                vec![size * angle.cos(), size * angle.sin()]
+            }
+            (false, _) => first.iter().zip(&self.moving).map(|(at, &k)| at + by[k]).collect(),
+        };
+        let mut starts: Vec<Vec<f64>> = offsets.iter().map(place).collect();
+        starts.insert(0, first);
+        starts.dedup();
+        starts
+    }
+
+    /// How far forces are from those that are asked for, in N.
+    fn distance(&self, forces: &[f64]) -> f64 {
+        let off = self.forces.iter().zip(forces).map(|(wanted, found)| found - wanted);
+        off.fold(0.0, f64::hypot)
+    }
+
+    /// The forces that are asked for in a position, from all of them, and their slopes by the
+    /// coordinates that move.
+    fn forces(&self, forces: &[f64], slopes: &[Vec<f64>]) -> Forces {
+        let by = |slope: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            self.moving.iter().zip(&self.units).map(|(&l, unit)| unit * slope(l)).collect()
+        };
+        if self.is_size {
+            let size = forces[0].hypot(forces[1]);
+            let slope = |l: usize| {
+                let [x, y] = [slopes[0][l], slopes[1][l]];
+                // From nothing it grows whatever its direction.
+                if size > 0.0 { (forces[0] * x + forces[1] * y) / size } else { x.hypot(y) }
+            };
+            return Forces { values: vec![size], slopes: vec![by(&slope)] };
+        }
+        let rows = || self.moving.iter().zip(&self.levers);
+        Forces {
+            values: rows().map(|(&k, lever)| forces[k] / lever).collect(),
+            slopes: rows().map(|(&k, lever)| by(&|l| slopes[k][l] / lever)).collect(),
+        }
+    }
+}
+
+impl Bearing {
+    /// Moves the wall to where it carries a load, and leaves it where it is if that is not found,
+    /// which proves nothing.
+    ///
+    /// # Errors
+    ///
+    /// As [`Solved::new`], and [`FilmError::Meet`] for walls that meet where the search begins.
+    pub fn carry(&mut self, load: &Load, settings: &Settings<'_>) -> Result<Carried, FilmError> {
+        if let (Some(angle), Some(_)) = (load.direction, self.journal) {
+            // The least gap is some 50° ahead of the load.
+            let (size, ahead) = (self.position[0], angle + 0.9 * self.direction());
+            self.position = vec![-size * ahead.cos(), -size * ahead.sin()];
+        }
+        let mut solved = Solved::new(self.here().ok_or(FilmError::Meet)?, None, settings)?;
+        let [mut least, mut largest] = [f64::INFINITY, 0.0_f64];
+        if !solved.outcome.converged() {
+            let (films, forces) = ([1, 1], [least, largest]);
+            return Ok(Carried { found: false, solved, films, forces, off: f64::NAN });
+        }
+        let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        let wanted = Wanted::new(self, load, thin);
+        let coordinates = || wanted.moving.iter().zip(&wanted.units);
+        let begun = self.position.clone();
+        let starts = wanted.starts(coordinates().map(|(&k, unit)| begun[k] / unit).collect());
+        let in_film = |at: &[f64]| {
+            let mut position = begun.clone();
+            coordinates().zip(at).for_each(|((&k, unit), at)| position[k] = at * unit);
+            position
+        };
+        let (mut is_first, mut failed) = (true, 0);
+        let size = wanted.forces.iter().copied().fold(0.0, f64::hypot);
+        let search = equilibrium(&wanted.forces, size, &starts, |at| -> Result<_, FilmError> {
+            if !std::mem::take(&mut is_first) {
+                let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
+                let is_inside = !wanted.is_size || at[0] >= 0.0;
+                let film = self.at(&in_film(at)).filter(|film| is_inside && is_open(film));
+                let Some(film) = film else { return Ok(None) };
+                let next = Solved::exact(film, &solved, settings)?;
+                if !next.outcome.converged() {
+                    failed += 1;
+                    return Ok(None);
+                }
+                solved = next;
+            }
+            let forces = self.forces(&solved.film, &solved.z);
+            let carried = if wanted.is_journal { forces[0].hypot(forces[1]) } else { forces[0] };
+            (least, largest) = (least.min(carried), largest.max(carried));
+            let derivatives = solved.derivatives(self, &wanted.moving, false, false);
+            let Ok([slopes, _]) = derivatives else {
+                failed += 1;
+                return Ok(None);
+            };
+            Ok(Some(wanted.forces(&forces, &slopes)))
+        })?;
+        if search.found {
+            self.position = in_film(&search.position);
+        }
+        let off = wanted.distance(&search.forces);
+        let (films, forces) = ([search.films + failed, failed], [least, largest]);
+        Ok(Carried { found: search.found, solved, films, forces, off })
+    }
+}

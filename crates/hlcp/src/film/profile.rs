@@ -1,0 +1,193 @@
+use hlcp_core::{Error, Tridiagonal};
+use hlcp_methods::Outcome;
+
+use super::{
+    FilmError, Settings,
+    solve::{Asked, solve},
+};
+
+/// A film along a line above a plane that moves in the direction of x, in SI units.
+///
+/// Between two points the gap is a straight line. The film is full at the first point, and both ends
+/// are at the ambient pressure.
+///
+/// # What is solved
+///
+/// The Reynolds equation with mass-conserving cavitation: with the pressure `p` above the
+/// cavitation pressure and the void fraction `r`, what flows is `Φ = ½U(1 − r)h − h³/(12μ) dp/dx`,
+/// the same everywhere, and `p, r ≥ 0`, `p r = 0`. On a straight line a full film's flux is known
+/// exactly: with the harmonic mean `H = 2h₁h₂/(h₁ + h₂)`,
+///
+/// ```text
+/// Φ = ½U (1 − r) H − (p₂ − p₁) H h₁h₂/(12μ Δx) ,    r of the point before.
+/// ```
+///
+/// That what enters a point leaves it is its row of `A z − B r + q = 0`: `A` tridiagonal, `B`
+/// bidiagonal, both M-matrices. Newton's method solves it in a few steps.
+///
+/// ```
+/// use hlcp::film::{Profile, Settings};
+///
+/// // Rayleigh's step on a line of 20 mm, with a ramp of 20 nm.
+/// let profile = Profile {
+///     x: vec![0.0, 0.014, 0.014 + 2e-8, 0.02],
+///     h: vec![4e-5, 4e-5, 2e-5, 2e-5],
+///     speed: 2.0,
+///     viscosity: 0.04,
+///     ambient: 1e5,
+///     cavitation: 0.0,
+/// };
+/// let line = profile.solve(&Settings::default())?;
+/// let rise = 6.0 * 0.04 * 2.0 * 0.014 * 0.006 * 2e-5 / (0.006 * 64e-15 + 0.014 * 8e-15);
+/// assert!((line.pressure[line.peak] / (1e5 + rise) - 1.0).abs() < 1e-5);
+/// assert!((line.load / (rise * 0.01) - 1.0).abs() < 1e-5 && line.ruptures.is_empty());
+/// # Ok::<(), hlcp::film::FilmError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Profile {
+    /// The places, in m, which increase.
+    pub x: Vec<f64>,
+    /// The gap at each, in m.
+    pub h: Vec<f64>,
+    /// The speed of the plane, in m/s.
+    pub speed: f64,
+    /// The viscosity, in Pa s.
+    pub viscosity: f64,
+    /// The pressure at both ends, in Pa.
+    pub ambient: f64,
+    /// The pressure in a broken film, in Pa.
+    pub cavitation: f64,
+}
+
+/// What a [`Profile`] does, in SI units and per metre of width.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// What became of the solve.
+    pub outcome: Outcome,
+    /// The pressure at each point, in Pa.
+    pub pressure: Vec<f64>,
+    /// The void fraction of the piece that begins at a point, and last that at the end.
+    pub void: Vec<f64>,
+    /// The flow through each piece, in m²/s.
+    pub flow: Vec<f64>,
+    /// The integral of the pressure above the ambient one, in N/m, by its values at the points.
+    pub load: f64,
+    /// The drag on the plane, in N/m.
+    pub friction: f64,
+    /// The point of the largest pressure.
+    pub peak: usize,
+    /// The points where a full film has ruptured; the front itself is at most a piece away.
+    pub ruptures: Vec<usize>,
+    /// The points where a broken film has formed again.
+    pub forms_again: Vec<usize>,
+}
+
+impl Profile {
+    /// Solves for the film at all points but the ends.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Input`] for fewer than three points, another number of gaps, and an ambient
+    /// pressure below that of cavitation; [`FilmError::Range`] for places that do not increase, gaps
+    /// that are not positive, and a unit of pressure, `6μUL/h²`, that is no positive number.
+    pub fn solve(&self, settings: &Settings<'_>) -> Result<Line, FilmError> {
+        let Self { x, h, speed, viscosity, ambient, cavitation } = self;
+        let (expected, found) = (x.len(), h.len());
+        if expected < 3 {
+            return Err(Error::Empty { what: "the line between the ends" }.into());
+        } else if found != expected {
+            return Err(Error::Order { what: "the gap", found, expected }.into());
+        }
+        // Lengths in those of the film, gaps in the smallest.
+        let length = x[x.len() - 1] - x[0];
+        let thin = h.iter().copied().fold(f64::INFINITY, f64::min);
+        let unit = 6.0 * viscosity * speed * length / (thin * thin);
+        let rises = x.windows(2).all(|x| x[1] > x[0]) && length.is_finite();
+        let is_sound = rises && thin > 0.0 && h.iter().all(|h| h.is_finite());
+        if !(is_sound && unit > 0.0 && unit.is_finite()) {
+            return Err(FilmError::Range { length, thin });
+        }
+        let ends = (ambient - cavitation) / unit;
+        if !(ends >= 0.0 && ends.is_finite()) {
+            let (name, range) =
+                ("the ambient pressure", "finite, and not below that of cavitation");
+            return Err(Error::Parameter { name, value: *ambient, range }.into());
+        }
+        let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
+        let (Pieces { z, r: void, flow }, outcome) =
+            pieces(&scaled(x, length), &scaled(h, thin), ends, settings)?;
+        let pressure: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
+        let p = &pressure;
+        // On the plane, with the middle gap of each piece.
+        let shear = |k: usize| {
+            let middle = (h[k] + h[k + 1]) / 2.0;
+            (1.0 - void[k]) * viscosity * speed / middle * (x[k + 1] - x[k])
+                + middle / 2.0 * (p[k + 1] - p[k])
+        };
+        let over = |k: usize| ((p[k] + p[k + 1]) / 2.0 - ambient) * (x[k + 1] - x[k]);
+        let full = |i: usize| void[i] == 0.0;
+        let fronts = |opens: bool| {
+            (1..x.len()).filter(|&i| full(i) != full(i - 1) && full(i) != opens).collect()
+        };
+        Ok(Line {
+            load: (0..flow.len()).map(over).sum(),
+            friction: (0..flow.len()).map(shear).sum(),
+            peak: (0..p.len()).fold(0, |peak, i| if p[i] > p[peak] { i } else { peak }),
+            ruptures: fronts(true),
+            forms_again: fronts(false),
+            flow: flow.iter().map(|flow| flow * speed * thin / 2.0).collect(),
+            outcome,
+            pressure,
+            void,
+        })
+    }
+}
+
+/// A solution without units: pressure and void at the points, and what flows through the pieces.
+struct Pieces {
+    z: Vec<f64>,
+    r: Vec<f64>,
+    flow: Vec<f64>,
+}
+
+/// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both
+/// ends.
+fn pieces(
+    x: &[f64],
+    h: &[f64],
+    ends: f64,
+    settings: &Settings<'_>,
+) -> Result<(Pieces, Outcome), FilmError> {
+    // Row i is the balance of point i + 1, between the pieces i and i + 1.
+    let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
+    let n = gap.len() - 1;
+    let c: Vec<f64> = (0..=n).map(|k| gap[k] * h[k] * h[k + 1] / (x[k + 1] - x[k])).collect();
+    let mut q: Vec<f64> = gap.windows(2).map(|gap| gap[1] - gap[0]).collect();
+    q[0] -= c[0] * ends;
+    q[n - 1] -= c[n] * ends;
+    let (of_c, of_gap) = (c.clone(), gap.clone());
+    let a = Tridiagonal::new(n, move |i| [-of_c[i], of_c[i] + of_c[i + 1], -of_c[i + 1]])?;
+    let b = Tridiagonal::new(n, move |i| [-of_gap[i], of_gap[i + 1], 0.0])?;
+    // A solution at every other point says where about the film is full: without it Newton's method
+    // takes thousands of steps where fronts are many.
+    let begin = if n > 60 {
+        let coarse = |v: &[f64]| -> Vec<f64> {
+            let kept = (0..v.len()).filter(|i| i % 2 == 0 || i + 1 == v.len());
+            kept.map(|i| v[i]).collect()
+        };
+        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends, settings)?;
+        let fine = |v: &[f64]| (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect();
+        Some([fine(&z), fine(&r)])
+    } else {
+        None
+    };
+    let asked = Asked::film("NEWTON");
+    let (z, r, _, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
+
+    let z = [&[ends][..], &z, &[ends]].concat();
+    // The film is full at the inlet, and at the outlet if there is pressure.
+    let last = if ends > 0.0 { 0.0 } else { r[n - 1] };
+    let r = [&[0.0][..], &r, &[last]].concat();
+    let flow = (0..=n).map(|k| (1.0 - r[k]) * gap[k] - c[k] * (z[k + 1] - z[k])).collect();
+    Ok((Pieces { z, r, flow }, outcome))
+}

@@ -1,0 +1,400 @@
+use std::ops::ControlFlow;
+
+use hlcp_core::{Error, Hlcp, Identity, Norms, Omega, Rows};
+use hlcp_methods::{
+    Amg, Jacobian, Limits, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
+};
+use hlcp_verify::{Certificate, Film, Refusal, certify};
+
+use super::Bearing;
+
+/// What has no answer, and why.
+///
+/// ```
+/// use hlcp::film::{Film, FilmError, Settings, Solved};
+///
+/// let film = Film::new([2, 1], [-1.0, 0.01], 3.0, 0.04);
+/// let refused = Solved::new(film, None, &Settings::default());
+/// assert!(matches!(refused, Err(FilmError::Input(_))));
+/// ```
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum FilmError {
+    /// Numbers that are no film.
+    #[error(transparent)]
+    Input(#[from] hlcp_core::Error),
+    /// A name of no method.
+    #[error(transparent)]
+    Method(#[from] NameError),
+    /// A line with sizes that are not numbers, or too large or small for numbers.
+    #[error(
+        "the film is {length:e} m long with a least gap of {thin:e} m, which is not within the range of numbers"
+    )]
+    Range {
+        /// From the first point to the last, in m.
+        length: f64,
+        /// The least gap, in m.
+        thin: f64,
+    },
+    /// Two walls that meet.
+    #[error("the walls meet")]
+    Meet,
+    /// A linear system for derivatives that was solved to this relative residual only.
+    #[error("the linear system of the derivatives was solved to {0:.1e} only")]
+    Derivatives(f64),
+    /// A film by the clamp that was not found.
+    #[error("the film by the clamp was not found: {0}")]
+    Clamp(Outcome),
+    /// A step in time after which film, load and inertia are not in balance.
+    #[error("the step did not settle; take shorter steps")]
+    Unsettled,
+}
+
+/// Is shown each iterate, with the name of the method, its limits and the norm that ends it.
+pub type Watch<'w> = dyn Fn(&str, &Limits, f64, &Progress<'_, f64>) + 'w;
+
+/// How films are solved.
+///
+/// ```
+/// use hlcp::film::Settings;
+///
+/// let usual = Settings::default();
+/// assert!(usual.method.is_none() && !usual.in_parallel);
+/// ```
+#[derive(Clone, Copy, Default)]
+pub struct Settings<'s> {
+    /// A name of [`Named`]; without one the usual method, and another where that does not converge.
+    pub method: Option<&'s str>,
+    /// Whether rayon's threads share the sweeps.
+    pub in_parallel: bool,
+    /// Who is shown the iterates.
+    pub watch: Option<&'s Watch<'s>>,
+}
+
+/// A film with its solution.
+///
+/// ```
+/// use hlcp::film::{Film, Settings, Solved};
+///
+/// // A wedge, 50 mm by 30 mm.
+/// let film = Film::new([50, 30], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+/// let solved = Solved::new(film, None, &Settings::default())?;
+/// assert!(solved.outcome.converged());
+/// let load = solved.film.figures(&solved.z, &solved.r, 0.0).load;
+/// assert!((800.0..900.0).contains(&load));
+/// # Ok::<(), hlcp::film::FilmError>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Solved {
+    /// The film.
+    pub film: Film,
+    /// The pressures above that of cavitation, in [`Film::pressure_unit`].
+    pub z: Vec<f64>,
+    /// The part of the gap that no oil fills.
+    pub r: Vec<f64>,
+    /// The modulus variable, whose signs tell full cells from broken ones.
+    x: Vec<f64>,
+    /// What became of the solve.
+    pub outcome: Outcome,
+}
+
+/// Newton's method takes some six steps, whatever the texture.
+const METHOD: &str = "AMG";
+
+/// How exact the derivatives are that lead to a position: each step of the search takes off seven
+/// digits at best.
+const SEARCH: f64 = 1e-7;
+
+/// What is enough of any derivatives, because rounding ends a solve sooner where the gap jumps.
+const ENOUGH: f64 = 1e-8;
+
+/// It tries methods of all kinds, and leaves those that make no way.
+const FALLBACK: &str = "AUTO";
+
+/// The least content of a film, but for rounding.
+const LEAST: f64 = -1e-9;
+
+/// What is asked of a solve.
+#[derive(Clone, Copy)]
+pub(super) struct Asked {
+    /// The method, unless the settings name one.
+    pub(super) method: &'static str,
+    /// The least content of a cell that is taken for rounding.
+    least: f64,
+    /// The residual that rounding excuses, in units of the rounding of its terms.
+    rounding: f64,
+}
+
+impl Asked {
+    /// A film by a method, as near as rounding allows.
+    pub(super) fn film(method: &'static str) -> Self {
+        Self { method, least: LEAST, rounding: ROUNDING }
+    }
+}
+
+/// The residual that a solve ends at, over ‖q‖.
+const TOLERANCE: f64 = 1e-12;
+
+/// Of a solve that stands alone.
+const ROUNDING: f64 = 4.0;
+
+/// In a search, where a film that is done before it begins would carry what the last one did.
+const EXACT: f64 = 0.25;
+
+impl Solved {
+    /// Solves for the film, from a solution of a similar one if there is one.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Input`] as [`Film::pose`]; [`FilmError::Method`] for a name of no method.
+    pub fn new(
+        film: Film,
+        start: Option<&Self>,
+        settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
+        Self::to(ROUNDING, film, start, settings)
+    }
+
+    /// As near to the solution as rounding allows.
+    pub(super) fn exact(
+        film: Film,
+        start: &Self,
+        settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
+        let found = Self::to(EXACT, film, Some(start), settings)?;
+        if found.outcome.converged() {
+            return Ok(found);
+        }
+        Self::new(found.film, Some(start), settings)
+    }
+
+    fn to(
+        rounding: f64,
+        film: Film,
+        start: Option<&Self>,
+        settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
+        let (a, b, q) = film.pose()?;
+        // A steady film; what a step begins with may be below 0 by rounding.
+        let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
+        let asked = Asked { least, rounding, ..Asked::film(METHOD) };
+        let begin = match start {
+            Some(start) => Some(start.scaled(&film)),
+            // Dry: in a ring the content that is left is settled by the loss alone, which is less
+            // than what a solve leaves of the residual.
+            None => (!film.is_fed()).then(|| [vec![0.0; q.len()], film.dry()]),
+        };
+        let (z, r, x, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
+        Ok(Self { film, z, r, x, outcome })
+    }
+
+    /// The same gap by the clamp of the tables, `z ≥ 0` without a balance of mass.
+    fn clamped(&self, settings: &Settings<'_>) -> Result<Self, FilmError> {
+        let (a, _, q) = self.film.pose()?;
+        let operators: Operators = [Box::new(a), Box::new(Identity { order: q.len() })];
+        // Its r is no void fraction.
+        let asked = Asked { least: f64::NEG_INFINITY, ..Asked::film(METHOD) };
+        let begin = Some(self.scaled(&self.film));
+        let (z, r, x, outcome) = solve(&operators, &q, begin, asked, settings)?;
+        Ok(Self { film: self.film.clone(), z, r, x, outcome })
+    }
+
+    /// `z` and `r` in the units of another film.
+    fn scaled(&self, film: &Film) -> [Vec<f64>; 2] {
+        let by = self.film.pressure_unit() / film.pressure_unit();
+        [self.z.iter().map(|z| z * by).collect(), self.r.clone()]
+    }
+
+    /// Proves the solution, with bounds on its errors, or says why it cannot.
+    ///
+    /// # Errors
+    ///
+    /// As [`certify`].
+    pub fn certificate(&self) -> Result<Result<Certificate, Refusal>, hlcp_core::Error> {
+        let (a, b, q) = self.film.pose()?;
+        certify(&a, &b, &q, &self.z, &self.r)
+    }
+
+    /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
+    /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not move.
+    ///
+    /// With `δz + δr` what a change brings about, `J (δz, δr) = −∂(A z − B r + q)/∂h`, the film
+    /// of a wall that moves with speed `v` lags behind by what it stores, `∂t(θh)`: to first order
+    /// in `v` it is the steady one and the answer of `J` to `−v ∂(θh)/∂e`. By the clamp, which
+    /// knows no content, only the gap stores.
+    pub(super) fn derivatives(
+        &self,
+        bearing: &Bearing,
+        moving: &[usize],
+        is_clamped: bool,
+        with_speed: bool,
+    ) -> Result<[Vec<Vec<f64>>; 2], FilmError> {
+        let (film, count) = (&self.film, bearing.modes.len());
+        let full = vec![0.0; self.r.len()];
+        let r = if is_clamped { &full } else { &self.r };
+        let (a, b, _) = film.pose()?;
+        let operators: Operators = if is_clamped {
+            [Box::new(a), Box::new(Identity { order: r.len() })]
+        } else {
+            [Box::new(a), Box::new(b)]
+        };
+        let problem = problem(&operators)?;
+        let (jacobian, mut amg) = (Jacobian::new(&problem, &self.x), Amg::new(&problem)?);
+        let tolerance = if with_speed { 1e-13 } else { SEARCH };
+        // The changes of z and r that a change of A z − B r + q brings about, full and broken cells
+        // staying what they are: [A_F | −B_C] (δz, δr) = −change. J has the columns 2A where a cell
+        // is full, and 2ΩB elsewhere.
+        let mut response = |change: &[f64]| -> Result<[Vec<f64>; 2], FilmError> {
+            let mut s = vec![0.0; change.len()];
+            let reached = amg.solve_to(&jacobian, change, &mut s, tolerance, 400);
+            if reached > tolerance.max(ENOUGH) || reached.is_nan() {
+                return Err(FilmError::Derivatives(reached));
+            }
+            let part = |of_z: bool| {
+                let entry = |(j, s): (usize, &f64)| match (jacobian.is_active(j), of_z) {
+                    (true, true) => -2.0 * s,
+                    (false, false) => 2.0 * problem.omega().entry(j) * s,
+                    _ => 0.0,
+                };
+                s.iter().enumerate().map(entry).collect()
+            };
+            Ok([part(true), part(false)])
+        };
+        let unit = film.pressure_unit() * film.cell();
+        let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
+        for &column in moving {
+            let mode = &bearing.modes[column];
+            let [z, mut emptied] = response(&film.widening(&self.z, r, mode))?;
+            let mut answers = vec![z];
+            if with_speed {
+                if is_clamped {
+                    emptied.fill(0.0);
+                }
+                let [z, _] = response(&film.storing(r, mode, &emptied))?;
+                answers.push(z);
+            }
+            for (matrix, z) in found.iter_mut().zip(&answers) {
+                for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
+                    row[column] = unit * z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>();
+                }
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// A and B, of any kind.
+type Operators = [Box<dyn Rows<f64>>; 2];
+
+type Problem<'p> = Hlcp<f64, &'p dyn Rows<f64>, &'p dyn Rows<f64>>;
+
+fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
+    let (a, b) = (&**a, &**b);
+    Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)
+}
+
+/// `z`, `r`, `x` and what became of the solve.
+type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
+
+/// Solves from `begin`, by the method of the settings or by the usual one, and by another where that
+/// does not converge or leaves a content `1 − r` below `least`.
+pub(super) fn solve(
+    operators: &Operators,
+    q: &[f64],
+    begin: Option<[Vec<f64>; 2]>,
+    Asked { method, least, rounding }: Asked,
+    settings: &Settings<'_>,
+) -> Result<Answer, FilmError> {
+    let mut problem = problem(operators)?;
+    if settings.in_parallel {
+        problem = problem.in_parallel();
+    }
+    // Rounding in a residual is some ε of its terms, and these are films of any units.
+    let limits = Limits { rounding: Some(rounding), ..Limits::relative(TOLERANCE) };
+    let goal = TOLERANCE * Norms::of(q).l2;
+    let attempt = |name: &str| -> Result<Answer, FilmError> {
+        let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
+        let mut solver = Solver::new(method);
+        let mut show = |progress: &Progress<'_, f64>| {
+            settings.watch.iter().for_each(|watch| watch(name, &limits, goal, progress));
+            ControlFlow::Continue(())
+        };
+        let options = match &begin {
+            Some([z, r]) => Options::from_solution(z, r),
+            None => Options::default(),
+        };
+        let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
+        Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
+    };
+    let found = attempt(settings.method.unwrap_or(method))?;
+    let is_film =
+        |(_, r, _, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
+    if is_film(&found) || settings.method.is_some() || rounding < ROUNDING {
+        return Ok(found);
+    }
+    let other = attempt(FALLBACK)?;
+    Ok(if other.3.converged() || !found.3.converged() { other } else { found })
+}
+
+/// Stiffness `−∂F/∂e` and damping `−∂F/∂ė` for slow motions, in SI units.
+///
+/// The coordinates are those of the position, of a journal along the load and across it, a quarter
+/// further in the direction of the motion.
+///
+/// ```
+/// use hlcp::film::{Bearing, Coefficients, Film, Settings, Solved};
+///
+/// let film = Film::new([50, 30], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+/// let (pad, settings) = (Bearing::pad(film), Settings::default());
+/// let solved = Solved::new(pad.here().expect("it is open"), None, &settings)?;
+/// let found = Coefficients::new(&pad, &solved, &settings)?;
+/// // Pressed together it carries more.
+/// assert!(found.stiffness[0][0] > 0.0 && found.damping[0][0] > 0.0);
+/// # Ok::<(), hlcp::film::FilmError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coefficients {
+    /// The change of force `k` by coordinate `l` in `stiffness[k][l]`.
+    pub stiffness: Vec<Vec<f64>>,
+    /// The same for the speed of the coordinate.
+    pub damping: Vec<Vec<f64>>,
+    /// Both by the clamp of published tables, `z ≥ 0` without a balance of mass.
+    pub clamped: [Vec<Vec<f64>>; 2],
+}
+
+impl Coefficients {
+    /// Computes those of a solved film.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Derivatives`] and [`FilmError::Clamp`] for linear systems and a film by the
+    /// clamp that are not solved.
+    pub fn new(
+        bearing: &Bearing,
+        solved: &Solved,
+        settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
+        let forces = bearing.forces(&solved.film, &solved.z);
+        let turned = |matrix: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            if bearing.journal.is_none() {
+                return matrix.iter().map(|row| row.iter().map(|v| -v).collect()).collect();
+            }
+            let (sin, cos) = forces[1].atan2(forces[0]).sin_cos();
+            let sign = bearing.direction();
+            let axes = [[cos, sin], [-sign * sin, sign * cos]];
+            let entry = |one: [f64; 2], other: [f64; 2]| {
+                let terms = [(0, 0), (0, 1), (1, 0), (1, 1)];
+                -terms.map(|(k, l)| one[k] * matrix[k][l] * other[l]).iter().sum::<f64>()
+            };
+            axes.iter().map(|&one| axes.iter().map(|&other| entry(one, other)).collect()).collect()
+        };
+        let all: Vec<usize> = (0..bearing.modes.len()).collect();
+        let [stiffness, damping] = solved.derivatives(bearing, &all, false, true)?.map(turned);
+        let clamped = solved.clamped(settings)?;
+        if !clamped.outcome.converged() {
+            return Err(FilmError::Clamp(clamped.outcome));
+        }
+        let clamped = clamped.derivatives(bearing, &all, true, true)?.map(turned);
+        Ok(Self { stiffness, damping, clamped })
+    }
+}

@@ -1,0 +1,200 @@
+use std::f64::consts::PI;
+
+use hlcp_verify::{Film, Side};
+
+/// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
+/// eccentricity points to.
+///
+/// ```
+/// use hlcp::film::{Bearing, Journal};
+///
+/// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+/// let bearing = Bearing { position: vec![5e-5, 0.0], ..Bearing::journal(journal, [36, 6]) };
+/// let film = bearing.here().expect("half of the clearance is left");
+/// assert!(film.gap.iter().all(|gap| (5e-5..1.5e-4).contains(gap)));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Journal {
+    /// The diameter, in m.
+    pub diameter: f64,
+    /// The length of the bearing, in m.
+    pub length: f64,
+    /// The radial clearance, in m.
+    pub clearance: f64,
+    /// How the eccentricity grows along y, along x = 0 and a quarter further.
+    pub tilt: [f64; 2],
+}
+
+/// A rectangle, or the ellipse in it, by which a gap is deeper, in SI units.
+///
+/// ```
+/// use hlcp::film::{Film, Pocket};
+///
+/// let mut film = Film::new([4, 1], [0.04, 0.01], 2.0, 0.03);
+/// let half = Pocket { corner: [0.01, 0.0], size: [0.005, 0.01], depth: 4e-6, ellipse: false };
+/// assert!(half.dig(&mut film));
+/// assert_eq!(film.gap, [1e-5, 1.2e-5, 1e-5, 1e-5]);
+/// let places = half.repeated([2, 1], film.lengths).map(|pocket| pocket.corner[0]);
+/// assert!(places.zip([0.0075, 0.0275]).all(|(x, wanted)| (x - wanted).abs() < 1e-12));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pocket {
+    /// The smallest `x` and `y`, in m.
+    pub corner: [f64; 2],
+    /// The extents along `x` and `y`, in m.
+    pub size: [f64; 2],
+    /// What the gap gains, in m.
+    pub depth: f64,
+    /// Whether it is the ellipse in the rectangle.
+    pub ellipse: bool,
+}
+
+impl Pocket {
+    /// Deepens the cells by their part that the pocket covers; false if it is lost between them.
+    ///
+    /// Along a periodic `x` a pocket may reach beyond the end.
+    pub fn dig(&self, film: &mut Film) -> bool {
+        // Points per cell and direction; none lies on the edge of a pocket that ends with a cell.
+        const POINTS: usize = 8;
+        let Self { corner, size, .. } = *self;
+        let (counts, around) = ([film.nx, film.ny], film.sides[0] == Side::Periodic);
+        let spacing = [0, 1].map(|axis| film.lengths[axis] / counts[axis] as f64);
+        let range = |axis: usize| {
+            let first = (corner[axis] / spacing[axis]).floor().max(0.0) as usize;
+            let last = ((corner[axis] + size[axis]) / spacing[axis]).ceil() as usize;
+            first..if around && axis == 0 { last } else { last.min(counts[axis]) }
+        };
+        let mut all = 0;
+        for j in range(1) {
+            for i in range(0) {
+                let place = |axis: usize, at: usize, point: usize| {
+                    let along = (at as f64 + (point as f64 + 0.5) / POINTS as f64) * spacing[axis];
+                    2.0 * (along - corner[axis]) / size[axis] - 1.0
+                };
+                let mut covered = 0;
+                for point in 0..POINTS * POINTS {
+                    let [u, v] = [place(0, i, point % POINTS), place(1, j, point / POINTS)];
+                    let inside = if self.ellipse { u * u + v * v } else { u.abs().max(v.abs()) };
+                    covered += usize::from(inside <= 1.0);
+                }
+                film.gap[j * film.nx + i % film.nx] +=
+                    self.depth * covered as f64 / (POINTS * POINTS) as f64;
+                all += covered;
+            }
+        }
+        all > 0
+    }
+
+    /// Returns so many of these along `x` and `y`, each in the middle of its part of a film of
+    /// these extents.
+    pub fn repeated(self, counts: [usize; 2], lengths: [f64; 2]) -> impl Iterator<Item = Self> {
+        let place = move |k: usize| {
+            let at = [k % counts[0], k / counts[0]];
+            let corner = [0, 1].map(|axis| {
+                let tile = lengths[axis] / counts[axis] as f64;
+                (at[axis] as f64 + 0.5) * tile - self.size[axis] / 2.0
+            });
+            Self { corner, ..self }
+        };
+        (0..counts[0] * counts[1]).map(place)
+    }
+}
+
+/// A film whose gap depends on the position of a wall: `gap + Σ position · mode`, in SI units.
+///
+/// ```
+/// use hlcp::film::{Bearing, Film};
+///
+/// let pad = Bearing::pad(Film::new([20, 10], [0.02, 0.01], 3.0, 0.04));
+/// let film = pad.at(&[1e-6, -2e-4, 0.0]).expect("the walls are apart");
+/// assert!((film.gap[0] - (11e-6 + 0.0095 * 2e-4)).abs() < 1e-18);
+/// assert!(pad.at(&[-1e-5, 0.0, 0.0]).is_none());
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bearing {
+    /// The film at the position zero.
+    pub film: Film,
+    /// ∂h/∂position: of a journal its displacement along x = 0 and a quarter further; elsewhere
+    /// rise, and slopes along x and y around the middle.
+    pub modes: Vec<Vec<f64>>,
+    /// Where the wall is, or where a search for its position begins.
+    pub position: Vec<f64>,
+    /// The pressure from which loads are counted, in Pa.
+    pub ambient: f64,
+    /// The journal, of a film around one.
+    pub journal: Option<Journal>,
+}
+
+impl Bearing {
+    /// Returns a journal in the middle of its bearing, in cells along `x` and `y`, at rest in a
+    /// fluid of 1 Pa s.
+    pub fn journal(journal: Journal, cells: [usize; 2]) -> Self {
+        let lengths = [PI * journal.diameter, journal.length];
+        let mut film = Film::new(cells, lengths, 0.0, 1.0);
+        (film.sides[0], film.sides[1]) = (Side::Periodic, Side::Periodic);
+        let angle = |x: f64| x / (lengths[0] / (2.0 * PI));
+        let modes = vec![mode(&film, |x, _| angle(x).cos()), mode(&film, |x, _| angle(x).sin())];
+        let [a, b] = journal.tilt;
+        let film = film.with_gap(|x, y| {
+            let (along, across) = (angle(x).cos(), angle(x).sin());
+            journal.clearance + (y - lengths[1] / 2.0) * (a * along + b * across)
+        });
+        Self { film, modes, position: vec![0.0; 2], ambient: 0.0, journal: Some(journal) }
+    }
+
+    /// Returns a film whose upper wall may rise and turn around its middle.
+    pub fn pad(film: Film) -> Self {
+        let [lx, ly] = film.lengths;
+        let slopes = [mode(&film, |x, _| x - lx / 2.0), mode(&film, |_, y| y - ly / 2.0)];
+        let modes = [vec![1.0; film.gap.len()]].into_iter().chain(slopes).collect();
+        Self { film, modes, position: vec![0.0; 3], ambient: 0.0, journal: None }
+    }
+
+    /// Returns the film with the wall at a position; `None` if it meets the other one, and a
+    /// journal its bush, also between the middles of cells.
+    pub fn at(&self, position: &[f64]) -> Option<Film> {
+        if self.eccentricity(position).is_some_and(|ecc| ecc >= 1.0) {
+            return None;
+        }
+        let mut gap = self.film.gap.clone();
+        for (mode, by) in self.modes.iter().zip(position) {
+            gap.iter_mut().zip(mode).for_each(|(gap, mode)| *gap += by * mode);
+        }
+        let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
+        clear.then(|| Film { gap, ..self.film.clone() })
+    }
+
+    /// Returns the film with the wall where it is.
+    pub fn here(&self) -> Option<Film> {
+        self.at(&self.position)
+    }
+
+    /// Returns of a journal the largest eccentricity of its two ends over the clearance.
+    pub fn eccentricity(&self, position: &[f64]) -> Option<f64> {
+        let Journal { clearance, tilt, .. } = self.journal?;
+        let [along, across] = tilt.map(|slope| slope * self.film.lengths[1] / 2.0);
+        let end = |sign: f64| (position[0] + sign * along).hypot(position[1] + sign * across);
+        Some(end(1.0).max(end(-1.0)) / clearance)
+    }
+
+    /// Returns the forces of a pressure along the position's coordinates: of a journal those of the
+    /// film on it, elsewhere the load and its moments.
+    pub fn forces(&self, film: &Film, z: &[f64]) -> Vec<f64> {
+        let p = film.pressures(z);
+        let along = |mode: &Vec<f64>| {
+            let terms = p.iter().zip(mode).map(|(p, mode)| (p - self.ambient) * mode);
+            terms.sum::<f64>() * film.cell()
+        };
+        self.modes.iter().map(along).collect()
+    }
+
+    /// Returns 1 if the walls carry the oil along x, −1 if against.
+    pub fn direction(&self) -> f64 {
+        if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    }
+}
+
+/// A value for each cell.
+fn mode(film: &Film, value: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    film.clone().with_gap(value).gap
+}
