@@ -13,14 +13,15 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp_methods::{
-    Anderson, BoxedMethod, Clock, Coefficients, Csr, Error, FivePoint, Hlcp, Identity, Limits,
-    LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters, Progress,
-    Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance,
+use hlcp::film::{Film, FilmFigures, Side, Supply, TimeStep};
+use hlcp::{
+    Anderson, BoxedMethod, Branch, Clock, Coefficients, Csr, Error, FivePoint, Hlcp, Identity,
+    Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters,
+    Progress, Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance, Uniqueness,
+    certify_within,
 };
 use hlcp_verify::{
-    Bearing2d, Branch, Disc, Example, Film, FilmFigures, JournalBearing, Obstacle, Posed, Side,
-    Slider, Supply, TimeStep, Uniqueness, certify_within, uniqueness_within,
+    Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider, uniqueness_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -539,7 +540,8 @@ fn certify_in<'py>(
         let clock = &mut Clock::new(&mut ask);
         let certificate = certify_within(&a, &b, q, z, r, clock).map_err(wrong)?;
         let searches = certificate.is_ok() && q.len() <= SEARCHED;
-        let found = searches.then(|| uniqueness_within(&a, &b, clock).map_err(wrong)).transpose()?;
+        let found =
+            searches.then(|| uniqueness_within(&a, &b, clock).map_err(wrong)).transpose()?;
         PyResult::Ok((certificate, found))
     })?;
     let certificate = match certificate {

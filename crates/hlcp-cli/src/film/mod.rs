@@ -14,7 +14,7 @@ use std::{
     str::FromStr,
 };
 
-use clap::{ArgGroup, Args, error::ErrorKind};
+use clap::{ArgGroup, Args};
 use hlcp::files::{self, printable};
 use serde_json::Value;
 
@@ -58,23 +58,23 @@ pub(crate) struct Arguments {
     pad: Option<gap::Pad>,
     /// The extent along x
     #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    #[arg(value_parser = positive("in units of --x-unit"))]
     lx: Option<f64>,
     /// The extent along y
     #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    #[arg(value_parser = positive("in units of --x-unit"))]
     ly: Option<f64>,
     /// The journal's diameter, in units of --x-unit
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    #[arg(value_parser = positive("in units of --x-unit"))]
     diameter: Option<f64>,
     /// The bearing's length, in units of --x-unit
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit", ""))]
+    #[arg(value_parser = positive("in units of --x-unit"))]
     length: Option<f64>,
     /// The radial clearance, in units of --h-unit
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --h-unit", ""))]
+    #[arg(value_parser = positive("in units of --h-unit"))]
     clearance: Option<f64>,
     /// The eccentricity over the clearance, with --load where the search begins [default there:
     /// 0.5]
@@ -382,30 +382,26 @@ fn viscosity(text: &str) -> Result<Viscosity, String> {
 
 impl Arguments {
     /// The speed and the viscosity of a profile.
-    fn of_profile(&self) -> Result<Option<[f64; 2]>, Box<dyn Error>> {
-        let (Some(speed), Some(viscosity)) = (&self.speed, &self.viscosity) else {
+    fn of_profile(&self) -> Result<Option<[f64; 2]>, String> {
+        let (Some(Numbers(speeds)), Some(viscosity)) = (&self.speed, &self.viscosity) else {
             return Ok(None);
         };
-        let refused = |value: String, option: &str, reason: &str| {
-            let what = format!("invalid value '{value}' for '{option}': {reason}\n");
-            Box::new(clap::Error::raw(ErrorKind::ValueValidation, what))
-        };
-        let speed = match speed.0[..] {
+        let speed = match speeds[..] {
             [speed] if speed > 0.0 => speed,
             _ => {
-                let text = speed.0.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-                let reason = format!(
-                    "not a positive number; {SPEED}; if the plane moves against x, turn the profile round"
-                );
-                return Err(refused(text, "--speed <SPEED>", &reason));
+                let text = speeds.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+                return Err(format!(
+                    "invalid value '{text}' for '--speed <SPEED>': not a positive number; {SPEED}; if the plane moves against x, turn the profile round"
+                ));
             }
         };
         match viscosity {
             Viscosity::Uniform(viscosity) => Ok(Some([speed, *viscosity])),
-            Viscosity::Map(path) => {
-                let reason = "not a positive number; in Pa s, e.g. 0.039";
-                Err(refused(path.display().to_string(), "--viscosity <VISCOSITY>", reason))
-            }
+            Viscosity::Map(path) => Err(format!(
+                "invalid value '{}' for '--viscosity <VISCOSITY>': not a positive number; in Pa s, \
+                 e.g. 0.039",
+                path.display()
+            )),
         }
     }
 }
@@ -437,16 +433,11 @@ fn named_unit(
     }
 }
 
-/// A parser of positive numbers that answers anything else with the unit, and a number that is not
-/// positive with a way out.
-fn positive(
-    unit: &'static str,
-    way_out: &'static str,
-) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+/// A parser of positive numbers that answers anything else with the unit.
+fn positive(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
     move |text| match text.parse() {
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        Ok(_) => Err(format!("not a positive number; {unit}{way_out}")),
-        Err(_) => Err(format!("not a positive number; {unit}")),
+        _ => Err(format!("not a positive number; {unit}")),
     }
 }
 

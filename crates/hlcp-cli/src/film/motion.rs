@@ -4,10 +4,10 @@ use std::{error::Error, path::Path};
 
 use hlcp::{
     files::printable,
-    film::{Bearing, Drive, Film, FilmFigures, Map, Motion, Settings, Solved},
+    film::{Bearing, Drive, Map, Motion, Settings, Solved},
 };
 
-use super::{Arguments, balance::load_direction};
+use super::{Arguments, balance::load_direction, plane::walls};
 use crate::{chart, progress, say};
 
 /// What a run comes to.
@@ -133,12 +133,12 @@ fn told(bearing: &Bearing, arguments: &Arguments) -> Vec<f64> {
     vec![a * cos + b * sin, bearing.direction() * (b * cos - a * sin)]
 }
 
-/// Takes the steps of the file; `figures` has load and friction as they are reported.
+/// Takes the steps of the file.
 pub(super) fn run(
     path: &Path,
     mut bearing: Bearing,
-    (arguments, settings): (&Arguments, &Settings<'_>),
-    figures: impl Fn(&Bearing, &Film, &FilmFigures, &[f64]) -> [f64; 6],
+    arguments: &Arguments,
+    settings: &Settings<'_>,
 ) -> Result<Run, Box<dyn Error>> {
     let rows = schedule(path, &bearing, arguments)?;
     if arguments.mass.is_none() {
@@ -165,7 +165,9 @@ pub(super) fn run(
         let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let mut line = vec![*time];
-        line.extend(figures(bearing, &solved.film, &found, &solved.z));
+        line.extend(bearing.load(&solved.film, &found, &solved.z));
+        line.extend(walls(&solved.film, found.friction));
+        line.push(found.power);
         line.extend(found.sides);
         let rest = [supplied, motion.oil(), found.peak, found.least_gap, found.broken_share];
         line.extend(rest);

@@ -3,7 +3,6 @@
 use std::{
     cell::RefCell,
     error::Error,
-    f64::consts::TAU,
     fmt::{self, Write as _},
     time::Instant,
 };
@@ -48,11 +47,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let outputs = outputs(arguments, &ends)?;
     let mut steps = None;
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
-        let run = motion::run(path, bearing, (arguments, &settings), |bearing, film, found, z| {
-            let [load, x, y] = load(bearing, film, found, z);
-            let drag = &found.friction;
-            [load, x, y, moving(film, drag), fixed(film, drag), found.power]
-        })?;
+        let run = motion::run(path, bearing, arguments, &settings)?;
         bearing = run.bearing;
         steps = Some((run.csv, run.imbalance, run.squeezing));
         (run.solved, run.steps, run.all_converged, None)
@@ -220,111 +215,21 @@ fn between(interval: Option<[f64; 2]>) -> String {
     format!(", proved between {lower} and {upper}")
 }
 
-/// The load and where it acts: of a journal its place around the bearing and along it.
-fn load(bearing: &Bearing, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3] {
-    let [lx, ly] = film.lengths;
-    if bearing.journal.is_none() {
-        let at = |moment: f64, length: f64| length / 2.0 + moment / figures.load;
-        return [figures.load, at(figures.moments[0], lx), at(figures.moments[1], ly)];
+/// The drag against the motion on the wall that moves the faster, and on the other one.
+pub(super) fn walls(film: &Film, [lower, upper]: [f64; 2]) -> [f64; 2] {
+    let [one, other] = film.speeds;
+    let sign = |speed: f64| if speed < 0.0 { -1.0 } else { 1.0 };
+    if one.abs() >= other.abs() {
+        [lower, upper].map(|drag| drag * sign(one))
+    } else {
+        [upper, lower].map(|drag| -drag * sign(other))
     }
-    let forces = bearing.forces(film, z);
-    let angle = forces[1].atan2(forces[0]);
-    let load = forces[0].hypot(forces[1]);
-    if load == 0.0 {
-        return [load, f64::NAN, f64::NAN];
-    }
-    let (mut moment, p) = (0.0, film.pressures(z));
-    for (k, p) in p.iter().enumerate() {
-        let along = bearing.modes[0][k] * angle.cos() + bearing.modes[1][k] * angle.sin();
-        let y = ((k / film.nx) as f64 + 0.5) / film.ny as f64 * ly;
-        moment += (p - bearing.ambient) * along * y * film.cell();
-    }
-    [load, lx / TAU * angle.rem_euclid(TAU), moment / load]
 }
 
 /// The intervals of the drag on the wall that moves the faster, and on the other one.
 fn proved_drag(film: &Film, proved: &ProvedFigures) -> [[f64; 2]; 2] {
-    let [one, other] = [0, 1].map(|end| proved.friction.map(|drag| drag[end]));
-    [moving, fixed].map(|of| {
-        let [a, b] = [of(film, &one), of(film, &other)];
-        [a.min(b), a.max(b)]
-    })
-}
-
-/// The drag against the motion on the wall that moves the faster, and on the other one.
-fn moving(film: &Film, friction: &[f64; 2]) -> f64 {
-    let [lower, upper] = film.speeds;
-    if lower.abs() >= upper.abs() { friction[0] * sign(lower) } else { -friction[1] * sign(upper) }
-}
-
-fn fixed(film: &Film, friction: &[f64; 2]) -> f64 {
-    let [lower, upper] = film.speeds;
-    if lower.abs() >= upper.abs() { friction[1] * sign(lower) } else { -friction[0] * sign(upper) }
-}
-
-fn sign(speed: f64) -> f64 {
-    if speed < 0.0 { -1.0 } else { 1.0 }
-}
-
-/// The figures that every film has, under the names of the command line.
-fn figures_json(
-    bearing: &Bearing,
-    film: &Film,
-    figures: &FilmFigures,
-    [load, x, y]: [f64; 3],
-) -> Value {
-    let side = |k: usize| match film.sides[k] {
-        Side::Periodic => Value::Null,
-        _ => json!(figures.sides[k]),
-    };
-    let [ecc, attitude] = eccentricity(bearing, x).map_or([None; 2], |pair| pair.map(Some));
-    json!({
-        "outcome": null,
-        "converged": null,
-        "load_n": load,
-        "load_x_m": x,
-        "load_y_m": y,
-        "moments_n_m": figures.moments,
-        "friction_moving_n": moving(film, &figures.friction),
-        "friction_fixed_n": fixed(film, &figures.friction),
-        "full_friction_moving_n": moving(film, &figures.full_friction),
-        "full_friction_fixed_n": fixed(film, &figures.full_friction),
-        "power_w": figures.power,
-        "flow_m3_s": {
-            "west": side(0),
-            "east": side(1),
-            "south": side(2),
-            "north": side(3),
-            "supplies": figures.supplies,
-        },
-        "mass_imbalance_m3_s": figures.imbalance,
-        "peak_pressure_pa": figures.peak,
-        "least_gap_m": figures.least_gap,
-        "broken_share": figures.broken_share,
-        "least_content": figures.least_content,
-        "feed": figures.feed,
-        "doubt": figures.doubt(),
-        "ecc": ecc,
-        "attitude_deg": attitude,
-        "position": bearing.journal.is_none().then_some(&bearing.position),
-        "stiffness_n_m": null,
-        "damping_n_s_m": null,
-        "stiffness_clamp_n_m": null,
-        "damping_clamp_n_s_m": null,
-        "bounds": null,
-        "range": null,
-        "unknowns": film.gap.len(),
-        "seconds": null,
-    })
-}
-
-/// Of a journal the eccentricity and the attitude, in degrees, for a load that acts at `x`.
-fn eccentricity(bearing: &Bearing, x: f64) -> Option<[f64; 2]> {
-    let clearance = bearing.journal?.clearance;
-    let [a, b] = [bearing.position[0], bearing.position[1]];
-    let turn = (-b).atan2(-a) - x / (bearing.film.lengths[0] / TAU);
-    let attitude = bearing.direction() * turn.sin().atan2(turn.cos()).to_degrees();
-    Some([a.hypot(b) / clearance, attitude])
+    let [one, other] = [0, 1].map(|end| walls(film, proved.friction.map(|drag| drag[end])));
+    [0, 1].map(|wall| [one[wall].min(other[wall]), one[wall].max(other[wall])])
 }
 
 /// What there is to say about a film.
@@ -346,7 +251,7 @@ struct Report<'r> {
 
 impl Report<'_> {
     fn load(&self) -> [f64; 3] {
-        load(self.bearing, &self.solved.film, &self.figures, &self.solved.z)
+        self.bearing.load(&self.solved.film, &self.figures, &self.solved.z)
     }
 
     fn status(&self) -> String {
@@ -376,62 +281,80 @@ impl Report<'_> {
     }
 
     fn json(&self) -> Value {
-        let mut object = figures_json(self.bearing, &self.solved.film, &self.figures, self.load());
-        object["outcome"] = json!(self.status().replace(' ', "_"));
-        object["converged"] = json!(self.converged);
-        object["seconds"] = json!(self.seconds);
-        object["mass_imbalance_m3_s"] = json!(self.imbalance());
-        if let Some(found) = &self.coefficients {
-            object["stiffness_n_m"] = json!(found.stiffness);
-            object["damping_n_s_m"] = json!(found.damping);
-            object["stiffness_clamp_n_m"] = json!(found.clamped[0]);
-            object["damping_clamp_n_s_m"] = json!(found.clamped[1]);
-        }
-        if let Some(proved) = &self.proved {
-            let (film, figures) = (&self.solved.film, &self.figures);
+        let (film, figures, bearing) = (&self.solved.film, &self.figures, self.bearing);
+        let [load, x, y] = self.load();
+        let sides = |of: &dyn Fn(usize) -> Value, supplies: Value| {
+            let side = |k: usize| (film.sides[k] != Side::Periodic).then(|| of(k));
+            let [west, east, south, north] = [0, 1, 2, 3].map(side);
+            json!({
+                "west": west,
+                "east": east,
+                "south": south,
+                "north": north,
+                "supplies": supplies,
+            })
+        };
+        let friction = walls(film, figures.friction);
+        let bounds = self.proved.as_ref().map(|proved| {
             let drag = proved_drag(film, proved);
-            let [load, ..] = self.load();
-            let side = |k: usize| match self.solved.film.sides[k] {
-                Side::Periodic => Value::Null,
-                _ => json!(off(figures.sides[k], proved.sides[k])),
-            };
             let supplies = figures.supplies.iter().zip(&proved.supplies);
-            object["bounds"] = json!({
+            let supplies: Vec<f64> = supplies.map(|(flow, ends)| off(*flow, *ends)).collect();
+            let flow = |k: usize| json!(off(figures.sides[k], proved.sides[k]));
+            let flows = sides(&flow, json!(supplies));
+            json!({
                 "load_n": off(load, proved.load),
-                "friction_moving_n": off(moving(film, &figures.friction), drag[0]),
-                "friction_fixed_n": off(fixed(film, &figures.friction), drag[1]),
+                "friction_moving_n": off(friction[0], drag[0]),
+                "friction_fixed_n": off(friction[1], drag[1]),
                 "peak_pressure_pa": off(figures.peak, proved.peak),
-                "flow_m3_s": {
-                    "west": side(0),
-                    "east": side(1),
-                    "south": side(2),
-                    "north": side(3),
-                    "supplies": supplies.map(|(flow, ends)| off(*flow, *ends)).collect::<Vec<_>>(),
-                },
-            });
-        }
-        if let Some(Ok(range)) = &self.range {
-            let film = &self.solved.film;
+                "flow_m3_s": flows,
+            })
+        });
+        let range = self.range.as_ref().and_then(|range| range.as_ref().ok()).map(|range| {
             let [moving, fixed] = proved_drag(film, range);
-            let side = |k: usize| match film.sides[k] {
-                Side::Periodic => Value::Null,
-                _ => json!(range.sides[k]),
-            };
-            object["range"] = json!({
+            json!({
                 "load_n": range.load,
                 "friction_moving_n": moving,
                 "friction_fixed_n": fixed,
                 "peak_pressure_pa": range.peak,
-                "flow_m3_s": {
-                    "west": side(0),
-                    "east": side(1),
-                    "south": side(2),
-                    "north": side(3),
-                    "supplies": range.supplies,
-                },
-            });
-        }
-        object
+                "flow_m3_s": sides(&|k| json!(range.sides[k]), json!(range.supplies)),
+            })
+        });
+        let [moving, fixed] = friction;
+        let [full_moving, full_fixed] = walls(film, figures.full_friction);
+        let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
+        let found = self.coefficients.as_ref();
+        json!({
+            "outcome": self.status().replace(' ', "_"),
+            "converged": self.converged,
+            "load_n": load,
+            "load_x_m": x,
+            "load_y_m": y,
+            "moments_n_m": figures.moments,
+            "friction_moving_n": moving,
+            "friction_fixed_n": fixed,
+            "full_friction_moving_n": full_moving,
+            "full_friction_fixed_n": full_fixed,
+            "power_w": figures.power,
+            "flow_m3_s": sides(&|k| json!(figures.sides[k]), json!(figures.supplies)),
+            "mass_imbalance_m3_s": self.imbalance(),
+            "peak_pressure_pa": figures.peak,
+            "least_gap_m": figures.least_gap,
+            "broken_share": figures.broken_share,
+            "least_content": figures.least_content,
+            "feed": figures.feed,
+            "doubt": figures.doubt(),
+            "ecc": ecc,
+            "attitude_deg": attitude,
+            "position": bearing.journal.is_none().then_some(&bearing.position),
+            "stiffness_n_m": found.map(|found| &found.stiffness),
+            "damping_n_s_m": found.map(|found| &found.damping),
+            "stiffness_clamp_n_m": found.map(|found| &found.clamped[0]),
+            "damping_clamp_n_s_m": found.map(|found| &found.clamped[1]),
+            "bounds": bounds,
+            "range": range,
+            "unknowns": film.gap.len(),
+            "seconds": self.seconds,
+        })
     }
 
     fn text(&self, arguments: &Arguments) -> Result<String, fmt::Error> {
@@ -467,8 +390,7 @@ impl Report<'_> {
                 "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
             )?;
         }
-        let walls = |drag| [moving(film, drag), fixed(film, drag)];
-        let [one, other] = walls(&figures.friction);
+        let [one, other] = walls(film, figures.friction);
         let drag = proved.map(|proved| proved_drag(film, proved));
         let [of_one, of_other] = [0, 1].map(|wall| between(drag.map(|drag| drag[wall])));
         let next = if drag.is_some() { "\n                  " } else { ", " };
@@ -478,7 +400,7 @@ impl Report<'_> {
              other{of_other}"
         )?;
         if figures.broken_share > 0.0 {
-            let [one, other] = walls(&figures.full_friction);
+            let [one, other] = walls(film, figures.full_friction);
             writeln!(
                 text,
                 "                  {one:.6e} N and {other:.6e} N if all of the gap is sheared, as in \
@@ -516,7 +438,7 @@ impl Report<'_> {
                 "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
             )?;
         }
-        if let Some([ecc, attitude]) = eccentricity(self.bearing, x) {
+        if let Some([ecc, attitude]) = self.bearing.attitude(x) {
             let at =
                 if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
             writeln!(text, "eccentricity      {ecc:.6} of the clearance, {at}")?;

@@ -3,7 +3,7 @@ use hlcp_methods::Outcome;
 
 use super::{
     FilmError, Settings,
-    solve::{Asked, solve},
+    solve::{LEAST, ROUNDING, solve},
 };
 
 /// A film along a line above a plane that moves in the direction of x, in SI units.
@@ -181,7 +181,7 @@ fn pieces(
     } else {
         None
     };
-    let asked = Asked::film("NEWTON");
+    let asked = ("NEWTON", LEAST, ROUNDING);
     let (z, r, _, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
 
     let z = [&[ends][..], &z, &[ends]].concat();

@@ -112,31 +112,13 @@ const ENOUGH: f64 = 1e-8;
 const FALLBACK: &str = "AUTO";
 
 /// The least content of a film, but for rounding.
-const LEAST: f64 = -1e-9;
-
-/// What is asked of a solve.
-#[derive(Clone, Copy)]
-pub(super) struct Asked {
-    /// The method, unless the settings name one.
-    pub(super) method: &'static str,
-    /// The least content of a cell that is taken for rounding.
-    least: f64,
-    /// The residual that rounding excuses, in units of the rounding of its terms.
-    rounding: f64,
-}
-
-impl Asked {
-    /// A film by a method, as near as rounding allows.
-    pub(super) fn film(method: &'static str) -> Self {
-        Self { method, least: LEAST, rounding: ROUNDING }
-    }
-}
+pub(super) const LEAST: f64 = -1e-9;
 
 /// The residual that a solve ends at, over ‖q‖.
 const TOLERANCE: f64 = 1e-12;
 
 /// Of a solve that stands alone.
-const ROUNDING: f64 = 4.0;
+pub(super) const ROUNDING: f64 = 4.0;
 
 /// In a search, where a film that is done before it begins would carry what the last one did.
 const EXACT: f64 = 0.25;
@@ -177,7 +159,7 @@ impl Solved {
         let (a, b, q) = film.pose()?;
         // A steady film; what a step begins with may be below 0 by rounding.
         let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
-        let asked = Asked { least, rounding, ..Asked::film(METHOD) };
+        let asked = (METHOD, least, rounding);
         let begin = match start {
             Some(start) => Some(start.scaled(&film)),
             // Dry: in a ring the content that is left is settled by the loss alone, which is less
@@ -193,7 +175,7 @@ impl Solved {
         let (a, _, q) = self.film.pose()?;
         let operators: Operators = [Box::new(a), Box::new(Identity { order: q.len() })];
         // Its r is no void fraction.
-        let asked = Asked { least: f64::NEG_INFINITY, ..Asked::film(METHOD) };
+        let asked = (METHOD, f64::NEG_INFINITY, ROUNDING);
         let begin = Some(self.scaled(&self.film));
         let (z, r, x, outcome) = solve(&operators, &q, begin, asked, settings)?;
         Ok(Self { film: self.film.clone(), z, r, x, outcome })
@@ -296,13 +278,14 @@ fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
 /// `z`, `r`, `x` and what became of the solve.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
 
-/// Solves from `begin`, by the method of the settings or by the usual one, and by another where that
-/// does not converge or leaves a content `1 − r` below `least`.
+/// Solves from `begin`, by the method of the settings or by `method`, and by another where that does
+/// not converge or leaves a content `1 − r` below `least`; `rounding` is what it excuses of the
+/// residual, in units of the rounding of its terms.
 pub(super) fn solve(
     operators: &Operators,
     q: &[f64],
     begin: Option<[Vec<f64>; 2]>,
-    Asked { method, least, rounding }: Asked,
+    (method, least, rounding): (&str, f64, f64),
     settings: &Settings<'_>,
 ) -> Result<Answer, FilmError> {
     let mut problem = problem(operators)?;

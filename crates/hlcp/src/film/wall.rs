@@ -1,6 +1,6 @@
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
-use hlcp_verify::{Film, Side};
+use hlcp_verify::{Film, FilmFigures, Side};
 
 /// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
 /// eccentricity points to.
@@ -132,7 +132,7 @@ impl Bearing {
         let lengths = [PI * journal.diameter, journal.length];
         let mut film = Film::new(cells, lengths, 0.0, 1.0);
         (film.sides[0], film.sides[1]) = (Side::Periodic, Side::Periodic);
-        let angle = |x: f64| x / (lengths[0] / (2.0 * PI));
+        let angle = |x: f64| x / (lengths[0] / TAU);
         let modes = vec![mode(&film, |x, _| angle(x).cos()), mode(&film, |x, _| angle(x).sin())];
         let [a, b] = journal.tilt;
         let film = film.with_gap(|x, y| {
@@ -186,6 +186,39 @@ impl Bearing {
             terms.sum::<f64>() * film.cell()
         };
         self.modes.iter().map(along).collect()
+    }
+
+    /// Returns the load and where it acts, along x and along y, of a film with these figures: of a
+    /// journal the place that it is pressed to; NaN for the places of no load.
+    pub fn load(&self, film: &Film, figures: &FilmFigures, z: &[f64]) -> [f64; 3] {
+        let [lx, ly] = film.lengths;
+        if self.journal.is_none() {
+            let FilmFigures { load, moments: [along, across], .. } = *figures;
+            return [load, lx / 2.0 + along / load, ly / 2.0 + across / load];
+        }
+        let forces = self.forces(film, z);
+        let [one, other] = [forces[0], forces[1]];
+        let (load, angle) = (one.hypot(other), other.atan2(one));
+        if load == 0.0 {
+            return [load, f64::NAN, f64::NAN];
+        }
+        let (mut moment, p) = (0.0, film.pressures(z));
+        for (k, p) in p.iter().enumerate() {
+            let along = self.modes[0][k] * angle.cos() + self.modes[1][k] * angle.sin();
+            let y = ((k / film.nx) as f64 + 0.5) / film.ny as f64 * ly;
+            moment += (p - self.ambient) * along * y * film.cell();
+        }
+        [load, lx / TAU * angle.rem_euclid(TAU), moment / load]
+    }
+
+    /// Returns of a journal the eccentricity over the clearance, and the attitude, in degrees, for
+    /// a load that acts at `x`.
+    pub fn attitude(&self, x: f64) -> Option<[f64; 2]> {
+        let clearance = self.journal?.clearance;
+        let [a, b] = [self.position[0], self.position[1]];
+        let turn = (-b).atan2(-a) - x / (self.film.lengths[0] / TAU);
+        let attitude = self.direction() * turn.sin().atan2(turn.cos()).to_degrees();
+        Some([a.hypot(b) / clearance, attitude])
     }
 
     /// Returns 1 if the walls carry the oil along x, −1 if against.

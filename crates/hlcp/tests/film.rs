@@ -1,0 +1,68 @@
+//! Walls that move freely, against their equation of motion.
+
+use hlcp::film::{Bearing, Drive, Film, Journal, Motion, Settings, Side, Supply};
+use proptest::prelude::*;
+
+/// `HLCP_CASES` cases, or 12.
+fn config() -> ProptestConfig {
+    let wanted = std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok());
+    ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(wanted.unwrap_or(12)) }
+}
+
+/// Takes six steps and holds each against `m (v − v₀) = Δt (G(e) − load)`.
+fn falls(bearing: Bearing, load: Vec<f64>, mass: f64, duration: f64) -> Result<(), TestCaseError> {
+    let (settings, moving) = (Settings::default(), load.len());
+    let size = load.iter().copied().fold(0.0, f64::hypot);
+    let mut motion = Motion::new(bearing, &settings).unwrap();
+    let mut before = vec![0.0; moving];
+    for _ in 0..6 {
+        let from = motion.bearing.position.clone();
+        let drive = Drive::Under { load: load.clone(), mass };
+        let figures = motion.step(duration, &drive, &settings);
+        prop_assert!(figures.is_ok(), "{figures:?}");
+        let (now, solved) = (&motion.bearing, motion.solved.as_ref().unwrap());
+        prop_assert!(solved.outcome.converged());
+        let forces = now.forces(&solved.film, &solved.z);
+        for k in 0..moving {
+            let velocity = (now.position[k] - from[k]) / duration;
+            let off = mass * (velocity - before[k]) / duration - forces[k] + load[k];
+            // A step ends at 1e-9 of the load or of the force that it begins with, whichever is
+            // more; here none exceeds a thousand loads.
+            prop_assert!(off.abs() <= 1e-6 * size, "{off} of {size}, {forces:?}");
+            before[k] = velocity;
+        }
+        // What does not move stays.
+        prop_assert_eq!(&now.position[moving..], &from[moving..]);
+    }
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn a_free_pad_obeys_its_equation_of_motion(
+        (load, mass, ms) in (50.0..2000.0, prop_oneof![Just(0.0), 0.1..10.0_f64], 0.2..2.0),
+        (wide, thin, ambient) in (2.5e-5..5e-5, 1e-5..2.4e-5, prop_oneof![Just(0.0), Just(1e5)]),
+    ) {
+        let film = Film::new([20, 10], [0.05, 0.03], 3.0, 0.04);
+        let film = film.with_gap(|x, _| wide + (thin - wide) * x / 0.05);
+        let film = Film { sides: [Side::Pressure(ambient); 4], ..film };
+        falls(Bearing { ambient, ..Bearing::pad(film) }, vec![load], mass, 1e-3 * ms)?;
+    }
+
+    #[test]
+    fn a_free_journal_obeys_its_equation_of_motion(
+        (along, across, mass) in (500.0..8000.0, -500.0..500.0, prop_oneof![Just(0.0), 0.5..5.0_f64]),
+        (ecc, turn, ms) in (0.1..0.8_f64, 0.0..6.28_f64, 0.1..1.0),
+    ) {
+        let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+        let mut bearing = Bearing::journal(journal, [36, 6]);
+        bearing.film.speeds = [15.7, 0.0];
+        bearing.film.viscosity = vec![0.02];
+        let groove = Supply { corner: [0.05, 0.0], size: [0.0, 0.05], pressure: 1e5 };
+        bearing.film.supplies = vec![groove];
+        bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
+        falls(bearing, vec![along, across], mass, 1e-3 * ms)?;
+    }
+}
