@@ -395,10 +395,11 @@ fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
     ];
     let lines = || kinds.iter().map(|(name, ..)| format!(" {name} |")).collect::<String>();
     println!("\nns per point\n\n| m |{}\n|---{}|", lines(), "|---".repeat(kinds.len()));
-    let mut series = vec![];
-    for (style, (name, ..)) in kinds.iter().enumerate() {
-        series.push(chart::Series::by_number(name, style, vec![]));
-    }
+    let line = |(k, (name, ..)): (usize, &(&str, _, _))| {
+        let name = (*name).to_owned();
+        chart::Series { name, style: [k; 3], points: vec![] }
+    };
+    let mut series: Vec<_> = kinds.iter().enumerate().map(line).collect();
     let mut rows = vec![];
     for m in [64, 128, 256, 512, 1024, 2048, 4096, 8192] {
         let mut scene = Scene::<f64>::new(m)?;
@@ -418,12 +419,12 @@ fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
             let y = median(times) / (m * m) as f64 * 1e9;
             print!(" {y:.3} |");
             rows.push(format!("{m},\"{}\",{y:.4}", series.name));
-            series.points.push(chart::Point { x: m as f64, y, spread: None, reached: true });
+            series.points.push(chart::Point::at(m as f64, y));
         }
         println!();
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/charts/cost-per-point");
-    chart::write_csv(&path, "m,kind,ns per point", &rows)?;
+    chart::save(&path.with_extension("csv"), &chart::csv("m,kind,ns per point", &rows))?;
     let axes = ["m (the grid has m × m points)", "ns per point"];
     let panel = chart::Panel::log_log("Cost of a half-step with norms", axes, &series);
     chart::write(&path, 1, vec![panel], &chart::provenance("cargo bench --bench sweeps"))

@@ -22,10 +22,10 @@ use kuva::{
 };
 
 /// Okabe and Ito's colours, apart from yellow.
-const COLOURS: [&str; 7] =
+pub(crate) const COLOURS: [&str; 7] =
     ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9", "#E69F00"];
-const DASHES: [&str; 5] = ["", "7 4", "2 3", "8 3 2 3", "12 5"];
-const MARKERS: [MarkerShape; 9] = [
+pub(crate) const DASHES: [&str; 5] = ["", "7 4", "2 3", "8 3 2 3", "12 5"];
+pub(crate) const MARKERS: [MarkerShape; 9] = [
     MarkerShape::Circle,
     MarkerShape::Square,
     MarkerShape::Triangle,
@@ -37,85 +37,12 @@ const MARKERS: [MarkerShape; 9] = [
     MarkerShape::Cross,
 ];
 
-/// Colour, dash and marker of each method, by the names it has on the charts.
-const STYLES: [(&[&str], [usize; 3]); 26] = [
-    (&["MGS"], [0, 0, 0]),
-    (&["MSOR, best"], [0, 1, 1]),
-    (&["MAOR, best"], [0, 2, 2]),
-    (&["AMGS"], [1, 3, 3]),
-    (&["AMSOR", "AMSOR, best", "AMSOR, f64"], [1, 0, 4]),
-    (&["AMSOR, f32"], [1, 2, 6]),
-    (&["AMSOR, mixed"], [1, 3, 0]),
-    (&["AMAOR, best"], [1, 1, 5]),
-    (&["TMGS", "TMGS, f64"], [2, 2, 6]),
-    (&["TMGS, f32"], [2, 0, 5]),
-    (&["TMGS, mixed"], [2, 1, 2]),
-    (&["TMSOR, best"], [2, 3, 0]),
-    (&["TMAOR, best"], [2, 4, 1]),
-    (&["ANDERSON", "Anderson (10), TMGS"], [3, 0, 2]),
-    (&["projected SOR"], [3, 1, 3]),
-    (&["NEWTON", "Newton, SSOR"], [4, 2, 4]),
-    (&["Newton, lines"], [4, 3, 5]),
-    (&["Newton, sparse LU"], [4, 4, 6]),
-    (&["MGV"], [5, 0, 3]),
-    (&["MGW", "multigrid, W"], [5, 4, 0]),
-    (&["MGF"], [5, 1, 1]),
-    (&["FMG", "full multigrid"], [5, 2, 2]),
-    (&["AUTO", "auto"], [6, 0, 3]),
-    (&["ADAPTIVE"], [6, 1, 4]),
-    (&["AMG", "Newton, AMG"], [6, 2, 5]),
-    (&["FBNS, sparse LU"], [4, 0, 0]),
-];
-
-// No two methods have colour and marker in common, and the last two markers are left to others.
-const _: () = {
-    let mut k = 0;
-    while k < STYLES.len() {
-        let [colour, dash, marker] = STYLES[k].1;
-        assert!(colour < COLOURS.len() && dash < DASHES.len() && marker + 2 < MARKERS.len());
-        let mut other = 0;
-        while other < k {
-            assert!(colour != STYLES[other].1[0] || marker != STYLES[other].1[2]);
-            other += 1;
-        }
-        k += 1;
-    }
-};
-
-fn style(name: &str) -> Option<[usize; 3]> {
-    STYLES.iter().find(|(names, _)| names.contains(&name)).map(|(_, style)| *style)
-}
-
-/// Sees that each method of a chart has a style.
-///
-/// # Panics
-///
-/// For the first that has none.
-pub(crate) fn assert_styled(methods: impl IntoIterator<Item = &'static str>) {
-    for name in methods {
-        assert!(style(name).is_some(), "{name} has no row in the table STYLES of chart.rs");
-    }
-}
-
-/// A named line with its colour, dash and marker, the same on every chart.
+/// A named line with its colour, dash and marker, each a place in the lists above, of which it goes
+/// around.
 pub(crate) struct Series {
     pub(crate) name: String,
-    style: [usize; 3],
+    pub(crate) style: [usize; 3],
     pub(crate) points: Vec<Point>,
-}
-
-impl Series {
-    /// The line of a method, in its style; of others, each with a `place` of its own, in a style
-    /// that no method has.
-    pub(crate) fn new(name: &str, place: usize, points: Vec<Point>) -> Self {
-        let style = style(name).unwrap_or([place, place, 7 + place % 2]);
-        Self { name: name.to_owned(), style, points }
-    }
-
-    /// The line number `style` of a chart that draws no methods.
-    pub(crate) fn by_number(name: &str, style: usize, points: Vec<Point>) -> Self {
-        Self { name: name.to_owned(), style: [style; 3], points }
-    }
 }
 
 /// A point of a line on logarithmic axes, its coordinates positive.
@@ -128,6 +55,13 @@ pub(crate) struct Point {
     /// Whether the point is what it was meant to be; the others are open markers, joined by
     /// nothing.
     pub(crate) reached: bool,
+}
+
+impl Point {
+    /// A point without a spread.
+    pub(crate) fn at(x: f64, y: f64) -> Self {
+        Self { x, y, spread: None, reached: true }
+    }
 }
 
 /// A chart in a grid of charts.
@@ -393,11 +327,6 @@ pub(crate) fn svg(columns: usize, panels: Vec<Panel>, caption: &str) -> String {
         });
     }
     SvgBackend::new().render_scene(&scene)
-}
-
-/// Writes the data of a chart beside it, as `path`.csv.
-pub(crate) fn write_csv(path: &Path, header: &str, rows: &[String]) -> Result<(), Box<dyn Error>> {
-    save(&path.with_extension("csv"), &csv(header, rows))
 }
 
 /// A heading and rows as a text.

@@ -15,32 +15,21 @@
 //! * Films on other domains than a rectangle or a ring, with heat or with elastic walls.
 
 mod chart;
-mod comparison;
-#[cfg(feature = "faer")]
-mod direct;
-mod families;
-mod figures;
 mod film;
-mod films;
-mod gallery;
+mod lab;
 mod memory;
-mod optimal_alpha;
-mod paper;
 mod print;
 mod progress;
 mod scenes;
 mod solve;
-mod speed_vs_accuracy;
-mod stability_map;
 
 use std::{
     error::Error,
     io::{self, Write},
-    path::PathBuf,
     process::ExitCode,
 };
 
-use clap::{Args, Parser, Subcommand, error::ErrorKind};
+use clap::{Parser, Subcommand, error::ErrorKind};
 use hlcp::files::printable;
 
 const EXAMPLES: &str = "\
@@ -60,25 +49,14 @@ struct CommandLine {
 enum Command {
     Solve(Box<solve::Arguments>),
     Film(Box<film::Arguments>),
-    Paper(paper::Arguments),
-    SpeedVsAccuracy(speed_vs_accuracy::Arguments),
-    StabilityMap(stability_map::Arguments),
-    Comparison(comparison::Arguments),
-    Families(families::Arguments),
-    Films(films::Arguments),
-    Gallery(gallery::Arguments),
-    Scenes(figures::Arguments),
-}
-
-/// What the charts have in common.
-#[derive(Debug, Args)]
-struct Charts {
-    /// Small problems, measured once
-    #[arg(long)]
-    quick: bool,
-    /// The folder for the charts and their data
-    #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
-    out: PathBuf,
+    Paper(lab::paper::Arguments),
+    SpeedVsAccuracy(lab::speed_vs_accuracy::Arguments),
+    StabilityMap(lab::stability_map::Arguments),
+    Comparison(lab::comparison::Arguments),
+    Families(lab::families::Arguments),
+    Films(lab::films::Arguments),
+    Gallery(lab::gallery::Arguments),
+    Scenes(lab::scenes::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -125,14 +103,14 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
     match command {
         Command::Solve(arguments) => return solve::run(&arguments),
         Command::Film(arguments) => return film::run(*arguments),
-        Command::Paper(arguments) => paper::run(&arguments)?,
-        Command::SpeedVsAccuracy(arguments) => speed_vs_accuracy::run(&arguments)?,
-        Command::StabilityMap(arguments) => stability_map::run(&arguments)?,
-        Command::Comparison(arguments) => comparison::run(&arguments)?,
-        Command::Families(arguments) => families::run(&arguments)?,
-        Command::Films(arguments) => films::run(&arguments)?,
-        Command::Gallery(arguments) => gallery::run(&arguments)?,
-        Command::Scenes(_) => figures::run()?,
+        Command::Paper(arguments) => lab::paper::run(&arguments)?,
+        Command::SpeedVsAccuracy(arguments) => lab::speed_vs_accuracy::run(&arguments)?,
+        Command::StabilityMap(arguments) => lab::stability_map::run(&arguments)?,
+        Command::Comparison(arguments) => lab::comparison::run(&arguments)?,
+        Command::Families(arguments) => lab::families::run(&arguments)?,
+        Command::Films(arguments) => lab::films::run(&arguments)?,
+        Command::Gallery(arguments) => lab::gallery::run(&arguments)?,
+        Command::Scenes(_) => lab::scenes::run()?,
     }
     Ok(true)
 }

@@ -13,7 +13,7 @@ use clap::{
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::{Limits, Tolerance};
 
-pub(crate) use self::problem::{Boxed, Problem};
+pub(crate) use self::problem::{Boxed, Operator, Problem, textured};
 use self::problem::{
     american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, film, journal_bearing,
     obstacle, slider,

@@ -5,12 +5,11 @@ use std::{error::Error, f64::consts::PI};
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, JournalBearing, Obstacle, Posed,
-    Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, Film, JournalBearing, Obstacle,
+    Posed, Slider,
 };
 
 use super::Numbers;
-use crate::films;
 
 /// An operator of any kind.
 pub(crate) type Operator<T> = Box<dyn Rows<T>>;
@@ -36,6 +35,8 @@ pub(crate) struct Problem<T> {
     /// How many problems there are, and how to overwrite `q` with that of the `k`-th, for the `z`
     /// of the one before.
     pub(crate) march: (usize, Box<Next<T>>),
+    /// The entries of the x that measured solves begin with.
+    pub(crate) start: T,
 }
 
 impl<T: Scalar> Problem<T> {
@@ -50,6 +51,7 @@ impl<T: Scalar> Problem<T> {
             proofs: Box::new(|_| vec![]),
             meaning: None,
             march: (1, Box::new(|_, _, _| ())),
+            start: T::one(),
         }
     }
 
@@ -103,9 +105,9 @@ impl<T: Scalar> Problem<T> {
         self.hlcp(T::one()).is_ok_and(|problem| TridiagonalPart::is_all(&problem))
     }
 
-    /// Ones.
+    /// Returns the x that measured solves begin with.
     pub(crate) fn start(&self) -> Vec<T> {
-        vec![T::one(); self.q.len()]
+        vec![self.start; self.q.len()]
     }
 }
 
@@ -319,9 +321,25 @@ fn bearing2d_proofs(
     ]
 }
 
+/// A square slider of 10 mm, 11 µm at the inlet and 10 µm at the outlet, with `k` square dimples
+/// along `x` and as many for the same length along `y`, of `depth` times the gap at the outlet.
+pub(crate) fn textured([nx, ny]: [usize; 2], k: usize, depth: f64) -> Film {
+    let rows = (k * ny) as f64 / nx as f64;
+    let cell = 1e-2 / nx as f64;
+    let mut film = Film::new([nx, ny], [1e-2, cell * ny as f64], 1.0, 0.01);
+    let is_inside = |at: f64| (at - at.floor() - 0.5).abs() < 0.25;
+    for (at, gap) in film.gap.iter_mut().enumerate() {
+        let x = ((at % nx) as f64 + 0.5) / nx as f64;
+        let y = ((at / nx) as f64 + 0.5) / ny as f64;
+        let is_dimple = is_inside(k as f64 * x) && is_inside(rows * y);
+        *gap = 1e-5 * (1.1 - 0.1 * x + if is_dimple { depth } else { 0.0 });
+    }
+    film
+}
+
 pub(super) fn film<T: Scalar>(numbers: &Numbers) -> Posing<T> {
     let cells = ["nx", "ny"].map(|name| numbers.size(name));
-    let film = films::slider(cells, numbers.size("dimples"), numbers.get("depth"));
+    let film = textured(cells, numbers.size("dimples"), numbers.get("depth"));
     let (a, b, q) = film.pose()?;
     let of = |operator: &FivePoint<Varying<f64>>| {
         let view = operator.as_five_point().expect("it is one");

@@ -88,9 +88,7 @@ fn what_the_documents_say_to_type_works() {
         match words[..] {
             ["cargo", "run", "--release", "--example", "NAME"] => {}
             ["cargo", "run", "--release", "--example", name] => examples::runs(name),
-            ["cargo", "run", "--release", "--", ref rest @ ..]
-            | ["cargo", "run", "--release", "--features", "faer", "--", ref rest @ ..]
-            | ["hlcp", ref rest @ ..] => {
+            ["cargo", "run", "--release", "--", ref rest @ ..] | ["hlcp", ref rest @ ..] => {
                 let mut program = hlcp(rest[0], &rest[1..].join(" "));
                 program.current_dir(&folder);
                 if LONG.contains(&rest[0]) && !rest.contains(&"--quick") {
@@ -170,8 +168,7 @@ fn charts_name_commands_that_exist() {
             let command = text[at..].split(['·', '<']).next().unwrap_or_default().trim();
             let words: Vec<&str> = command.split_whitespace().collect();
             match words[..] {
-                ["cargo", "run", "--release", "--", name, ref rest @ ..]
-                | ["cargo", "run", "--release", "--features", "faer", "--", name, ref rest @ ..] => {
+                ["cargo", "run", "--release", "--", name, ref rest @ ..] => {
                     assert!(all.iter().any(|known| known == name), "{}: {command}", path.display());
                     let known = options::options(name);
                     for option in rest.iter().filter_map(|word| word.strip_prefix("--")) {

@@ -1,13 +1,18 @@
 //! The α that Young's theory predicts for AMSOR beside the best of a scan and the one that
 //! `ADAPTIVE` finds: a chart of `hlcp stability-map`, `optimal-alpha`.
 
-use std::{error::Error, path::Path};
+use std::path::Path;
 
 use hlcp_core::{Diagonal, LinearOperator};
-use hlcp_methods::{AdaptiveSor, Limits, Options, Outcome, Parameters, Solver};
+use hlcp_methods::{AdaptiveSor, Limits, Outcome, Solver};
 
+use super::{
+    methods::tuned,
+    run::{Fallible, march, solve},
+    table::Table,
+};
 use crate::{
-    chart::{Panel, Point, Series, write, write_csv},
+    chart::{Panel, Point, Series, write},
     scenes::{Problem, Scene},
 };
 
@@ -15,9 +20,12 @@ use crate::{
 const STEPS: i32 = 12;
 
 /// Draws the chart for scenes of some sizes.
-pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Result<(), Box<dyn Error>> {
+pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Fallible<()> {
     let sizes: &[u32] = if quick { &[7, 15] } else { &[15, 23, 31, 47, 63, 95, 128] };
-    let (mut panels, mut rows) = (vec![], vec![]);
+    let mut panels = vec![];
+    let mut table = Table::new(
+        "scene|m|predicted alpha|its sweeps|best alpha|its sweeps|adaptive alpha|its sweeps",
+    );
     let scenes: [(&str, &[(&'static str, f64)]); 4] = [
         ("disc-lcp", &[]),
         ("disc-hlcp", &[]),
@@ -42,20 +50,20 @@ pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Result<(), Box<
                 }
             }
             for (line, alpha) in lines.iter_mut().zip([predicted, best.0, found]) {
-                line.push(Point { x: m.into(), y: 2.0 - alpha, spread: None, reached: true });
+                line.push(Point::at(m.into(), 2.0 - alpha));
             }
-            rows.push(format!(
-                "{name},{m},{predicted:.4},{at_predicted},{:.4},{},{found:.4},{at_found}",
+            table.row(&format!(
+                "{name}|{m}|{predicted:.4}|{at_predicted}|{:.4}|{}|{found:.4}|{at_found}",
                 best.0, best.1
             ));
         }
         let names = ["Young, from J(x*)", "best of a scan", "ADAPTIVE"];
-        let series: Vec<_> = names
-            .into_iter()
-            .zip(lines)
-            .enumerate()
-            .map(|(k, (name, points))| Series::by_number(name, k, points))
-            .collect();
+        let line = |(k, (name, points)): (usize, (&str, _))| Series {
+            name: name.to_owned(),
+            style: [k; 3],
+            points,
+        };
+        let series: Vec<_> = names.into_iter().zip(lines).enumerate().map(line).collect();
         panels.push(Panel::log_log(name, ["points per side", "2 − α"], &series));
     }
     let path = out.join("optimal-alpha");
@@ -63,25 +71,21 @@ pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Result<(), Box<
         "AMSOR with τ = 1, from x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ ‖q‖₂; example1 with μ = ν = 0\n{provenance}"
     );
     write(&path, 2, panels, &caption)?;
-    let header =
-        "scene,m,predicted alpha,its sweeps,best alpha,its sweeps,adaptive alpha,its sweeps";
-    write_csv(&path, header, &rows)
+    table.write_csv(&path)
 }
 
 fn limits() -> Limits {
     Limits::relative(1e-10)
 }
 
-fn amsor(problem: &Problem<f64>, alpha: f64) -> Result<Outcome, Box<dyn Error>> {
-    let parameters = Parameters { alpha: Some(alpha), ..Parameters::default() };
-    let mut solver = problem.solver("AMSOR", parameters, 1.0)?;
-    Ok(solver.solve(&problem.q, Options::from_x(&problem.start()).limits(limits()))?)
+fn amsor(problem: &Problem<f64>, alpha: f64) -> Fallible<Outcome> {
+    Ok(solve(problem, &tuned("AMSOR", [alpha; 2])?, 1.0, &limits())?.outcome)
 }
 
-/// The α and the sweeps of `ADAPTIVE`, and its answer.
-fn adaptive(problem: &Problem<f64>) -> Result<(f64, usize, Vec<f64>), Box<dyn Error>> {
+/// Returns the α and the sweeps of `ADAPTIVE`, and its answer.
+fn adaptive(problem: &Problem<f64>) -> Fallible<(f64, usize, Vec<f64>)> {
     let mut solver = Solver::new(AdaptiveSor::new(problem.hlcp(1.0)?)?);
-    let outcome = solver.solve(&problem.q, Options::from_x(&problem.start()).limits(limits()))?;
+    let outcome = march(problem, &mut solver, &limits(), true)?;
     if !outcome.converged() {
         return Err(format!("ADAPTIVE: {outcome}").into());
     }

@@ -6,19 +6,22 @@
 //! run to `families.csv`.
 
 use std::{
-    error::Error,
-    fmt::Write as _,
     path::PathBuf,
     time::{Duration, Instant},
 };
 
 use clap::Args;
 use hlcp_core::Scalar;
-use hlcp_methods::{Auto, AutoTurn, Limits, Named, Outcome, Parameters, Solver};
+use hlcp_methods::{Auto, AutoTurn, Limits, Outcome, Solver};
 use hlcp_verify::families::{self, Drawn};
 
+use super::{
+    methods::{Chart, methods, tuned},
+    run::{Fallible, Repeats, Run, march, measure, solve},
+    table::Table,
+};
 use crate::{
-    chart::{provenance, save, write_csv},
+    chart::{provenance, save},
     print,
     progress::counting,
     scenes::Problem,
@@ -50,38 +53,14 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-const METHODS: [&str; 9] =
-    ["ADAPTIVE", "NEWTON", "AMG", "MGW", "MGF", "FMG", "ANDERSON", "TMGS", "MGS"];
-
 /// The seconds that `AUTO` has, and those that the others have where it fails.
 const PATIENCE: [f64; 2] = [20.0, 10.0];
 
 /// Below so many seconds the work counts: what else the machine does would decide.
 const SHORT: f64 = 0.005;
 
-/// Runs of less than so many seconds are repeated, twice at most, and the shortest counts.
+/// Solves of less than so many seconds are repeated, twice, and the shortest counts.
 const BRIEF: f64 = 0.05;
-
-/// A solve, and the seconds of it with its set-up.
-struct Run {
-    outcome: Outcome,
-    seconds: f64,
-}
-
-/// The result of `run`, if it has one, and the fewest seconds that it took.
-fn timed<R>(run: impl Fn() -> Option<R>) -> Option<(R, f64)> {
-    let once = || {
-        let begin = Instant::now();
-        Some((run()?, begin.elapsed().as_secs_f64()))
-    };
-    let (result, mut seconds) = once()?;
-    for _ in 0..2 {
-        if seconds < BRIEF {
-            seconds = once().map_or(seconds, |again| again.1.min(seconds));
-        }
-    }
-    Some((result, seconds))
-}
 
 /// What came of a problem.
 struct Row {
@@ -94,42 +73,50 @@ struct Row {
 }
 
 impl Row {
-    fn new<T: Scalar>(drawn: Drawn) -> Result<Self, Box<dyn Error>> {
+    fn new<T: Scalar>(drawn: Drawn) -> Fallible<Self> {
         let ([a, b], q) = drawn.pose::<T>();
-        let given = Problem::new(a, b, q);
-        let (problem, q) = (given.hlcp(T::one())?, &given.q);
+        let problem = Problem { start: T::zero(), ..Problem::new(a, b, q) };
         let limits = |seconds| {
             let time = Some(Duration::from_secs_f64(seconds));
             // What no precision can reach is not asked for.
             Limits { time, rounding: Some(4.0), ..Limits::default() }
         };
-        let by_auto = || {
-            let mut solver = Solver::new(Auto::new(problem.clone()).ok()?);
-            let outcome = solver.solve(q, limits(PATIENCE[0])).ok()?;
-            Some((outcome, solver.method().history().to_vec()))
+        let kept = |run: Run| Run { answer: [vec![], vec![]], ..run };
+        let mut turns = vec![];
+        let mut by_auto = || -> Fallible<Option<Run>> {
+            let begin = Instant::now();
+            let mut solver = Solver::new(Auto::new(problem.hlcp(T::one())?)?);
+            let outcome = march(&problem, &mut solver, &limits(PATIENCE[0]), true)?;
+            turns = solver.method().history().to_vec();
+            Ok(Some(kept(Run::new(begin, outcome, &solver))))
         };
-        let solved = timed(by_auto).ok_or_else(|| format!("AUTO refuses {}", drawn.name))?;
-        let ((outcome, turns), mut seconds) = solved;
+        let repeats = Repeats { longest: BRIEF, ..Repeats::least(3) };
+        let alone = measure(repeats, &["AUTO"], |_| by_auto())?;
+        let mut auto = alone.into_iter().flatten().next().expect("AUTO refuses nothing");
         // Others may be at the processor meanwhile.
-        let time = if outcome.converged() { 0.02 + 3.0 * seconds } else { PATIENCE[1] };
-        let by = |name: &str| {
-            let (outcome, seconds) = timed(|| {
-                let method = Named::parse(name, Parameters::default()).ok()?;
-                let mut solver = Solver::new(method.on(problem.clone()).ok()?);
-                solver.solve(q, limits(time)).ok().filter(Outcome::converged)
-            })?;
-            Some(Run { outcome, seconds })
+        let time = if auto.converged() { 0.02 + 3.0 * auto.quartile(0) } else { PATIENCE[1] };
+        let by = |name: &str| -> Fallible<Option<Run>> {
+            let run = solve(&problem, &tuned(name, [1.0; 2])?, 1.0, &limits(time)).ok();
+            Ok(run.filter(Run::converged).map(kept))
         };
-        let runs = METHODS.into_iter().map(|name| Some((name, by(name)?)));
-        let mut others: Vec<_> = runs.flatten().collect();
-        others.sort_by(|one, other| one.1.seconds.total_cmp(&other.1.seconds));
-        // AUTO and the fastest once more, in turns.
-        if let (true, Some((name, best))) = (outcome.converged(), others.first_mut()) {
-            seconds = timed(by_auto).map_or(seconds, |again| again.1.min(seconds));
-            best.seconds = by(name).map_or(best.seconds, |again| again.seconds.min(best.seconds));
+        let rivals: Vec<_> = methods(Chart::Families).iter().map(|row| row.name).collect();
+        let mut others = vec![];
+        for name in rivals {
+            let run = measure(repeats, &[name], |name| by(name))?.pop().flatten();
+            others.extend(run.map(|run| (name, run)));
         }
-        let auto = Run { outcome, seconds };
-        Ok(Self { n: q.len(), drawn, auto, turns, others })
+        others.sort_by(|one, other| one.1.quartile(0).total_cmp(&other.1.quartile(0)));
+        // AUTO and the fastest once more, in turns.
+        if let (true, Some((name, best))) = (auto.converged(), others.first_mut()) {
+            let again = measure(repeats, &["AUTO", *name], |name| {
+                if *name == "AUTO" { by_auto() } else { by(name) }
+            })?;
+            for (run, again) in [&mut auto, best].into_iter().zip(again) {
+                run.seconds.extend(again.map_or(vec![], |again| again.seconds));
+                run.seconds.sort_by(f64::total_cmp);
+            }
+        }
+        Ok(Self { n: problem.q.len(), drawn, auto, turns, others })
     }
 
     fn family(&self) -> &str {
@@ -139,10 +126,10 @@ impl Row {
     /// The ratio of AUTO to the best of the others, 1 where it is the best itself: of seconds, or
     /// of sweeps where these are few; nothing where it fails.
     fn ratio(&self) -> Option<f64> {
-        if self.auto.seconds < SHORT {
+        if self.auto.quartile(0) < SHORT {
             self.ratio_of_sweeps()
         } else {
-            self.over(|run| run.seconds)
+            self.over(|run| run.quartile(0))
         }
     }
 
@@ -153,28 +140,26 @@ impl Row {
     fn over(&self, cost: impl Fn(&Run) -> f64) -> Option<f64> {
         let own = cost(&self.auto);
         let best = self.others.iter().fold(own, |best, (_, run)| best.min(cost(run)));
-        self.auto.outcome.converged().then(|| own / best)
+        self.auto.converged().then(|| own / best)
     }
 
     fn line(&self) -> String {
         let Self { drawn: Drawn { name, about, .. }, n, auto, turns, others } = self;
         let Outcome { status, iterations, sweeps, linear_iterations, .. } = auto.outcome;
-        let best = others.first().map_or(String::new(), |(name, run)| {
-            format!("{name},{:.6},{}", run.seconds, run.outcome.sweeps)
-        });
+        let cost = |(name, run): &(&str, Run), between: &str| {
+            let (seconds, sweeps) = (run.quartile(0), run.outcome.sweeps);
+            format!("{name}{between}{seconds:.6}{between}{sweeps}")
+        };
         let turns: Vec<_> =
             turns.iter().map(|turn| format!("{} {}", turn.choice, turn.sweeps)).collect();
-        let all: Vec<_> = others
-            .iter()
-            .map(|(name, run)| format!("{name} {:.6} {}", run.seconds, run.outcome.sweeps))
-            .collect();
+        let all: Vec<_> = others.iter().map(|other| cost(other, " ")).collect();
         let fewest = others.iter().map(|(_, run)| run.outcome.sweeps).min();
         format!(
-            "{name},\"{about}\",{n},{status},\"{}\",{iterations},{},{sweeps},{:.6},{},{},{},\"{}\"",
+            "{name}|{about}|{n}|{status}|{}|{iterations}|{}|{sweeps}|{:.6}|{}|{}|{}|{}",
             turns.join("; "),
             linear_iterations.unwrap_or(0),
-            auto.seconds,
-            if best.is_empty() { ",,".to_owned() } else { best },
+            auto.quartile(0),
+            others.first().map_or("||".to_owned(), |best| cost(best, "|")),
             fewest.map_or(String::new(), |sweeps| sweeps.to_string()),
             self.ratio().map_or(String::new(), |ratio| format!("{ratio:.3}")),
             all.join("; "),
@@ -182,7 +167,7 @@ impl Row {
     }
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
+pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     let Arguments { names, problems, seed, quick, out } = arguments;
     let mut drawn = vec![];
     for name in names {
@@ -206,28 +191,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let header = "problem,numbers,n,status,turns,iterations,inner,sweeps,seconds,\
-                  best other,its seconds,its sweeps,fewest sweeps,ratio,others";
-    write_csv(&out.join("families"), header, &rows.iter().map(Row::line).collect::<Vec<_>>())?;
+    let mut table = Table::new(
+        "problem|numbers|n|status|turns|iterations|inner|sweeps|seconds|\
+         best other|its seconds|its sweeps|fewest sweeps|ratio|others",
+    );
+    rows.iter().for_each(|row| table.row(&row.line()));
+    table.write_csv(&out.join("families"))?;
     let suffix = match (&names[..], quick) {
         ([], true) => " --quick".to_owned(),
         ([], false) => format!(" --problems {problems} --seed {seed}"),
         (names, _) => format!(" {}", names.join(" ")),
     };
     let command = format!("cargo run --release -- families{suffix}");
-    let text = report(&rows, &provenance(&command))?;
+    let text = report(&rows, &provenance(&command));
     print::line(&text)?;
     save(&out.join("families.md"), &text)
 }
 
-/// A table of the distributions, and the problems that AUTO does not solve or not as fast.
-fn report(rows: &[Row], provenance: &str) -> Result<String, std::fmt::Error> {
-    let mut text = format!(
-        "# AUTO on random families\n\n{provenance}\n\n\
-         | family | problems | solved | others solve | nobody solves | median, 90 %, worst | of sweeps |\n\
-         |---|---|---|---|---|---|---|\n"
+/// Returns the distributions, and the problems that AUTO does not solve or not as fast.
+fn report(rows: &[Row], provenance: &str) -> String {
+    let mut table = Table::new(
+        "family | problems | solved | others solve | nobody solves | median, 90 %, worst | of sweeps",
     );
-    let mut table = |name: &str, of: &[&Row]| {
+    let mut add = |name: &str, of: &[&Row]| {
         let places = |ratio: fn(&Row) -> Option<f64>| {
             let mut ratios: Vec<f64> = of.iter().filter_map(|row| ratio(row)).collect();
             ratios.sort_by(f64::total_cmp);
@@ -240,33 +226,29 @@ fn report(rows: &[Row], provenance: &str) -> Result<String, std::fmt::Error> {
         let lost = of.iter().filter(|row| row.ratio().is_none());
         let (others, nobody): (Vec<&&Row>, Vec<&&Row>) =
             lost.partition(|row| !row.others.is_empty());
-        let solved = of.len() - others.len() - nobody.len();
-        let counts = [of.len(), solved, others.len(), nobody.len()].map(|n| n.to_string());
+        let [problems, others, nobody] = [of.len(), others.len(), nobody.len()];
+        let solved = problems - others - nobody;
         let [all, of_sweeps] = [places(Row::ratio), places(Row::ratio_of_sweeps)];
-        writeln!(text, "| {name} | {} | {all} | {of_sweeps} |", counts.join(" | "))
+        table.row(&format!("{name}|{problems}|{solved}|{others}|{nobody}|{all}|{of_sweeps}"));
     };
     for family in families::NAMES {
         let of: Vec<_> = rows.iter().filter(|row| row.family() == family).collect();
         if !of.is_empty() {
-            table(family, &of)?;
+            add(family, &of);
         }
     }
-    table("**all**", &rows.iter().collect::<Vec<_>>())?;
-    let slow = |row: &&Row| row.ratio().is_none_or(|ratio| ratio > 2.0);
-    writeln!(text, "\n| problem | n | AUTO | seconds, sweeps | best other | seconds, sweeps |")?;
-    writeln!(text, "|---|---|---|---|---|---|")?;
-    for row in rows.iter().filter(slow) {
-        let cost = |run: &Run| format!("{:.4}, {}", run.seconds, run.outcome.sweeps);
+    add("**all**", &rows.iter().collect::<Vec<_>>());
+    let mut slow =
+        Table::new("problem | n | AUTO | seconds, sweeps | best other | seconds, sweeps");
+    for row in rows.iter().filter(|row| row.ratio().is_none_or(|ratio| ratio > 2.0)) {
+        let cost = |run: &Run| format!("{:.4}, {}", run.quartile(0), run.outcome.sweeps);
         let (name, best) =
             row.others.first().map_or(("–", "–".to_owned()), |(name, run)| (name, cost(run)));
         let Row { drawn: Drawn { name: problem, about, .. }, n, auto, turns, .. } = row;
         let uses = turns.last().map_or(String::new(), |turn| turn.choice.to_string());
-        let status = auto.outcome.status;
-        writeln!(
-            text,
-            "| {problem}: {about} | {n} | {status}, {uses} | {} | {name} | {best} |",
-            cost(auto)
-        )?;
+        let (status, own) = (auto.outcome.status, cost(auto));
+        slow.row(&format!("{problem}: {about}|{n}|{status}, {uses}|{own}|{name}|{best}"));
     }
-    Ok(text)
+    let (table, slow) = (table.markdown(), slow.markdown());
+    format!("# AUTO on random families\n\n{provenance}\n\n{table}\n{slow}")
 }

@@ -4,11 +4,13 @@
 //! MGS, AMGS and TMGS with τ = 1 from x⁰ = e to each scene's tolerance, at most 30,000 iterations.
 //! Ends with an error if a figure misses what is published.
 
-use std::error::Error;
-
 use clap::Args;
-use hlcp_methods::{Limits, Options, Outcome, Parameters, Status};
+use hlcp_methods::{Limits, Parameters, Status};
 
+use super::{
+    methods::tuned,
+    run::{Fallible, Run, march, solve},
+};
 use crate::{
     print,
     scenes::{Problem, Scene},
@@ -18,12 +20,11 @@ use crate::{
 #[derive(Debug, Args)]
 pub(crate) struct Arguments;
 
-type Result<T> = std::result::Result<T, Box<dyn Error>>;
 type Given<'g> = &'g [(&'static str, f64)];
 
 const METHODS: [&str; 3] = ["MGS", "AMGS", "TMGS"];
 
-pub(crate) fn run() -> Result<()> {
+pub(crate) fn run() -> Fallible<()> {
     print::line(format_args!("{:<36} {:<10} ours", "", "published"))?;
     journal_bearing()?;
     obstacle()?;
@@ -36,37 +37,28 @@ pub(crate) fn run() -> Result<()> {
     counts()
 }
 
-/// The outcome by a method, and the figures of its answer.
-fn solved(
-    method: &str,
-    scene: &Scene,
-    problem: &Problem<f64>,
-) -> Result<(Outcome, Vec<(&'static str, f64)>)> {
-    let mut solver = problem.solver(method, Parameters::default(), 1.0)?;
-    let start = problem.start();
-    let outcome = solver.solve(&problem.q, Options::from_x(&start).limits(scene.limits()))?;
-    Ok((outcome, (problem.figures)(solver.z(), solver.r())))
-}
-
-/// The figures of a scene by TMGS.
-fn figures(scene: &str, given: Given<'_>) -> Result<Vec<(&'static str, f64)>> {
+/// Returns the figures of a scene by TMGS.
+fn figures(scene: &str, given: Given<'_>) -> Fallible<Vec<(&'static str, f64)>> {
     let scene = Scene::of(scene);
-    Ok(solved("TMGS", scene, &scene.pose(given)?)?.1)
+    let problem = scene.pose(given)?;
+    let Run { answer: [z, r], .. } =
+        solve(&problem, &tuned("TMGS", [1.0; 2])?, 1.0, &scene.limits())?;
+    Ok((problem.figures)(&z, &r))
 }
 
 /// Prints a published figure and ours; an error unless they agree.
-fn compare(what: &str, published: &str, ours: &str, agree: bool) -> Result<()> {
+fn compare(what: &str, published: &str, ours: &str, agree: bool) -> Fallible<()> {
     print::line(format_args!("{what:<36} {published:<10} {ours}"))?;
     if agree { Ok(()) } else { Err(format!("{what}: {ours} is not {published}").into()) }
 }
 
-fn journal_bearing() -> Result<()> {
+fn journal_bearing() -> Fallible<()> {
     let figures = figures("journal-bearing", &[("nx", 8.0), ("ny", 12.0)])?;
     let ours = format!("{:.6}", figures[0].1);
     compare("journal bearing 8 × 12, objective", "-0.183437", &ours, ours == "-0.183437")
 }
 
-fn obstacle() -> Result<()> {
+fn obstacle() -> Fallible<()> {
     for (m, published) in [(9, ["3.076e-3", "1.334e-2"]), (17, ["2.707e-3", "1.428e-2"])] {
         let errors = figures("obstacle", &[("m", m.into())])?;
         for (k, name) in ["mean", "largest"].into_iter().enumerate() {
@@ -78,7 +70,7 @@ fn obstacle() -> Result<()> {
     Ok(())
 }
 
-fn bearing2d() -> Result<()> {
+fn bearing2d() -> Fallible<()> {
     let table =
         [(0.1, 1.33), (0.2, 0.631), (0.4, 0.264), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188)];
     for (ecc, published) in table {
@@ -90,31 +82,22 @@ fn bearing2d() -> Result<()> {
     Ok(())
 }
 
-/// The price for spot 36 and strike 40, and the iterations: from the last answer or from x⁰ = e.
-fn put_price(method: &str, problem: &Problem<f64>, warm: bool) -> Result<(f64, usize)> {
-    let (mut x, mut q) = (problem.start(), problem.q.clone());
+/// Returns the price for spot 36 and strike 40, and the iterations: from the last answer or from
+/// x⁰ = e.
+fn put_price(method: &str, problem: &Problem<f64>, warm: bool) -> Fallible<(f64, usize)> {
     let mut solver = problem.solver(method, Parameters::default(), 1.0)?;
-    let (lcps, next) = &problem.march;
-    let mut iterations = 0;
-    for k in 0..*lcps {
-        next(k, solver.z(), &mut q);
-        let outcome = solver.solve(&q, Options::from_x(&x).limits(Limits::absolute(1e-10)))?;
-        if !outcome.converged() {
-            return Err(format!("American put, LCP {k}: {outcome}").into());
-        }
-        iterations += outcome.iterations;
-        if warm {
-            x.copy_from_slice(solver.x());
-        }
+    let outcome = march(problem, &mut solver, &Limits::absolute(1e-10), warm)?;
+    if !outcome.converged() {
+        return Err(format!("American put: {outcome}").into());
     }
-    Ok((40.0 * (problem.figures)(solver.z(), solver.r())[0].1, iterations))
+    Ok((40.0 * (problem.figures)(solver.z(), solver.r())[0].1, outcome.iterations))
 }
 
-fn put(m: u32, steps: u32) -> Result<Problem<f64>> {
+fn put(m: u32, steps: u32) -> Fallible<Problem<f64>> {
     Ok(Scene::of("american-put").pose(&[("m", m.into()), ("steps", steps.into())])?)
 }
 
-fn american_put() -> Result<()> {
+fn american_put() -> Fallible<()> {
     let mut prices = vec![];
     for m in [16, 32, 64] {
         prices.push(put_price("TMGS", &put(m, m * m / 4)?, true)?.0);
@@ -127,12 +110,12 @@ fn american_put() -> Result<()> {
 }
 
 /// One line of counts; in parentheses the residual where the iterations ran out.
-fn count(what: &str, scene: &str, given: Given<'_>) -> Result<()> {
+fn count(what: &str, scene: &str, given: Given<'_>) -> Fallible<()> {
     let scene = Scene::of(scene);
     let problem = scene.pose(given)?;
     let mut line = format!("{what:<36} {:>5}", problem.q.len());
     for method in METHODS {
-        let (outcome, _) = solved(method, scene, &problem)?;
+        let outcome = solve(&problem, &tuned(method, [1.0; 2])?, 1.0, &scene.limits())?.outcome;
         let cell = match outcome.status {
             Status::Converged => outcome.iterations.to_string(),
             Status::Diverged(_) => "diverges".to_owned(),
@@ -143,7 +126,7 @@ fn count(what: &str, scene: &str, given: Given<'_>) -> Result<()> {
     Ok(print::line(line)?)
 }
 
-fn counts() -> Result<()> {
+fn counts() -> Fallible<()> {
     for m in [32.0, 64.0] {
         let given = [("m", m), ("solution", 1.0)];
         count(&format!("example1 generic, m = {m}"), "example1", &given)?;

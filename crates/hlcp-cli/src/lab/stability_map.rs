@@ -7,19 +7,23 @@
 //! Charts and their numbers as CSV go to `docs/charts`. Ends with an error if a method fails inside
 //! what is proved.
 
-use std::error::Error;
-
 use clap::Args;
 use hlcp::files::printable;
 use hlcp_core::{Aor, Scalar};
-use hlcp_methods::{Limits, NameError, Named, Options, Outcome, Parameters, Status};
+use hlcp_methods::{Outcome, Status};
 use hlcp_verify::{Convergence, convergence, theorem_2};
 use kuva::plot::MarkerShape;
 
-use crate::{
+use super::{
     Charts,
-    chart::{Panel, provenance, write, write_csv},
-    optimal_alpha, print,
+    methods::tuned,
+    optimal_alpha,
+    run::{Fallible, march, to},
+    table::Table,
+};
+use crate::{
+    chart::{Panel, provenance, write},
+    print,
     progress::counting,
     scenes::{Problem, Scene},
 };
@@ -74,7 +78,7 @@ const SWEEPS: usize = 3000;
 
 const METHODS: [&str; 3] = ["MAOR", "AMAOR", "TMAOR"];
 
-pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>> {
+pub(crate) fn run(Arguments { charts }: &Arguments) -> Fallible<()> {
     let Charts { quick, out } = charts;
     let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
     let suffix = if *quick { " --quick" } else { "" };
@@ -82,7 +86,10 @@ pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>
     let scenes = scenes(*quick)?;
     let bar = counting(scenes.len() * METHODS.len() * 4);
     for scene in &scenes {
-        let (mut panels, mut rows) = (vec![], vec![]);
+        let mut panels = vec![];
+        let mut table = Table::new(
+            "method|precision|alpha|beta|tau|outcome|sweeps|contraction|theorem 2|proved by witness",
+        );
         for (lag, beta) in [(0.0, "α"), (0.2, "α − 0.2")] {
             for method in METHODS {
                 let known = plane
@@ -97,14 +104,13 @@ pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>
                 for (precision, cells) in [("f64", &wide), ("f32", &narrow)] {
                     let title = format!("{method}, β = {beta}, {precision}");
                     panels.push(panel(&title, &plane, cells, &known));
-                    rows.extend(cells.iter().zip(&known).map(|(cell, known)| {
+                    for (cell, Known { theorem_2, witness }) in cells.iter().zip(&known) {
                         let Cell { alpha, tau, status, sweeps, contraction } = cell;
-                        let Known { theorem_2, witness } = known;
-                        format!(
-                            "{method},{precision},{alpha},{:.2},{tau},{status},{sweeps},{contraction:.6},{theorem_2},{witness}",
-                            alpha - lag
-                        )
-                    }));
+                        let beta = alpha - lag;
+                        table.row(&format!(
+                            "{method}|{precision}|{alpha}|{beta:.2}|{tau}|{status}|{sweeps}|{contraction:.6}|{theorem_2}|{witness}"
+                        ));
+                    }
                 }
             }
         }
@@ -114,8 +120,7 @@ pub(crate) fn run(Arguments { charts }: &Arguments) -> Result<(), Box<dyn Error>
         );
         let path = out.join(format!("stability-{}", scene.file));
         write(&path, 2, panels, &caption)?;
-        let header = "method,precision,alpha,beta,tau,outcome,sweeps,contraction,theorem 2,proved by witness";
-        write_csv(&path, header, &rows)?;
+        table.write_csv(&path)?;
     }
     bar.finish_and_clear();
     optimal_alpha::draw(out, *quick, &provenance)?;
@@ -135,10 +140,7 @@ impl Plane {
     }
 
     /// A value for each cell, `α` running fastest.
-    fn cells<V>(
-        &self,
-        mut value: impl FnMut(f64, f64) -> Result<V, Box<dyn Error>>,
-    ) -> Result<Vec<V>, Box<dyn Error>> {
+    fn cells<V>(&self, mut value: impl FnMut(f64, f64) -> Fallible<V>) -> Fallible<Vec<V>> {
         let pairs =
             self.axis.iter().flat_map(|&tau| self.axis.iter().map(move |&alpha| (alpha, tau)));
         pairs.map(|(alpha, tau)| value(alpha, tau)).collect()
@@ -195,18 +197,14 @@ fn scenes(quick: bool) -> Result<Vec<Posed>, hlcp_core::Error> {
 fn solve<T: Scalar>(
     problem: &Problem<T>,
     method: &str,
-    parameters: [f64; 3],
-) -> Result<Cell, Box<dyn Error>> {
-    let [alpha, _, tau] = parameters;
+    [alpha, beta, tau]: [f64; 3],
+) -> Fallible<Cell> {
     let per_iteration = if method.starts_with('T') { 2 } else { 1 };
-    let solver = problem.solved_by(&named(method, parameters)?, tau)?;
+    let solver = problem.solved_by(&tuned(method, [alpha, beta])?, tau)?;
     let mut solver = solver.with_history(SWEEPS + 1);
-    let single = T::epsilon() > T::from(1e-12).unwrap_or_else(T::nan);
-    let relative = if single { 1e-5 } else { 1e-12 };
-    let iterations = SWEEPS / per_iteration;
-    let limits = Limits { rounding: Some(0.0), iterations, ..Limits::relative(relative) };
-    let start = problem.start();
-    let outcome = solver.solve(&problem.q, Options::from_x(&start).limits(limits))?;
+    let relative = if T::epsilon().wide() > 1e-12 { 1e-5 } else { 1e-12 };
+    let limits = to(relative, SWEEPS / per_iteration, None);
+    let outcome = march(problem, &mut solver, &limits, true)?;
     // The second half of the history, where the start is forgotten.
     let history = solver.history();
     let (half, last) = (history.len() / 2, history.len() - 1);
@@ -217,27 +215,17 @@ fn solve<T: Scalar>(
 }
 
 /// What the theorems say of the method.
-fn known(
-    problem: &Problem<f64>,
-    method: &str,
-    parameters: [f64; 3],
-) -> Result<Known, Box<dyn Error>> {
-    let [alpha, beta, tau] = parameters;
+fn known(problem: &Problem<f64>, method: &str, [alpha, beta, tau]: [f64; 3]) -> Fallible<Known> {
     let problem = problem.hlcp(tau)?;
-    let steps = named(method, parameters)?.steps(&problem)?.ok_or("a method of the paper")?;
+    let steps = tuned(method, [alpha, beta])?.steps(&problem)?.ok_or("a method of the paper")?;
     let witness = matches!(convergence(&problem, &steps), Convergence::Proved(..));
     // The theorem is the same for one step and for two, and its region is drawn for AMMS as well.
     let plain = [Aor::new(alpha, beta)?];
     Ok(Known { witness, theorem_2: witness && theorem_2(&problem, &plain).applies() })
 }
 
-fn named(method: &str, [alpha, beta, _]: [f64; 3]) -> Result<Named, NameError> {
-    let given = Parameters { alpha: Some(alpha), beta: Some(beta), ..Parameters::default() };
-    Named::parse(method, given)
-}
-
 /// Refuses a proof that a solve contradicts.
-fn contradictions(title: &str, cells: &[Cell], known: &[Known]) -> Result<(), Box<dyn Error>> {
+fn contradictions(title: &str, cells: &[Cell], known: &[Known]) -> Fallible<()> {
     for (cell, known) in cells.iter().zip(known) {
         let failed = matches!(cell.status, Status::Diverged(_) | Status::Cycling { .. });
         if known.witness && failed {

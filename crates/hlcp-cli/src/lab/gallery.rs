@@ -4,7 +4,6 @@
 //! `gallery-NAME.csv` beside it. Ends with an error if a solve does not converge.
 
 use std::{
-    error::Error,
     f64::consts::TAU,
     path::{Path, PathBuf},
 };
@@ -13,8 +12,13 @@ use clap::Args;
 use hlcp_methods::{Limits, Options, Parameters};
 use hlcp_verify::{AmericanPut, Obstacle, Slider};
 
+use super::{
+    methods::tuned,
+    run::{Fallible, Run, solve},
+    table::Table,
+};
 use crate::{
-    chart::{self, Panel},
+    chart::{COLOURS, Panel, provenance, write},
     print,
     scenes::Scene,
 };
@@ -33,13 +37,14 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-type Drawn = Result<(), Box<dyn Error>>;
+type Drawn = Fallible<()>;
+type Curve = Vec<(f64, f64)>;
 
-// Okabe and Ito's colours.
-const BLUE: &str = "#0072B2";
-const RED: &str = "#D55E00";
-const GREEN: &str = "#009E73";
-const PINK: &str = "#CC79A7";
+const BLUE: &str = COLOURS[0];
+const RED: &str = COLOURS[1];
+const GREEN: &str = COLOURS[2];
+const PINK: &str = COLOURS[3];
+const BLACK: &str = COLOURS[4];
 
 pub(crate) fn run(Arguments { out }: &Arguments) -> Drawn {
     slider(&out.join("gallery-slider"))?;
@@ -52,21 +57,20 @@ pub(crate) fn run(Arguments { out }: &Arguments) -> Drawn {
     american_put(&out.join("gallery-american-put"))
 }
 
-/// `z` and `r`, to a residual of 1e-8 ‖q‖, which no picture shows.
-fn solved(name: &str, numbers: &[(&'static str, f64)]) -> Result<[Vec<f64>; 2], Box<dyn Error>> {
+/// Returns `z` and `r`, to a residual of 1e-8 ‖q‖, which no picture shows.
+fn solved(name: &str, numbers: &[(&'static str, f64)]) -> Fallible<[Vec<f64>; 2]> {
     let problem = Scene::of(name).pose(numbers)?;
-    let mut solver = problem.solver("TMGS", Parameters::default(), 1.0)?;
-    let start = problem.start();
-    let options = Options::from_x(&start).limits(Limits::relative(1e-8));
-    let outcome = solver.solve(&problem.q, options)?;
+    let limits = Limits::relative(1e-8);
+    let Run { outcome, answer: [z, r], .. } =
+        solve(&problem, &tuned("TMGS", [1.0; 2])?, 1.0, &limits)?;
     print::line(format_args!("{name}: TMGS {outcome}"))?;
     if !outcome.converged() {
         return Err(format!("{name}: {outcome}").into());
     }
-    for (figure, value) in (problem.figures)(solver.z(), solver.r()) {
+    for (figure, value) in (problem.figures)(&z, &r) {
         print::line(format_args!("{name}: {figure} {value:.4e}"))?;
     }
-    Ok([solver.z().to_vec(), solver.r().to_vec()])
+    Ok([z, r])
 }
 
 /// Values on the inner points of a grid over a rectangle, for drawing.
@@ -110,11 +114,11 @@ impl Field<'_> {
     }
 
     /// Where the positive stretch of each row begins, unless at the first point, and where it ends.
-    fn film(&self) -> Vec<Vec<(f64, f64)>> {
+    fn film(&self) -> Vec<Curve> {
         let rows = self.values.len() / self.nx;
         let step = [(self.x, self.nx), (self.y, rows)]
             .map(|((low, high), points)| (high - low) / (points + 1) as f64);
-        let edge = |find: &dyn Fn(&[f64]) -> Option<f64>| -> Vec<(f64, f64)> {
+        let edge = |find: &dyn Fn(&[f64]) -> Option<f64>| -> Curve {
             let y = |j: usize| self.y.0 + (j + 1) as f64 * step[1];
             let found = self.values.chunks(self.nx).enumerate();
             found.filter_map(|(j, row)| Some((self.x.0 + find(row)? * step[0], y(j)))).collect()
@@ -127,19 +131,39 @@ impl Field<'_> {
         ];
         edges.into_iter().filter(|edge| !edge.is_empty()).collect()
     }
-
-    /// The drawn cells as lines of a CSV file that begin with `name`.
-    fn csv(&self, name: &str) -> Vec<String> {
-        let line = |[x, y, v]: &[f64; 3]| format!("{name},{x:.4},{y:.4},{v:.4e}");
-        self.cells().iter().flatten().map(line).collect()
-    }
 }
+
+/// Draws two fields with the same lines on both, `edges` of one name, colour and dash.
+///
+/// A field has its name in the file of data, whose head is `head`, a title, and what its colours
+/// are.
+fn fields(
+    path: &Path,
+    words: &str,
+    (head, axes): (&str, [&str; 2]),
+    (name, colour, dash, edges): (&str, &str, &str, &[Curve]),
+    of: [(&str, &str, &str, Field<'_>); 2],
+) -> Drawn {
+    let (mut panels, mut table) = (vec![], Table::new(head));
+    for (unknown, title, what, field) in of {
+        let panel = field.panel(title, axes, what);
+        let line = |panel: Panel, edge: &Curve| panel.outline(name, colour, dash, edge);
+        panels.push(edges.iter().fold(panel, line));
+        for [x, y, v] in field.cells().into_iter().flatten() {
+            table.row(&format!("{unknown}|{x:.4}|{y:.4}|{v:.4e}"));
+        }
+    }
+    write(path, 2, panels, &caption(words))?;
+    table.write_csv(path)
+}
+
+const CONTACT: &str = "exact edge of the contact";
 
 fn slider(path: &Path) -> Drawn {
     let [z, r] = solved("slider", &[("m", 128.0)])?;
     let millimetres = |i: usize| (i + 1) as f64 * Slider::LENGTH * 1e3 / 128.0;
     let pressure = |i: usize| z[i] * Slider::PRESSURE_UNIT * 1e-6;
-    let line = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+    let line = |value: &dyn Fn(usize) -> f64| -> Curve {
         (0..z.len()).map(|i| (millimetres(i), value(i))).collect()
     };
     let rupture = Slider::RUPTURE * 1e3;
@@ -150,29 +174,28 @@ fn slider(path: &Path) -> Drawn {
     let broken = Panel::new("Void", ["x in mm", "void fraction r"], along, (0.0, 0.5))
         .outline("computed", BLUE, "", &line(&|i| r[i]))
         .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 0.5)]);
-    chart::write(path, 2, vec![full, broken], &caption("Slider, 128 cells."))?;
-    let rows: Vec<String> = (0..z.len())
-        .map(|i| format!("{:.4},{:.5},{:.5}", millimetres(i), pressure(i), r[i]))
-        .collect();
-    chart::write_csv(path, "x in mm,p in MPa,void fraction", &rows)
+    write(path, 2, vec![full, broken], &caption("Slider, 128 cells."))?;
+    let mut table = Table::new("x in mm | p in MPa | void fraction");
+    for (i, r) in r.iter().enumerate() {
+        table.row(&format!("{:.4}|{:.5}|{r:.5}", millimetres(i), pressure(i)));
+    }
+    table.write_csv(path)
 }
 
 fn disc(path: &Path, name: &str) -> Drawn {
     let [z, r] = solved(name, &[("m", 63.0)])?;
-    let edge = circle([0.5, 0.5], 0.4);
+    let edge = [circle([0.5, 0.5], 0.4)];
     let field = |values| Field { nx: 63, x: (0.0, 1.0), y: (0.0, 1.0), values };
-    let panel = |values, unknown: &str| {
-        let what = format!("{unknown}, grey where it is 0");
-        let panel = field(values).panel(&format!("{unknown} of {name}"), ["x", "y"], &what);
-        panel.outline("exact edge of the contact", RED, "6 4", &edge)
-    };
+    let [of_z, of_r] = ["z", "r"].map(|unknown| format!("{unknown} of {name}"));
+    let of = [
+        ("z", &of_z[..], "z, grey where it is 0", field(&z)),
+        ("r", &of_r[..], "r, grey where it is 0", field(&r)),
+    ];
     let words = format!("Scene {name}, 63 × 63 points.");
-    chart::write(path, 2, vec![panel(&z, "z"), panel(&r, "r")], &caption(&words))?;
-    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
-    chart::write_csv(path, "field,x,y,value", &rows)
+    fields(path, &words, ("field|x|y|value", ["x", "y"]), (CONTACT, RED, "6 4", &edge), of)
 }
 
-fn circle([x, y]: [f64; 2], radius: f64) -> Vec<(f64, f64)> {
+fn circle([x, y]: [f64; 2], radius: f64) -> Curve {
     let place = |k: i32| (f64::from(k) / 60.0 * TAU).sin_cos();
     (0..=60).map(place).map(|(sin, cos)| (x + radius * cos, y + radius * sin)).collect()
 }
@@ -181,70 +204,50 @@ fn journal_bearing(path: &Path) -> Drawn {
     let numbers = [("nx", 63.0), ("ny", 63.0), ("ecc", 0.9), ("b-length", 3.0)];
     let [z, r] = solved("journal-bearing", &numbers)?;
     let field = |values| Field { nx: 63, x: (0.0, TAU), y: (0.0, 6.0), values };
-    let axes = ["ξ in rad from the widest gap", "length over radius"];
-    let panel = |values, title, what| {
-        let panel = field(values).panel(title, axes, what);
-        field(&z)
-            .film()
-            .iter()
-            .fold(panel, |panel, edge| panel.outline("edge of the pressure", "#000000", "", edge))
-    };
-    let panels = vec![
-        panel(&z, "Pressure", "dimensionless pressure z, grey where it is 0"),
-        panel(&r, "Pull that is cut off", "r, grey where it is 0"),
-    ];
-    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
     let words = "Journal bearing (LCP), ε = 0.9, b = 3, 63 × 63 points.";
-    chart::write(path, 2, panels, &caption(words))?;
-    chart::write_csv(path, "field,xi in rad,length over radius,value", &rows)
+    let head = "field | xi in rad | length over radius | value";
+    let axes = ["ξ in rad from the widest gap", "length over radius"];
+    let edges = field(&z).film();
+    let of = [
+        ("z", "Pressure", "dimensionless pressure z, grey where it is 0", field(&z)),
+        ("r", "Pull that is cut off", "r, grey where it is 0", field(&r)),
+    ];
+    fields(path, words, (head, axes), ("edge of the pressure", BLACK, "", &edges), of)
 }
 
 fn obstacle(path: &Path) -> Drawn {
     let [z, _] = solved("obstacle", &[("m", 65.0)])?;
     let place = |i: usize| 4.0 * (i + 1) as f64 / 64.0 - 2.0;
-    let at = |k: usize| [place(k % 63), place(k / 63)];
     let off = |k: usize| {
-        let [x, y] = at(k);
+        let [x, y] = [k % 63, k / 63].map(place);
         (Obstacle::dome(x, y) + z[k] - Obstacle::exact(x, y)).abs()
     };
     let errors: Vec<f64> = (0..z.len()).map(off).collect();
     let field = |values| Field { nx: 63, x: (-2.0, 2.0), y: (-2.0, 2.0), values };
-    let edge = circle([0.0, 0.0], Obstacle::CONTACT);
-    let panel = |values, title, what| {
-        let panel = field(values).panel(title, ["x", "y"], what);
-        panel.outline("exact edge of the contact", RED, "6 4", &edge)
-    };
-    let panels = vec![
-        panel(&z, "Height above the dome", "z, grey where the membrane rests"),
-        panel(&errors, "Error of the height", "|u − exact u|, grey where it is 0"),
+    let edge = [circle([0.0, 0.0], Obstacle::CONTACT)];
+    let of = [
+        ("z", "Height above the dome", "z, grey where the membrane rests", field(&z)),
+        ("error", "Error of the height", "|u − exact u|, grey where it is 0", field(&errors)),
     ];
-    let rows = [field(&z).csv("z"), field(&errors).csv("error")].concat();
-    chart::write(path, 2, panels, &caption("Obstacle, 65 × 65 nodes."))?;
-    chart::write_csv(path, "field,x,y,value", &rows)
+    let words = "Obstacle, 65 × 65 nodes.";
+    fields(path, words, ("field|x|y|value", ["x", "y"]), (CONTACT, RED, "6 4", &edge), of)
 }
 
 fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
     let numbers = [("nx", 95.0), ("ny", 31.0), ("groove", groove.to_degrees())];
     let [z, r] = solved("bearing2d", &numbers)?;
     let field = |values| Field { nx: 95, x: (0.0, TAU), y: (-1.0, 1.0), values };
-    let axes = ["angle from the groove in rad", "2 × length from the middle / L"];
-    let panel = |values, title, what| {
-        let panel = field(values).panel(title, axes, what);
-        field(&z)
-            .film()
-            .iter()
-            .fold(panel, |panel, edge| panel.outline("edge of the full film", "#000000", "", edge))
-    };
-    let panels = vec![
-        panel(&z, "Pressure", "z in 6μΩ(R/c)², grey where it is 0"),
-        panel(&r, "Void", "void fraction r, grey where it is 0"),
-    ];
     let words = format!(
         "Bearing with mass-conserving cavitation, ε = 0.6, L/D = 1, groove {place}, 95 × 31 points."
     );
-    chart::write(path, 2, panels, &caption(&words))?;
-    let rows = [field(&z).csv("z"), field(&r).csv("r")].concat();
-    chart::write_csv(path, "field,angle from the groove in rad,axial place,value", &rows)
+    let head = "field | angle from the groove in rad | axial place | value";
+    let axes = ["angle from the groove in rad", "2 × length from the middle / L"];
+    let edges = field(&z).film();
+    let of = [
+        ("z", "Pressure", "z in 6μΩ(R/c)², grey where it is 0", field(&z)),
+        ("r", "Void", "void fraction r, grey where it is 0", field(&r)),
+    ];
+    fields(path, &words, (head, axes), ("edge of the full film", BLACK, "", &edges), of)
 }
 
 fn american_put(path: &Path) -> Drawn {
@@ -253,13 +256,13 @@ fn american_put(path: &Path) -> Drawn {
     let mut solver = problem.solver("TMGS", Parameters::default(), 1.0)?;
     let mut q = problem.q.clone();
     let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
-    let prices = |z: &[f64]| -> Vec<(f64, f64)> {
-        spots.iter().map(|&spot| (spot, put.price(z, spot))).collect()
-    };
+    let prices =
+        |z: &[f64]| -> Curve { spots.iter().map(|&spot| (spot, put.price(z, spot))).collect() };
     let mut values =
         Panel::new("Price of the put", ["spot / strike", "price / strike"], (0.7, 1.3), (0.0, 0.3))
-            .outline("at maturity", "#000000", "2 3", &prices(solver.z()));
-    let (mut edge, mut rows, mut iterations) = (vec![(0.0, 1.0)], vec![], 0);
+            .outline("at maturity", BLACK, "2 3", &prices(solver.z()));
+    let (mut edge, mut iterations) = (vec![(0.0, 1.0)], 0);
+    let mut table = Table::new("line | spot over strike or years | price or spot over strike");
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
         let outcome = solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10)))?;
@@ -270,13 +273,14 @@ fn american_put(path: &Path) -> Drawn {
         // The first four take half a step each.
         let years = (if k < 4 { (k + 1) as f64 / 2.0 } else { (k - 1) as f64 }) / 96.0;
         edge.push((years, put.exercise(solver.z())));
-        rows.push(format!("exercise,{years:.5},{:.5}", put.exercise(solver.z())));
+        table.row(&format!("exercise|{years:.5}|{:.5}", put.exercise(solver.z())));
         for (before, name, colour, dash) in
             [(0.25, "three months before it", RED, "6 4"), (1.0, "a year before it", BLUE, "")]
         {
             if years == before {
                 let line = prices(solver.z());
-                rows.extend(line.iter().map(|(spot, price)| format!("{name},{spot},{price:.6}")));
+                line.iter()
+                    .for_each(|(spot, price)| table.row(&format!("{name}|{spot}|{price:.6}")));
                 values = values.outline(name, colour, dash, &line);
             }
         }
@@ -298,11 +302,11 @@ fn american_put(path: &Path) -> Drawn {
         );
     let words =
         "American put: rate 6 %, volatility 20 %, 48 points to a standard deviation, 96 steps.";
-    chart::write(path, 2, vec![values, exercise], &caption(words))?;
-    chart::write_csv(path, "line,spot over strike or years,price or spot over strike", &rows)
+    write(path, 2, vec![values, exercise], &caption(words))?;
+    table.write_csv(path)
 }
 
 fn caption(words: &str) -> String {
     let command = "cargo run --release -- gallery --out docs/charts";
-    format!("{words}\n{}", chart::provenance(command))
+    format!("{words}\n{}", provenance(command))
 }

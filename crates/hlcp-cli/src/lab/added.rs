@@ -4,7 +4,7 @@ use std::{fs, path::PathBuf};
 
 use hlcp::files::{FileError, excerpt};
 
-use super::{COLUMNS, Measured};
+use super::speed_vs_accuracy::{COLUMNS, Measured};
 
 /// The rows of the files with their problems, which must be among `titles`.
 pub(crate) fn read(
@@ -40,7 +40,7 @@ fn row(line: &str, titles: &[&str]) -> Result<(String, Measured), String> {
         Ok(value) if value >= 0.0 && value.is_finite() => Ok(value),
         _ => Err(format!("{column} is '{}', not a number of 0 or more", excerpt(cell))),
     };
-    let mut seconds = vec![
+    let mut seconds = [
         positive("seconds min", low)?,
         positive("seconds median", median)?,
         positive("seconds max", high)?,

@@ -1,0 +1,337 @@
+//! `hlcp comparison`: every method on every scene over a ladder of grids: iterations, sweeps,
+//! seconds, true error and certified bound.
+//!
+//! Draws cost against n on logarithmic axes and writes everything as CSV to `docs/charts`, and as
+//! tables with fitted slopes to `docs/results/comparison.md`; `docs/results.md` reads them.
+//! Takes some minutes. Ends with an error if a method that reports convergence is further from the
+//! solution than is certified, or if a method has no point on a scene that it applies to.
+
+use std::{path::PathBuf, time::Duration};
+
+use clap::Args;
+use hlcp::files::printable;
+use hlcp_methods::{Limits, Outcome, Status};
+use hlcp_verify::decimal;
+
+use super::{
+    Charts,
+    methods::{Chart, methods, tuned},
+    run::{Fallible, Judged, Repeats, Run, measure, solve},
+    table::Table,
+};
+use crate::{
+    chart::{Panel, Point, Series, provenance, save, write},
+    print,
+    progress::counting,
+    scenes::{Ladder, SCENES, Scene, where_it_applies},
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp comparison --quick
+  hlcp comparison --out target/charts --tables target/results";
+
+/// Compare every method on every scene over a ladder of grids
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    charts: Charts,
+    /// The folder for the tables
+    #[arg(
+        long,
+        default_value = "docs/results",
+        default_value_if("quick", "true", "target/results")
+    )]
+    tables: PathBuf,
+}
+
+/// The longest solve that is waited for.
+const LONGEST: Duration = Duration::from_secs(6);
+
+/// The charts.
+const FAMILIES: [&str; 3] = ["discs", "examples", "applications"];
+
+/// The scenes of a chart.
+fn ladders(family: &str) -> impl Iterator<Item = (&'static Scene, &'static Ladder)> {
+    let scenes = SCENES.iter().filter(move |scene| scene.family == family);
+    scenes.flat_map(|scene| scene.ladders.iter().map(move |ladder| (scene, ladder)))
+}
+
+/// The scenes of all charts.
+fn all() -> impl Iterator<Item = (&'static Scene, &'static Ladder)> {
+    FAMILIES.into_iter().flat_map(ladders)
+}
+
+/// One method on one scene of one size.
+struct Row {
+    title: &'static str,
+    m: usize,
+    n: usize,
+    method: &'static str,
+    /// Nothing where a solve was expected to take too long.
+    run: Option<Run>,
+    /// The largest error of a component of (z, r).
+    error: f64,
+    /// What is proved of it: of the answer, and of what it is compared with.
+    bound: Option<f64>,
+}
+
+impl Row {
+    fn converged(&self) -> Option<&Run> {
+        self.run.as_ref().filter(|run| run.converged())
+    }
+}
+
+/// The words of a run in a table.
+type Cell = fn(&Row, &Run) -> String;
+
+/// The largest order that answers are certified for.
+const CERTIFIED: usize = 70_000;
+
+pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
+    let Arguments { charts: Charts { quick, out }, tables } = arguments;
+    let sizes: &[usize] = if *quick { &[7, 15, 31] } else { &[31, 63, 127, 255, 511, 1023] };
+    let repeats = if *quick { 1 } else { 3 };
+    let names: Vec<_> = methods(Chart::Comparison).iter().map(|row| row.name).collect();
+    let bar = counting(all().count() * sizes.len() * names.len());
+    let mut rows: Vec<Row> = vec![];
+    for (scene, ladder) in all() {
+        for &m in sizes {
+            bar.set_message(format!("{}, m = {m}", ladder.title));
+            let of_size = measured(&rows, scene, ladder, m, &names, repeats)?;
+            rows.extend(of_size);
+            bar.inc(names.len() as u64);
+        }
+    }
+    bar.finish_and_clear();
+
+    let flags = if *quick { " --quick" } else { "" };
+    let command = format!("cargo run --release -- comparison{flags}");
+    let rules = format!(
+        "From x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ (slider: 10⁻¹⁰ ‖q‖₂), in double precision on one thread; seconds with allocation and coarse operators, \
+         median of {repeats} solves or more. –: longer than {} s.",
+        LONGEST.as_secs()
+    );
+    for family in FAMILIES {
+        let panels = ladders(family).flat_map(|(_, Ladder { title, .. })| {
+            [panel(&rows, title, "seconds", Run::median), panel(&rows, title, "sweeps", sweeps)]
+        });
+        let caption = rules.replacen("; ", ";\n", 1) + "\n" + &provenance(&command);
+        write(&out.join(format!("comparison-{family}")), 2, panels.collect(), &caption)?;
+    }
+    data(&rows).write_csv(&out.join("comparison"))?;
+    let mut text = format!(
+        "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules}\n\
+         Slope: the exponent of n, by least squares over the upper half of the sizes, three at the least. The error is the largest of a component of (z, r), against the\n\
+         planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify` proves of it, up to n = 70,000.\n",
+        provenance("").trim_start_matches([' ', '·'])
+    );
+    for (_, &Ladder { title, size, .. }) in all() {
+        text += &format!("\n## {title}\n\n{size}.\n");
+        let table = |what, cell: Cell, cost| by_size(&rows, (title, sizes), what, cell, cost);
+        text += &table("seconds", |_, run| duration(run.median()), Some(Run::median));
+        let counts: Cell = |_, run| format!("{} ({})", run.outcome.iterations, run.outcome.sweeps);
+        text += &table("iterations (sweeps)", counts, Some(|run| run.outcome.sweeps as f64));
+        let errors: Cell = |row, _| match row.bound {
+            Some(bound) => format!("{:.0e} ≤ {}", row.error, decimal(bound, 0, true)),
+            None => format!("{:.0e}", row.error),
+        };
+        text += &table("true error ≤ certified", errors, None);
+    }
+    save(&tables.join("comparison.md"), &text)?;
+    for (_, Ladder { title, .. }) in all() {
+        for method in &names {
+            let mut of_method = series(&rows, title, method).peekable();
+            if of_method.peek().is_some() && of_method.all(|row| row.converged().is_none()) {
+                return Err(format!("{method} has no point on {title}").into());
+            }
+        }
+    }
+    print::line(format_args!(
+        "wrote {} rows to {} and {}",
+        rows.len(),
+        printable(out.display()),
+        printable(tables.display())
+    ))?;
+    Ok(())
+}
+
+/// Measures the methods on one size of a scene, apart from those that are expected to take too long
+/// and those that do not take such operators.
+fn measured(
+    rows: &[Row],
+    scene: &Scene,
+    ladder: &'static Ladder,
+    m: usize,
+    names: &[&'static str],
+    repeats: usize,
+) -> Fallible<Vec<Row>> {
+    let (title, longest) = (ladder.title, LONGEST.as_secs_f64());
+    let problem = scene.pose(&(ladder.numbers)(m as f64))?;
+    let n = problem.q.len();
+    let judged = Judged::new(problem, &scene.limits(), n <= CERTIFIED)?;
+    let limits = Limits { iterations: usize::MAX, time: Some(LONGEST), ..scene.limits() };
+    let sum = if repeats > 1 { 0.05 } else { 0.0 };
+    let runs = measure(Repeats { sum, longest, least: repeats }, names, |name| {
+        if expected(rows, title, name) > longest {
+            return Ok(None);
+        }
+        let [alpha, tau] = if *name == "AMSOR" { (ladder.amsor)(m as f64) } else { [1.0; 2] };
+        let method = tuned(name, [alpha; 2])?;
+        Ok(where_it_applies(solve(&judged.problem, &method, tau, &limits))?)
+    })?;
+    let mut of_size = vec![];
+    for (&method, run) in names.iter().zip(runs) {
+        let is_late = expected(rows, title, method) > longest;
+        if run.is_none() && !is_late {
+            continue;
+        }
+        let (mut error, mut bound) = (f64::NAN, None);
+        if let Some(run) = &run {
+            error = judged.error(&run.answer);
+            if let Some(doubt) = judged.doubt.filter(|_| run.converged()) {
+                bound = Some(judged.bound(&run.answer)? + doubt);
+            }
+        }
+        if let Some(bound) = bound.filter(|&bound| error > bound) {
+            let at = format!("{method} on {title}, m = {m}");
+            return Err(format!("{at}: the error {error:e} exceeds {bound:e}").into());
+        }
+        of_size.push(Row { title, m, n, method, run, error, bound });
+    }
+    Ok(of_size)
+}
+
+/// Returns the seconds that the next size should take, to go by the last two.
+fn expected(rows: &[Row], title: &str, method: &str) -> f64 {
+    let before: Vec<f64> = series(rows, title, method)
+        .map(|row| match &row.run {
+            Some(run) if run.outcome.status != Status::TimeLimit => run.median(),
+            _ => f64::INFINITY,
+        })
+        .collect();
+    match before[..] {
+        [.., before, last] if last.is_finite() => last * (last / before).max(1.0),
+        [last] => last,
+        [] => 0.0,
+        _ => f64::INFINITY,
+    }
+}
+
+fn sweeps(run: &Run) -> f64 {
+    run.outcome.sweeps.max(1) as f64
+}
+
+/// Returns the rows of one method on one scene, from small to large.
+fn series<'r>(rows: &'r [Row], title: &str, method: &str) -> impl Iterator<Item = &'r Row> {
+    rows.iter().filter(move |row| row.title == title && row.method == method)
+}
+
+/// Draws cost against n, with lines of slope 1 and 2 to hold it against.
+fn panel(rows: &[Row], title: &str, what: &str, cost: impl Fn(&Run) -> f64) -> Panel {
+    let line = |method: &&super::methods::Row| {
+        let point = |row: &Row| Some(Point::at(row.n as f64, cost(row.converged()?)));
+        let points = series(rows, title, method.name).filter_map(point).collect();
+        Series { name: method.name.to_owned(), style: method.style, points }
+    };
+    let all: Vec<_> = methods(Chart::Comparison)
+        .iter()
+        .map(line)
+        .filter(|series| !series.points.is_empty())
+        .collect();
+    let points = || all.iter().flat_map(|series| &series.points);
+    let least = |of: fn(&Point) -> f64| points().map(of).fold(f64::MAX, f64::min).log10().floor();
+    let most = |of: fn(&Point) -> f64| points().map(of).fold(f64::MIN, f64::max).log10().ceil();
+    let [x, y] = [least(|p| p.x), least(|p| p.y)];
+    let [right, top] = [most(|p| p.x), most(|p| p.y)];
+    let line = |slope: f64| {
+        let width = (right - x).min((top - y) / slope);
+        [(x, y), (x + width, y + slope * width)]
+    };
+    Panel::log_log(title, ["n", what], &all).outline("∝ n", "grey", "3 3", &line(1.0)).outline(
+        "∝ n²",
+        "grey",
+        "9 4",
+        &line(2.0),
+    )
+}
+
+/// Returns everything that was measured.
+fn data(rows: &[Row]) -> Table {
+    let mut table = Table::new(
+        "scene|m|n|method|status|iterations|sweeps|seconds min|seconds median|seconds max|true error|certified bound",
+    );
+    for Row { title, m, n, method, run, error, bound } in rows {
+        let begin = format!("{title}|{m}|{n}|{method}");
+        let Some(run) = run else {
+            table.row(&format!("{begin}|too long|||||||"));
+            continue;
+        };
+        let [low, median, high] = [0, 2, 4].map(|k| run.quartile(k));
+        let Outcome { status, iterations, sweeps, .. } = run.outcome;
+        let bound = bound.map_or(String::new(), |bound| format!("{bound:e}"));
+        table.row(&format!(
+            "{begin}|{status}|{iterations}|{sweeps}|{low:.6}|{median:.6}|{high:.6}|{error:e}|{bound}"
+        ));
+    }
+    table
+}
+
+/// Returns the exponent of n in `cost`, by least squares over the upper half of the sizes that
+/// converged, three at the least.
+fn slope<'r>(rows: impl Iterator<Item = &'r Row>, cost: fn(&Run) -> f64) -> Option<f64> {
+    let logs: Vec<[f64; 2]> = rows
+        .filter_map(|row| Some([(row.n as f64).ln(), cost(row.converged()?).max(1e-9).ln()]))
+        .collect();
+    let upper = logs.len().div_ceil(2).max(3);
+    let logs = &logs[logs.len().checked_sub(upper)?..];
+    let mean = |k: usize| logs.iter().map(|log| log[k]).sum::<f64>() / logs.len() as f64;
+    let means = [mean(0), mean(1)];
+    let product = |k: usize| -> f64 {
+        logs.iter().map(|log| (log[0] - means[0]) * (log[k] - means[k])).sum()
+    };
+    Some(product(1) / product(0))
+}
+
+/// Returns a table with a row a method, a column a size, and the slope of a cost last.
+fn by_size(
+    rows: &[Row],
+    (title, sizes): (&str, &[usize]),
+    what: &str,
+    cell: Cell,
+    cost: Option<fn(&Run) -> f64>,
+) -> String {
+    let sizes_of: String = sizes.iter().map(|m| format!("|m = {m}")).collect();
+    let mut table = Table::new(&format!("{what}{sizes_of}{}", cost.map_or("", |_| "|slope")));
+    for method in methods(Chart::Comparison) {
+        let of_method = || series(rows, title, method.name);
+        if of_method().next().is_none() {
+            continue;
+        }
+        let mut line = method.name.to_owned();
+        for &m in sizes {
+            let row = of_method().find(|row| row.m == m);
+            let words = match row.and_then(|row| Some((row, row.run.as_ref()?))) {
+                Some((row, run)) if run.converged() => cell(row, run),
+                Some((_, run)) if run.outcome.status != Status::TimeLimit => {
+                    run.outcome.status.to_string()
+                }
+                _ => "–".to_owned(),
+            };
+            line += &format!("|{words}");
+        }
+        if let Some(cost) = cost {
+            let slope = slope(of_method(), cost);
+            line += &slope.map_or("|".to_owned(), |slope| format!("|{slope:.2}"));
+        }
+        table.row(&line);
+    }
+    format!("\n{}", table.markdown())
+}
+
+/// Returns three digits and no exponent.
+fn duration(seconds: f64) -> String {
+    let decimals = (2 - seconds.log10().floor() as i32).clamp(0, 6) as usize;
+    format!("{seconds:.decimals$}")
+}

@@ -1,0 +1,220 @@
+//! The solve of a problem by a method, the one loop that measures such solves, and what judges their
+//! answers.
+
+use std::{
+    borrow::Cow,
+    error::Error,
+    time::{Duration, Instant},
+};
+
+use hlcp_core::Scalar;
+use hlcp_methods::{Limits, Method, Named, Options, Outcome, Parameters, Solver};
+use hlcp_verify::{Certificate, Refusal, certify};
+
+use crate::scenes::{Problem, distance, goal};
+
+pub(crate) type Fallible<V> = Result<V, Box<dyn Error>>;
+
+/// The solves of a problem by a method.
+#[derive(Clone)]
+pub(crate) struct Run {
+    /// The first outcome.
+    pub(crate) outcome: Outcome,
+    /// `z` and `r`, where they are wanted.
+    pub(crate) answer: [Vec<f64>; 2],
+    /// The seconds of each solve with its set-up, in increasing order.
+    pub(crate) seconds: Vec<f64>,
+}
+
+impl Run {
+    /// Returns the run of one solve that began at `begin`.
+    pub(crate) fn new<T: Scalar, M: Method<T>>(
+        begin: Instant,
+        outcome: Outcome,
+        solver: &Solver<T, M>,
+    ) -> Self {
+        let seconds = vec![begin.elapsed().as_secs_f64()];
+        let wide = |v: &[T]| v.iter().map(|v| v.wide()).collect();
+        Self { outcome, answer: [wide(solver.z()), wide(solver.r())], seconds }
+    }
+
+    pub(crate) fn converged(&self) -> bool {
+        self.outcome.converged()
+    }
+
+    /// Returns the fastest solve for 0, the quartiles for 1, 2 and 3, and the slowest for 4.
+    pub(crate) fn quartile(&self, k: usize) -> f64 {
+        self.seconds[k * (self.seconds.len() - 1) / 4]
+    }
+
+    /// Returns the median.
+    pub(crate) fn median(&self) -> f64 {
+        self.quartile(2)
+    }
+}
+
+/// When a solve has been repeated often enough.
+#[derive(Clone, Copy)]
+pub(crate) struct Repeats {
+    /// The least number of solves.
+    pub(crate) least: usize,
+    /// The least sum of their seconds.
+    pub(crate) sum: f64,
+    /// The seconds of a solve that is not repeated.
+    pub(crate) longest: f64,
+}
+
+impl Repeats {
+    /// Returns a rule that asks for `least` solves.
+    pub(crate) fn least(least: usize) -> Self {
+        Self { least, sum: 0.0, longest: f64::INFINITY }
+    }
+
+    fn wants_more(&self, Run { seconds, .. }: &Run) -> bool {
+        let is_long = seconds.iter().any(|&seconds| seconds > self.longest);
+        !is_long && (seconds.len() < self.least || seconds.iter().sum::<f64>() < self.sum)
+    }
+}
+
+/// Solves by rivals in turns until each has been repeated often enough; nothing for a rival that
+/// `solve` has nothing for.
+pub(crate) fn measure<R>(
+    repeats: Repeats,
+    rivals: &[R],
+    mut solve: impl FnMut(&R) -> Fallible<Option<Run>>,
+) -> Fallible<Vec<Option<Run>>> {
+    let mut runs = vec![];
+    for rival in rivals {
+        runs.push(solve(rival)?);
+    }
+    let mut is_over = false;
+    while !is_over {
+        is_over = true;
+        for (rival, run) in rivals.iter().zip(&mut runs) {
+            if let Some(run) = run.as_mut().filter(|run| repeats.wants_more(run)) {
+                let again = solve(rival)?;
+                run.seconds.push(again.map_or(f64::INFINITY, |again| again.seconds[0]));
+                is_over = false;
+            }
+        }
+    }
+    for run in runs.iter_mut().flatten() {
+        run.seconds.sort_by(f64::total_cmp);
+    }
+    Ok(runs)
+}
+
+/// Solves the problems of a scene one after another by a method with τ.
+pub(crate) fn solve<T: Scalar>(
+    problem: &Problem<T>,
+    method: &Named,
+    tau: f64,
+    limits: &Limits,
+) -> Result<Run, hlcp_core::Error> {
+    let begin = Instant::now();
+    let mut solver = problem.solved_by(method, tau)?;
+    let outcome = march(problem, &mut solver, limits, true)?;
+    Ok(Run::new(begin, outcome, &solver))
+}
+
+/// Solves the problems of a scene one after another until one does not converge, each from the
+/// answer before or from the first x; the limit on time is on all of them.
+pub(crate) fn march<T: Scalar, M: Method<T>>(
+    problem: &Problem<T>,
+    solver: &mut Solver<T, M>,
+    limits: &Limits,
+    warm: bool,
+) -> Result<Outcome, hlcp_core::Error> {
+    let (start, mut q) = (problem.start(), Cow::Borrowed(&problem.q[..]));
+    let mut outcome = solver.solve(&q, Options::from_x(&start).limits(*limits))?;
+    let (count, next) = &problem.march;
+    for k in 1..*count {
+        if !outcome.converged() {
+            break;
+        }
+        next(k, solver.z(), q.to_mut());
+        let time = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
+        let options = if warm { Options::resume() } else { Options::from_x(&start) };
+        let limits = Limits { time, ..*limits };
+        outcome = outcome.then(solver.solve(&q, options.limits(limits))?);
+    }
+    Ok(outcome)
+}
+
+/// The limits of a solve to a tolerance relative to ‖q‖, and not to what rounding allows.
+pub(crate) fn to(tolerance: f64, iterations: usize, longest: Option<Duration>) -> Limits {
+    Limits { rounding: Some(0.0), iterations, time: longest, ..Limits::relative(tolerance) }
+}
+
+/// The problems of a scene with the solution of the last.
+pub(crate) struct Judged {
+    /// Each `q` is made from the reference's `z` of the one before: the same for all methods.
+    pub(crate) problem: Problem<f64>,
+    /// z* and r* of the last problem: planted, or solved to the floor of rounding.
+    truth: [Vec<f64>; 2],
+    last: Vec<f64>,
+    /// What is proved of the error of `truth`, which solves a rounded `q` only nearly, unless the
+    /// problem is large.
+    pub(crate) doubt: Option<f64>,
+}
+
+impl Judged {
+    /// Finds the solution of problems that have none planted: to half of what `wanted` asks for, or
+    /// better. Proves a bound on its error where that is asked for and possible.
+    pub(crate) fn new(
+        mut problem: Problem<f64>,
+        wanted: &Limits,
+        is_certified: bool,
+    ) -> Fallible<Self> {
+        /// Takes any of the scenes to its floor.
+        const ITERATIONS: usize = 60;
+        let mut last = problem.q.clone();
+        let truth = match problem.known.take() {
+            Some(known) => known,
+            None => {
+                let name = if problem.is_tridiagonal() { "NEWTON" } else { "AMG" };
+                let mut solver = problem.solver(name, Parameters::default(), 1.0)?;
+                // To a tolerance of 0, which need not be met.
+                let limits = Limits { iterations: ITERATIONS, ..Limits::absolute(0.0) };
+                let (mut qs, first) = (vec![], problem.start());
+                for k in 0..problem.march.0 {
+                    if k > 0 {
+                        (problem.march.1)(k, solver.z(), &mut last);
+                    }
+                    let start = if k == 0 { Options::from_x(&first) } else { Options::resume() };
+                    let outcome = solver.solve(&last, start.limits(limits))?;
+                    if outcome.residual.l2 > 0.5 * goal(wanted, &last) {
+                        return Err(format!("no reference: {outcome}").into());
+                    }
+                    qs.push(last.clone());
+                }
+                let truth = [solver.z().to_vec(), solver.r().to_vec()];
+                drop(solver);
+                problem.march.1 = Box::new(move |k, _, q| q.copy_from_slice(&qs[k]));
+                truth
+            }
+        };
+        let mut judged = Self { problem, truth, last, doubt: None };
+        if is_certified {
+            judged.doubt = judged.certified(&judged.truth)?.ok().map(|proved| proved.error());
+        }
+        Ok(judged)
+    }
+
+    /// Returns the largest error of a component of an answer.
+    pub(crate) fn error(&self, [z, r]: &[Vec<f64>; 2]) -> f64 {
+        distance([z, r], &self.truth)
+    }
+
+    /// Returns the bound that is proved of that error.
+    pub(crate) fn bound(&self, answer: &[Vec<f64>; 2]) -> Fallible<f64> {
+        Ok(self.certified(answer)?.map_err(|refusal| refusal.to_string())?.error())
+    }
+
+    fn certified(
+        &self,
+        [z, r]: &[Vec<f64>; 2],
+    ) -> Result<Result<Certificate, Refusal>, hlcp_core::Error> {
+        certify(&self.problem.a, &self.problem.b, &self.last, z, r)
+    }
+}

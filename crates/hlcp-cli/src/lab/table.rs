@@ -1,0 +1,65 @@
+//! A table in three formats.
+
+use std::{error::Error, path::Path};
+
+use crate::chart::save;
+
+/// Rows of cells, the first of which is the head.
+pub(crate) struct Table(Vec<Vec<String>>);
+
+impl Table {
+    /// A table without rows. The cells of the head stand between `|`.
+    pub(crate) fn new(head: &str) -> Self {
+        let mut table = Self(vec![]);
+        table.row(head);
+        table
+    }
+
+    /// Adds a row, whose cells stand between `|`.
+    pub(crate) fn row(&mut self, cells: &str) {
+        self.push(cells.split('|').map(|cell| cell.trim().to_owned()).collect());
+    }
+
+    /// Adds a row of cells.
+    ///
+    /// # Panics
+    ///
+    /// Unless it is as long as the head.
+    pub(crate) fn push(&mut self, cells: Vec<String>) {
+        assert!(self.0.first().is_none_or(|head| head.len() == cells.len()), "{cells:?}");
+        self.0.push(cells);
+    }
+
+    /// Returns aligned columns.
+    pub(crate) fn text(&self) -> String {
+        let width = |k: usize| self.0.iter().map(|row| row[k].chars().count()).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..self.0[0].len()).map(width).collect();
+        let aligned = |row: &Vec<String>| {
+            let cells = row.iter().zip(&widths).map(|(cell, &width)| format!("{cell:>width$}"));
+            cells.collect::<Vec<_>>().join("  ") + "\n"
+        };
+        self.0.iter().map(aligned).collect()
+    }
+
+    /// Returns the table in Markdown.
+    pub(crate) fn markdown(&self) -> String {
+        let line = |row: &Vec<String>| format!("| {} |\n", row.join(" | "));
+        let rule = format!("|{}\n", "---|".repeat(self.0[0].len()));
+        line(&self.0[0]) + &rule + &self.0[1..].iter().map(line).collect::<String>()
+    }
+
+    /// Returns the table with commas between its cells; those that have one are in quotes.
+    fn csv(&self) -> String {
+        let quoted = |cell: &String| match cell.contains(',') {
+            true => format!("\"{cell}\""), // no cell has quotes of its own
+            false => cell.clone(),
+        };
+        let line = |row: &Vec<String>| row.iter().map(quoted).collect::<Vec<_>>().join(",") + "\n";
+        self.0.iter().map(line).collect()
+    }
+
+    /// Writes the table as `path`.csv.
+    pub(crate) fn write_csv(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+        save(&path.with_extension("csv"), &self.csv())
+    }
+}
