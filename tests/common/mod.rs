@@ -4,9 +4,10 @@
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use hlcp_core::{
-    Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Omega, Rows, Scalar,
+    Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows,
+    Scalar,
 };
-use hlcp_methods::{Limits, Method, Options, Outcome, Solver, Tmms};
+use hlcp_methods::{Clock, Limits, Method, Options, Outcome, Solver, Tmms};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -129,6 +130,12 @@ pub(crate) fn wave<T: Scalar>(n: usize, scale: f64) -> Vec<T> {
 /// Entries in 0..1 without pattern, others for every seed.
 pub(crate) fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| (f64::sin((i * i) as f64 * seed) * 43758.5453).fract().abs()).collect()
+}
+
+/// A number in −1..1 without pattern.
+pub(crate) fn noise(seed: usize) -> f64 {
+    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
 /// HLCP(B, A, −q) with Ω⁻¹.
@@ -273,6 +280,60 @@ impl<O: Rows<f64>> Rows<f64> for Counted<O> {
             self.products.fetch_add(1, Relaxed);
         }
         self.of.visit_row(i, visit);
+    }
+}
+
+/// A method with its steps altered.
+///
+/// `alter(k, x, y, norms, clock)` changes what step `k` since the restart has made of `x`, and
+/// returns the norms that it is to report.
+pub(crate) struct Altered<M, F> {
+    of: M,
+    alter: F,
+    steps: usize,
+}
+
+impl<M, F> Altered<M, F>
+where
+    M: Method<f64>,
+    F: FnMut(usize, &[f64], &mut [f64], Norms, &mut Clock<'_>) -> Norms,
+{
+    pub(crate) fn new(of: M, alter: F) -> Self {
+        Self { of, alter, steps: 0 }
+    }
+}
+
+impl<M, F> Method<f64> for Altered<M, F>
+where
+    M: Method<f64>,
+    F: FnMut(usize, &[f64], &mut [f64], Norms, &mut Clock<'_>) -> Norms,
+{
+    type A = M::A;
+    type B = M::B;
+
+    fn problem(&self) -> &Hlcp<f64, M::A, M::B> {
+        self.of.problem()
+    }
+
+    fn restart(&mut self) {
+        self.steps = 0;
+        self.of.restart();
+    }
+
+    fn step(
+        &mut self,
+        q: &Rhs<'_, f64>,
+        x: &[f64],
+        y: &mut Vec<f64>,
+        clock: &mut Clock<'_>,
+    ) -> Norms {
+        let norms = self.of.step(q, x, y, clock);
+        self.steps += 1;
+        (self.alter)(self.steps, x, y, norms, clock)
+    }
+
+    fn complete(&mut self, q: &Rhs<'_, f64>, y: &mut Vec<f64>, spare: &mut Vec<f64>) {
+        self.of.complete(q, y, spare);
     }
 }
 

@@ -2,13 +2,9 @@
 
 use hlcp_core::{FivePoint, Hlcp, Omega, Smoother, Transfer};
 
-type Dense = Vec<Vec<f64>>;
+use crate::common::noise;
 
-/// A number in −1..1 without pattern.
-fn noise(seed: usize) -> f64 {
-    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-}
+type Dense = Vec<Vec<f64>>;
 
 fn list(n: usize, seed: usize) -> Vec<f64> {
     (0..n).map(|k| noise(seed + 7 * k)).collect()

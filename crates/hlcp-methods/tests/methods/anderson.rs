@@ -1,8 +1,8 @@
 //! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on
 //! every scene.
 
-use crate::common::{Failing, from, planted, posed, problem, solve_from_ones, tmgs};
-use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rhs, Rows};
+use crate::common::{Altered, Failing, from, planted, posed, problem, solve_from_ones, tmgs};
+use hlcp_core::{Aor, Error, Hlcp, Identity, Omega, Rhs, Rows};
 use hlcp_methods::{
     Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Options, Parameters, Solver,
     Ssor, Status, Tmms,
@@ -92,41 +92,6 @@ fn a_window_of_zero_or_beyond_memory_is_refused() {
     }
 }
 
-/// A base on the problem z − r + q = 0 whose first two images set a trap for mixing.
-struct Trap {
-    problem: Hlcp<f64, Identity, Identity>,
-    images: usize,
-    short: f64,
-}
-
-impl Method<f64> for Trap {
-    type A = Identity;
-    type B = Identity;
-
-    fn problem(&self) -> &Hlcp<f64, Identity, Identity> {
-        &self.problem
-    }
-
-    fn restart(&mut self) {
-        self.images = 0;
-    }
-
-    /// Halves the distance to the solution; but the first two images are such that their mixture is
-    /// 1/short away.
-    fn step(&mut self, q: &Rhs<'_, f64>, x: &[f64], y: &mut Vec<f64>, _: &mut Clock<'_>) -> Norms {
-        let solution = -q.entries()[0] / 2.0;
-        self.images += 1;
-        y[0] = match self.images {
-            1 => x[0] + 1.0,
-            // f falls from 1 to 1 − short: the secant runs 1/short ahead.
-            2 => x[0] + 1.0 - self.short,
-            _ => solution + 0.5 * (x[0] - solution),
-        };
-        let residual = 2.0 * (x[0] - solution).abs();
-        Norms { l2: residual, linf: residual }
-    }
-}
-
 /// The residual at the start is 12, so that the third iterate's may be 100 · 12/3 = 400, which is
 /// 200 from the solution.
 #[test]
@@ -134,7 +99,18 @@ fn a_mixture_that_multiplies_the_residual_is_dropped() {
     for (short, lost) in [(1e-6, true), (1.0 / 220.0, true), (1.0 / 180.0, false)] {
         let problem =
             Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
-        let mut anderson = Anderson::new(Trap { problem, images: 0, short }, 1).unwrap();
+        // Halves the distance to the solution; but the first two images are such that their mixture
+        // is 1/short away: f falls from 1 to 1 − short, so the secant runs 1/short ahead.
+        let base = Mms::new(problem, Aor::sor(0.5).unwrap()).unwrap();
+        let trap = Altered::new(base, |k, x, y, norms, _| {
+            match k {
+                1 => y[0] = x[0] + 1.0,
+                2 => y[0] = x[0] + 1.0 - short,
+                _ => {}
+            }
+            norms
+        });
+        let mut anderson = Anderson::new(trap, 1).unwrap();
         let q = [-20.0];
         let q = Rhs::new(&q).unwrap();
         let (mut x, mut y) = (vec![4.0], vec![f64::NAN]);

@@ -3,7 +3,7 @@
 
 use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
-use crate::common::{Counted, Walked};
+use crate::common::{Altered, Counted, Walked};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingFn, SplittingStep};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms,
@@ -163,34 +163,15 @@ fn steps_look_at_the_clock_between_sweeps() {
 /// of the next iterate is not looked at.
 #[test]
 fn an_observer_stops_a_long_step() {
-    /// Lasts until its clock is up, and leaves nothing but NaN.
-    struct Long(Mms<f64, Identity, Identity, Aor<f64>>);
-
-    impl Method<f64> for Long {
-        type A = Identity;
-        type B = Identity;
-
-        fn problem(&self) -> &Hlcp<f64, Identity, Identity> {
-            self.0.problem()
-        }
-
-        fn step(
-            &mut self,
-            q: &Rhs<'_, f64>,
-            x: &[f64],
-            y: &mut Vec<f64>,
-            clock: &mut Clock<'_>,
-        ) -> hlcp_core::Norms {
-            let norms = self.0.step(q, x, y, clock);
-            while !clock.is_up() {}
-            y.fill(f64::NAN);
-            norms
-        }
-    }
-
     let identity = Identity { order: 2 };
     let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0)).unwrap();
-    let mut solver = Solver::new(Long(Mms::new(problem, Aor::gauss_seidel()).unwrap()));
+    let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
+    // It lasts until its clock is up, and leaves nothing but NaN.
+    let mut solver = Solver::new(Altered::new(base, |_, _, y, norms, clock| {
+        while !clock.is_up() {}
+        y.fill(f64::NAN);
+        norms
+    }));
     let mut seen = 0;
     let mut stop = |progress: &hlcp_methods::Progress<'_, f64>| {
         assert_eq!((progress.iteration, progress.x), (0, &[0.25, 0.25][..]));

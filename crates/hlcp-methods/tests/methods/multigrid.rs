@@ -2,7 +2,7 @@
 //! promises.
 
 use crate::common::{
-    NotFinite, from, largest_difference, parts, planted_q, problem, solve_from_ones, tmgs,
+    NotFinite, from, largest_difference, noise, parts, planted_q, problem, solve_from_ones, tmgs,
 };
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use hlcp_core::{
@@ -253,12 +253,6 @@ fn a_problem_without_solution_is_not_solved() {
     let outcome = solve_from_ones(&mut solver, &q, limits);
     assert!(!outcome.converged(), "{outcome}");
     assert!(outcome.residual.l2 > 0.2 * (nx * ny) as f64 / (nx * ny) as f64);
-}
-
-/// Numbers without pattern for what varies from point to point.
-fn noise(k: usize) -> f64 {
-    let mixed = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
 /// Strictly dominant pairs of coefficients without pattern, on which no coarse grid means anything.

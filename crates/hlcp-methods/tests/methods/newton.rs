@@ -7,10 +7,10 @@ use std::{
 };
 
 use crate::common::{
-    Counted, Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave,
+    Altered, Counted, Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave,
 };
 use hlcp_core::{
-    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Norms, Omega, Rhs, Rows, Scalar, SplittingFn,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, SplittingFn,
     SplittingStep, Step, Tridiagonal,
 };
 use hlcp_methods::{
@@ -217,36 +217,6 @@ fn repeated_active_sets_do_not_end_the_solve() {
     }
 }
 
-/// Steps of a method that grow shorter with their number.
-struct Fading<M>(M, usize);
-
-impl<M: Method<f64>> Method<f64> for Fading<M> {
-    type A = M::A;
-    type B = M::B;
-
-    fn problem(&self) -> &Hlcp<f64, M::A, M::B> {
-        self.0.problem()
-    }
-
-    fn restart(&mut self) {
-        self.1 = 0;
-    }
-
-    fn step(
-        &mut self,
-        q: &Rhs<'_, f64>,
-        x: &[f64],
-        y: &mut Vec<f64>,
-        clock: &mut Clock<'_>,
-    ) -> Norms {
-        let norms = self.0.step(q, x, y, clock);
-        self.1 += 1;
-        let shorter = 1.0 / (1.0 + 0.01 * self.1 as f64);
-        y.iter_mut().zip(x).for_each(|(y, x)| *y = x + shorter * (*y - x));
-        norms
-    }
-}
-
 /// Where the base has several turns, each twice as long as the last, a second solve repeats the
 /// first; and sweeps are what was done: a defect, a residual or a step of the base is a product,
 /// and an iteration of the inner solver is two products and two solves with the preconditioner, if
@@ -268,7 +238,13 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let omega = Omega::Uniform(dense.omega[0]);
     let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
     let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), SplittingStep(damped)).unwrap();
-    let mut newton = Solver::new(Newton::new(Fading(base, 0), none));
+    // Its steps grow shorter with their number.
+    let fading = Altered::new(base, |k, x, y, norms, _| {
+        let shorter = 1.0 / (1.0 + 0.01 * k as f64);
+        y.iter_mut().zip(x).for_each(|(y, x)| *y = x + shorter * (*y - x));
+        norms
+    });
+    let mut newton = Solver::new(Newton::new(fading, none));
     let mut solve = || {
         for count in [&a.products, &solves, &turns] {
             count.store(0, Relaxed);
