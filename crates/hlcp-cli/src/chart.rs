@@ -172,17 +172,12 @@ impl Panel {
         let colour = COLOURS[colour % COLOURS.len()];
         let dash = DASHES[dash % DASHES.len()];
         let marker = MARKERS[marker % MARKERS.len()];
-        let style =
-            if dash.is_empty() { LineStyle::Solid } else { LineStyle::Custom(dash.to_owned()) };
         let at = |point: &Point| (scale(point.x), scale(point.y));
         let [reached, missed] = [true, false].map(|reached| {
             series.points.iter().filter(|point| point.reached == reached).collect::<Vec<_>>()
         });
-        let line = LinePlot::new()
-            .with_data(reached.iter().map(|point| at(point)))
-            .with_color(colour)
-            .with_line_style(style)
-            .with_stroke_width(1.5);
+        let points = reached.iter().map(|point| at(point)).collect();
+        let line = line(points, colour, dash, 1.5);
         self.plots.push(Plot::Line(if steps { line.with_step() } else { line }));
         let spreads = reached.iter().map(|point| {
             let [low, high] = point.spread.unwrap_or([point.x; 2]).map(scale);
@@ -200,12 +195,7 @@ impl Panel {
         // An open marker is one with a smaller white one on top.
         self.plots.push(Plot::Scatter(markers(&missed, colour, 5.0)));
         self.plots.push(Plot::Scatter(markers(&missed, "white", 3.2)));
-        self.legend.push(LegendEntry {
-            label: series.name.clone(),
-            color: colour.to_owned(),
-            shape: LegendShape::Marker(marker),
-            dasharray: None,
-        });
+        self.name(&series.name, colour, LegendShape::Marker(marker), "");
     }
 
     /// Marks at points in the axes' own coordinates (logarithms on a [`log_log`](Self::log_log)
@@ -223,12 +213,7 @@ impl Panel {
             .with_marker(marker)
             .with_size(2.5);
         self.plots.push(Plot::Scatter(marks));
-        self.legend.push(LegendEntry {
-            label: name.to_owned(),
-            color: colour.to_owned(),
-            shape: LegendShape::Marker(marker),
-            dasharray: None,
-        });
+        self.name(name, colour, LegendShape::Marker(marker), "");
         self
     }
 
@@ -240,24 +225,29 @@ impl Panel {
         dash: &str,
         through: &[(f64, f64)],
     ) -> Self {
-        let style =
-            if dash.is_empty() { LineStyle::Solid } else { LineStyle::Custom(dash.to_owned()) };
-        let line = LinePlot::new()
-            .with_data(through.iter().copied())
-            .with_color(colour)
-            .with_line_style(style)
-            .with_stroke_width(2.0);
-        self.plots.push(Plot::Line(line));
+        self.plots.push(Plot::Line(line(through.to_vec(), colour, dash, 2.0)));
         if !name.is_empty() {
-            self.legend.push(LegendEntry {
-                label: name.to_owned(),
-                color: colour.to_owned(),
-                shape: LegendShape::Line,
-                dasharray: (!dash.is_empty()).then(|| dash.to_owned()),
-            });
+            self.name(name, colour, LegendShape::Line, dash);
         }
         self
     }
+
+    /// Adds an entry of the legend.
+    fn name(&mut self, label: &str, colour: &str, shape: LegendShape, dash: &str) {
+        let dasharray = (!dash.is_empty()).then(|| dash.to_owned());
+        let (label, color) = (label.to_owned(), colour.to_owned());
+        self.legend.push(LegendEntry { label, color, shape, dasharray });
+    }
+}
+
+/// Draws a line, solid for an empty dash.
+fn line(through: Vec<(f64, f64)>, colour: &str, dash: &str, width: f64) -> LinePlot {
+    let style = if dash.is_empty() { LineStyle::Solid } else { LineStyle::Custom(dash.to_owned()) };
+    LinePlot::new()
+        .with_data(through)
+        .with_color(colour)
+        .with_line_style(style)
+        .with_stroke_width(width)
 }
 
 /// `10^v` with the exponent raised.

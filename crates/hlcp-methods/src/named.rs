@@ -1,3 +1,5 @@
+use std::{fmt, str::FromStr, sync::LazyLock};
+
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
@@ -25,14 +27,6 @@ use crate::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
-
-/// The three families of the paper.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Family {
-    Mms,
-    Amms,
-    Tmms,
-}
 
 /// A method by its name, with its parameters.
 ///
@@ -63,17 +57,25 @@ enum Family {
 ///
 /// let typo = Named::parse("TMAR", Parameters::default()).unwrap_err();
 /// assert_eq!(typo.to_string(), "there is no method 'TMAR'; the closest name is 'TMAOR'");
+///
+/// let newton: Named = "newton".parse()?; // without parameters
+/// assert_eq!(newton.to_string(), "NEWTON");
 /// # Ok::<(), hlcp_methods::NameError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Named(Kind);
+pub struct Named {
+    name: &'static str,
+    kind: Kind,
+    /// The method that `NEWTON`, `AMG` and `ANDERSON` are given to stand on.
+    base: Option<Relaxed>,
+}
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
     Relaxed(Relaxed),
-    Anderson { base: Option<Relaxed>, window: usize },
-    Newton { base: Option<Relaxed> },
-    AmgNewton { base: Option<Relaxed> },
+    Anderson { window: usize },
+    Newton,
+    AmgNewton,
     Multigrid(Cycle),
     FullMultigrid,
     Adaptive,
@@ -83,7 +85,8 @@ enum Kind {
 /// A method of the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Relaxed {
-    family: Family,
+    /// M, AM or TM.
+    family: &'static str,
     first: [f64; 2],
     second: [f64; 2],
     red_black: bool,
@@ -193,47 +196,50 @@ const BETA: &str = "beta = alpha is SOR, and the paper takes beta = alpha - 0.2"
 const BEYOND: [(&str, Kind); 9] = [
     ("AUTO", Kind::Auto),
     ("ADAPTIVE", Kind::Adaptive),
-    ("NEWTON", Kind::Newton { base: None }),
-    ("AMG", Kind::AmgNewton { base: None }),
-    ("ANDERSON", Kind::Anderson { base: None, window: 10 }),
+    ("NEWTON", Kind::Newton),
+    ("AMG", Kind::AmgNewton),
+    ("ANDERSON", Kind::Anderson { window: 10 }),
     ("MGV", Kind::Multigrid(Cycle::V)),
     ("MGW", Kind::Multigrid(Cycle::W)),
     ("MGF", Kind::Multigrid(Cycle::F)),
     ("FMG", Kind::FullMultigrid),
 ];
 
-/// The parameters that a splitting's name leaves open.
+/// The (α, β) of a splitting's name.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Open {
-    /// Both parameters are fixed.
-    Nothing([f64; 2]),
-    /// α, with β = α.
+enum Pair {
+    Fixed([f64; 2]),
+    /// α is open, and β = α.
     Alpha,
-    /// α and β.
-    Both,
+    /// Both are open.
+    Open,
 }
 
-/// The meaning of a method's name; a second step that is `None` is like the first.
-type Entry = (String, Family, Open, Option<[f64; 2]>);
+/// A name of the paper; a second step that is `None` is like the first.
+struct Entry {
+    name: String,
+    family: &'static str,
+    first: Pair,
+    second: Option<[f64; 2]>,
+}
 
 /// Every name of the paper, with the parameters of Table 1.
-fn table() -> Vec<Entry> {
+static TABLE: LazyLock<Vec<Entry>> = LazyLock::new(|| {
     let splittings = [
-        ("J", Open::Nothing([1.0, 0.0])),
-        ("GS", Open::Nothing([1.0, 1.0])),
-        ("SOR", Open::Alpha),
-        ("AOR", Open::Both),
-        ("SOR1", Open::Nothing([1.2, 1.2])),
-        ("SOR2", Open::Nothing([1.0, 1.0])),
-        ("SOR3", Open::Nothing([0.8, 0.8])),
-        ("AOR1", Open::Nothing([1.3, 1.1])),
-        ("AOR2", Open::Nothing([1.1, 0.9])),
-        ("AOR3", Open::Nothing([0.9, 0.7])),
-        ("RBGS", Open::Nothing([1.0, 1.0])),
-        ("RBSOR", Open::Alpha),
-        ("RBAOR", Open::Both),
+        ("J", Pair::Fixed([1.0, 0.0])),
+        ("GS", Pair::Fixed([1.0, 1.0])),
+        ("SOR", Pair::Alpha),
+        ("AOR", Pair::Open),
+        ("SOR1", Pair::Fixed([1.2, 1.2])),
+        ("SOR2", Pair::Fixed([1.0, 1.0])),
+        ("SOR3", Pair::Fixed([0.8, 0.8])),
+        ("AOR1", Pair::Fixed([1.3, 1.1])),
+        ("AOR2", Pair::Fixed([1.1, 0.9])),
+        ("AOR3", Pair::Fixed([0.9, 0.7])),
+        ("RBGS", Pair::Fixed([1.0, 1.0])),
+        ("RBSOR", Pair::Alpha),
+        ("RBAOR", Pair::Open),
     ];
-    let families = [("M", Family::Mms), ("AM", Family::Amms), ("TM", Family::Tmms)];
     let two_splittings = [
         ("TMJSOR1", [1.0, 0.0], [0.9, 0.9]),
         ("TMJSOR2", [1.0, 0.0], [1.0, 1.0]),
@@ -244,13 +250,55 @@ fn table() -> Vec<Entry> {
         ("TMGSSOR2", [1.0, 1.0], [1.1, 1.1]),
         ("TMGSSOR3", [1.0, 1.0], [1.2, 1.2]),
     ];
-    let paired = families.into_iter().flat_map(|(prefix, family)| {
-        splittings.map(|(suffix, open)| (format!("{prefix}{suffix}"), family, open, None))
+    let paired = ["M", "AM", "TM"].into_iter().flat_map(|family| {
+        splittings.map(|(suffix, first)| {
+            let name = format!("{family}{suffix}");
+            Entry { name, family, first, second: None }
+        })
     });
     let mixed = two_splittings.map(|(name, first, second)| {
-        (name.to_owned(), Family::Tmms, Open::Nothing(first), Some(second))
+        let (name, first) = (name.to_owned(), Pair::Fixed(first));
+        Entry { name, family: "TM", first, second: Some(second) }
     });
     paired.chain(mixed).collect()
+});
+
+impl Entry {
+    /// Returns the entry of a name, if there is one.
+    fn of(name: &str) -> Option<&'static Self> {
+        TABLE.iter().find(|entry| entry.name == name)
+    }
+
+    /// Returns the method with the parameters that its name leaves open.
+    fn with(&self, given: &Parameters<'_>) -> Result<Relaxed, NameError> {
+        let Self { name, family, first, second } = self;
+        // No other names have these letters.
+        let red_black = name.contains("RB");
+        let order = if red_black { "RB" } else { "" };
+        let two_steps = *family == "TM";
+        let (alpha_is_open, beta_is_open) =
+            (!matches!(first, Pair::Fixed(_)), *first == Pair::Open);
+        for (parameter, value, is_open, instead) in [
+            ("alpha", given.alpha, alpha_is_open, format!("{family}{order}SOR")),
+            ("beta", given.beta, beta_is_open, format!("{family}{order}AOR")),
+            ("alpha2", given.alpha2, two_steps && alpha_is_open, format!("TM{order}SOR")),
+            ("beta2", given.beta2, two_steps && beta_is_open, format!("TM{order}AOR")),
+        ] {
+            refuse(name, parameter, value.filter(|_| !is_open), instead)?;
+        }
+        let needed = |value: Option<f64>, parameter, advice| {
+            value.ok_or_else(|| NameError::Missing { name: name.clone(), parameter, advice })
+        };
+        let first = match first {
+            Pair::Fixed(first) => *first,
+            Pair::Alpha => [needed(given.alpha, "alpha", ALPHA)?; 2],
+            Pair::Open => [needed(given.alpha, "alpha", ALPHA)?, needed(given.beta, "beta", BETA)?],
+        };
+        let alpha2 = given.alpha2.unwrap_or(first[0]);
+        let beta2 = if beta_is_open { given.beta2.unwrap_or(first[1]) } else { alpha2 };
+        let like_first = if alpha_is_open { [alpha2, beta2] } else { first };
+        Ok(Relaxed { family, first, second: second.unwrap_or(like_first), red_black })
+    }
 }
 
 /// Refuses a parameter that is given, and says who takes it.
@@ -266,60 +314,6 @@ fn refuse(
 }
 
 impl Relaxed {
-    /// The method `name`, if there is one, with the parameters that it leaves open.
-    fn parse(name: &str, given: &Parameters<'_>) -> Option<Result<Self, NameError>> {
-        let table = table();
-        let (_, family, open, second) = table.iter().find(|(known, ..)| known == name)?;
-        Some(Self::of(name, *family, *open, *second, given))
-    }
-
-    fn of(
-        name: &str,
-        family: Family,
-        open: Open,
-        fixed_second: Option<[f64; 2]>,
-        given: &Parameters<'_>,
-    ) -> Result<Self, NameError> {
-        // No other names have these letters.
-        let red_black = name.contains("RB");
-        let order = if red_black { "RB" } else { "" };
-        let prefix = match family {
-            Family::Mms => "M",
-            Family::Amms => "AM",
-            Family::Tmms => "TM",
-        };
-        let missing = |parameter, advice| {
-            move || NameError::Missing { name: name.to_owned(), parameter, advice }
-        };
-        let alpha = || given.alpha.ok_or_else(missing("alpha", ALPHA));
-        let first = match open {
-            Open::Nothing(first) => {
-                refuse(name, "alpha", given.alpha, format!("{prefix}{order}SOR"))?;
-                refuse(name, "beta", given.beta, format!("{prefix}{order}AOR"))?;
-                first
-            }
-            Open::Alpha => {
-                refuse(name, "beta", given.beta, format!("{prefix}{order}AOR"))?;
-                [alpha()?; 2]
-            }
-            Open::Both => [alpha()?, given.beta.ok_or_else(missing("beta", BETA))?],
-        };
-        let two_steps = family == Family::Tmms;
-        if !two_steps || matches!(open, Open::Nothing(_)) {
-            refuse(name, "alpha2", given.alpha2, format!("TM{order}SOR"))?;
-        }
-        if !two_steps || open != Open::Both {
-            refuse(name, "beta2", given.beta2, format!("TM{order}AOR"))?;
-        }
-        let alpha2 = given.alpha2.unwrap_or(first[0]);
-        let second = match (open, fixed_second) {
-            (_, Some(second)) => second,
-            (Open::Alpha, None) => [alpha2; 2],
-            _ => [alpha2, given.beta2.unwrap_or(first[1])],
-        };
-        Ok(Self { family, first, second, red_black })
-    }
-
     fn on<'p, T, A, B>(&self, problem: Hlcp<T, A, B>) -> Result<BoxedMethod<'p, T, A, B>, Error>
     where
         T: Scalar,
@@ -346,9 +340,9 @@ impl Relaxed {
         };
         let first = aor(self.first)?;
         Ok(match self.family {
-            Family::Mms => vec![first],
-            Family::Amms => vec![first.accelerated()],
-            Family::Tmms => vec![first, aor(self.second)?.backward()],
+            "M" => vec![first],
+            "AM" => vec![first.accelerated()],
+            _ => vec![first, aor(self.second)?.backward()],
         })
     }
 }
@@ -365,7 +359,7 @@ impl Named {
     /// ```
     pub fn names() -> Vec<String> {
         let beyond = BEYOND.map(|(name, _)| name.to_owned());
-        table().into_iter().map(|(name, ..)| name).chain(beyond).collect()
+        TABLE.iter().map(|entry| entry.name.clone()).chain(beyond).collect()
     }
 
     /// Looks up `name`, in any case, and joins it with the parameters it leaves open.
@@ -375,44 +369,36 @@ impl Named {
     /// [`NameError`], with the name or the parameter that is wrong.
     pub fn parse(name: &str, given: Parameters<'_>) -> Result<Self, NameError> {
         let name = name.to_ascii_uppercase();
-        let kind = BEYOND.iter().find(|(known, _)| *known == name).map(|&(_, kind)| kind);
+        let beyond = BEYOND.iter().find(|(known, _)| *known == name);
+        let kind = beyond.map(|(_, kind)| kind);
         if !matches!(kind, Some(Kind::Anderson { .. })) {
             refuse(&name, "window", given.window, "ANDERSON")?;
         }
-        let on_base = |kind: &Kind| {
-            matches!(kind, Kind::Anderson { .. } | Kind::Newton { .. } | Kind::AmgNewton { .. })
-        };
-        if !kind.as_ref().is_some_and(on_base) {
+        if !matches!(kind, Some(Kind::Anderson { .. } | Kind::Newton | Kind::AmgNewton)) {
             refuse(&name, "base", given.base, "ANDERSON, NEWTON or AMG")?;
         }
-        let Some(kind) = kind else {
-            let relaxed = Relaxed::parse(&name, &given);
-            return relaxed
-                .unwrap_or_else(|| Err(Self::unknown(name)))
-                .map(Kind::Relaxed)
-                .map(Self);
+        let Some(&(name, mut kind)) = beyond else {
+            let entry = Entry::of(&name).ok_or_else(|| Self::unknown(name))?;
+            let kind = Kind::Relaxed(entry.with(&given)?);
+            return Ok(Self { name: &entry.name, kind, base: None });
         };
+        if let (Kind::Anderson { window }, Some(given)) = (&mut kind, given.window) {
+            *window = given;
+        }
         let base = match given.base.map(str::to_ascii_uppercase) {
             Some(base) => {
-                let relaxed = Relaxed::parse(&base, &given);
-                Some(relaxed.unwrap_or(Err(NameError::Base { base }))?)
+                let entry = Entry::of(&base).ok_or(NameError::Base { base })?;
+                Some(entry.with(&given)?)
             }
             None => {
-                refuse(&name, "alpha", given.alpha, "MSOR, AMSOR or TMSOR")?;
-                refuse(&name, "beta", given.beta, "MAOR, AMAOR or TMAOR")?;
-                refuse(&name, "alpha2", given.alpha2, "TMSOR")?;
-                refuse(&name, "beta2", given.beta2, "TMAOR")?;
+                refuse(name, "alpha", given.alpha, "MSOR, AMSOR or TMSOR")?;
+                refuse(name, "beta", given.beta, "MAOR, AMAOR or TMAOR")?;
+                refuse(name, "alpha2", given.alpha2, "TMSOR")?;
+                refuse(name, "beta2", given.beta2, "TMAOR")?;
                 None
             }
         };
-        Ok(Self(match kind {
-            Kind::Newton { .. } => Kind::Newton { base },
-            Kind::AmgNewton { .. } => Kind::AmgNewton { base },
-            Kind::Anderson { window, .. } => {
-                Kind::Anderson { base, window: given.window.unwrap_or(window) }
-            }
-            kind => kind,
-        }))
+        Ok(Self { name, kind, base })
     }
 
     /// The error for `name`, with a suggestion if at most a third of its letters differ.
@@ -434,18 +420,8 @@ impl Named {
 
     /// (α, β) of the second step, where there are two; of a method of the paper.
     pub fn second(&self) -> Option<[f64; 2]> {
-        let relaxed = self.relaxed().filter(|relaxed| relaxed.family == Family::Tmms);
+        let relaxed = self.relaxed().filter(|relaxed| relaxed.family == "TM");
         relaxed.map(|relaxed| relaxed.second)
-    }
-
-    /// Returns whether the points are in red–black order.
-    pub fn is_red_black(&self) -> bool {
-        self.relaxed().is_some_and(|relaxed| relaxed.red_black)
-    }
-
-    /// Returns whether the method is an AMMS.
-    pub fn is_accelerated(&self) -> bool {
-        self.relaxed().is_some_and(|relaxed| relaxed.family == Family::Amms)
     }
 
     /// Returns the steps of one iteration on `problem`, as the theorems of `hlcp-verify` take them;
@@ -476,7 +452,7 @@ impl Named {
     }
 
     fn relaxed(&self) -> Option<&Relaxed> {
-        match &self.0 {
+        match &self.kind {
             Kind::Relaxed(relaxed) => Some(relaxed),
             _ => None,
         }
@@ -505,26 +481,40 @@ impl Named {
         A: Rows<T> + Clone + 'p,
         B: Rows<T> + Clone + 'p,
     {
-        let on = |base: &Option<Relaxed>, problem| -> Result<BoxedMethod<'p, T, A, B>, Error> {
-            match base {
+        let base = |problem| -> Result<BoxedMethod<'p, T, A, B>, Error> {
+            match &self.base {
                 Some(base) => base.on(problem),
                 None => Ok(Box::new(Tmms::mirrored(problem, Aor::gauss_seidel().accelerated())?)),
             }
         };
-        Ok(match &self.0 {
+        Ok(match self.kind {
             Kind::Relaxed(relaxed) => relaxed.on(problem)?,
-            Kind::Anderson { base, window } => {
-                Box::new(Anderson::new(on(base, problem)?, *window)?)
+            Kind::Anderson { window } => Box::new(Anderson::new(base(problem)?, window)?),
+            Kind::Newton if TridiagonalPart::is_all(&problem) => {
+                Box::new(Newton::new(base(problem)?, TridiagonalPart::new()))
             }
-            Kind::Newton { base } if TridiagonalPart::is_all(&problem) => {
-                Box::new(Newton::new(on(base, problem)?, TridiagonalPart::new()))
-            }
-            Kind::Newton { base } => Box::new(Newton::new(on(base, problem)?, Ssor)),
-            Kind::AmgNewton { base } => Box::new(AmgNewton::new(on(base, problem)?)?),
-            Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, *cycle)?),
+            Kind::Newton => Box::new(Newton::new(base(problem)?, Ssor)),
+            Kind::AmgNewton => Box::new(AmgNewton::new(base(problem)?)?),
+            Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, cycle)?),
             Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),
             Kind::Auto => Box::new(Auto::new(problem)?),
         })
+    }
+}
+
+/// The name alone, in capitals.
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name)
+    }
+}
+
+impl FromStr for Named {
+    type Err = NameError;
+
+    /// Looks up a name that leaves no parameters open.
+    fn from_str(name: &str) -> Result<Self, NameError> {
+        Self::parse(name, Parameters::default())
     }
 }

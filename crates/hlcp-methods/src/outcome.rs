@@ -96,17 +96,31 @@ pub enum Divergence {
     Residual,
 }
 
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
+impl Status {
+    /// Returns the status in one word, as files and other languages want it.
+    ///
+    /// ```
+    /// use hlcp_methods::Status;
+    ///
+    /// assert_eq!(Status::IterationLimit.name(), "iteration_limit");
+    /// assert_eq!(Status::IterationLimit.to_string(), "iteration limit");
+    /// ```
+    pub fn name(&self) -> &'static str {
+        match self {
             Self::Converged => "converged",
             Self::Diverged(_) => "diverged",
             Self::Stagnated => "stagnated",
             Self::Cycling { .. } => "cycling",
-            Self::IterationLimit => "iteration limit",
-            Self::TimeLimit => "time limit",
+            Self::IterationLimit => "iteration_limit",
+            Self::TimeLimit => "time_limit",
             Self::Stopped => "stopped",
-        })
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(&self.name().replace('_', " "))
     }
 }
 

@@ -8,41 +8,59 @@ use super::{
     table::Table,
 };
 
+/// Which cells a claim is about.
+type Of = fn(&Cell) -> bool;
+
+const GRIDS: Of = |cell| cell.table <= 5;
+const SLIDER: Of = |cell| cell.table == 6;
+
+/// The claims that one family of the paper's beats another on Examples 1 and 2.
+const OF_FAMILIES: [(&str, [&str; 2], Of); 5] = [
+    ("Examples 1, 2: TMAOR beats MAOR", ["TM", "M"], GRIDS),
+    ("the same where τ = 0.8, outside Theorem 2", ["TM", "M"], |cell| {
+        cell.table <= 5 && cell.tau == 0.8
+    }),
+    ("Examples 1, 2: TMAOR beats AMAOR in most cases", ["TM", "AM"], GRIDS),
+    ("… except TMAOR1, τ = 0.8, Example 1 with μ = ν = 0", ["TM", "AM"], |cell| {
+        cell.table == 4 && cell.tau == 0.8 && cell.method.ends_with("AOR1")
+    }),
+    ("… and except TMAOR2, τ = 0.8 and 1.2, Example 2", ["TM", "AM"], |cell| {
+        cell.table == 5 && cell.tau != 1.0 && cell.method.ends_with("AOR2")
+    }),
+];
+
+/// The claims that one method beats another on Example 3, in its words.
+const OF_METHODS: [(&str, [&str; 2]); 12] = [
+    ("MJ beats AMJ", ["MJ", "AMJ"]),
+    ("MGS beats AMGS", ["MGS", "AMGS"]),
+    ("TMJ beats MJ", ["TMJ", "MJ"]),
+    ("TMJSOR1 beats MJ", ["TMJSOR1", "MJ"]),
+    ("TMJSOR2 beats MJ", ["TMJSOR2", "MJ"]),
+    ("TMJSOR3 beats MJ", ["TMJSOR3", "MJ"]),
+    ("TMJSOR4 beats MJ", ["TMJSOR4", "MJ"]),
+    ("TMGSJ takes more time than MGS, so MGS beats it", ["MGS", "TMGSJ"]),
+    ("TMGSSOR1 takes more time than MGS, so MGS beats it", ["MGS", "TMGSSOR1"]),
+    ("TMGS takes more time than MGS, so MGS beats it", ["MGS", "TMGS"]),
+    ("TMGSSOR2 beats MGS", ["TMGSSOR2", "MGS"]),
+    ("TMGSSOR3 beats MGS", ["TMGSSOR3", "MGS"]),
+];
+
 /// One row a claim: in iterations, in sweeps and in time.
 pub(crate) fn table(cells: &[Cell]) -> Table {
     let mut table = Table::new("claim of the paper | in iterations | in sweeps | in seconds");
     let mut row = |claim: &str, verdict: String| table.row(&format!("{claim}|{verdict}"));
-    let grids = |cell: &Cell| cell.table <= 5;
-
-    let of_grids = cells.iter().filter(|cell| grids(cell));
+    let of_grids = cells.iter().filter(|cell| GRIDS(cell));
     let done = of_grids.clone().filter(|cell| cell.run.converged()).count();
     row("Examples 1, 2: all methods converge", format!("{done} of {}||", of_grids.count()));
     row(
         "Examples 1, 2: MAOR takes nearly twice the iterations of TMAOR (ratio: least, median, largest)",
-        ratios(&pairs(cells, "M", "TM", grids)),
+        ratios(&pairs(cells, ["M", "TM"], &SPLITTINGS, GRIDS)),
     );
-    row("Examples 1, 2: TMAOR beats MAOR", wins(&pairs(cells, "TM", "M", grids)));
-    row(
-        "the same where τ = 0.8, outside Theorem 2",
-        wins(&pairs(cells, "TM", "M", |cell| grids(cell) && cell.tau == 0.8)),
-    );
-    row("Examples 1, 2: TMAOR beats AMAOR in most cases", wins(&pairs(cells, "TM", "AM", grids)));
-    row(
-        "… except TMAOR1, τ = 0.8, Example 1 with μ = ν = 0",
-        wins(&pairs(cells, "TM", "AM", |cell| {
-            cell.table == 4 && cell.tau == 0.8 && cell.method.ends_with("AOR1")
-        })),
-    );
-    row(
-        "… and except TMAOR2, τ = 0.8 and 1.2, Example 2",
-        wins(&pairs(cells, "TM", "AM", |cell| {
-            cell.table == 5 && cell.tau != 1.0 && cell.method.ends_with("AOR2")
-        })),
-    );
-
-    let slider = |cell: &Cell| cell.table == 6;
+    for (claim, families, of) in OF_FAMILIES {
+        row(claim, wins(&pairs(cells, families, &SPLITTINGS, of)));
+    }
     for method in ["MJ", "AMJ"] {
-        let of_method = cells.iter().filter(|cell| slider(cell) && cell.method == method);
+        let of_method = cells.iter().filter(|cell| SLIDER(cell) && cell.method == method);
         let lost = |how: fn(Status) -> bool| {
             of_method.clone().filter(|cell| how(cell.run.outcome.status)).count()
         };
@@ -54,21 +72,8 @@ pub(crate) fn table(cells: &[Cell]) -> Table {
         );
         row(&format!("Example 3: some cases of {method} exceed 30,000 iterations"), verdict);
     }
-    let duel = |better: &str, worse: &str| wins(&pairs_of(cells, better, worse, slider));
-    for (better, worse) in [("MJ", "AMJ"), ("MGS", "AMGS")] {
-        row(&format!("Example 3: {better} beats {worse}"), duel(better, worse));
-    }
-    for better in ["TMJ", "TMJSOR1", "TMJSOR2", "TMJSOR3", "TMJSOR4"] {
-        row(&format!("Example 3: {better} beats MJ"), duel(better, "MJ"));
-    }
-    for worse in ["TMGSJ", "TMGSSOR1", "TMGS"] {
-        row(
-            &format!("Example 3: {worse} takes more time than MGS, so MGS beats it"),
-            duel("MGS", worse),
-        );
-    }
-    for better in ["TMGSSOR2", "TMGSSOR3"] {
-        row(&format!("Example 3: {better} beats MGS"), duel(better, "MGS"));
+    for (claim, methods) in OF_METHODS {
+        row(&format!("Example 3: {claim}"), wins(&pairs(cells, methods, &[""], SLIDER)));
     }
     table
 }
@@ -76,32 +81,17 @@ pub(crate) fn table(cells: &[Cell]) -> Table {
 /// Two runs that differ in the method alone.
 type Pair<'c> = [&'c Run; 2];
 
-/// Returns every run of one family that `of` admits, with that of another family.
-fn pairs<'c>(
-    cells: &'c [Cell],
-    family: &str,
-    other: &str,
-    of: impl Fn(&Cell) -> bool,
-) -> Vec<Pair<'c>> {
-    SPLITTINGS
-        .iter()
-        .flat_map(|s| pairs_of(cells, &format!("{family}{s}"), &format!("{other}{s}"), &of))
-        .collect()
-}
-
-/// Does the same for two methods by name.
-fn pairs_of<'c>(
-    cells: &'c [Cell],
-    method: &str,
-    other: &str,
-    of: impl Fn(&Cell) -> bool,
-) -> Vec<Pair<'c>> {
-    let named = |name: &str| {
-        let found = cells.iter().filter(|cell| cell.method == name && of(cell));
-        found.map(|cell| &cell.run).collect::<Vec<_>>()
+/// Returns the runs of two families with the same splittings.
+fn pairs<'c>(cells: &'c [Cell], families: [&str; 2], splittings: &[&str], of: Of) -> Vec<Pair<'c>> {
+    let of_splitting = |splitting: &&str| {
+        let [one, other] = families.map(|family| {
+            let name = format!("{family}{splitting}");
+            cells.iter().filter(move |cell| cell.method == name && of(cell)).map(|cell| &cell.run)
+        });
+        // Both are in the order of table, size and τ.
+        one.zip(other).map(|(one, other)| [one, other])
     };
-    // Both lists are in the order of table, size and τ.
-    named(method).into_iter().zip(named(other)).map(|(one, other)| [one, other]).collect()
+    splittings.iter().flat_map(of_splitting).collect()
 }
 
 /// Counts how often the first of a pair beats the second; one that does not converge beats nothing.

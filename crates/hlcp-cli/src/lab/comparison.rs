@@ -170,7 +170,8 @@ fn measured(
     let (title, longest) = (ladder.title, LONGEST.as_secs_f64());
     let problem = scene.pose(&(ladder.numbers)(m as f64))?;
     let n = problem.q.len();
-    let judged = Judged::new(problem, &scene.limits(), n <= CERTIFIED)?;
+    let reference = if problem.is_tridiagonal() { "NEWTON" } else { "MGW" };
+    let judged = Judged::new(problem, reference, &scene.limits(), n <= CERTIFIED)?;
     let limits = Limits { iterations: usize::MAX, time: Some(LONGEST), ..scene.limits() };
     let sum = if repeats > 1 { 0.05 } else { 0.0 };
     let runs = measure(Repeats { sum, longest, least: repeats }, names, |name| {

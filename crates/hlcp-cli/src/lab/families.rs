@@ -16,7 +16,7 @@ use hlcp_methods::{Auto, AutoTurn, Limits, Outcome, Solver};
 use hlcp_verify::families::{self, Drawn};
 
 use super::{
-    methods::{Chart, methods, tuned},
+    methods::{Chart, methods},
     run::{Fallible, Repeats, Run, march, measure, solve},
     table::Table,
 };
@@ -96,7 +96,7 @@ impl Row {
         // Others may be at the processor meanwhile.
         let time = if auto.converged() { 0.02 + 3.0 * auto.quartile(0) } else { PATIENCE[1] };
         let by = |name: &str| -> Fallible<Option<Run>> {
-            let run = solve(&problem, &tuned(name, [1.0; 2])?, 1.0, &limits(time)).ok();
+            let run = solve(&problem, &name.parse()?, 1.0, &limits(time)).ok();
             Ok(run.filter(Run::converged).map(kept))
         };
         let rivals: Vec<_> = methods(Chart::Families).iter().map(|row| row.name).collect();

@@ -1,8 +1,8 @@
 //! `hlcp films`: textured films of growing size, by Newton's method with algebraic multigrid.
 //!
 //! Sliders with square dimples, and the dimpled pad of T. Woloszynski, P. Podsiadlo and G. W.
-//! Stachowiak (Tribology Letters 58, 2015): outer and inner iterations, seconds and bytes. Their own
-//! method, Fischer–Burmeister–Newton–Schur, runs beside ours up to 511².
+//! Stachowiak (Tribology Letters 58, 2015): outer and inner iterations, seconds and bytes. Up to
+//! 511² their own method, Fischer–Burmeister–Newton–Schur, solves the same films.
 
 use std::{
     fs,

@@ -9,11 +9,10 @@ use std::{
 };
 
 use clap::Args;
-use hlcp_methods::{Limits, Options, Parameters};
+use hlcp_methods::{Limits, Options};
 use hlcp_verify::{AmericanPut, Obstacle, Slider};
 
 use super::{
-    methods::tuned,
     run::{Fallible, Run, solve},
     table::Table,
 };
@@ -61,8 +60,7 @@ pub(crate) fn run(Arguments { out }: &Arguments) -> Drawn {
 fn solved(name: &str, numbers: &[(&'static str, f64)]) -> Fallible<[Vec<f64>; 2]> {
     let problem = Scene::of(name).pose(numbers)?;
     let limits = Limits::relative(1e-8);
-    let Run { outcome, answer: [z, r], .. } =
-        solve(&problem, &tuned("TMGS", [1.0; 2])?, 1.0, &limits)?;
+    let Run { outcome, answer: [z, r], .. } = solve(&problem, &"TMGS".parse()?, 1.0, &limits)?;
     print::line(format_args!("{name}: TMGS {outcome}"))?;
     if !outcome.converged() {
         return Err(format!("{name}: {outcome}").into());
@@ -253,7 +251,7 @@ fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
 fn american_put(path: &Path) -> Drawn {
     let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 48, steps: 96 };
     let problem = Scene::of("american-put").pose(&[("m", 48.0), ("steps", 96.0)])?;
-    let mut solver = problem.solver("TMGS", Parameters::default(), 1.0)?;
+    let mut solver = problem.solver("TMGS")?;
     let mut q = problem.q.clone();
     let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
     let prices =

@@ -11,7 +11,7 @@ use std::{iter::once, path::PathBuf};
 use clap::Args;
 use hlcp::files::printable;
 use hlcp_core::{Hlcp, Omega};
-use hlcp_methods::{Limits, Named, Parameters, Status};
+use hlcp_methods::{Limits, Named, Status};
 use hlcp_verify::{Example, Slider, alpha_bound, fixed};
 
 use super::{
@@ -120,7 +120,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         for tau in TAUS {
             let runs = measure(repeats, methods, |name| {
                 bar.set_message(format!("Table {table}, {size}, τ = {tau}, {name}"));
-                let method = Named::parse(name, Parameters::default())?;
+                let method = name.parse::<Named>()?;
                 Ok(Some(Run {
                     answer: [vec![], vec![]],
                     ..solve(&problem, &method, tau, &limits)?
@@ -177,7 +177,7 @@ fn paired() -> Vec<String> {
 fn table_1() -> Fallible<Titled> {
     let mut table = Table::new("method | α₁ | β₁ | α₂ | β₂");
     for name in paired().into_iter().chain(SLIDER_METHODS.map(String::from)) {
-        let method = Named::parse(&name, Parameters::default())?;
+        let method = name.parse::<Named>()?;
         let words = |pair: Option<[f64; 2]>| {
             pair.map_or("|".to_owned(), |[alpha, beta]| format!("{alpha}|{beta}"))
         };
@@ -227,7 +227,7 @@ fn table_of(grid: &Grid, cells: &[Cell]) -> Titled {
     // MAOR, AMAOR and TMAOR of one row were run one after the other.
     for three in of_table.chunks_exact(3) {
         let Cell { size, tau, method, .. } = three[0];
-        let pair = Named::parse(method, Parameters::default()).map(|method| method.first());
+        let pair = method.parse::<Named>().map(|method| method.first());
         let pair = pair
             .ok()
             .flatten()
@@ -262,7 +262,7 @@ fn mesh_convergence(sizes: &[usize]) -> Fallible<Titled> {
     for &cells in sizes {
         let scene = Scene::of("slider");
         let limits = Limits { iterations: 1_000_000, ..scene.limits() };
-        let mgs = Named::parse("MGS", Parameters::default())?;
+        let mgs = "MGS".parse()?;
         let Run { outcome, answer: [z, _], .. } =
             solve(&scene.pose(&[("m", cells as f64)])?, &mgs, 1.0, &limits)?;
         if !outcome.converged() {

@@ -155,8 +155,8 @@ pub(crate) fn fbns(problem: &Problem<f64>, limits: &Limits) -> Fallible<Run> {
     })
 }
 
-/// Takes steps of `(z, r)` from `z = 2`, `r = 0`, or `x = e`, until the residual is small enough for
-/// the nearest `z`, `r ≥ 0` of which one is zero everywhere; a hundred at most.
+/// Takes steps of `(z, r)` from `z = 2`, `r = 0`, or `x = e`, a hundred at most, until the residual
+/// is small enough for the nearest `z`, `r ≥ 0` of which one is zero everywhere.
 fn factorised(
     problem: &Problem<f64>,
     limits: &Limits,

@@ -1,5 +1,5 @@
-//! The solve of a problem by a method, the one loop that measures such solves, and what judges their
-//! answers.
+//! The solve of a problem by a method, the one loop that measures such solves, and the judge of
+//! their answers.
 
 use std::{
     borrow::Cow,
@@ -8,7 +8,7 @@ use std::{
 };
 
 use hlcp_core::Scalar;
-use hlcp_methods::{Limits, Method, Named, Options, Outcome, Parameters, Solver};
+use hlcp_methods::{Limits, Method, Named, Options, Outcome, Solver};
 use hlcp_verify::{Certificate, Refusal, certify};
 
 use crate::scenes::{Problem, distance, goal};
@@ -159,10 +159,12 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Finds the solution of problems that have none planted: to half of what `wanted` asks for, or
-    /// better. Proves a bound on its error where that is asked for and possible.
+    /// Finds the solution of problems that have none planted by a method that takes them to the floor
+    /// of rounding: to half of what `wanted` asks for, or better. Proves a bound on its error where
+    /// that is asked for and possible.
     pub(crate) fn new(
         mut problem: Problem<f64>,
+        method: &str,
         wanted: &Limits,
         is_certified: bool,
     ) -> Fallible<Self> {
@@ -172,8 +174,7 @@ impl Judged {
         let truth = match problem.known.take() {
             Some(known) => known,
             None => {
-                let name = if problem.is_tridiagonal() { "NEWTON" } else { "AMG" };
-                let mut solver = problem.solver(name, Parameters::default(), 1.0)?;
+                let mut solver = problem.solver(method)?;
                 // To a tolerance of 0, which need not be met.
                 let limits = Limits { iterations: ITERATIONS, ..Limits::absolute(0.0) };
                 let (mut qs, first) = (vec![], problem.start());

@@ -5,16 +5,10 @@
 //! Ends with an error if a figure misses what is published.
 
 use clap::Args;
-use hlcp_methods::{Limits, Parameters, Status};
+use hlcp_methods::{Outcome, Status};
 
-use super::{
-    methods::tuned,
-    run::{Fallible, Run, march, solve},
-};
-use crate::{
-    print,
-    scenes::{Problem, Scene},
-};
+use super::run::{Fallible, march};
+use crate::{print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
 #[derive(Debug, Args)]
@@ -26,125 +20,108 @@ const METHODS: [&str; 3] = ["MGS", "AMGS", "TMGS"];
 
 pub(crate) fn run() -> Fallible<()> {
     print::line(format_args!("{:<36} {:<10} ours", "", "published"))?;
-    journal_bearing()?;
-    obstacle()?;
-    bearing2d()?;
-    american_put()?;
-    print::line(format_args!(
-        "\n{:<36} {:>5} {:>8} {:>8} {:>8}",
-        "iterations", "n", "MGS", "AMGS", "TMGS"
-    ))?;
+    published()?;
+    let [what, n] = ["iterations", "n"];
+    let [mgs, amgs, tmgs] = METHODS;
+    print::line(format_args!("\n{what:<36} {n:>5} {mgs:>8} {amgs:>8} {tmgs:>8}"))?;
     counts()
 }
 
-/// Returns the figures of a scene by TMGS.
-fn figures(scene: &str, given: Given<'_>) -> Fallible<Vec<(&'static str, f64)>> {
+/// What became of a scene, the figures of its answer, and its order.
+type Solved = (Outcome, Vec<(&'static str, f64)>, usize);
+
+/// Solves the problems of a scene one after another, each from the last answer if `warm`, or else
+/// from x⁰ = e.
+fn solved(method: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<Solved> {
     let scene = Scene::of(scene);
     let problem = scene.pose(given)?;
-    let Run { answer: [z, r], .. } =
-        solve(&problem, &tuned("TMGS", [1.0; 2])?, 1.0, &scene.limits())?;
-    Ok((problem.figures)(&z, &r))
+    let mut solver = problem.solver(method)?;
+    let outcome = march(&problem, &mut solver, &scene.limits(), warm)?;
+    Ok((outcome, (problem.figures)(solver.z(), solver.r()), problem.q.len()))
 }
 
-/// Prints a published figure and ours; an error unless they agree.
-fn compare(what: &str, published: &str, ours: &str, agree: bool) -> Fallible<()> {
-    print::line(format_args!("{what:<36} {published:<10} {ours}"))?;
-    if agree { Ok(()) } else { Err(format!("{what}: {ours} is not {published}").into()) }
+/// Returns a figure of a scene by TMGS, by its place.
+fn figure(scene: &str, given: Given<'_>, place: usize) -> Fallible<f64> {
+    let (outcome, figures, _) = solved("TMGS", scene, given, true)?;
+    if !outcome.converged() {
+        return Err(format!("{scene}: {outcome}").into());
+    }
+    Ok(figures[place].1)
 }
 
-fn journal_bearing() -> Fallible<()> {
-    let figures = figures("journal-bearing", &[("nx", 8.0), ("ny", 12.0)])?;
-    let ours = format!("{:.6}", figures[0].1);
-    compare("journal bearing 8 × 12, objective", "-0.183437", &ours, ours == "-0.183437")
-}
-
-fn obstacle() -> Fallible<()> {
+/// Prints published figures and ours; an error unless they agree.
+fn published() -> Fallible<()> {
+    let compare = |what: &str, published: &str, ours: &str, agree: bool| -> Fallible<()> {
+        print::line(format_args!("{what:<36} {published:<10} {ours}"))?;
+        if agree { Ok(()) } else { Err(format!("{what}: {ours} is not {published}").into()) }
+    };
+    let ours = figure("journal-bearing", &[("nx", 8.0), ("ny", 12.0)], 0)?;
+    let ours = format!("{ours:.6}");
+    compare("journal bearing 8 × 12, objective", "-0.183437", &ours, ours == "-0.183437")?;
     for (m, published) in [(9, ["3.076e-3", "1.334e-2"]), (17, ["2.707e-3", "1.428e-2"])] {
-        let errors = figures("obstacle", &[("m", m.into())])?;
         for (k, name) in ["mean", "largest"].into_iter().enumerate() {
-            let ours = format!("{:.3e}", errors[k].1);
+            let ours = format!("{:.3e}", figure("obstacle", &[("m", m.into())], k)?);
             let what = format!("obstacle {m} × {m}, {name} error");
             compare(&what, published[k], &ours, ours == published[k])?;
         }
     }
-    Ok(())
-}
-
-fn bearing2d() -> Fallible<()> {
-    let table =
-        [(0.1, 1.33), (0.2, 0.631), (0.4, 0.264), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188)];
-    for (ecc, published) in table {
-        let ours = figures("bearing2d", &[("ny", 31.0), ("ecc", ecc)])?[0].1;
+    for (ecc, published) in
+        [(0.1, 1.33), (0.2, 0.631), (0.4, 0.264), (0.6, 0.121), (0.8, 0.0446), (0.9, 0.0188)]
+    {
+        let ours = figure("bearing2d", &[("ny", 31.0), ("ecc", ecc)], 0)?;
         let what = format!("bearing2d ε = {ecc}, Sommerfeld number");
         let agree = (ours / published - 1.0).abs() < 0.015;
         compare(&what, &published.to_string(), &format!("{ours:.4}"), agree)?;
     }
-    Ok(())
-}
-
-/// Returns the price for spot 36 and strike 40, and the iterations: from the last answer or from
-/// x⁰ = e.
-fn put_price(method: &str, problem: &Problem<f64>, warm: bool) -> Fallible<(f64, usize)> {
-    let mut solver = problem.solver(method, Parameters::default(), 1.0)?;
-    let outcome = march(problem, &mut solver, &Limits::absolute(1e-10), warm)?;
-    if !outcome.converged() {
-        return Err(format!("American put: {outcome}").into());
-    }
-    Ok((40.0 * (problem.figures)(solver.z(), solver.r())[0].1, outcome.iterations))
-}
-
-fn put(m: u32, steps: u32) -> Fallible<Problem<f64>> {
-    Ok(Scene::of("american-put").pose(&[("m", m.into()), ("steps", steps.into())])?)
-}
-
-fn american_put() -> Fallible<()> {
+    // For spot 36 and strike 40. The grids converge to the published price: the limit is judged.
     let mut prices = vec![];
     for m in [16, 32, 64] {
-        prices.push(put_price("TMGS", &put(m, m * m / 4)?, true)?.0);
-        let what = format!("American put, m = {m}, {} steps", m * m / 4);
-        compare(&what, "4.48667344", &format!("{:.6}", prices[prices.len() - 1]), true)?;
+        let steps = m * m / 4;
+        let given = [("m", m.into()), ("steps", steps.into())];
+        prices.push(40.0 * figure("american-put", &given, 0)?);
+        let ours = format!("{:.6}", prices[prices.len() - 1]);
+        compare(&format!("American put, m = {m}, {steps} steps"), "4.48667344", &ours, true)?;
     }
     let limit = prices[2] + (prices[2] - prices[1]) / 3.0;
     let agree = (limit - 4.48667344).abs() < 5e-5;
     compare("American put, extrapolated", "4.48667344", &format!("{limit:.6}"), agree)
 }
 
-/// One line of counts; in parentheses the residual where the iterations ran out.
-fn count(what: &str, scene: &str, given: Given<'_>) -> Fallible<()> {
-    let scene = Scene::of(scene);
-    let problem = scene.pose(given)?;
-    let mut line = format!("{what:<36} {:>5}", problem.q.len());
+/// Prints a line of counts; in parentheses the residual where the iterations ran out.
+fn count(what: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<()> {
+    let (mut cells, mut order) = (String::new(), 0);
     for method in METHODS {
-        let outcome = solve(&problem, &tuned(method, [1.0; 2])?, 1.0, &scene.limits())?.outcome;
+        let (outcome, _, n) = solved(method, scene, given, warm)?;
         let cell = match outcome.status {
             Status::Converged => outcome.iterations.to_string(),
             Status::Diverged(_) => "diverges".to_owned(),
             _ => format!("({:.0e})", outcome.residual.l2),
         };
-        line += &format!(" {cell:>8}");
+        cells += &format!(" {cell:>8}");
+        order = n;
     }
-    Ok(print::line(line)?)
+    Ok(print::line(format_args!("{what:<36} {order:>5}{cells}"))?)
 }
 
 fn counts() -> Fallible<()> {
     for m in [32.0, 64.0] {
         let given = [("m", m), ("solution", 1.0)];
-        count(&format!("example1 generic, m = {m}"), "example1", &given)?;
+        count(&format!("example1 generic, m = {m}"), "example1", &given, true)?;
     }
     for name in ["disc-lcp", "disc-hlcp"] {
         for m in [31.0, 63.0] {
-            count(&format!("{name}, m = {m}"), name, &[("m", m)])?;
+            count(&format!("{name}, m = {m}"), name, &[("m", m)], true)?;
         }
     }
     for cells in [50.0, 100.0] {
-        count(&format!("slider, {cells} cells"), "slider", &[("m", cells)])?;
+        count(&format!("slider, {cells} cells"), "slider", &[("m", cells)], true)?;
     }
     for m in [31.0, 63.0] {
         let what = format!("journal bearing, {m} × {m}");
-        count(&what, "journal-bearing", &[("nx", m), ("ny", m)])?;
+        count(&what, "journal-bearing", &[("nx", m), ("ny", m)], true)?;
     }
     for m in [33.0, 65.0] {
-        count(&format!("obstacle, {m} × {m}"), "obstacle", &[("m", m)])?;
+        count(&format!("obstacle, {m} × {m}"), "obstacle", &[("m", m)], true)?;
     }
     let groove = 3.8_f64.to_degrees();
     for (place, aspect, groove) in
@@ -153,22 +130,17 @@ fn counts() -> Fallible<()> {
         for (nx, ny) in [(31.0, 15.0), (63.0, 31.0), (127.0, 63.0)] {
             let given = [("nx", nx), ("ny", ny), ("aspect", aspect), ("groove", groove)];
             let what = format!("bearing2d {place}, L/D {aspect}, {nx} × {ny}");
-            count(&what, "bearing2d", &given)?;
+            count(&what, "bearing2d", &given, true)?;
         }
     }
     for nx in [47.0, 95.0] {
         let given = [("nx", nx), ("ny", 1.0), ("aspect", 1e6), ("groove", groove)];
-        count(&format!("bearing2d 218°, L/D ∞, {nx} × 1"), "bearing2d", &given)?;
+        count(&format!("bearing2d 218°, L/D ∞, {nx} × 1"), "bearing2d", &given, true)?;
     }
     for (warm, name) in [(true, "warm"), (false, "cold")] {
         for m in [32, 64] {
-            let problem = put(m, m)?;
-            let what = format!("put, m = steps = {m}, {name}");
-            let mut line = format!("{what:<36} {:>5}", problem.q.len());
-            for method in METHODS {
-                line += &format!(" {:>8}", put_price(method, &problem, warm)?.1);
-            }
-            print::line(line)?;
+            let given = [("m", f64::from(m)), ("steps", m.into())];
+            count(&format!("put, m = steps = {m}, {name}"), "american-put", &given, warm)?;
         }
     }
     Ok(())

@@ -359,7 +359,7 @@ impl Given {
             wide.q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
         }
         narrow.q = wide.q.iter().map(|&q| q as f32).collect();
-        let wide = Judged::new(wide, &self.scene.limits(), true)?;
+        let wide = Judged::new(wide, "AMG", &self.scene.limits(), true)?;
         Ok(Scene { name: self.scene.name, m: self.numbers[0].1, wide, narrow })
     }
 }

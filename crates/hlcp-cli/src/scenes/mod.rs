@@ -15,8 +15,7 @@ use hlcp_methods::{Limits, Tolerance};
 
 pub(crate) use self::problem::{Boxed, Operator, Problem, textured};
 use self::problem::{
-    american_put, bearing2d, disc_hlcp, disc_lcp, example1, example2, film, journal_bearing,
-    obstacle, slider,
+    american_put, bearing2d, disc, example, film, journal_bearing, obstacle, slider,
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -54,7 +53,7 @@ const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
 pub(crate) static SCENES: [Scene; 10] = [
-    Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example1, narrow: example1,
+    Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example::<_, true>, narrow: example::<_, true>,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -63,7 +62,7 @@ pub(crate) static SCENES: [Scene; 10] = [
             Ladder { title: "example1 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.2, 1.0] },
         ] },
-    Scene { name: "example2", family: "examples", tolerance: ABSOLUTE, wide: example2, narrow: example2,
+    Scene { name: "example2", family: "examples", tolerance: ABSOLUTE, wide: example::<_, false>, narrow: example::<_, false>,
         about: "The paper's Example 2",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -72,14 +71,14 @@ pub(crate) static SCENES: [Scene; 10] = [
             Ladder { title: "example2 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.1, 1.0] },
         ] },
-    Scene { name: "disc-lcp", family: "discs", tolerance: ABSOLUTE, wide: disc_lcp, narrow: disc_lcp,
+    Scene { name: "disc-lcp", family: "discs", tolerance: ABSOLUTE, wide: disc::<_, true>, narrow: disc::<_, true>,
         about: "A contact in a disc, as a linear complementarity problem",
         numbers: &[("m", 512.0)],
         ladders: &[
             Ladder { title: "disc-lcp", size: "m × m points",
                 numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] },
         ] },
-    Scene { name: "disc-hlcp", family: "discs", tolerance: ABSOLUTE, wide: disc_hlcp, narrow: disc_hlcp,
+    Scene { name: "disc-hlcp", family: "discs", tolerance: ABSOLUTE, wide: disc::<_, false>, narrow: disc::<_, false>,
         about: "A contact in a disc with a second operator on r",
         numbers: &[("m", 512.0)],
         ladders: &[

@@ -3,7 +3,7 @@
 use std::{error::Error, f64::consts::PI};
 
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
-use hlcp_methods::{BoxedMethod, Named, Parameters, Solver, TridiagonalPart};
+use hlcp_methods::{BoxedMethod, Named, Solver, TridiagonalPart};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, Film, JournalBearing, Obstacle,
     Posed, Slider,
@@ -80,14 +80,9 @@ impl<T: Scalar> Problem<T> {
         Hlcp::new(&self.a, &self.b, Omega::diagonal_ratio(tau, &self.a, &self.b)?)
     }
 
-    /// The method of this name with its parameters and τ.
-    pub(crate) fn solver(
-        &self,
-        name: &str,
-        parameters: Parameters<'_>,
-        tau: f64,
-    ) -> Result<Solver<T, Boxed<'_, T>>, Box<dyn Error>> {
-        Ok(self.solved_by(&Named::parse(name, parameters)?, tau)?)
+    /// Returns the method of a name that leaves no parameters open, with τ = 1.
+    pub(crate) fn solver(&self, name: &str) -> Result<Solver<T, Boxed<'_, T>>, Box<dyn Error>> {
+        Ok(self.solved_by(&name.parse()?, 1.0)?)
     }
 
     /// The method with τ.
@@ -116,17 +111,9 @@ pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, &'p Operator<T>, &'p Operator<
 
 type Posing<T> = Result<Problem<T>, hlcp_core::Error>;
 
-pub(super) fn example1<T: Scalar>(numbers: &Numbers) -> Posing<T> {
-    example(true, numbers)
-}
-
-pub(super) fn example2<T: Scalar>(numbers: &Numbers) -> Posing<T> {
-    example(false, numbers)
-}
-
-fn example<T: Scalar>(symmetric: bool, numbers: &Numbers) -> Posing<T> {
+pub(super) fn example<T: Scalar, const SYMMETRIC: bool>(numbers: &Numbers) -> Posing<T> {
     let (mu, nu) = (numbers.get("mu"), numbers.get("nu"));
-    let example = Example { symmetric, m: numbers.size("m"), mu, nu };
+    let example = Example { symmetric: SYMMETRIC, m: numbers.size("m"), mu, nu };
     let generic = numbers.get("solution") == 1.0;
     Ok(Problem::planted(match (&numbers.columns, generic) {
         (None, true) => example.pose_generic()?,
@@ -138,16 +125,8 @@ fn example<T: Scalar>(symmetric: bool, numbers: &Numbers) -> Posing<T> {
     }))
 }
 
-pub(super) fn disc_lcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
-    disc(true, numbers)
-}
-
-pub(super) fn disc_hlcp<T: Scalar>(numbers: &Numbers) -> Posing<T> {
-    disc(false, numbers)
-}
-
-fn disc<T: Scalar>(lcp: bool, numbers: &Numbers) -> Posing<T> {
-    let disc = Disc { lcp, m: numbers.size("m") };
+pub(super) fn disc<T: Scalar, const LCP: bool>(numbers: &Numbers) -> Posing<T> {
+    let disc = Disc { lcp: LCP, m: numbers.size("m") };
     let problem = Problem::planted(disc.pose_columns(numbers.columns(disc.m))?);
     Ok(problem.with_proofs("contact", |_| vec![]))
 }

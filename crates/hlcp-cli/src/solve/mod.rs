@@ -68,8 +68,7 @@ fn run_on(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool,
 struct Run<'r> {
     arguments: &'r Arguments,
     name: &'r str,
-    /// The methods by their names.
-    methods: Vec<(String, Named)>,
+    methods: Vec<Named>,
     rows: usize,
     all_converged: bool,
     strip: Option<Strip>,
@@ -79,11 +78,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
     if ranks.is_none_or(|ranks| ranks.rank() == 0) {
         arguments.check()?;
     }
-    let parse = |name: &str| -> Result<(String, Named), String> {
-        let name = name.trim();
-        let named = Named::parse(name, arguments.parameters()).map_err(in_options)?;
-        Ok((name.to_ascii_uppercase(), named))
-    };
+    let parse = |name: &str| Named::parse(name.trim(), arguments.parameters()).map_err(in_options);
     let methods: Vec<_> = match &arguments.method[..] {
         [] => ["MGS", "AMGS", "TMGS"].into_iter().map(parse).collect::<Result<_, _>>()?,
         names => names.iter().map(|name| parse(name)).collect::<Result<_, _>>()?,
@@ -93,7 +88,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
         (scene.grid(&arguments.given.numbers), &arguments.a, ranks)
     {
         // About what is measured.
-        let bytes = |(name, _): &(String, Named)| match name.as_str() {
+        let bytes = |method: &Named| match &method.to_string()[..] {
             "AMG" => 500,
             "ANDERSON" => 200,
             "NEWTON" => 120,
@@ -310,12 +305,11 @@ impl Run<'_> {
         }
         let mut alone = arguments.threads > 1 && self.is_first() && !problem.has_shared_sweeps();
         for method in &self.methods {
-            let (name, named) = method;
             if arguments.a.is_some() && !is_given {
                 // The paper begins with ones; from 0 a file in other units takes the same steps.
-                x0.fill(if named.first().is_some() { T::one() } else { T::zero() });
+                x0.fill(if method.first().is_some() { T::one() } else { T::zero() });
             }
-            let posed = named.on(problem.clone());
+            let posed = method.on(problem.clone());
             let mut solver = Solver::new(posed.map_err(|error| self.in_files(error))?);
             if std::mem::take(&mut alone) {
                 say("note: --threads does not speed up the sweeps of this problem, which are \
@@ -326,7 +320,7 @@ impl Run<'_> {
             for _ in 0..arguments.repeats {
                 solves.push(march(
                     self.is_first(),
-                    name,
+                    method,
                     &mut solver,
                     given,
                     &mut q,
@@ -379,9 +373,9 @@ impl Run<'_> {
                 if self.rows == 0 {
                     report::head(self, self.order(given))?;
                 }
-                report::row(name, precision, outcome, error)?;
+                report::row(method, precision, outcome, error)?;
                 if let Some(advice) = report::advice(outcome.status) {
-                    say(format!("note: {name} did not converge; {advice}"));
+                    say(format!("note: {method} did not converge; {advice}"));
                 }
                 let unsettled = if outcome.converged() {
                     ""
@@ -392,7 +386,7 @@ impl Run<'_> {
                     print::line(format_args!("          {key} {value:.6e}{unsettled}"))?;
                 }
                 if let Some(certificate) = &certificate {
-                    print::line(match named.steps(&problem)? {
+                    print::line(match method.steps(&problem)? {
                         Some(steps) => match convergence_within(&problem, &steps, clock) {
                             Convergence::NotProved(_) if clock.is_up() => {
                                 "  convergence: not proved, because the time limit was reached"
@@ -420,14 +414,14 @@ impl Run<'_> {
 /// with the residual of the last.
 fn march<'p, T: Scalar>(
     shown: bool,
-    name: &str,
+    method: &Named,
     solver: &mut Solver<T, Boxed<'p, T>>,
     given: &'p Problem<T>,
     q: &mut [T],
     x0: &[T],
     limits: &Limits,
 ) -> Result<Outcome, Box<dyn Error>> {
-    let mut way = Way::new(name, goal(limits, &given.q), limits);
+    let mut way = Way::new(&method.to_string(), goal(limits, &given.q), limits);
     let mut show = |progress: &Progress<'_, T>| {
         way.show(progress);
         ControlFlow::Continue(())

@@ -17,24 +17,24 @@ use crate::{print, scenes::Problem};
 pub(crate) fn object(
     Run { arguments, name: scene, .. }: &Run<'_>,
     order: usize,
-    (method, named): &(String, Named),
+    method: &Named,
     precision: Precision,
     outcome: &Outcome,
     error: Option<f64>,
 ) -> Value {
     let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
-    let [alpha, beta] = named.first().map_or([None; 2], |pair| pair.map(Some));
+    let [alpha, beta] = method.first().map_or([None; 2], |pair| pair.map(Some));
     json!({
         "scene": scene,
         "n": order,
-        "method": method,
+        "method": method.to_string(),
         "alpha": alpha,
         "beta": beta,
         "tau": arguments.tau,
         "gamma": arguments.gamma,
         "precision": precision.name(),
         "threads": arguments.threads,
-        "outcome": status.to_string().replace(' ', "_"),
+        "outcome": status.name(),
         "converged": outcome.converged(),
         "iterations": iterations,
         "sweeps": sweeps,
@@ -81,7 +81,7 @@ pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::R
 
 /// Prints a row of the table.
 pub(crate) fn row(
-    name: &str,
+    method: &Named,
     precision: Precision,
     outcome: &Outcome,
     error: Option<f64>,
@@ -89,7 +89,7 @@ pub(crate) fn row(
     let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
     let seconds = elapsed.as_secs_f64();
     print::line(format_args!(
-        "{name:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>9.1e} {:>11} {seconds:>8.3}",
+        "{method:<9} {:<9} {status:<15} {iterations:>10} {sweeps:>7} {:>11.2e} {:>11.2e} {:>9.1e} {:>11} {seconds:>8.3}",
         precision.name(),
         residual.l2,
         residual.linf,
