@@ -54,7 +54,7 @@ proptest! {
     #[test]
     fn a_free_journal_obeys_its_equation_of_motion(
         (along, across, mass) in (500.0..8000.0, -500.0..500.0, prop_oneof![Just(0.0), 0.5..5.0_f64]),
-        (ecc, turn, ms) in (0.1..0.8_f64, 0.0..6.28_f64, 0.1..1.0),
+        (ecc, turn, ms) in (0.1..0.8_f64, 0.0..6.25_f64, 0.1..1.0),
     ) {
         let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
         let mut bearing = Bearing::journal(journal, [36, 6]);
