@@ -84,8 +84,9 @@ impl Row {
         let kept = |run: Run| Run { answer: [vec![], vec![]], ..run };
         let mut turns = vec![];
         let mut by_auto = || -> Fallible<Option<Run>> {
+            let posed = problem.hlcp(T::one())?;
             let begin = Instant::now();
-            let mut solver = Solver::new(Auto::new(problem.hlcp(T::one())?)?);
+            let mut solver = Solver::new(Auto::new(posed)?);
             let outcome = march(&problem, &mut solver, &limits(PATIENCE[0]), true)?;
             turns = solver.method().history().to_vec();
             Ok(Some(kept(Run::new(begin, outcome, &solver))))

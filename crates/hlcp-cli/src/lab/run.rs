@@ -22,7 +22,7 @@ pub(crate) struct Run {
     pub(crate) outcome: Outcome,
     /// `z` and `r`, where they are wanted.
     pub(crate) answer: [Vec<f64>; 2],
-    /// The seconds of each solve with its set-up, in increasing order.
+    /// The seconds of each solve with the set-up of the method, in increasing order.
     pub(crate) seconds: Vec<f64>,
 }
 
@@ -111,8 +111,9 @@ pub(crate) fn solve<T: Scalar>(
     tau: f64,
     limits: &Limits,
 ) -> Result<Run, hlcp_core::Error> {
+    let posed = problem.hlcp(T::of(tau))?;
     let begin = Instant::now();
-    let mut solver = problem.solved_by(method, tau)?;
+    let mut solver = Solver::new(method.on(posed)?);
     let outcome = march(problem, &mut solver, limits, true)?;
     Ok(Run::new(begin, outcome, &solver))
 }
