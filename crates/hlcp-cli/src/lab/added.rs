@@ -1,10 +1,27 @@
-//! Measurements of a user's own methods from CSV files.
+//! Measurements on the charts of `hlcp speed-vs-accuracy`, and those of a user's own methods, from
+//! CSV files.
 
 use std::{fs, path::PathBuf};
 
 use hlcp::files::{FileError, excerpt};
 
-use super::speed_vs_accuracy::{COLUMNS, Measured};
+/// The columns of the data.
+pub(super) const COLUMNS: &str =
+    "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached";
+
+/// The runs of one series to one tolerance on one problem.
+#[derive(Clone)]
+pub(super) struct Measured {
+    pub(super) name: String,
+    pub(super) tolerance: f64,
+    pub(super) error: f64,
+    /// The fastest, the median and the slowest.
+    pub(super) seconds: [f64; 3],
+    /// Half-steps, where the series has such a thing.
+    pub(super) sweeps: Option<usize>,
+    /// Whether the residual reached the tolerance.
+    pub(super) reached: bool,
+}
 
 /// The rows of the files with their problems, which must be among `titles`.
 pub(crate) fn read(

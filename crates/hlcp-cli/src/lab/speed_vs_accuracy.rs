@@ -16,7 +16,8 @@ use hlcp_methods::Limits;
 use indicatif::ProgressBar;
 
 use super::{
-    Charts, added,
+    Charts,
+    added::{self, COLUMNS, Measured},
     methods::{Chart, Row, Scene, methods},
     profile,
     run::{Fallible, Judged, Repeats, Run, measure, to},
@@ -51,10 +52,6 @@ pub(crate) struct Arguments {
     add: Vec<PathBuf>,
 }
 
-/// The columns of the data.
-pub(super) const COLUMNS: &str =
-    "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached";
-
 /// The tolerances, as exponents of ten.
 const LADDER: [i32; 9] = [1, 2, 4, 6, 8, 10, 12, 13, 14];
 
@@ -63,20 +60,6 @@ const LONG: f64 = 1.0;
 
 /// What is drawn for an error of zero.
 const NOTHING: f64 = 1e-17;
-
-/// The runs of one series to one tolerance on one problem.
-#[derive(Clone)]
-pub(super) struct Measured {
-    pub(super) name: String,
-    pub(super) tolerance: f64,
-    pub(super) error: f64,
-    /// The fastest, the median and the slowest.
-    pub(super) seconds: [f64; 3],
-    /// Half-steps, where the series has such a thing.
-    pub(super) sweeps: Option<usize>,
-    /// Whether the residual reached the tolerance.
-    pub(super) reached: bool,
-}
 
 /// The measurements on the problems by their titles.
 type OfProblems = Vec<(String, Vec<Measured>)>;
