@@ -8,8 +8,8 @@
 //!
 //! * [`FivePoint`] on a grid, constant or varying, [`Tridiagonal`], [`Identity`] and
 //!   [`DiagonalMatrix`];
-//! * [`Csr`] and [`RowMajor`] for rows in arrays; with the feature `nalgebra-sparse`, on by default,
-//!   also `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix`;
+//! * [`Csr`] and [`RowMajor`] for rows in arrays; with the feature `nalgebra-sparse`, on by
+//!   default, also `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix`;
 //! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
 //!
 //! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.

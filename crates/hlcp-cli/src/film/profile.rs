@@ -1,8 +1,8 @@
 //! `hlcp film` along a line: a profile of the gap.
 //!
-//! A profile is a file with two columns, the place x and the gap h, in units of your choice. Each of
-//! its straight lines is cut into pieces, none longer than 1/400 of the film unless `--refine` says
-//! how many.
+//! A profile is a file with two columns, the place x and the gap h, in units of your choice. Each
+//! of its straight lines is cut into pieces, none longer than 1/400 of the film unless `--refine`
+//! says how many.
 //!
 //! Without arguments it takes the pad of the library's slider, and ends with an error if peak or
 //! rupture are not the known ones.

@@ -160,9 +160,9 @@ pub(crate) struct Judged {
 }
 
 impl Judged {
-    /// Finds the solution of problems that have none planted by a method that takes them to the floor
-    /// of rounding: to half of what `wanted` asks for, or better. Proves a bound on its error where
-    /// that is asked for and possible.
+    /// Finds the solution of problems that have none planted by a method that takes them to the
+    /// floor of rounding: to half of what `wanted` asks for, or better. Proves a bound on its error
+    /// where that is asked for and possible.
     pub(crate) fn new(
         mut problem: Problem<f64>,
         method: &str,

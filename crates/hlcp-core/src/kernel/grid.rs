@@ -26,8 +26,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Returns the values beyond the western and the eastern end of row `j`, where some columns reach
-    /// these: those `beside` the grid, those across one that closes, or 0.
+    /// Returns the values beyond the western and the eastern end of row `j`, where some columns
+    /// reach these: those `beside` the grid, those across one that closes, or 0.
     #[inline(always)]
     pub(super) fn ends<T: Scalar>(
         &self,

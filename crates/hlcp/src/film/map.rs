@@ -28,8 +28,9 @@ impl Map {
     ///
     /// # Errors
     ///
-    /// [`FileError`] for a file that cannot be read; rows of different lengths or none, and what is not
-    /// a finite number; decimal commas; NPY files of other numbers, of more dimensions or cut short.
+    /// [`FileError`] for a file that cannot be read; rows of different lengths or none, and what is
+    /// not a finite number; decimal commas; NPY files of other numbers, of more dimensions or cut
+    /// short.
     pub fn read(path: &Path) -> Result<Self, FileError> {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let bytes = fs::read(path).map_err(|e| fault(None, e.to_string()))?;

@@ -8,8 +8,8 @@ use super::{
 
 /// A film along a line above a plane that moves in the direction of x, in SI units.
 ///
-/// Between two points the gap is a straight line. The film is full at the first point, and both ends
-/// are at the ambient pressure.
+/// Between two points the gap is a straight line. The film is full at the first point, and both
+/// ends are at the ambient pressure.
 ///
 /// # What is solved
 ///
@@ -88,8 +88,8 @@ impl Profile {
     /// # Errors
     ///
     /// [`FilmError::Input`] for fewer than three points, another number of gaps, and an ambient
-    /// pressure below that of cavitation; [`FilmError::Range`] for places that do not increase, gaps
-    /// that are not positive, and a unit of pressure, `6μUL/h²`, that is no positive number.
+    /// pressure below that of cavitation; [`FilmError::Range`] for places that do not increase,
+    /// gaps that are not positive, and a unit of pressure, `6μUL/h²`, that is no positive number.
     pub fn solve(&self, settings: &Settings<'_>) -> Result<Line, FilmError> {
         let Self { x, h, speed, viscosity, ambient, cavitation } = self;
         let (expected, found) = (x.len(), h.len());

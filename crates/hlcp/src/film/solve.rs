@@ -198,7 +198,8 @@ impl Solved {
     }
 
     /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
-    /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not move.
+    /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not
+    /// move.
     ///
     /// With `δz + δr` what a change brings about, `J (δz, δr) = −∂(A z − B r + q)/∂h`, the film
     /// of a wall that moves with speed `v` lags behind by what it stores, `∂t(θh)`: to first order
@@ -278,9 +279,9 @@ fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
 /// `z`, `r`, `x` and what became of the solve.
 type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
 
-/// Solves from `begin`, by the method of the settings or by `method`, and by another where that does
-/// not converge or leaves a content `1 − r` below `least`; `rounding` is what it excuses of the
-/// residual, in units of the rounding of its terms.
+/// Solves from `begin`, by the method of the settings or by `method`, and by another where that
+/// does not converge or leaves a content `1 − r` below `least`; `rounding` is what it excuses of
+/// the residual, in units of the rounding of its terms.
 pub(super) fn solve(
     operators: &Operators,
     q: &[f64],
