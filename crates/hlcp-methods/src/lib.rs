@@ -141,8 +141,7 @@ pub use solve::{Solution, solve};
 pub use solver::Solver;
 pub use tmms::Tmms;
 
-/// The programs of the READMEs, compiled and run with the documentation's other examples.
+/// The README's program, compiled and run with the documentation's other examples.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-#[doc = include_str!("../../../README.md")]
 struct Readme;

@@ -43,7 +43,8 @@ pub use hlcp_verify::{
     convergence, uniqueness,
 };
 
-/// The README's program, compiled and run with the documentation's other examples.
+/// The programs of the READMEs, compiled and run with the documentation's other examples.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
+#[doc = include_str!("../../../README.md")]
 struct Readme;
