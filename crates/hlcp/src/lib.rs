@@ -39,8 +39,8 @@ pub mod market;
 
 pub use hlcp_methods::*;
 pub use hlcp_verify::{
-    Branch, Certificate, Convergence, Refusal, Uniqueness, certify, certify_by, certify_within,
-    convergence, uniqueness,
+    Branch, Certificate, Convergence, Refusal, Uniqueness, certify, certify_box, certify_by,
+    certify_range, certify_within, convergence, uniqueness,
 };
 
 /// The programs of the READMEs, compiled and run with the documentation's other examples.

@@ -42,7 +42,7 @@ mod solve;
 mod wall;
 
 pub use carry::{Carried, Load};
-pub use hlcp_verify::{Film, FilmFigures, ProvedFigures, Side, Supply, TimeStep};
+pub use hlcp_verify::{Film, FilmFigures, FilmRange, ProvedFigures, Side, Supply, TimeStep};
 pub use map::Map;
 pub use motion::{Drive, Motion};
 pub use profile::{Line, Profile};
