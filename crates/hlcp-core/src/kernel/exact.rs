@@ -151,10 +151,10 @@ fn measure_block<T: Scalar>(
 ) {
     // Few enough to stay in the nearest cache while they are looked at.
     const WIDTH: usize = 32;
+    let mut sums = [[0.0; WIDTH]; 3];
     for (k, (entries, q)) in entries.chunks_mut(WIDTH).zip(q.chunks(WIDTH)).enumerate() {
         let (first, n) = (k * WIDTH, entries.len());
         let w = w.map(|w| &w[first..first + n]);
-        let mut sums = [[0.0; WIDTH]; 3];
         let [values, slacks, roundings] = sums.each_mut().map(|list| &mut list[..n]);
         for (i, &q) in q.iter().enumerate() {
             let mut sum = ExactSum::new((sign * q).wide());

@@ -63,10 +63,7 @@ mod sealed {
     }
 }
 
-impl Index for u32 {}
-impl Index for i32 {}
-impl Index for i64 {}
-impl Index for usize {}
+impl<I: sealed::Index> Index for I {}
 
 /// Where a sweep has the rows of an operator from.
 ///

@@ -5,7 +5,6 @@ mod mpi;
 mod ranks;
 mod strip;
 pub(crate) mod team;
-mod totals;
 
 #[cfg(feature = "mpi")]
 pub use self::mpi::{NotJoined, World};
@@ -15,6 +14,5 @@ pub use self::{
 };
 pub(crate) use self::{
     strip::Shared,
-    team::{Breaker, Claims, OrderedSum, Turns},
-    totals::totals,
+    team::{Breaker, Claims, OrderedSum, Turns, totals},
 };
