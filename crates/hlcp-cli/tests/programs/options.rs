@@ -75,7 +75,7 @@ const OF_SOLVE: [(&str, &str); 44] = [
     ("repeats", "2"),
 ];
 
-const OF_FILM: [(&str, &str); 35] = [
+const OF_FILM: [(&str, &str); 36] = [
     ("map", "map.csv"),
     ("pad", "plane,4e-5,2e-5"),
     ("lx", "0.05"),
@@ -110,6 +110,7 @@ const OF_FILM: [(&str, &str); 35] = [
     ("threads", "2"),
     ("out", "other"),
     ("certify", ""),
+    ("data-tolerance", "1e-3"),
     ("json", ""),
 ];
 
