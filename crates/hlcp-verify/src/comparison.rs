@@ -167,6 +167,14 @@ impl Transposed {
         Self { columns: [columns(a), columns(b)] }
     }
 
+    /// Returns whether every entry is a finite number.
+    pub(crate) fn is_finite(&self) -> bool {
+        let is_sound = |column: &Column| {
+            column.diagonal.is_finite() && column.off.iter().all(|(_, entry)| entry.is_finite())
+        };
+        self.columns.iter().flatten().all(is_sound)
+    }
+
     /// Returns whether no entry of column `j` of A, or of B if `k` is 1, is positive beside the
     /// diagonal.
     pub(crate) fn is_z(&self, k: usize, j: usize) -> bool {

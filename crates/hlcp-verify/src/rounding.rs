@@ -82,6 +82,10 @@ impl Interval {
 
     pub(crate) fn product(self, other: Self) -> Self {
         let [low, high] = [self.times(other.lower), self.times(other.upper)];
+        // min and max would drop a NaN.
+        if low.lower.is_nan() || high.lower.is_nan() {
+            return Self::exactly(f64::NAN);
+        }
         Self { lower: low.lower.min(high.lower), upper: low.upper.max(high.upper) }
     }
 

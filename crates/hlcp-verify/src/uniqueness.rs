@@ -180,7 +180,9 @@ impl Disproof {
         let Self { m_matrix, v, other, u } = self;
         let are_z = |choice: &[bool]| (0..v.len()).all(|j| columns.is_z(choice[j].into(), j));
         let mut g = vec![];
-        are_z(m_matrix)
+        // Nothing is said of a pair with an entry that is no number, in whatever column.
+        columns.is_finite()
+            && are_z(m_matrix)
             && are_z(other)
             && is_regular(columns, m_matrix, v)
             && u.iter().all(|&u| u >= 0.0)

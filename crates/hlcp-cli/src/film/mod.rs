@@ -193,8 +193,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     certify: bool,
     /// Prove the range of load, friction, flows and peak over all films whose gap, viscosity,
-    /// speeds and supplies' pressures are these times factors of their own, so far from 1 at most,
-    /// e.g. 1e-3
+    /// speeds and supplies' pressures are these, each as a whole times a factor that is so far from
+    /// 1 at most, e.g. 1e-3
     #[arg(long, help_heading = OUTPUT, value_name = "PART", group = "in_plane")]
     #[arg(conflicts_with = "motion", allow_hyphen_values = true, value_parser = tolerance)]
     data_tolerance: Option<f64>,

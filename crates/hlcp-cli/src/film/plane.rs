@@ -473,8 +473,8 @@ impl Report<'_> {
         let film = &self.solved.film;
         writeln!(
             text,
-            "proved for all films whose gap, viscosity, speeds and supplies' pressures are within \
-             {part} of these:"
+            "proved for all films whose gap, viscosity, speeds and supplies' pressures, each as a \
+             whole, are within {part} of these:"
         )?;
         let to = |[lower, upper]: [f64; 2]| {
             let [lower, upper] =

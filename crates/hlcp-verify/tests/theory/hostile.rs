@@ -285,6 +285,20 @@ fn ratios_beyond_the_doubles_are_balanced() {
     assert!(bracket.lower > 1.207 && bracket.upper < 1.208, "{bracket:?}");
 }
 
+/// An entry that is no number spoils a disproof whose columns do not have it.
+#[test]
+fn an_entry_that_is_no_number_refutes_nothing() {
+    let a = dmatrix![1.0, -1.2; 0.0, 1.0];
+    let verdict = |entry: f64| {
+        let b = dmatrix![1.0, entry; -3.0, 1.0];
+        uniqueness(&Counted::new(a.clone()), &Counted::new(b)).unwrap()
+    };
+    assert!(matches!(verdict(0.0), Uniqueness::Refuted(_)));
+    for spoilt in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert!(matches!(verdict(spoilt), Uniqueness::Open(_)));
+    }
+}
+
 /// A diagonal that is 4 when asked for, and no number when its row is walked.
 #[test]
 fn a_diagonal_that_is_no_number_proves_nothing() {

@@ -87,7 +87,7 @@ impl Drawing {
     /// All factors within the tolerance of 1.
     fn factor(&self) -> Interval {
         let [lower, upper] = [1.0 - self.tolerance, 1.0 + self.tolerance];
-        if lower == upper { Interval::exactly(1.0) } else { widened([lower, upper]) }
+        if self.tolerance == 0.0 { Interval::exactly(1.0) } else { widened([lower, upper]) }
     }
 
     /// The pressures of a reservoir above that of cavitation, over λ.
@@ -121,12 +121,13 @@ fn widened([lower, upper]: [f64; 2]) -> Interval {
     Interval { lower: lower.next_down(), upper: upper.next_up() }
 }
 
-/// What is proved of all the films that a drawing allows: whose gap, viscosity, speeds and
-/// supplies' pressures are those of one [`Film`], each times a factor of its own within `tolerance`
-/// of 1.
+/// What is proved of all the films that a drawing allows: those of one [`Film`] with the whole gap
+/// times one factor within `tolerance` of 1, the viscosity times one, both speeds times one, and
+/// each supply's pressure times one.
 ///
-/// [`Film::certify_range`] makes one. The gap has one factor for all cells, which does not change
-/// its shape, and so has the viscosity. Pressures of sides and of cavitation are as they are.
+/// [`Film::certify_range`] makes one. No factor changes the shape of the gap. Lengths, contents,
+/// and the pressures of sides and of cavitation are as they are. Meant is the film as it was posed,
+/// with the roundings of that, scaled exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmRange {
     /// Each for a part of λ.
@@ -134,11 +135,13 @@ pub struct FilmRange {
 }
 
 impl FilmRange {
-    /// Intervals that hold the figures of each of these films, which `film` is one of.
+    /// Intervals that hold the figures of a solution of each of these films, of which `film` has to
+    /// be the one that was posed. Where [`uniqueness`](crate::uniqueness()) is proved of its
+    /// operators it is the solution.
     ///
     /// # Panics
     ///
-    /// Unless this is a range of `film`.
+    /// Unless there is an unknown for each cell.
     pub fn figures(&self, film: &Film, ambient: f64) -> ProvedFigures {
         let of_part =
             |(drawing, proof): &(Drawing, Certificate)| film.proved(proof, drawing, ambient);
@@ -174,8 +177,9 @@ impl Film {
     ///
     /// # Cost
     ///
-    /// Eight solves; two where no reservoir is above the pressure of cavitation, whose intervals
-    /// are then hardly wider than the figures' true ranges.
+    /// Eight solves; two where no reservoir is above the pressure of cavitation. The intervals of
+    /// loads and peaks are then as narrow as they can be. Flows next to reservoirs far above it are
+    /// differences of uncertain pressures, and their intervals grow with the number of cells.
     ///
     /// # Errors
     ///
@@ -210,7 +214,7 @@ impl Film {
         clock: &mut Clock<'_>,
     ) -> Result<Result<FilmRange, Refusal>, Error> {
         /// Parts of the range of λ. A reservoir's pressure does not grow with λ, so that each part
-        /// counts the width of its own λ twice too often.
+        /// is too wide by the width of its own λ, at either end.
         const PARTS: usize = 4;
         check("the tolerance of data", tolerance, (0.0..=0.5).contains(&tolerance), "0 to 0.5")?;
         let steps = f64::from(u8::from(self.step.is_some()));
@@ -374,7 +378,12 @@ impl Film {
         let sheared = sheared.interval().product(slip).product(area);
         let half = self.proved_spacing(1).times(0.5).times(self.pressure_unit());
         let turned = turned.interval().product(half);
-        let factor = drawing.factor().product(drawing.ratio);
+        // m s/a, by either of two ways to it.
+        let factor = drawing.factor();
+        let [one, other] =
+            [factor.product(drawing.ratio), factor.product(factor).product(factor.reciprocal())];
+        let factor =
+            Interval { lower: one.lower.max(other.lower), upper: one.upper.min(other.upper) };
         [sheared.plus(turned), sheared.minus(turned)].map(|drag| ends(drag.product(factor)))
     }
 
