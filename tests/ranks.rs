@@ -352,7 +352,7 @@ fn a_panic_on_one_rank_ends_all() {
 /// Every method agrees with one process, which is tested above, or refuses.
 #[test]
 fn methods_that_work_on_one_rank_say_so_on_all() {
-    for name in ["NEWTON", "AMG"] {
+    for name in ["NEWTON", "AMG", "PIVOTING"] {
         let errors = ranks_as_threads(2, |ranks| {
             let (_, problem, q) = small(ranks);
             let method = Named::parse(name, Parameters::default()).unwrap().on(problem);

@@ -46,6 +46,7 @@
 //! | [`AdaptiveSor`] | no α is known: it finds one during the solve | rows |
 //! | [`Multigrid`], [`FullMultigrid`] | `z` and `r` are positive on regions of a grid: the work per unknown does not grow | five-point operators |
 //! | [`Newton`] | `A` and `B` are tridiagonal, with [`TridiagonalPart`]; elsewhere with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own | rows, or the preconditioner's needs |
+//! | [`Pivoting`] | nothing else converges: matrices that are almost skew, plates, small full ones | rows; beyond an order of 500 the feature `direct` and memory for LU factors |
 //! | [`AmgNewton`] | coefficients jump, oil is transported, or rows have no grid: textured films, rings, boxes | rows with positive diagonals |
 //! | [`Anderson`] | around any other, if its iterations are slow and nothing else applies | what the other needs, and vectors |
 //! | [`Auto`] | you do not want to choose | rows |
@@ -99,6 +100,8 @@ mod adaptive;
 mod amg;
 mod anderson;
 mod auto;
+#[cfg(feature = "direct")]
+mod direct;
 mod jacobian;
 mod krylov;
 mod limits;
@@ -137,6 +140,7 @@ pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Observer, Options, Progress};
 pub use outcome::{Divergence, Outcome, Status};
+pub use pivoting::Pivoting;
 pub use solve::{Solution, solve};
 pub use solver::Solver;
 pub use tmms::Tmms;

@@ -4,7 +4,7 @@ use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
     AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton,
-    Ssor, Tmms, TridiagonalPart,
+    Pivoting, Ssor, Tmms, TridiagonalPart,
 };
 
 /// Any method on a problem with operators `A` and `B`.
@@ -76,6 +76,7 @@ enum Kind {
     Anderson { window: usize },
     Newton,
     AmgNewton,
+    Pivoting,
     Multigrid(Cycle),
     FullMultigrid,
     Adaptive,
@@ -193,11 +194,12 @@ const ALPHA: &str = "1 is Gauss-Seidel, 1.1 to 1.4 is often faster, and ADAPTIVE
 const BETA: &str = "beta = alpha is SOR, and the paper takes beta = alpha - 0.2";
 
 /// The names beyond the paper's, with their defaults.
-const BEYOND: [(&str, Kind); 9] = [
+const BEYOND: [(&str, Kind); 10] = [
     ("AUTO", Kind::Auto),
     ("ADAPTIVE", Kind::Adaptive),
     ("NEWTON", Kind::Newton),
     ("AMG", Kind::AmgNewton),
+    ("PIVOTING", Kind::Pivoting),
     ("ANDERSON", Kind::Anderson { window: 10 }),
     ("MGV", Kind::Multigrid(Cycle::V)),
     ("MGW", Kind::Multigrid(Cycle::W)),
@@ -354,7 +356,7 @@ impl Named {
     /// use hlcp_methods::Named;
     ///
     /// let names = Named::names();
-    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 56));
+    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 57));
     /// assert!(names.contains(&"AUTO".to_owned()));
     /// ```
     pub fn names() -> Vec<String> {
@@ -495,6 +497,7 @@ impl Named {
             }
             Kind::Newton => Box::new(Newton::new(base(problem)?, Ssor)),
             Kind::AmgNewton => Box::new(AmgNewton::new(base(problem)?)?),
+            Kind::Pivoting => Box::new(Pivoting::new(problem)?),
             Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, cycle)?),
             Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),

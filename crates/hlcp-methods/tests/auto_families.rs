@@ -140,6 +140,25 @@ fn every_family_is_solved_at_a_fair_price() {
     }
 }
 
+/// The first two with at most 4000 unknowns of each family that no sweep, no aggregate and no grid
+/// is meant for. Without sparse elimination nobody solves some of them.
+#[test]
+#[cfg(feature = "direct")]
+fn what_nothing_else_solves_is_eliminated() {
+    for family in families::LARGE {
+        let small = (1..).filter_map(|seed| families::draw(family, seed));
+        let pairs = small.map(|drawn| (drawn.pose::<f64>(), drawn));
+        let small = pairs.filter(|((_, q), _)| q.len() <= 4000).take(2);
+        for (([a, b], q), drawn) in small {
+            let limits = Limits { rounding: Some(4.0), ..Limits::default() };
+            let mut solver = Solver::new(Auto::new(posed(&a, &b)).unwrap());
+            let outcome = solver.solve(&q, limits).unwrap();
+            let history = solver.method().history();
+            assert!(outcome.converged(), "{}: {outcome} {history:?}", drawn.name);
+        }
+    }
+}
+
 /// The terms of the residual grow with the iterate, and with them what rounding explains of it.
 #[test]
 fn rounding_is_recognised_while_the_iterate_grows() {

@@ -11,6 +11,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+mod brought;
+
 use hlcp_core::{Diagonal, FivePoint, Identity, LinearOperator, Rows, Scalar, Varying};
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
@@ -25,6 +27,30 @@ use nalgebra_sparse::{CooMatrix, CsrMatrix};
 pub const NAMES: [&str; 15] = [
     "squares", "dimples", "grooves", "rough", "rings", "oblong", "jumps", "wind", "islands",
     "space", "sparse", "graded", "dense", "units", "single",
+];
+
+/// Families of 10³ to 10⁵ unknowns, after those of [`NAMES`]: matrices that no sweep, no aggregate
+/// and no grid is meant for, and problems in disguise.
+///
+/// ```
+/// use hlcp_core::LinearOperator;
+/// use hlcp_verify::families;
+///
+/// let plate = families::draw("plates", 3).expect("there is such a family");
+/// let ([a, _], _) = plate.pose::<f64>();
+/// assert!(families::LARGE.contains(&"plates") && a.order() >= 1000);
+/// ```
+pub const LARGE: [&str; 10] = [
+    "skew",
+    "plates",
+    "meshes",
+    "graphs",
+    "swirls",
+    "layers",
+    "strings",
+    "stripes",
+    "unfed",
+    "disguised",
 ];
 
 /// A problem of a family.
@@ -83,6 +109,20 @@ impl Operator {
     }
 }
 
+impl Operator {
+    /// The operator as a sparse matrix.
+    fn rows(&self) -> CsrMatrix<f64> {
+        let of: &dyn Rows<f64> = match self {
+            Self::Rows(matrix) => return matrix.clone(),
+            Self::Grid(grid) => grid,
+            Self::Identity(order) => &Identity { order: *order },
+        };
+        let mut entries = vec![];
+        (0..of.order()).for_each(|i| of.visit_row(i, &mut |j, a| entries.push((i, j, a))));
+        rows(of.order(), entries.into_iter())
+    }
+}
+
 impl Drawn {
     /// `A`, `B` and `q` in precision `T`.
     pub fn pose<T: Scalar>(&self) -> ([Box<dyn Rows<T>>; 2], Vec<T>) {
@@ -93,7 +133,7 @@ impl Drawn {
 
 /// Draws the problem of a family that `seed` stands for; `None` if there is no such family.
 pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
-    let place = NAMES.iter().position(|&name| name == family)?;
+    let place = NAMES.iter().chain(&LARGE).position(|&name| name == family)?;
     let mut random = Random(seed.wrapping_mul(64).wrapping_add(place as u64));
     let random = &mut random;
     let ((a, b, q), about) = match family {
@@ -104,7 +144,7 @@ pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
         "space" => space(random),
         "sparse" => sparse(random),
         "dense" => dense(random),
-        _ => {
+        "units" | "single" => {
             // A film in SI units; and anything else in single precision.
             let units = family == "units";
             let of = if units { random.whole(0, 5) } else { random.whole(0, 11) };
@@ -118,6 +158,7 @@ pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
             drawn.single = !units;
             return Some(drawn);
         }
+        _ => brought::problem(random, family)?,
     };
     let name = format!("{family}-{seed}");
     Some(Drawn { name, about, single: false, a, b, q, units: [1.0; 3] })

@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
     #[arg(conflicts_with_all = ["problems", "seed", "quick"])]
     names: Vec<String>,
     /// How many problems to draw
-    #[arg(long, default_value_t = 510, default_value_if("quick", "true", "15"))]
+    #[arg(long, default_value_t = 500, default_value_if("quick", "true", "25"))]
     problems: u64,
     /// The seed of the first problem of each family; the next ones follow
     #[arg(long, default_value_t = 1)]
@@ -175,13 +175,14 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         let parts = name.rsplit_once('-').and_then(|(of, seed)| Some((of, seed.parse().ok()?)));
         let known = parts.and_then(|(family, seed)| families::draw(family, seed));
         drawn.push(known.ok_or_else(|| {
-            let families = families::NAMES.join(", ");
+            let families = [families::NAMES.join(", "), families::LARGE.join(", ")].join(", ");
             format!("'{name}' is no family with a number, as rings-7; the families are {families}")
         })?);
     }
     if names.is_empty() {
-        let count = families::NAMES.len() as u64;
-        let of = |k: u64| families::draw(families::NAMES[(k % count) as usize], seed + k / count);
+        let all: Vec<_> = families::NAMES.into_iter().chain(families::LARGE).collect();
+        let count = all.len() as u64;
+        let of = |k: u64| families::draw(all[(k % count) as usize], seed + k / count);
         drawn = (0..*problems).filter_map(of).collect();
     }
     let bar = counting(drawn.len());
@@ -232,7 +233,7 @@ fn report(rows: &[Row], provenance: &str) -> String {
         let [all, of_sweeps] = [places(Row::ratio), places(Row::ratio_of_sweeps)];
         table.row(&format!("{name}|{problems}|{solved}|{others}|{nobody}|{all}|{of_sweeps}"));
     };
-    for family in families::NAMES {
+    for family in families::NAMES.into_iter().chain(families::LARGE) {
         let of: Vec<_> = rows.iter().filter(|row| row.family() == family).collect();
         if !of.is_empty() {
             add(family, &of);

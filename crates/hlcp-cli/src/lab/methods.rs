@@ -56,7 +56,7 @@ enum How {
 }
 
 #[rustfmt::skip] // a table
-const METHODS: [Row; 27] = [
+const METHODS: [Row; 28] = [
     row("MGS", "MGS", Double, [0, 0, 0], &[Paper, Comparison, Families]),
     row("MSOR, best", "MSOR", Double, [0, 1, 1], &[Paper]),
     row("MAOR, best", "MAOR", Double, [0, 2, 2], &[Paper]),
@@ -74,6 +74,7 @@ const METHODS: [Row; 27] = [
     row("multigrid, F", "MGF", Double, [5, 1, 1], &[Comparison, Families]),
     row("full multigrid", "FMG", Double, [5, 2, 2], &[Beyond, Comparison, Families]),
     row("auto", "AUTO", Double, [6, 0, 3], &[Beyond, Comparison]),
+    row("pivoting", "PIVOTING", Double, [6, 4, 1], &[Families]),
     row("adaptive SOR", "ADAPTIVE", Double, [6, 1, 4], &[Families]),
     row("projected SOR", "", Own(peers::projected), [3, 1, 3], &[Paper, Beyond]),
     row("Newton, sparse LU", "", Own(|scene, limits| peers::newton(&scene.wide.problem, limits).map(Some)), [4, 4, 6], &[Paper, Beyond]),

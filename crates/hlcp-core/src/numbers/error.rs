@@ -173,6 +173,21 @@ pub enum Error {
         /// What differs.
         what: &'static str,
     },
+    /// A method would need more memory or time than it may.
+    #[error(
+        "{what} might take {needed:.1e} {unit}, but at most {most:.1e} are allowed; take a method \
+         that stores no factors, such as AUTO or AMG"
+    )]
+    TooLarge {
+        /// What would be that large.
+        what: &'static str,
+        /// How many it would take.
+        needed: f64,
+        /// How many are allowed.
+        most: f64,
+        /// What is counted.
+        unit: &'static str,
+    },
     /// A parameter is outside its range.
     #[error("{name} is {}, but it must be {range}", number(*value))]
     Parameter {

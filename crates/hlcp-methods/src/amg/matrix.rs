@@ -155,6 +155,15 @@ impl<T: Scalar> Matrix<T> {
         v[i] = -(self.lower(i, v) + self.upper(i, v)) * self.inverse[i];
     }
 
+    /// Multiplies row `i` by `scale[i]`, for all `i`.
+    pub(super) fn scale_rows(&mut self, scale: &[T]) {
+        for (i, &scale) in scale.iter().enumerate() {
+            self.off_mut(i).for_each(|(_, a)| *a *= scale);
+            self.diagonal[i] *= scale;
+            self.inverse[i] = pivot(self.diagonal[i]);
+        }
+    }
+
     /// Multiplies column `j` by `scale[j]`, for all `j`.
     pub(super) fn scale_columns(&mut self, scale: &[T]) {
         for (&j, a) in self.columns.iter().zip(&mut self.values) {
@@ -312,7 +321,8 @@ impl<T: Scalar> Lu<T> {
         lu
     }
 
-    /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`.
+    /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`; what
+    /// comes for one place is summed.
     pub(crate) fn factorise(&mut self, mut row: impl FnMut(usize, &mut dyn FnMut(usize, T))) {
         let Self { n, factors, rows } = self;
         let n = *n;
@@ -321,7 +331,7 @@ impl<T: Scalar> Lu<T> {
         let lines = factors.chunks_exact_mut(n.max(1));
         for (i, (own, line)) in rows.iter_mut().zip(lines).enumerate() {
             *own = i;
-            row(i, &mut |j, a| line[j] = a);
+            row(i, &mut |j, a| line[j] += a);
         }
         // A pivot that is lost in the rounding of the matrix is none.
         let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));

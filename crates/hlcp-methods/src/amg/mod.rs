@@ -29,6 +29,11 @@ const VOID: usize = 3;
 /// entries, is below this.
 const DRY: f64 = 1e-6;
 
+/// Rows are weighted where more than the latter part of the columns lose more than the former of
+/// their diagonal, by so many symmetric Gauss–Seidel passes.
+const LOSS: [f64; 2] = [0.01, 0.1];
+const BALANCE: usize = 3;
+
 /// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
 /// since they were built, and until a linear solve takes so many iterations.
 const FEW: f64 = 0.003;
@@ -130,6 +135,8 @@ pub struct Amg<T> {
     place: Vec<u32>,
     /// True if the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
+    /// The factors of the rows, where what leaves an unknown does not arrive elsewhere without.
+    weights: Option<Vec<T>>,
     /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
     /// were built, or the reverse.
     active: Vec<bool>,
@@ -172,6 +179,7 @@ impl<T: Scalar> Amg<T> {
             order: vec![],
             place: vec![],
             a_conducts: None,
+            weights: None,
             active: vec![],
             stale: 0,
             scale: vec![],
@@ -245,7 +253,7 @@ impl<T: Scalar> Amg<T> {
     ) {
         self.set_up_within(jacobian, 0, clock);
         for at in 0..rhs.len() {
-            self.rhs[at] = rhs[self.at(at)];
+            self.rhs[at] = rhs[self.at(at)] * self.weight(self.at(at));
         }
         let Some(hierarchy) = &mut self.hierarchy else { return };
         hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
@@ -293,16 +301,21 @@ impl<T: Scalar> Amg<T> {
         Some((matrix, scale, dry))
     }
 
-    /// Finds the order along the flow, once; whether the columns of `A` conduct, or nothing when
+    /// Finds the weights of rows and the order along the flow, once; whether the columns of `A` conduct, or nothing when
     /// the clock is up.
-    fn orient<A: Rows<T>, B: Rows<T>>(
+    pub(super) fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
         clock: &mut Clock<'_>,
     ) -> Option<bool> {
         if self.a_conducts.is_none() {
-            let a = Flow::of(&Matrix::of(problem.a(), clock)?, clock)?;
-            let b = Flow::of(&Matrix::of(problem.b(), clock)?, clock)?;
+            let (mut a, mut b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
+            let couples = if b.entries() > a.entries() { &b } else { &a };
+            self.weights = balance(couples, clock)?;
+            for matrix in [&mut a, &mut b] {
+                self.weights.iter().for_each(|weights| matrix.scale_rows(weights));
+            }
+            let (a, b) = (Flow::of(&a, clock)?, Flow::of(&b, clock)?);
             let a_conducts = a.share <= b.share;
             let carries = if a_conducts { b } else { a };
             let order = carries.order(problem.order(), clock).unwrap_or_default();
@@ -339,6 +352,16 @@ impl<T: Scalar> Amg<T> {
         (self.hierarchy, self.walks, self.set_ups) = (None, 0.0, 0);
     }
 
+    /// The factor of row `i`.
+    pub(super) fn weight(&self, i: usize) -> T {
+        self.weights.as_ref().map_or(T::one(), |weights| weights[i])
+    }
+
+    /// The factors of the rows, unless all are 1.
+    pub(super) fn weights(&self) -> Option<&[T]> {
+        self.weights.as_deref()
+    }
+
     /// The unknown at a place.
     fn at(&self, place: usize) -> usize {
         self.order.get(place).map_or(place, |&i| i as usize)
@@ -359,8 +382,10 @@ impl<T: Scalar> Amg<T> {
                 return None;
             }
             row.clear();
-            jacobian.visit_row(self.at(at), |j, a| {
-                row.push((self.place.get(j).copied().unwrap_or(j as u32), a));
+            let i = self.at(at);
+            let weight = self.weight(i);
+            jacobian.visit_row(i, |j, a| {
+                row.push((self.place.get(j).copied().unwrap_or(j as u32), a * weight));
             });
             matrix.push(&row);
         }
@@ -438,11 +463,13 @@ impl<T: Scalar> Amg<T> {
             return Inner { iterations: 0, residual: 1.0 };
         }
         // In units of the right-hand side, whose squares might overflow or vanish.
-        let unit = T::of(Norms::of(rhs).l2);
+        let mut residual: Vec<T> =
+            (0..rhs.len()).map(|at| rhs[self.at(at)] * self.weight(self.at(at))).collect();
+        let unit = T::of(Norms::of(&residual).l2);
         if unit == T::zero() {
             return Inner { iterations: 0, residual: 0.0 };
         }
-        let mut residual: Vec<T> = (0..rhs.len()).map(|at| rhs[self.at(at)] / unit).collect();
+        residual.iter_mut().for_each(|r| *r /= unit);
         let mut x = vec![T::zero(); rhs.len()];
         let mut inner = Inner { iterations: 0, residual: 1.0 };
         for bootstraps in 0..=BOOTSTRAPS {
@@ -569,6 +596,38 @@ fn void_scale<T: Scalar>(
         }
     }
     (scale, dry)
+}
+
+/// Factors of the rows with which what leaves an unknown arrives elsewhere, `wᵀA ≈ 0` as of columns
+/// that add up to nothing, where more than a tenth of the columns lose a hundredth and more of
+/// their diagonal without: rows that somebody has multiplied. None when the clock is up.
+fn balance<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Option<Vec<T>>> {
+    let n = matrix.order();
+    let mut sums = matrix.diagonal.clone();
+    (0..n).for_each(|i| matrix.off(i).for_each(|(j, a)| sums[j] += a));
+    let pairs = sums.iter().zip(&matrix.diagonal);
+    let short = pairs.filter(|&(&sum, &d)| sum < T::of(-LOSS[0]) * d).count();
+    if short as f64 <= LOSS[1] * n as f64 {
+        return Some(None);
+    }
+    let columns = matrix.transpose(clock)?;
+    let mut weights: Vec<T> = matrix.diagonal.iter().map(|d| d.recip()).collect();
+    for pass in 0..2 * BALANCE {
+        for k in 0..n {
+            if clock.is_up_at(k) {
+                return None;
+            }
+            let j = if pass % 2 == 0 { k } else { n - 1 - k };
+            let arrives = columns.of(j).iter();
+            let arrives = arrives.fold(T::zero(), |sum, &(i, a)| sum - a * weights[i as usize]);
+            let weight = arrives / matrix.diagonal[j];
+            // A column without a counterpart, or with positive entries, keeps what it has.
+            if weight > T::zero() && weight.is_finite() {
+                weights[j] = weight;
+            }
+        }
+    }
+    Some(Some(weights))
 }
 
 /// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or in

@@ -17,10 +17,11 @@ const STEPS: usize = 4;
 const NEAR: f64 = 1e-3;
 
 /// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
-/// positive diagonals; returns the work in walks over the rows.
+/// positive diagonals; `weights` are factors of the rows. Returns the work in walks over the rows.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     q: &[T],
+    weights: Option<&[T]>,
     x: &mut [T],
     clock: &mut Clock<'_>,
 ) -> Result<f64, Error> {
@@ -28,7 +29,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     if clock.is_up() {
         return Ok(0.0);
     }
-    let Some((aggregate, a, b)) = coarser(problem, clock) else { return Ok(0.0) };
+    let Some((aggregate, a, b)) = coarser(problem, weights, clock) else { return Ok(0.0) };
     let count = a.order();
     if 10 * count > 9 * n || clock.is_up() {
         return Ok(0.0);
@@ -37,7 +38,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let mut members = vec![T::zero(); count];
     for (i, (&to, &q)) in aggregate.iter().zip(q).enumerate() {
         let to = to as usize;
-        coarse_q[to] += problem.q_factor() * q;
+        coarse_q[to] += weights.map_or(T::one(), |weights| weights[i]) * problem.q_factor() * q;
         omega[to] += problem.omega().entry(i);
         members[to] += T::one();
     }
@@ -46,7 +47,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
     let mut walks = 0.0;
     if count > SMALL {
-        walks += start(&coarse, &coarse_q, &mut coarse_x, clock)?;
+        walks += start(&coarse, &coarse_q, None, &mut coarse_x, clock)?;
     }
     let near = NEAR * Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
@@ -74,9 +75,13 @@ type Coarser<T> = (Vec<u32>, Matrix<T>, Matrix<T>);
 /// The aggregates of two passes of pairing, unless the clock is up before.
 fn coarser<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
+    weights: Option<&[T]>,
     clock: &mut Clock<'_>,
 ) -> Option<Coarser<T>> {
-    let (a, b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
+    let (mut a, mut b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
+    for matrix in [&mut a, &mut b] {
+        weights.iter().for_each(|weights| matrix.scale_rows(weights));
+    }
     let (mut aggregate, a, b) = halved(&a, &b, clock)?;
     let (second, a, b) = halved(&a, &b, clock)?;
     aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);

@@ -41,6 +41,8 @@ pub(super) struct Steps<T> {
     f: Vec<T>,
     s: Vec<T>,
     scratch: Vec<T>,
+    /// The last defect that was measured, with the multigrid's weights of rows.
+    size: f64,
     /// The smallest defect that a step set out from, and whether the last step set out from half of
     /// the one before.
     best: f64,
@@ -61,6 +63,7 @@ impl<T: Scalar> Steps<T> {
             f: zeros(),
             s: zeros(),
             scratch: Vec::new(),
+            size: f64::INFINITY,
             best: f64::INFINITY,
             halved: true,
             flips: usize::MAX,
@@ -90,7 +93,13 @@ impl<T: Scalar> Steps<T> {
     {
         self.sweeps += 1;
         problem.defect(q, x, &mut self.f, &mut self.scratch);
-        problem.norms(&self.f)
+        let norms = problem.norms(&self.f);
+        self.size = norms.l2;
+        if let Some(weights) = self.amg.weights() {
+            let square = |(&f, &weight): (&T, &T)| (f * weight).wide().powi(2);
+            self.size = self.f.iter().zip(weights).map(square).sum::<f64>().sqrt();
+        }
+        norms
     }
 
     /// Takes a step from `x`; whether it got anywhere before the clock was up.
@@ -113,13 +122,14 @@ impl<T: Scalar> Steps<T> {
             problem.solve_rows(q, x, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
-        let size = self.measure(problem, q, x).l2;
+        let norms = self.measure(problem, q, x);
+        let size = self.size;
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
         // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
         // where it was; and no residual need be smaller than the one that ends the solve.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
-        let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / size;
+        let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / norms.l2;
         let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
         let limit = INNER.min((clock.granted / WORTH).max(LEAST));
         let goal = (forcing.min(ENOUGH), limit);
@@ -334,15 +344,21 @@ where
         let problem = self.base.problem();
         let norms = self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma());
         y.copy_from_slice(x);
+        if self.steps.amg.orient(problem, clock).is_none() {
+            return norms;
+        }
         if self.due.take().is_some_and(|least| norms.l2 > least * q.norms().l2)
             && self.started.is_none()
         {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
-            self.started = Some(nested::start(problem, q.entries(), y, clock).unwrap_or(0.0));
+            self.started = Some(
+                nested::start(problem, q.entries(), self.steps.amg.weights(), y, clock)
+                    .unwrap_or(0.0),
+            );
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = PATIENCE.saturating_mul(self.safeguard.age());
-        let is_patient = self.safeguard.see(norms.l2, x, true) < patience;
+        let is_patient = self.safeguard.see(self.steps.size, x, true) < patience;
         let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
         if steps && !moves_by_rounding(self.base.problem(), x, y, ROUNDING) {

@@ -4,8 +4,8 @@ use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
 
 use super::AutoChoice;
 use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Multigrid, Newton, Preconditioner,
-    Ssor, Tmms, TridiagonalPart, Work, pivoting::Pivoting,
+    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Multigrid, Newton, Pivoting,
+    Preconditioner, Ssor, Tmms, TridiagonalPart, Work,
 };
 
 /// The factor of a promise after a window: promise times window stays the same, as AUTO's guarantee
@@ -22,8 +22,10 @@ pub(super) struct Shape {
     pub(super) is_line: bool,
     /// The points of a grid of more than one line; 0 elsewhere.
     pub(super) plane: usize,
-    /// An elimination in sweeps.
+    /// An elimination in sweeps; at least that, until it has been analysed.
     pub(super) worth: usize,
+    /// True if entries beside the diagonal are positive.
+    pub(super) is_mixed: bool,
 }
 
 impl AutoChoice {
@@ -31,7 +33,10 @@ impl AutoChoice {
     ///
     /// SOR at multigrid's promise takes ten digits in 230 sweeps; algebraic multigrid takes 90 to
     /// 320 sweeps' worth of work for them on eight tenths of 220 grids drawn at random.
-    fn promise<T: Scalar>(self, Shape { is_line, plane, worth }: Shape) -> (f64, usize) {
+    pub(super) fn promise<T: Scalar>(
+        self,
+        Shape { is_line, plane, worth, is_mixed }: Shape,
+    ) -> (f64, usize) {
         let is_plane = plane > 0;
         // In single precision a solve ends before the set-up of algebraic multigrid pays.
         let is_small = plane < FEW && size_of::<T>() >= size_of::<f64>();
@@ -40,16 +45,16 @@ impl AutoChoice {
             // Coarse grids of some dozen points cost more time than their sweeps are counted for.
             Self::Multigrid if is_plane && is_small => (0.05, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
+            // Aggregates are for matrices that conduct.
+            Self::AmgNewton if is_mixed => (0.01, 500),
             Self::AmgNewton if is_plane => (0.08, 1000),
-            // Beside pivoting, whose window is as long.
-            Self::AmgNewton if worth < usize::MAX => (0.04, 1000),
             Self::AmgNewton => (0.04, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
             Self::Newton if is_line => (0.01, 1000),
             Self::Newton => (0.01, 120),
             Self::Anderson => (0.02, 24),
-            // Ten digits in ten eliminations.
-            Self::Pivoting => (2.3 / worth as f64, 12 * worth),
+            // Ten digits in ten eliminations, as a rule; but a front may take thirty.
+            Self::Pivoting => (2.3 / worth as f64, 36 * worth),
         }
     }
 }
@@ -87,8 +92,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
         counted.unwrap_or(Work::sweeps(self.iterations))
     }
 
-    pub(super) fn prospect(&self) -> f64 {
-        self.rate.max(self.promise)
+    /// The last progress, or the promise if that is more; promises but that of elimination
+    /// count no more once the solve has taken the work of one by elimination.
+    pub(super) fn prospect(&self, is_spent: bool) -> f64 {
+        let counts = !is_spent || self.choice == AutoChoice::Pivoting;
+        if counts { self.rate.max(self.promise) } else { self.rate }
     }
 
     /// Takes in what a window has shown.
@@ -155,7 +163,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
                 Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
             }
             AutoChoice::Anderson => Self::Anderson(Box::new(Anderson::new(base(problem)?, 10)?)),
-            AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem))),
+            AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem)?)),
         })
     }
 

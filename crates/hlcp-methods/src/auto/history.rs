@@ -18,8 +18,7 @@ pub enum AutoChoice {
     Newton,
     /// [`Anderson`](crate::Anderson) with a window of ten, on symmetric Gauss–Seidel sweeps.
     Anderson,
-    /// Principal pivoting in blocks (Júdice and Pires), by elimination of full matrices: finite
-    /// where solutions are unique for every `q`, and for orders up to 500.
+    /// [`Pivoting`](crate::Pivoting).
     Pivoting,
 }
 

@@ -16,8 +16,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
 ///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
-///   [`Anderson`]; and with pivoting (see [`AutoChoice::Pivoting`]) where an elimination is worth
-///   no more than 20 sweeps, as of small full matrices.
+///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as of
+///   small full matrices.
 /// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
 ///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
@@ -34,11 +34,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere | 1000 on a plane and up to order 500, 500 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere; 0.01 where more than a tenth of the couplings are positive | 1000 on a plane, 500 elsewhere |
 /// | adaptive SOR | 0.02 | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120; 1000 on a line, or 200 steps of elimination |
-/// | pivoting | ten digits in ten eliminations | twelve eliminations |
+/// | pivoting | ten digits in ten eliminations | 36 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line,
 /// and after each window of a method its promise is halved and its window doubled. So SOR
@@ -49,6 +49,15 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
 ///
+/// # The direct way
+///
+/// [`Pivoting`] is the way out where nothing else converges: with the feature `direct` for sparse
+/// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
+/// 200 sweeps, the price of its analysis; then it is what the analysis says, and out of the
+/// question beyond 4 GB. Once the solve has taken the work of twelve eliminations, promises count
+/// no more, until it has had its turn: whoever has not shown progress that is worth a solve by
+/// elimination gives way to it.
+///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
 /// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
@@ -58,8 +67,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// error is not, and from there Newton's method may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
-/// Newton's, rounding is the likely reason, and the others have twice the work until then to halve
-/// the residual, and again after each time they do; else the solve stagnates.
+/// Newton's, rounding is the likely reason, and the others have twice the work until then, and
+/// pivoting its turn, to halve the residual, and again after each time they do; else the solve
+/// stagnates.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -76,8 +86,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// is set going, and let `c` be the least of 0.23 and an eighth of its first promise times its
 /// first window. Then the logarithm of the smallest residual falls by `c/(6W)` a sweep or more in
 /// the mean, apart from at most `2k/c` times `W` sweeps for each method, where `k` is its first
-/// promise times its first window, and from the last window. `docs/theory.md` ("Turns that are
-/// measured") has the proof. It needs promise times window to stay what it is, so that no promise
+/// promise times its first window, and from the last window and the first turn of pivoting.
+/// `docs/theory.md` ("Turns that are measured") has
+/// the proof. It needs promise times window to stay what it is, so that no promise
 /// falls below the progress of a good method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
@@ -85,6 +96,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// [`Anderson`]: crate::Anderson
 /// [`Multigrid`]: crate::Multigrid
 /// [`Newton`]: crate::Newton
+/// [`Pivoting`]: crate::Pivoting
 /// [`Ssor`]: crate::Ssor
 ///
 /// ```
@@ -154,8 +166,9 @@ const USUAL: f64 = 1e8;
 const LAST: usize = 3;
 const LEAST: usize = 100;
 
-/// A solve begins with eliminations that are worth no more sweeps than this.
-const CHEAP: usize = 20;
+/// The window of elimination over the work of a usual solve by it, which is what others have to
+/// show what they promise.
+const RENT: usize = 3;
 
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.
@@ -176,15 +189,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
         };
         let alone = problem.strip().is_none();
-        let is_small = alone && problem.order() <= pivoting::SMALL;
-        let worth = if is_small { pivoting::worth(&problem) } else { usize::MAX };
+        let worth = if alone { pivoting::least_worth(&problem) } else { None };
         let points =
             problem.strip().map_or(problem.order(), |strip| strip.whole().iter().product());
         let plane = if has_grid && !is_line { points } else { 0 };
-        let shape = Shape { is_line, plane, worth };
+        let is_mixed = plane == 0 && is_mixed(&problem);
+        let shape = Shape { is_line, plane, worth: worth.unwrap_or(usize::MAX), is_mixed };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
-            Pivoting => is_small,
+            Pivoting => worth.is_some(),
             AmgNewton | Newton => alone,
             Sor | Anderson => true,
         });
@@ -309,7 +322,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// The work after which to give up from here, and the residual that is worth a new respite.
     fn respite(&self) -> (usize, f64) {
-        (LAST * (self.sweeps() + LEAST), 0.5 * self.best)
+        // Elimination is to have its turn, if there is one.
+        let rent = Some(self.rent()).filter(|&rent| rent < usize::MAX).unwrap_or(0);
+        ((LAST * (self.sweeps() + LEAST)).max((1 + RENT) * rent), 0.5 * self.best)
     }
 
     /// Returns whether nothing is left to try.
@@ -330,11 +345,45 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
     }
 
+    /// The work of a solve by elimination, after which others must have shown what they promise;
+    /// no limit once elimination has had its turn.
+    fn rent(&self) -> usize {
+        let is_new = |each: &&Candidate<T, A, B>| {
+            let judged = each.rate > f64::NEG_INFINITY;
+            each.choice == AutoChoice::Pivoting && !judged && each.promise > 0.0
+        };
+        self.candidates.iter().find(is_new).map_or(usize::MAX, |each| each.window / RENT)
+    }
+
+    /// The work after which the method at work is judged: its window, or what is left of the rent.
+    fn window(&self) -> usize {
+        let (choice, window) = (self.uses(), self.candidates[self.at].window);
+        match self.rent().checked_sub(self.begun.0) {
+            Some(left) if left > 0 && choice != AutoChoice::Pivoting => window.min(left),
+            _ => window,
+        }
+    }
+
+    /// Takes in what an elimination costs, once it has been analysed; returns whether that is news.
+    fn appraise(&mut self, at: usize) -> bool {
+        let Some(Worker::Pivoting(pivoting)) = &self.candidates[at].worker else { return false };
+        let worth = pivoting.worth();
+        if worth == self.shape.worth {
+            return false;
+        }
+        self.shape.worth = worth;
+        let (promise, window) = AutoChoice::Pivoting.promise::<T>(self.shape);
+        (self.candidates[at].promise, self.candidates[at].window) = (promise, window);
+        self.last = self.last.map(|_| self.respite());
+        true
+    }
+
     /// Lets the method with the best prospect go on, of equal ones the one at work; returns whether
     /// that is another one.
     fn choose(&mut self, end: AutoEnd) -> bool {
         loop {
-            let prospect = |at: usize| self.candidates[at].prospect();
+            let is_spent = self.sweeps() >= self.rent();
+            let prospect = |at: usize| self.candidates[at].prospect(is_spent);
             let better =
                 |best: usize, at: usize| if prospect(at) > prospect(best) { at } else { best };
             let next = (0..self.candidates.len()).fold(self.at, better);
@@ -342,6 +391,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 return false;
             }
             if self.set_up(next).is_ok() {
+                if self.appraise(next) {
+                    continue;
+                }
                 if let Some(turn) = self.history.last_mut() {
                     turn.end = Some(end);
                 }
@@ -384,7 +436,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             *candidate = Candidate { worker, ..fresh };
         }
         let pivots = |each: &Candidate<T, A, B>| {
-            each.choice == AutoChoice::Pivoting && self.shape.worth <= CHEAP && !self.shape.is_line
+            each.choice == AutoChoice::Pivoting
+                && self.shape.worth <= pivoting::CHEAP
+                && !self.shape.is_line
         };
         self.at = self.candidates.iter().position(pivots).unwrap_or(0);
         // Where ranks share a problem, fused sweeps alone are to be had.
@@ -448,10 +502,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         // The work that has led to x.
         let led = self.sweeps();
         let opened = self.open(q, x, y);
+        let window = self.window();
         let norms = opened.unwrap_or_else(|| {
             let candidate = &mut self.candidates[self.at];
             candidate.iterations += 1;
-            clock.granted = candidate.window.saturating_sub(led - self.begun.0);
+            clock.granted = window.saturating_sub(led - self.begun.0);
             let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
             worker.method().step(q, x, y, clock)
         });
@@ -477,7 +532,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             return norms;
         }
         let grown = residual.is_nan() || residual > GROWN * self.scale || runs_away;
-        let (spent, window) = (led - self.begun.0, self.candidates[self.at].window);
+        let spent = led - self.begun.0;
         let rate = match self.middle {
             _ if grown => f64::NEG_INFINITY,
             _ if spent >= window => {
@@ -505,4 +560,23 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         norms
     }
+}
+
+/// The part of what is beside a diagonal that may be positive where rows conduct.
+const MIXED: f64 = 0.1;
+
+/// Returns whether more than a tenth of what is beside the diagonal of `A` or `B` is positive.
+fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
+    fn of<T: Scalar>(operator: &impl Rows<T>) -> bool {
+        let mut sums = [0.0; 2];
+        for i in 0..operator.order() {
+            operator.visit_row(i, &mut |j, a| {
+                if j != i {
+                    sums[usize::from(a > T::zero())] += a.abs().wide();
+                }
+            });
+        }
+        sums[1] > MIXED * sums[0]
+    }
+    of(problem.a()) || of(problem.b())
 }
