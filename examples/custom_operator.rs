@@ -12,8 +12,7 @@
 use std::error::Error;
 
 use hlcp_core::{
-    Aor, Diagonal, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows, SplittingFn, SplittingStep,
-    check_operator,
+    Aor, Diagonal, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows, check_operator,
 };
 use hlcp_methods::{Limits, Method, Mms, Options, Solver, Tmms};
 
@@ -97,10 +96,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let omega = Omega::Uniform(string.diagonal_entry(0));
     let problem = Hlcp::new(string, Identity { order: string.points }, omega)?;
 
-    let scaling = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+    let scaling = move |rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / (4.0 * string.stiffness()));
-    });
-    solve("products", Mms::new(problem.clone(), SplittingStep(scaling))?)?;
+    };
+    solve("products", Mms::with_splitting(problem.clone(), scaling)?)?;
     solve("diagonal", Mms::new(problem.clone(), Jacobi)?)?;
     solve("rows", Tmms::mirrored(problem, Aor::gauss_seidel())?)
 }

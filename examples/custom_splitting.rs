@@ -11,7 +11,7 @@
 
 use std::error::Error;
 
-use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rows, Splitting, SplittingFn, SplittingStep};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rows, Splitting};
 use hlcp_methods::{Limits, Method, Mms, Options, Solver};
 use nalgebra::DMatrix;
 use nalgebra_sparse::{CooMatrix, CscMatrix, factorization::CscCholesky};
@@ -60,10 +60,10 @@ fn whole() -> Result<impl Splitting<f64>, Box<dyn Error>> {
         sum.visit_row(i, &mut |j, a| coo.push(i, j, a));
     }
     let factors = CscCholesky::factor(&CscMatrix::from(&coo))?;
-    Ok(SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+    Ok(move |rhs: &[f64], y: &mut [f64]| {
         let solution = factors.solve(&DMatrix::from_column_slice(rhs.len(), 1, rhs));
         y.copy_from_slice(solution.as_slice());
-    }))
+    })
 }
 
 fn solve(name: &str, method: impl Method<f64>) -> Result<(usize, Vec<f64>), Box<dyn Error>> {
@@ -84,8 +84,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (a, b) = (FivePoint::new(NX, NY, A)?, FivePoint::new(NX, NY, B)?);
     let problem = Hlcp::new(a, b, Omega::Uniform(OMEGA))?;
     let points = solve("point Gauss–Seidel", Mms::new(problem.clone(), Aor::gauss_seidel())?)?;
-    let lines = solve("line Gauss–Seidel", Mms::new(problem.clone(), SplittingStep(Lines))?)?;
-    let whole = solve("sparse Cholesky", Mms::new(problem, SplittingStep(whole()?))?)?;
+    let lines = solve("line Gauss–Seidel", Mms::with_splitting(problem.clone(), Lines)?)?;
+    let whole = solve("sparse Cholesky", Mms::with_splitting(problem, whole()?)?)?;
 
     let apart =
         |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);

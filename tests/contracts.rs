@@ -12,8 +12,7 @@ use common::{Lists, from};
 
 use hlcp_core::{
     Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingFn,
-    SplittingStep, Step,
+    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingStep, Step,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
@@ -64,9 +63,9 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
     let to = |v: f64| T::from(v).unwrap();
     // Twice the largest pivot of the table's problem.
     let closure = || {
-        SplittingStep(SplittingFn(move |rhs: &[T], y: &mut [T]| {
+        SplittingStep(move |rhs: &[T], y: &mut [T]| {
             y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / to(26.0));
-        }))
+        })
     };
     Ok(match row {
         "MJ by the diagonal" => Box::new(Mms::new(problem, Jacobi)?),
@@ -544,12 +543,20 @@ fn solves_within_parallel_loops_change_no_bit() {
     }
 }
 
-/// A splitting whose solve is worth three sweeps.
-struct Thrice;
+/// A splitting whose solve is worth three sweeps; it may dereference to its pivot and still be one.
+struct Thrice(f64);
+
+impl std::ops::Deref for Thrice {
+    type Target = f64;
+
+    fn deref(&self) -> &f64 {
+        &self.0
+    }
+}
 
 impl Splitting<f64> for Thrice {
     fn solve(&self, rhs: &[f64], y: &mut [f64]) {
-        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 26.0);
+        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / **self);
     }
 
     fn sweeps(&self) -> usize {
@@ -561,9 +568,10 @@ impl Splitting<f64> for Thrice {
 fn sweeps_are_counted_as_the_splittings_say() {
     let (a, b) = (stencil::<f64>(A), stencil::<f64>(B));
     let problem = || Hlcp::new(a, b, omega()).unwrap();
-    let mut mms = Mms::new(problem(), SplittingStep(Thrice)).unwrap();
     // Behind a pointer a step is worth what it is worth.
-    let boxed: Box<dyn Splitting<f64>> = Box::new(Thrice);
+    let lent: &dyn Splitting<f64> = &Thrice(26.0);
+    let mut mms = Mms::with_splitting(problem(), lent).unwrap();
+    let boxed: Box<dyn Splitting<f64>> = Box::new(Thrice(26.0));
     let step: Box<dyn Step<f64, FivePoint<f64>, FivePoint<f64>>> = Box::new(SplittingStep(boxed));
     let mut tmms = Tmms::new(problem(), step, Aor::gauss_seidel()).unwrap();
     let q = planted_q(&a, &b);

@@ -14,8 +14,7 @@ use std::{
 
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
-    Ranks, Rows, Scalar, Shifted, SplittingFn, SplittingStep, Step, Strip, Transfer,
-    ranks_as_threads,
+    Ranks, Rows, Scalar, Shifted, Step, Strip, Transfer, ranks_as_threads,
 };
 use hlcp_methods::{
     Anderson, Clock, Cycle, Divergence, Limits, Method, Mms, Multigrid, Named, Norm, Options,
@@ -320,10 +319,10 @@ fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
     let indices = ranks_as_threads(2, |ranks| {
         let (strip, problem, q) = small(ranks);
         let pivot = move |k: usize| if strip.index(k) == 1400 + 256 { 0.0 } else { 20.0 };
-        let splitting = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+        let splitting = move |rhs: &[f64], y: &mut [f64]| {
             y.iter_mut().zip(rhs).enumerate().for_each(|(k, (y, rhs))| *y = rhs / pivot(k));
-        });
-        let mut solver = Solver::new(Mms::new(problem, SplittingStep(splitting)).unwrap());
+        };
+        let mut solver = Solver::new(Mms::with_splitting(problem, splitting).unwrap());
         solver.solve(&q, Limits::default()).unwrap().status
     });
     same(indices, &Status::Diverged(Divergence::Entry { index: 1656 }));
@@ -426,10 +425,10 @@ fn an_operator_of_ones_own_fetches_what_it_needs() {
             let q = strip.vector(|i, _| noise(i));
             let (ring, b) = (Ring(ranks, strip.clone()), Identity { order: q.len() });
             let problem = Hlcp::new(ring, b, Omega::Uniform(2.5)).unwrap();
-            let fifth = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+            let fifth = |rhs: &[f64], y: &mut [f64]| {
                 y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 5.0);
-            });
-            let method = Mms::new(problem.shared_by(&strip).unwrap(), SplittingStep(fifth));
+            };
+            let method = Mms::with_splitting(problem.shared_by(&strip).unwrap(), fifth);
             let mut solver = Solver::new(Anderson::new(method.unwrap(), 5).unwrap());
             let outcome = solver.solve(&q, Limits::default()).unwrap();
             assert!(outcome.converged(), "{outcome}");

@@ -32,7 +32,7 @@
 //!
 //! | trait | you write | it opens |
 //! |---|---|---|
-//! | [`LinearOperator`] | the order and the product | a [`SplittingStep`] with a [`Splitting`] of your own |
+//! | [`LinearOperator`] | the order and the product | a [`Splitting`] of your own |
 //! | [`Diagonal`] | one diagonal entry | [`Jacobi`], [`Omega::diagonal_ratio`] |
 //! | [`Rows`] | one row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
 //!
@@ -142,7 +142,7 @@ pub use operators::{
 pub use parallel::{NotJoined, World};
 pub use parallel::{Ranks, Strip, ranks_as_threads};
 pub use problem::Hlcp;
-pub use steps::{Aor, Jacobi, Multicolour, Splitting, SplittingFn, SplittingStep, Step};
+pub use steps::{Aor, Jacobi, Multicolour, Splitting, SplittingStep, Step};
 
 /// The README's program, compiled and run with the documentation's other examples.
 #[cfg(doctest)]

@@ -317,7 +317,7 @@ pub(crate) fn add<T: Scalar>(y: &mut [T], c: f64, u: &[T]) {
 
 #[cfg(test)]
 mod tests {
-    use hlcp_core::{FivePoint, Hlcp, Omega, SplittingFn};
+    use hlcp_core::{FivePoint, Hlcp, Omega};
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
@@ -349,7 +349,7 @@ mod tests {
             values.max() / values.min()
         };
         let expected = dense.lu().solve(&DVector::from_column_slice(&rhs)).unwrap();
-        let identity = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+        let identity = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
         let preconditioners: [Box<dyn Preconditioner<f64, _, _>>; 3] =
             [Box::new(Ssor), Box::new(TridiagonalPart::new()), Box::new(SplittingStep(identity))];
         for mut preconditioner in preconditioners {

@@ -1,5 +1,3 @@
-use std::ops::DerefMut;
-
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 
 use crate::Clock;
@@ -151,48 +149,54 @@ pub(crate) fn iterate<T: Scalar, M: Method<T>>(
     norms
 }
 
-/// A method behind `&mut` or `Box` is a method.
-impl<T: Scalar, P: DerefMut<Target: Method<T>>> Method<T> for P {
-    type A = <P::Target as Method<T>>::A;
-    type B = <P::Target as Method<T>>::B;
+// For these two alone: a blanket over `DerefMut` would forbid it to types with their own.
+macro_rules! forward {
+    ($($pointer:ty),*) => {$(
+        impl<T: Scalar, M: Method<T> + ?Sized> Method<T> for $pointer {
+            type A = M::A;
+            type B = M::B;
 
-    fn problem(&self) -> &Hlcp<T, Self::A, Self::B> {
-        (**self).problem()
-    }
+            fn problem(&self) -> &Hlcp<T, Self::A, Self::B> {
+                (**self).problem()
+            }
 
-    fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        (**self).step(q, x, y, clock)
-    }
+            fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
+                (**self).step(q, x, y, clock)
+            }
 
-    fn complete(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, spare: &mut Vec<T>) {
-        (**self).complete(q, y, spare);
-    }
+            fn complete(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, spare: &mut Vec<T>) {
+                (**self).complete(q, y, spare);
+            }
 
-    fn restart(&mut self) {
-        (**self).restart();
-    }
+            fn restart(&mut self) {
+                (**self).restart();
+            }
 
-    fn has_memory(&self) -> bool {
-        (**self).has_memory()
-    }
+            fn has_memory(&self) -> bool {
+                (**self).has_memory()
+            }
 
-    fn turn(&mut self) -> bool {
-        (**self).turn()
-    }
+            fn turn(&mut self) -> bool {
+                (**self).turn()
+            }
 
-    fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
-        (**self).at_work()
-    }
+            fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
+                (**self).at_work()
+            }
 
-    fn work(&self) -> Option<Work> {
-        (**self).work()
-    }
+            fn work(&self) -> Option<Work> {
+                (**self).work()
+            }
 
-    fn works_on_ranks(&self) -> bool {
-        (**self).works_on_ranks()
-    }
+            fn works_on_ranks(&self) -> bool {
+                (**self).works_on_ranks()
+            }
 
-    fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        (**self).residual(q, x)
-    }
+            fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
+                (**self).residual(q, x)
+            }
+        }
+    )*};
 }
+
+forward!(&mut M, Box<M>);

@@ -1,4 +1,4 @@
-use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Step};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Splitting, SplittingStep, Step};
 
 use crate::{Clock, Method, Work};
 
@@ -17,8 +17,8 @@ use crate::{Clock, Method, Work};
 /// # Cost
 ///
 /// One step per iteration. With an [`Aor`](hlcp_core::Aor) it is one walk over the rows of `A` and
-/// `B` and takes no storage. With a [`SplittingStep`](hlcp_core::SplittingStep) it is one product
-/// with each and one solve with `M`, and takes `2n` numbers.
+/// `B` and takes no storage. With a [splitting of your own](Self::with_splitting) it is one
+/// product with each and one solve with `M`, and takes `2n` numbers.
 ///
 /// # Convergence
 ///
@@ -81,6 +81,33 @@ where
     pub fn new(problem: Hlcp<T, A, B>, step: S) -> Result<Self, Error> {
         problem.agree(step.check(&problem))?;
         Ok(Self { problem, step, sweeps: 0, scratch: Vec::new() })
+    }
+}
+
+impl<T: Scalar, A, B, S> Mms<T, A, B, SplittingStep<S>>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S: Splitting<T>,
+{
+    /// The method on `problem` with any splitting of `A + BΩ`, be it a closure.
+    ///
+    /// # Errors
+    ///
+    /// Where ranks share the problem, the first one's that was refused.
+    ///
+    /// ```
+    /// use hlcp_methods::{Hlcp, Identity, Limits, Mms, Omega, Solver};
+    ///
+    /// let one = Identity { order: 1 };
+    /// let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
+    /// let half = |rhs: &[f64], y: &mut [f64]| y[0] = rhs[0] / 2.0;
+    /// let mut solver = Solver::new(Mms::with_splitting(problem, half)?);
+    /// assert!(solver.solve(&[-3.0], Limits::default())?.converged() && solver.z() == [3.0]);
+    /// # Ok::<(), hlcp_methods::Error>(())
+    /// ```
+    pub fn with_splitting(problem: Hlcp<T, A, B>, splitting: S) -> Result<Self, Error> {
+        Self::new(problem, SplittingStep(splitting))
     }
 }
 

@@ -67,17 +67,17 @@ pub enum Status {
 /// The way in which an iteration diverged.
 ///
 /// ```
-/// use hlcp_core::{SplittingStep, SplittingFn, Hlcp, Identity, Omega};
+/// use hlcp_core::{Hlcp, Identity, Omega};
 /// use hlcp_methods::{Divergence, Limits, Mms, Options, Solver, Status};
 ///
 /// // A splitting of one's own whose second pivot is zero.
-/// let splitting = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+/// let splitting = |rhs: &[f64], y: &mut [f64]| {
 ///     for ((y, rhs), pivot) in y.iter_mut().zip(rhs).zip([2.0, 0.0]) {
 ///         *y = rhs / pivot;
 ///     }
-/// });
+/// };
 /// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
-/// let mut solver = Solver::new(Mms::new(problem, SplittingStep(splitting))?);
+/// let mut solver = Solver::new(Mms::with_splitting(problem, splitting)?);
 /// let outcome = solver.solve(&[-3.0, -3.0], Options::from_x(&[0.0; 2]))?;
 /// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
 /// # Ok::<(), hlcp_core::Error>(())

@@ -1,4 +1,6 @@
-use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Step};
+use hlcp_core::{
+    Aor, Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Splitting, SplittingStep, Step,
+};
 
 use crate::{Clock, Method, Work};
 
@@ -70,6 +72,35 @@ where
     pub fn new(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
         problem.agree(first.check(&problem).and_then(|()| second.check(&problem)))?;
         Ok(Self { problem, first, second, sweeps: 0, scratch: Vec::new() })
+    }
+}
+
+impl<T: Scalar, A, B, S1, S2> Tmms<T, A, B, SplittingStep<S1>, SplittingStep<S2>>
+where
+    A: LinearOperator<T>,
+    B: LinearOperator<T>,
+    S1: Splitting<T>,
+    S2: Splitting<T>,
+{
+    /// The method on `problem` with any two splittings of `A + BΩ`, as
+    /// [`Mms::with_splitting`](crate::Mms::with_splitting) has one.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Mms::with_splitting`](crate::Mms::with_splitting).
+    ///
+    /// ```
+    /// use hlcp_methods::{Hlcp, Identity, Limits, Omega, Solver, Tmms};
+    ///
+    /// let one = Identity { order: 1 };
+    /// let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
+    /// let [half, third] = [2.0, 3.0].map(|pivot| move |rhs: &[f64], y: &mut [f64]| y[0] = rhs[0] / pivot);
+    /// let mut solver = Solver::new(Tmms::with_splittings(problem, third, half)?);
+    /// assert_eq!(solver.solve(&[-3.0], Limits::default())?.iterations, 1);
+    /// # Ok::<(), hlcp_methods::Error>(())
+    /// ```
+    pub fn with_splittings(problem: Hlcp<T, A, B>, first: S1, second: S2) -> Result<Self, Error> {
+        Self::new(problem, SplittingStep(first), SplittingStep(second))
     }
 }
 

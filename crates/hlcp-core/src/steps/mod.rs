@@ -7,5 +7,5 @@ mod splitting;
 pub use self::{
     aor::Aor,
     colour::Multicolour,
-    splitting::{Jacobi, Splitting, SplittingFn, SplittingStep, Step},
+    splitting::{Jacobi, Splitting, SplittingStep, Step},
 };

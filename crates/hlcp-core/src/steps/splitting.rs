@@ -1,5 +1,3 @@
-use std::ops::Deref;
-
 use crate::{
     numbers::{Error, Norms, Rhs, Scalar},
     operators::{Diagonal, LinearOperator, positive_entry},
@@ -9,9 +7,10 @@ use crate::{
 /// A splitting `A + BΩ = M − N`, known by one solve with `M`.
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
-/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, wrap
-/// it in [`SplittingStep`], and `Mms` and `Tmms` take it, methods on top of them too, and `Newton`
-/// as a preconditioner.
+/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, and
+/// `Mms::with_splitting` and `Tmms::with_splittings` take it, methods on top of them too, and, in a
+/// [`SplittingStep`], `Newton` as a preconditioner. A closure `|rhs: &[f64], y: &mut [f64]|` is a
+/// splitting, as are `&dyn Splitting` and `Box<dyn Splitting>`.
 ///
 /// ```
 /// use hlcp_core::Splitting;
@@ -97,38 +96,57 @@ pub trait Step<T: Scalar, A, B>: Send + Sync {
     ) -> Norms;
 }
 
-/// A splitting behind `&`, `Box` or `Arc` is a splitting.
-impl<T: Scalar, P: Deref<Target: Splitting<T>> + Send + Sync> Splitting<T> for P {
+/// A closure `(rhs, y)` is a splitting, worth one sweep.
+#[diagnostic::do_not_recommend]
+impl<T: Scalar, F: Fn(&[T], &mut [T]) + Send + Sync> Splitting<T> for F {
     fn solve(&self, rhs: &[T], y: &mut [T]) {
-        (**self).solve(rhs, y);
-    }
-
-    fn sweeps(&self) -> usize {
-        (**self).sweeps()
+        self(rhs, y);
     }
 }
 
-/// A step behind `&`, `Box` or `Arc` is a step.
-impl<T: Scalar, A, B, P: Deref<Target: Step<T, A, B>> + Send + Sync> Step<T, A, B> for P {
-    fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
-        (**self).check(problem)
-    }
+// Of pointers to any type these two alone, because a closure behind a pointer is a closure.
+macro_rules! forward_splitting {
+    ($($pointer:ty),*) => {$(
+        impl<T: Scalar> Splitting<T> for $pointer {
+            fn solve(&self, rhs: &[T], y: &mut [T]) {
+                (**self).solve(rhs, y);
+            }
 
-    fn sweeps(&self) -> usize {
-        (**self).sweeps()
-    }
-
-    fn step(
-        &self,
-        problem: &Hlcp<T, A, B>,
-        q: &Rhs<'_, T>,
-        x: &[T],
-        y: &mut [T],
-        scratch: &mut Vec<T>,
-    ) -> Norms {
-        (**self).step(problem, q, x, y, scratch)
-    }
+            fn sweeps(&self) -> usize {
+                (**self).sweeps()
+            }
+        }
+    )*};
 }
+
+forward_splitting!(&(dyn Splitting<T> + '_), Box<dyn Splitting<T> + '_>);
+
+macro_rules! forward_step {
+    ($($pointer:ty),*) => {$(
+        impl<T: Scalar, A, B, P: Step<T, A, B> + ?Sized> Step<T, A, B> for $pointer {
+            fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
+                (**self).check(problem)
+            }
+
+            fn sweeps(&self) -> usize {
+                (**self).sweeps()
+            }
+
+            fn step(
+                &self,
+                problem: &Hlcp<T, A, B>,
+                q: &Rhs<'_, T>,
+                x: &[T],
+                y: &mut [T],
+                scratch: &mut Vec<T>,
+            ) -> Norms {
+                (**self).step(problem, q, x, y, scratch)
+            }
+        }
+    )*};
+}
+
+forward_step!(&P, Box<P>);
 
 /// The step `y = x − M⁻¹ F(x)` of any [`Splitting`]; it needs no more of `A` and `B` than products.
 ///
@@ -137,16 +155,16 @@ impl<T: Scalar, A, B, P: Deref<Target: Step<T, A, B>> + Send + Sync> Step<T, A, 
 /// One product with `A`, one with `B`, one solve with `M`; `2n` numbers of scratch.
 ///
 /// ```
-/// use hlcp_core::{SplittingStep, FivePoint, SplittingFn, Hlcp, Omega, Rhs, Step};
+/// use hlcp_core::{FivePoint, Hlcp, Omega, Rhs, SplittingStep, Step};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
 /// let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?;
-/// let eighth = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+/// let eighth = |rhs: &[f64], y: &mut [f64]| {
 ///     for (y, rhs) in y.iter_mut().zip(rhs) {
 ///         *y = rhs / 8.0;
 ///     }
-/// });
+/// };
 ///
 /// let (q, mut y) = ([-3.0, -3.0], [0.0; 2]);
 /// let (step, q) = (SplittingStep(eighth), Rhs::new(&q)?);
@@ -204,25 +222,6 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
         *y = x - *y;
     }
     norms
-}
-
-/// A closure `(rhs, y)` as a [`Splitting`].
-///
-/// ```
-/// use hlcp_core::{SplittingFn, Splitting};
-///
-/// let half = SplittingFn(|rhs: &[f32], y: &mut [f32]| y[0] = rhs[0] / 2.0);
-/// let mut y = [0.0];
-/// half.solve(&[3.0], &mut y);
-/// assert_eq!(y, [1.5]);
-/// ```
-#[derive(Debug, Clone, Copy)]
-pub struct SplittingFn<F>(pub F);
-
-impl<T: Scalar, F: Fn(&[T], &mut [T]) + Send + Sync> Splitting<T> for SplittingFn<F> {
-    fn solve(&self, rhs: &[T], y: &mut [T]) {
-        (self.0)(rhs, y);
-    }
 }
 
 /// The Jacobi splitting `M = D_A + D_B Ω` for operators that know only their products and diagonal.

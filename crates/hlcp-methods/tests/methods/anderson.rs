@@ -141,12 +141,11 @@ fn divergence_is_reported() {
 
 #[test]
 fn nan_ends_in_divergence() {
-    use hlcp_core::{SplittingFn, SplittingStep};
-    let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+    let slow = |rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 19.0);
-    });
+    };
     let problem = Hlcp::new(Failing::after(9), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let base = Mms::new(problem, SplittingStep(slow)).unwrap();
+    let base = Mms::with_splitting(problem, slow).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
     let outcome = anderson.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));

@@ -4,7 +4,7 @@
 use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
 use crate::common::{Altered, Counted, Walked};
-use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingFn, SplittingStep};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingStep};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms,
     Multigrid, Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
@@ -79,7 +79,7 @@ fn inner_solves_end_with_the_time() {
     let products = &a.products;
     let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
     let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-    let weak = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+    let weak = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
     let mut solver = Solver::new(Newton::new(gs, SplittingStep(weak)));
     let q: Vec<f64> = (0..m * m).map(|k| (0.01 * k as f64).sin() - 0.3).collect();
     let limits = Limits { iterations: 1, ..Limits::default() };

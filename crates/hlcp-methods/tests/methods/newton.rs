@@ -10,8 +10,8 @@ use crate::common::{
     Altered, Counted, Failing, Matrix, from, planted, posed, problem, solve_from_ones, tmgs, wave,
 };
 use hlcp_core::{
-    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, SplittingFn,
-    SplittingStep, Step, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, SplittingStep, Step,
+    Tridiagonal,
 };
 use hlcp_methods::{
     Clock, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Outcome, Preconditioner, Solver,
@@ -156,10 +156,10 @@ fn carousel() -> Dense {
 /// definite.
 fn damped(dense: &Dense, part: f64) -> Mms<f64, Matrix, Matrix, impl Step<f64, Matrix, Matrix>> {
     let step = part * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
-    let damped = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+    let damped = move |rhs: &[f64], y: &mut [f64]| {
         y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
-    });
-    Mms::new(posed(dense), SplittingStep(damped)).unwrap()
+    };
+    Mms::with_splitting(posed(dense), damped).unwrap()
 }
 
 #[test]
@@ -226,18 +226,18 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
     let dense = carousel();
     let step = 0.03 * (&dense.a + DMatrix::from_diagonal(&dense.omega)).try_inverse().unwrap();
     let (turns, solves) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let damped = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+    let damped = |rhs: &[f64], y: &mut [f64]| {
         turns.fetch_add(1, Relaxed);
         y.copy_from_slice((&step * DVector::from_column_slice(rhs)).as_slice());
-    });
-    let none = SplittingStep(SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+    };
+    let none = SplittingStep(|rhs: &[f64], y: &mut [f64]| {
         solves.fetch_add(1, Relaxed);
         y.copy_from_slice(rhs);
-    }));
+    });
     let a = Counted::new(Matrix(dense.a.clone()));
     let omega = Omega::Uniform(dense.omega[0]);
     let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
-    let base = Mms::new(problem.with_gamma(dense.gamma).unwrap(), SplittingStep(damped)).unwrap();
+    let base = Mms::with_splitting(problem.with_gamma(dense.gamma).unwrap(), damped).unwrap();
     // Its steps grow shorter with their number.
     let fading = Altered::new(base, |k, x, y, norms, _| {
         let shorter = 1.0 / (1.0 + 0.01 * k as f64);
@@ -283,13 +283,13 @@ fn a_singular_jacobian_is_left_behind() {
 #[test]
 fn two_active_sets_in_turn_are_no_progress() {
     let turns = AtomicUsize::new(0);
-    let still = SplittingFn(|_: &[f64], y: &mut [f64]| {
+    let still = |_: &[f64], y: &mut [f64]| {
         turns.fetch_add(1, Relaxed);
         y.fill(0.0);
-    });
+    };
     let minus = DiagonalMatrix::new(vec![-1.0]).unwrap();
     let problem = Hlcp::new(Identity { order: 1 }, minus, Omega::Uniform(1.3)).unwrap();
-    let base = Mms::new(problem, SplittingStep(still)).unwrap();
+    let base = Mms::with_splitting(problem, still).unwrap();
     let limits = Limits { iterations: 100, ..Limits::absolute(1e-10) };
     let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
     let outcome = newton.solve(&[1.0], Options::from_x(&[0.4]).limits(limits)).unwrap();
@@ -301,12 +301,12 @@ fn two_active_sets_in_turn_are_no_progress() {
 #[test]
 fn an_operator_of_products_and_one_that_turns_nan() {
     for sound in (0..12).chain([usize::MAX]) {
-        let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+        let slow = |rhs: &[f64], y: &mut [f64]| {
             y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
-        });
+        };
         let problem =
             Hlcp::new(Failing::after(sound), Identity { order: 3 }, Omega::Uniform(3.5)).unwrap();
-        let base = Mms::new(problem, SplittingStep(slow)).unwrap();
+        let base = Mms::with_splitting(problem, slow).unwrap();
         let mut newton = Solver::new(Newton::new(base, SplittingStep(slow)));
         let outcome = newton.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
         if sound == usize::MAX {
@@ -326,8 +326,8 @@ fn an_exact_inner_solve_ends_in_two_steps() {
     let b = DiagonalMatrix::new(vec![1.5, 0.4, 2.2]).unwrap();
     let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 4.0, 1.7])).unwrap();
     // A base that goes nowhere settles nothing.
-    let still = SplittingFn(|_: &[f64], y: &mut [f64]| y.fill(0.0));
-    let base = Mms::new(problem, SplittingStep(still)).unwrap();
+    let still = |_: &[f64], y: &mut [f64]| y.fill(0.0);
+    let base = Mms::with_splitting(problem, still).unwrap();
     let mut newton = Solver::new(Newton::new(base, Ssor));
     let outcome = newton.solve(&[-3.0, 1.0, -2.0], from(&[-1.0, 2.0, 1.0])).unwrap();
     assert!(outcome.converged() && outcome.iterations == 2, "{outcome}");
@@ -436,13 +436,13 @@ proptest! {
             [to_west * west, more * centre, to_east * east]
         };
         let turns = AtomicUsize::new(0);
-        let jacobi = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+        let jacobi = |rhs: &[f64], y: &mut [f64]| {
             turns.fetch_add(1, Relaxed);
             (0..n).for_each(|i| y[i] = rhs[i] / (a(i)[1] + b(i)[1]));
-        });
+        };
         let (of_a, of_b) = (Tridiagonal::new(n, a).unwrap(), Tridiagonal::new(n, b).unwrap());
         let problem = Hlcp::new(of_a, of_b, Omega::Uniform(1.0)).unwrap();
-        let base = Mms::new(problem, SplittingStep(jacobi)).unwrap();
+        let base = Mms::with_splitting(problem, jacobi).unwrap();
         let mut newton = Solver::new(Newton::new(base, TridiagonalPart::new()));
         let [q, x]: [Vec<f64>; 2] = [4, 5].map(|k| sizes[..n].iter().map(|s| s[k]).collect());
         let limits = Limits::relative(1e-10);

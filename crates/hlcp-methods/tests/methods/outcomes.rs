@@ -5,8 +5,7 @@ use std::{ops::ControlFlow, time::Duration};
 use crate::common::{Altered, Failing, Matrix, from, solve_from_ones, tmgs};
 use crate::failures::solve as ends;
 use hlcp_core::{
-    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, Norms, Omega, Scalar, SplittingFn,
-    SplittingStep, Tridiagonal,
+    Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, Norms, Omega, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
     Anderson, Divergence, GROWTH, Limits, Method, Mms, Newton, Norm, Options, PATIENCE, Solver,
@@ -32,8 +31,7 @@ fn wave<T: Scalar>(scale: f64) -> Vec<T> {
 #[test]
 fn the_best_iterate_comes_back_from_the_middle_of_a_solve() {
     // Row 0 contracts fast, row 1 grows slowly from almost nothing.
-    let scale =
-        SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8));
+    let scale = |rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.2, rhs[1] / 0.8);
     let a = DiagonalMatrix::new(vec![1.1, 0.9]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Each(vec![1.1, 0.9])).unwrap();
     for steps in [1, 2] {
@@ -44,33 +42,30 @@ fn the_best_iterate_comes_back_from_the_middle_of_a_solve() {
             assert!(0 < outcome.answer && outcome.answer < outcome.iterations);
         };
         if steps == 1 {
-            check(Box::new(Mms::new(problem.clone(), SplittingStep(scale)).unwrap()));
+            check(Box::new(Mms::with_splitting(problem.clone(), scale).unwrap()));
         } else {
-            check(Box::new(
-                Tmms::new(problem.clone(), SplittingStep(scale), SplittingStep(scale)).unwrap(),
-            ));
+            check(Box::new(Tmms::with_splittings(problem.clone(), scale, scale).unwrap()));
         }
     }
 }
 
 #[test]
 fn divergence_by_nan_says_where_and_when() {
-    let slow = SplittingFn(|rhs: &[f64], y: &mut [f64]| {
+    let slow = |rhs: &[f64], y: &mut [f64]| {
         y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
-    });
+    };
     let problem = Hlcp::new(Failing::after(2), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, SplittingStep(slow)).unwrap());
+    let mut solver = Solver::new(Mms::with_splitting(problem, slow).unwrap());
     let outcome = solver.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     // Products 0 and 1 are sound, so iterates 0, 1 and 2 are; the residual of the last is not.
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
     assert_eq!((outcome.iterations, outcome.answer), (2, 1));
     assert!(!outcome.converged() && outcome.residual.l2.is_nan()); // measured, by an operator gone bad
 
-    let breaks =
-        SplittingFn(|_: &[f64], y: &mut [f64]| y.copy_from_slice(&[0.0, 0.0, f64::INFINITY]));
+    let breaks = |_: &[f64], y: &mut [f64]| y.copy_from_slice(&[0.0, 0.0, f64::INFINITY]);
     let a = DiagonalMatrix::new(vec![2.5; 3]).unwrap();
     let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, SplittingStep(breaks)).unwrap());
+    let mut solver = Solver::new(Mms::with_splitting(problem, breaks).unwrap());
     let outcome = solver.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 2 }));
     assert_eq!((outcome.iterations, outcome.answer), (1, 0));
@@ -246,11 +241,10 @@ fn gamma_changes_no_norm_and_no_count() {
 
 #[test]
 fn a_small_residual_beside_a_large_q_is_not_taken_for_zero() {
-    let steps =
-        SplittingFn(|rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0));
+    let steps = |rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0);
     let problem =
         Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0)).unwrap();
-    let mut solver = Solver::new(Mms::new(problem, SplittingStep(steps)).unwrap());
+    let mut solver = Solver::new(Mms::with_splitting(problem, steps).unwrap());
     let limits = Limits { iterations: 1, ..Limits::absolute(0.0) };
     let outcome =
         solver.solve(&[-1.0, -1e-170], Options::from_x(&[0.0, 0.0]).limits(limits)).unwrap();
@@ -364,12 +358,12 @@ fn a_cycle_behind_a_false_suspicion() {
     });
     let problem = Hlcp::new(Matrix(matrix), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
     // Jacobi for the flow, and twice its step for the last row, which then alternates.
-    let steps = SplittingFn(move |rhs: &[f64], y: &mut [f64]| {
+    let steps = move |rhs: &[f64], y: &mut [f64]| {
         for (i, (y, rhs)) in y.iter_mut().zip(rhs).enumerate() {
             *y = rhs / if i + 1 < n { 4.0 } else { 2.0 };
         }
-    });
-    let mut solver = Solver::new(Mms::new(problem, SplittingStep(steps)).unwrap());
+    };
+    let mut solver = Solver::new(Mms::with_splitting(problem, steps).unwrap());
     let (mut q, mut x0) = (vec![0.0; n], vec![1.0; n]);
     (q[0], q[n - 1], x0[0], x0[n - 1]) = (-4.0, -3.0, 3.0, 0.25);
     let outcome = solver.solve(&q, from(&x0)).unwrap();

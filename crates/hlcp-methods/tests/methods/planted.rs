@@ -1,7 +1,7 @@
 //! The methods reach the planted solution, which enumeration finds to be the only one.
 
 use crate::common::{Matrix, largest_difference, planted, posed, tmgs};
-use hlcp_core::{Aor, Jacobi, Scalar, SplittingFn, SplittingStep};
+use hlcp_core::{Aor, Jacobi, Scalar, SplittingStep};
 use hlcp_methods::{
     Anderson, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Preconditioner, Solver, Ssor,
     Tmms, TridiagonalPart,
@@ -73,7 +73,7 @@ proptest! {
         let exchanged = posed(&p.dense).exchanged().unwrap();
         for posed in [posed(&p.dense), exchanged.clone().exchanged().unwrap(), exchanged] {
             let problem = || posed.clone();
-            let none = SplittingFn(|rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs));
+            let none = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
             let methods: [Box<dyn Method<f64, A = Matrix, B = Matrix>>; 12] = [
                 Box::new(Mms::new(problem(), Jacobi).unwrap()),
                 Box::new(Mms::new(problem(), gs).unwrap()),
