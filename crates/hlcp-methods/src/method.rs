@@ -23,6 +23,12 @@ use crate::Clock;
 /// }
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a method",
+    note = "a problem needs a method, as in `Auto::new(problem)?`",
+    note = "a step needs one too, as in `Mms::new(problem, Aor::gauss_seidel())?`",
+    note = "`Mms::new(..)` and its like return a `Result`: add `?`"
+)]
 pub trait Method<T: Scalar> {
     /// The type of the operator `A`.
     type A: LinearOperator<T>;

@@ -19,6 +19,10 @@ use num_traits::{Float, NumAssign};
 /// }
 /// assert_eq!(modulus(-1.5_f32), (0.0, 3.0));
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a scalar",
+    note = "scalars are `f32` and `f64`; write 4.0 in place of 4"
+)]
 pub trait Scalar:
     Float + NumAssign + Debug + Display + LowerExp + Send + Sync + sealed::Precision + 'static
 {

@@ -30,6 +30,11 @@ use crate::numbers::{Error, Scalar};
 /// SecondDifference(3).apply(&[1.0, 2.0, 4.0], &mut y);
 /// assert_eq!(y, [0.0, -1.0, 6.0]);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a linear operator",
+    note = "implement `LinearOperator`, the order and the product",
+    note = "matrices of nalgebra need the feature `nalgebra-sparse`"
+)]
 pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// Returns the order `n` of the map.
     fn order(&self) -> usize;
@@ -121,6 +126,12 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 /// assert_eq!(omega, Omega::Uniform(1.5));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an operator that knows its diagonal",
+    note = "implement `Diagonal`, one diagonal entry",
+    note = "without it there is `Mms::with_splitting`, with an `Omega` of your own",
+    note = "matrices of nalgebra need the feature `nalgebra-sparse`"
+)]
 pub trait Diagonal<T: Scalar>: LinearOperator<T> {
     /// Returns the entry `aᵢᵢ`, for `i` below the order.
     fn diagonal_entry(&self, i: usize) -> T;
@@ -139,6 +150,12 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
 /// assert_eq!(row, [(0, 4.0), (1, -1.0), (3, -1.0)]);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not an operator that knows its rows",
+    note = "implement `Diagonal` and `Rows`, one row entry by entry",
+    note = "without rows there is `Mms::with_splitting`, which takes products alone",
+    note = "matrices of nalgebra need the feature `nalgebra-sparse`"
+)]
 pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Calls `visit(j, aᵢⱼ)` for the entries of row `i`, by increasing `j`, each `j` at most once.
     ///

@@ -30,6 +30,12 @@ use crate::{
 /// Scaling(vec![2.0, 4.0]).solve(&[6.0, 6.0], &mut y);
 /// assert_eq!(y, [3.0, 1.5]);
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a splitting",
+    note = "implement `Splitting`, or give a closure `|rhs: &[{T}], y: &mut [{T}]|`, which must be \
+            `Fn`, `Send` and `Sync`",
+    note = "steps such as `Aor` go to `Mms::new` and `Tmms::new`, with `?` after `Aor::sor(..)`"
+)]
 pub trait Splitting<T: Scalar>: Send + Sync {
     /// Overwrites `y` with the solution of `M y = rhs`; what `y` held before is never read.
     ///
@@ -64,6 +70,11 @@ pub trait Splitting<T: Scalar>: Send + Sync {
 /// assert_eq!(step.step(&problem, &q, &y, &mut x, scratch).linf, 0.0); // and at what it led to
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not a step of a method",
+    note = "a splitting or a closure goes to `Mms::with_splitting` or `Tmms::with_splittings`",
+    note = "`Aor::sor(..)` and its like return a `Result`: add `?`"
+)]
 pub trait Step<T: Scalar, A, B>: Send + Sync {
     /// Refuses a problem the step cannot divide its way through.
     ///
