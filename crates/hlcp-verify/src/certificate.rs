@@ -182,7 +182,8 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
 ///
 /// Two vectors below and above the answer, at which the residual is evaluated outward, enclose a
 /// solution; `docs/theory.md` §4 has the proof. The bound is seldom more than 1.3 times the error,
-/// until the rounding of one double remains. The inner [`Refusal`] says why nothing is proved.
+/// until the rounding of one double remains. The inner [`Refusal`] says why nothing is proved; it is
+/// apart from the errors, which say what is wrong with the input.
 ///
 /// # Cost
 ///
@@ -202,10 +203,9 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let b = FivePoint::new(2, 1, [0.0, 0.0, 2.0, 0.0, 0.0])?;
 /// // z* = (1, 0), r* = (0, 1).
-/// let certificate =
-///     certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 1.0])?.expect("a Z-pair");
+/// let certificate = certify(&a, &b, &[-4.0, 3.0], &[1.001, 0.0], &[0.0, 1.0])??;
 /// assert!((0.001..0.0013).contains(&certificate.error()));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn certify<T: Scalar>(
     a: &impl Rows<T>,

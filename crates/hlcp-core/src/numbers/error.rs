@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use thiserror::Error;
 
 /// Input that cannot be solved as it stands, with the numbers that are wrong.
@@ -11,7 +13,7 @@ use thiserror::Error;
 /// assert!(matches!(error, Error::NotFinite { what: "q", index: 1, .. }));
 /// assert_eq!(error.to_string(), "q[1] is NaN, which is not a finite number");
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
+#[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The problem has no unknowns.
@@ -148,6 +150,14 @@ pub enum Error {
         /// What the row makes it.
         expected: f64,
     },
+    /// An operator refuses itself, in its own words.
+    #[error("{what}: {why}")]
+    Operator {
+        /// The operator.
+        what: &'static str,
+        /// The reason.
+        why: Cow<'static, str>,
+    },
     /// A method, or an order of its sweeps, that one rank alone can work with.
     #[error(
         "{what} works on one rank, but {ranks} share the problem; take AUTO, multigrid, adaptive \
@@ -165,7 +175,7 @@ pub enum Error {
         /// The rank.
         rank: usize,
         /// Its error.
-        error: &'static str,
+        error: String,
     },
     /// The ranks were given different things.
     #[error("{what} differ between the ranks, but each must be given the same")]

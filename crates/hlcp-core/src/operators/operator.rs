@@ -46,21 +46,36 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// May panic unless both slices have length [`order`](Self::order).
     fn apply(&self, x: &[T], y: &mut [T]);
 
-    /// Refuses an operator that is no map from `Tⁿ` to itself; `what` is its name in the error.
+    /// Refuses an operator that no problem can be posed with, as one that is no map from `Tⁿ` to
+    /// itself; `what` is its name in the error.
     ///
-    /// [`Hlcp::new`](crate::Hlcp::new) asks it. A type that cannot hold anything else, as most
+    /// [`Hlcp::new`](crate::Hlcp::new) asks it. A type that cannot hold anything wrong, as most
     /// cannot, takes the default, which refuses nothing.
     ///
     /// # Errors
     ///
-    /// [`Error::NotSquare`] and [`Error::Summands`].
+    /// [`Error::NotSquare`] and [`Error::Summands`]; [`Error::Operator`], in the words of an
+    /// operator of your own.
     ///
     /// ```
-    /// use hlcp_core::{Error, LinearOperator};
-    /// use nalgebra_sparse::CsrMatrix;
+    /// use hlcp_core::{Error, Hlcp, Identity, LinearOperator, Omega};
     ///
-    /// let wide = CsrMatrix::<f64>::zeros(2, 3);
-    /// assert_eq!(wide.check("A"), Err(Error::NotSquare { what: "A", rows: 2, columns: 3 }));
+    /// /// The second difference with step `h`, as a product alone.
+    /// #[derive(Debug)]
+    /// struct SecondDifference(f64);
+    ///
+    /// impl LinearOperator<f64> for SecondDifference {
+    ///     fn check(&self, what: &'static str) -> Result<(), Error> {
+    ///         let why = format!("the step is {}, but it must be positive", self.0).into();
+    ///         if self.0 > 0.0 { Ok(()) } else { Err(Error::Operator { what, why }) }
+    ///     }
+    ///     // … the order and the product …
+    /// #   fn order(&self) -> usize { 3 }
+    /// #   fn apply(&self, _: &[f64], _: &mut [f64]) {}
+    /// }
+    ///
+    /// let posed = Hlcp::new(SecondDifference(-0.1), Identity { order: 3 }, Omega::Uniform(1.0));
+    /// assert_eq!(posed.unwrap_err().to_string(), "A: the step is -0.1, but it must be positive");
     /// ```
     fn check(&self, _what: &'static str) -> Result<(), Error> {
         Ok(())

@@ -216,7 +216,7 @@ impl Strip {
             (1, _) => Error::NotFinite { what: told.leak(), index, value },
             (2, _) => Error::NotPositive { what: told.leak(), index, value },
             (_, Err(own)) if told == text => own,
-            _ => Error::Rank { rank, error: told.leak() },
+            _ => Error::Rank { rank, error: told },
         })
     }
 
@@ -233,7 +233,7 @@ impl Strip {
     /// let fewest = ranks_as_threads(2, |ranks| {
     ///     Strip::new(ranks, [600, 4]).map(|strip| strip.narrowest())
     /// });
-    /// assert_eq!(fewest, [Ok(256); 2]);
+    /// assert_eq!(fewest, [Ok(256), Ok(256)]);
     /// ```
     pub fn narrowest(&self) -> usize {
         self.cuts.windows(2).map(|cuts| cuts[1] - cuts[0]).min().unwrap_or(0)
