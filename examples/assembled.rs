@@ -30,9 +30,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (a, b) = (matrix(3), matrix(11));
     let q: Vec<f64> = (0..n).map(|i| (0.1 * i as f64).sin()).collect();
 
-    let answer = solve(&a, &b, &q)?;
+    let answer = solve(&a, &b, &q)?.ok()?;
     println!("{}", answer.outcome);
     let active = answer.z.iter().filter(|&&z| z > 0.0).count();
     println!("z > 0 in {active} of {n} unknowns");
-    if answer.outcome.converged() { Ok(()) } else { Err("no convergence".into()) }
+    Ok(())
 }

@@ -8,19 +8,17 @@
 
 use std::error::Error;
 
-use hlcp_methods::{Aor, Hlcp, Limits, Mms, Omega, Solver};
+use hlcp_methods::{Aor, Hlcp, Limits, Mms, Solver};
 use hlcp_verify::{Example, certify, decimal};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = Example { symmetric: false, m: 64, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b)?;
-    let problem = Hlcp::new(&scene.a, &scene.b, omega)?;
+    let problem = Hlcp::from_pair(&scene.a, &scene.b)?;
     let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
     for tolerance in [1e-3, 1e-10] {
         let outcome = solver.solve(&scene.q, Limits::relative(tolerance))?;
         let (z, r) = (solver.z(), solver.r());
-        let bound =
-            certify(&scene.a, &scene.b, &scene.q, z, r)?.map_err(|why| why.to_string())?.error();
+        let bound = certify(&scene.a, &scene.b, &scene.q, z, r)??.error();
         let error =
             |u: &[f64], v: &[f64]| u.iter().zip(v).map(|(u, v)| (u - v).abs()).fold(0.0, f64::max);
         let truth = error(z, &scene.z).max(error(r, &scene.r));

@@ -14,7 +14,7 @@ use std::error::Error;
 use hlcp_core::{
     Aor, Diagonal, Hlcp, Identity, Jacobi, LinearOperator, Omega, Rows, check_operator,
 };
-use hlcp_methods::{Limits, Method, Mms, Options, Solver, Tmms};
+use hlcp_methods::{Limits, Method, Mms, Solver, Tmms};
 
 /// −z″ on the inner points of a uniform grid over [0, 1], as (2zᵢ − zᵢ₋₁ − zᵢ₊₁)/h².
 #[derive(Clone, Copy)]
@@ -75,8 +75,8 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(), Box<dyn Error>> {
     q[n - 1] -= FLOOR / (h * h);
 
     let mut solver = Solver::new(method);
-    let outcome =
-        solver.solve(&q, Options::from_x(&vec![0.0; n]).limits(Limits::absolute(1e-10)))?;
+    let outcome = solver.solve(&q, Limits::absolute(1e-10))?;
+    outcome.ok()?;
     let height = |i: usize| {
         let x = (i + 1) as f64 * h;
         (0.25 - x.min(1.0 - x)).max(0.0).powi(2) / 2.0
@@ -85,7 +85,7 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(), Box<dyn Error>> {
         solver.z().iter().enumerate().map(|(i, z)| (z - height(i)).abs()).fold(0.0, f64::max);
     let contact = solver.r().iter().filter(|r| **r > 0.0).count();
     println!("{name:<10} {outcome}; error {error:.1e}, {contact} of {n} points on the floor");
-    if outcome.converged() && error < 1e-10 { Ok(()) } else { Err("a wrong answer".into()) }
+    if error < 1e-10 { Ok(()) } else { Err("a wrong answer".into()) }
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

@@ -73,11 +73,8 @@ fn solve(name: &str, method: impl Method<f64>) -> Result<(usize, Vec<f64>), Box<
     let outcome =
         solver.solve(&q, Options::from_x(&vec![1.0; n]).limits(Limits::absolute(1e-10)))?;
     println!("{name:<22} {outcome}");
-    if outcome.converged() {
-        Ok((outcome.iterations, solver.z().to_vec()))
-    } else {
-        Err(format!("{name} did not converge").into())
-    }
+    outcome.ok()?;
+    Ok((outcome.iterations, solver.z().to_vec()))
 }
 
 fn main() -> Result<(), Box<dyn Error>> {

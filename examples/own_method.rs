@@ -69,6 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let sweep = Mms::new(Hlcp::lcp(a)?, Aor::gauss_seidel())?;
         let mut solver = Solver::new(Momentum { sweep, theta, before: vec![] });
         let outcome = solver.solve(&q, limits)?;
+        outcome.ok()?;
         println!("θ = {theta}: {outcome}");
         counts.push(outcome.iterations);
     }

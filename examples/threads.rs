@@ -9,7 +9,7 @@
 
 use std::{error::Error, ops::ControlFlow};
 
-use hlcp_methods::{Aor, FivePoint, Hlcp, Options, Progress, Solver, Tmms};
+use hlcp_methods::{Aor, FivePoint, Hlcp, Options, Solver, Tmms};
 use indicatif::{ProgressBar, ProgressStyle};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -23,15 +23,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     let bar =
         ProgressBar::new(100).with_style(ProgressStyle::with_template("{bar:40} {msg} {eta}")?);
     let first = q.iter().map(|q| q * q).sum::<f64>().sqrt();
-    let mut show = |progress: &Progress<'_, f64>| {
-        let digits = (first / progress.residual.l2).log10();
-        bar.set_position((10.0 * digits.clamp(0.0, 10.0)) as u64);
-        bar.set_message(format!("residual {:.1e}", progress.residual.l2));
-        ControlFlow::Continue(())
-    };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
-    let outcome = pool.install(|| solver.solve(&q, Options::default().observer(&mut show)))?;
+    let outcome = pool.install(|| {
+        let options = Options::default().observer(|progress| {
+            let digits = (first / progress.residual.l2).log10();
+            bar.set_position((10.0 * digits.clamp(0.0, 10.0)) as u64);
+            bar.set_message(format!("residual {:.1e}", progress.residual.l2));
+            ControlFlow::Continue(())
+        });
+        solver.solve(&q, options)
+    })?;
     bar.finish_and_clear();
     println!("{outcome}");
-    if outcome.converged() { Ok(()) } else { Err("no convergence".into()) }
+    Ok(outcome.ok()?)
 }

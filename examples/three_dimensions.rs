@@ -58,9 +58,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     check_operator(&a)?;
     let n = a.order();
     let q: Vec<f64> = (0..n).map(|k| (0.01 * k as f64).sin()).collect();
-    let answer = solve(&a, &Identity { order: n }, &q)?;
+    let answer = solve(&a, &Identity { order: n }, &q)?.ok()?;
     println!("{}", answer.outcome);
     let contact = answer.r.iter().filter(|r| **r > 0.0).count();
     println!("r > 0 in {contact} of {n} points");
-    if answer.outcome.converged() { Ok(()) } else { Err("no convergence".into()) }
+    Ok(())
 }

@@ -33,9 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let q = load(0.01 * step as f64);
         let from_last = warm.solve(&q, Options::resume().limits(limits))?;
         let from_nothing = cold.solve(&q, limits)?;
-        if !from_last.converged() || !from_nothing.converged() {
-            return Err(format!("step {step}: {from_last}; {from_nothing}").into());
-        }
+        from_last.ok().and(from_nothing.ok())?;
         println!("step {step:2}: {} and {}", from_last.iterations, from_nothing.iterations);
         totals[0] += from_last.iterations;
         totals[1] += from_nothing.iterations;

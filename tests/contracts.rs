@@ -314,8 +314,8 @@ where
     fn a_bad_pivot_is_refused_or_never_converges(&self) {
         let contract = "a bad pivot is refused or never converges";
         for factor in [T::zero(), -T::one(), T::nan()] {
-            let a = Scaled { factor, of: self.a.clone() };
-            let b = Scaled { factor, of: self.b.clone() };
+            let a = Scaled { by: factor, of: self.a.clone() };
+            let b = Scaled { by: factor, of: self.b.clone() };
             match method(&self.row, Hlcp::new(a, b, omega()).unwrap()) {
                 Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
                 Err(other) => panic!("{self}: {contract}: {other}"),

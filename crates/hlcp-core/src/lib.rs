@@ -20,8 +20,7 @@
 //! // [south, west, centre, east, north] on a 100 × 80 grid: seven numbers, whatever the grid.
 //! let a = FivePoint::new(100, 80, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = Shifted { by: 1.0, of: Identity { order: 8000 } };
-//! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-//! let problem = Hlcp::new(a, b, omega)?;
+//! let problem = Hlcp::from_pair(a, b)?;
 //! assert_eq!((problem.order(), problem.omega()), (8000, &Omega::Uniform(2.0)));
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```

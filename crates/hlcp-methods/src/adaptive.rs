@@ -36,8 +36,7 @@ use crate::{Clock, Method};
 /// A. Hageman and D. M. Young, *Applied Iterative Methods*, 1981, chapter 9, for α during a solve.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{AdaptiveSor, Limits, Options, Solver};
+/// use hlcp_methods::{AdaptiveSor, FivePoint, Hlcp, Identity, Limits, Omega, Options, Solver};
 ///
 /// let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 32 * 32 }, Omega::Uniform(4.0))?;
@@ -46,7 +45,7 @@ use crate::{Clock, Method};
 /// let mut solver = Solver::new(AdaptiveSor::new(problem)?);
 /// let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 32 * 32]))?;
 /// assert!(outcome.converged() && solver.method().alpha() > 1.5);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct AdaptiveSor<T, A, B> {

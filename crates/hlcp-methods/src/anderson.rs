@@ -58,8 +58,9 @@ const SLACK: f64 = 100.0;
 /// for nonsmooth fixed-point iterations*, SIAM J. Optim. 30 (2020).
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Anderson, Limits, Options, Solver, Tmms};
+/// use hlcp_methods::{
+///     Anderson, Aor, FivePoint, Hlcp, Identity, Limits, Omega, Options, Solver, Tmms,
+/// };
 ///
 /// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
@@ -69,7 +70,7 @@ const SLACK: f64 = 100.0;
 /// let plain = Solver::new(base.clone()).solve(&q, Options::from_x(&[1.0; 256]))?;
 /// let fast = Solver::new(Anderson::new(base, 10)?).solve(&q, Options::from_x(&[1.0; 256]))?;
 /// assert!(fast.converged() && 5 * fast.iterations < plain.iterations);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Anderson<T, M> {

@@ -6,15 +6,14 @@ use hlcp_core::{Hlcp, LinearOperator, Rows, Scalar};
 /// at `xⱼ = 0` it is one of the two derivatives that meet there. `F(x) = J(x) x + γq`.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::Jacobian;
+/// use hlcp_methods::{FivePoint, Hlcp, Identity, Jacobian, Omega};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(5.0))?;
 /// let mut y = [0.0; 2];
 /// Jacobian::new(&problem, &[0.1, -7.0]).apply(&[1.0, 1.0], &mut y, &mut vec![]);
 /// assert_eq!(y, [6.0, -2.0 + 10.0]);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Jacobian<'p, T, A, B> {
@@ -95,8 +94,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
     /// May panic unless `i` is below the order.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::Jacobian;
+    /// use hlcp_methods::{FivePoint, Hlcp, Identity, Jacobian, Omega};
     ///
     /// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(5.0))?;
@@ -104,7 +102,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Jacobian<'_, T, A, B> {
     /// Jacobian::new(&problem, &[0.1, -7.0]).visit_row(1, |j, entry| row.push((j, entry)));
     /// // of A the first column, of BΩ the second
     /// assert_eq!(row, [(0, 2.0 * -1.0), (1, 2.0 * 5.0)]);
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     #[inline]
     pub fn visit_row(&self, i: usize, mut visit: impl FnMut(usize, T)) {

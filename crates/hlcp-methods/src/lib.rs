@@ -9,30 +9,26 @@
 //! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 //! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
-//! let answer = solve(&a, &b, &q)?;
-//! assert!(answer.outcome.converged() && answer.z[0] > 0.0 && answer.r[59] > 0.0);
-//! # Ok::<(), hlcp_methods::Error>(())
+//! let answer = solve(&a, &b, &q)?.ok()?; // or an error, if it has not converged
+//! assert!(answer.z[0] > 0.0 && answer.r[59] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose
-//! the method. The same, step by step:
+//! the method; [`solve_with`] takes limits, a start and an observer too. The same, step by step:
 //!
 //! ```
-//! use hlcp_core::{FivePoint, Hlcp, Omega};
-//! use hlcp_methods::{Auto, Limits, Options, Solver};
+//! use hlcp_methods::{Auto, FivePoint, Hlcp, Limits, Options, Solver};
 //!
 //! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-//! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-//! let problem = Hlcp::new(a, b, omega)?;
+//! let problem = Hlcp::from_pair(a, b)?;
 //! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
 //!
 //! let mut solver = Solver::new(Auto::new(problem)?);
-//! let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 3600]))?;
-//! assert!(outcome.converged(), "{outcome}");
-//! let (z, r) = (solver.z(), solver.r());
-//! assert!(z[0] > 0.0 && r[59] > 0.0);
-//! # Ok::<(), hlcp_core::Error>(())
+//! solver.solve(&q, Options::from_x(&vec![1.0; 3600]))?.ok()?; // its outcome has the residual
+//! assert!(solver.z()[0] > 0.0 && solver.r()[59] > 0.0);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! Wrong input is an `Err` with its numbers. An iteration that ends is an [`Outcome`]. Whatever its
@@ -60,8 +56,7 @@
 //! * `f32` is the same code; [`solve_mixed`] takes the first digits in single precision.
 //!
 //! ```
-//! use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-//! use hlcp_methods::{Mms, Options, Solver};
+//! use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
 //! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
@@ -75,7 +70,7 @@
 //!     iterations.push(outcome.iterations);
 //! }
 //! assert!(iterations[1..].iter().all(|&k| k < iterations[0]));
-//! # Ok::<(), hlcp_core::Error>(())
+//! # Ok::<(), hlcp_methods::Error>(())
 //! ```
 //!
 //! # Options and extensions
@@ -138,10 +133,10 @@ pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::Newton;
-pub use options::{Clock, Observer, Options, Progress};
-pub use outcome::{Divergence, Outcome, Status};
+pub use options::{Clock, Options, Progress};
+pub use outcome::{Divergence, NotConverged, Outcome, Status};
 pub use pivoting::Pivoting;
-pub use solve::{Solution, solve};
+pub use solve::{Solution, solve, solve_with};
 pub use solver::Solver;
 pub use tmms::Tmms;
 

@@ -5,8 +5,7 @@ use hlcp_core::{Error, Norms, Rhs, Scalar};
 /// The norm that a stopping test reads.
 ///
 /// ```
-/// use hlcp_core::Norms;
-/// use hlcp_methods::Norm;
+/// use hlcp_methods::{Norm, Norms};
 ///
 /// // A million entries of 1e-10: the largest is within 1e-10, the 2-norm is a thousand times that.
 /// let norms = Norms::of(&vec![1e-10; 1_000_000]);
@@ -34,20 +33,19 @@ impl Norm {
 /// How large a residual `‖A z − B r + q‖` may be in an answer.
 ///
 /// ```
-/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Mms, Solver, Tolerance};
+/// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Omega, Solver, Tolerance};
 ///
 /// // Half of the error goes in each sweep, from z − r = 3e-9 on.
 /// let one = Identity { order: 1 };
 /// let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::sor(0.5)?)?);
-/// let mut sweeps = |tolerance| -> Result<usize, hlcp_core::Error> {
+/// let mut sweeps = |tolerance| -> Result<usize, hlcp_methods::Error> {
 ///     let limits = Limits { tolerance, ..Limits::default() };
 ///     Ok(solver.solve(&[-3e-9], limits)?.iterations)
 /// };
 /// assert_eq!(sweeps(Tolerance::Relative(1e-10))?, 34);
 /// assert_eq!(sweeps(Tolerance::Absolute(1e-16))?, 25);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {

@@ -7,13 +7,11 @@ use crate::Clock;
 /// The steps are public, so a loop can be driven by hand:
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs};
-/// use hlcp_methods::{Clock, Method, Mms};
+/// use hlcp_methods::{Aor, Clock, FivePoint, Hlcp, Method, Mms, Rhs};
 ///
 /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(3, 3, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-/// let mut mgs = Mms::new(Hlcp::new(a, b, omega)?, Aor::gauss_seidel())?;
+/// let mut mgs = Mms::new(Hlcp::from_pair(a, b)?, Aor::gauss_seidel())?;
 ///
 /// let q = [1.0, -2.0, 3.0, -4.0, 5.0, -6.0, 7.0, -8.0, 9.0];
 /// let q = Rhs::new(&q)?;
@@ -21,7 +19,7 @@ use crate::Clock;
 /// while mgs.step(&q, &x, &mut y, &mut Clock::endless()).l2 > 1e-10 {
 ///     std::mem::swap(&mut x, &mut y);
 /// }
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a method",

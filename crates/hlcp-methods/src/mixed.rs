@@ -1,16 +1,22 @@
+use std::ops::ControlFlow;
+
 use hlcp_core::{Error, Rhs};
 
-use crate::{Limits, Method, Options, Outcome, Solver, Status};
+use crate::{
+    Limits, Method, Options, Outcome, Progress, Solver, Status,
+    options::{Start, Watched},
+};
 
 /// Iterates in single precision as far as that reaches, and in double precision from there.
 ///
 /// `single` and `double` are meant to hold one method on one problem in two precisions. The answer
-/// is `double`'s, to `limits` in double precision: what the first part contributes is a start, so
-/// nothing that is known of `double` (convergence from every start, the residual of the answer) is
-/// lost. Where the data do not fit into single precision, or the first part diverges, `double`
-/// starts from `x0`.
+/// is `double`'s, within the limits in double precision: what the first part contributes is a
+/// start, so nothing that is known of `double` (convergence from every start, the residual of the
+/// answer) is lost. Where the data do not fit into single precision, or the first part diverges,
+/// `double` starts as `options` say; [`Options::resume`] means its last answer.
 ///
-/// The outcome's iterations, sweeps and time are those of both parts.
+/// The outcome's iterations, sweeps and time are those of both parts; an observer sees both, each
+/// counted from 0.
 ///
 /// # Cost
 ///
@@ -23,8 +29,7 @@ use crate::{Limits, Method, Options, Outcome, Solver, Status};
 /// Those of [`Solver::solve`].
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Limits, Solver, Tmms, solve_mixed};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Limits, Omega, Solver, Tmms, solve_mixed};
 ///
 /// let (a, b) = ([-1.0, -1.0, 8.0, -1.0, -1.0], [0.0, -1.0, 8.0, -1.0, 0.0]);
 /// let wide = Hlcp::new(FivePoint::new(8, 8, a)?, FivePoint::new(8, 8, b)?, Omega::Uniform(1.0))?;
@@ -34,34 +39,63 @@ use crate::{Limits, Method, Options, Outcome, Solver, Status};
 /// let mut double = Solver::new(Tmms::mirrored(wide, Aor::gauss_seidel())?);
 /// let mut single = Solver::new(Tmms::mirrored(narrow, Aor::gauss_seidel())?);
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
-/// let outcome = solve_mixed(&mut single, &mut double, &q, &[1.0; 64], &Limits::default())?;
+/// let outcome = solve_mixed(&mut single, &mut double, &q, Limits::default())?;
 /// assert!(outcome.converged() && outcome.relative.l2 <= 1e-10);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
-pub fn solve_mixed<S: Method<f32>, D: Method<f64>>(
+pub fn solve_mixed<'o, S: Method<f32>, D: Method<f64>>(
     single: &mut Solver<f32, S>,
     double: &mut Solver<f64, D>,
     q: &[f64],
-    x0: &[f64],
-    limits: &Limits,
+    options: impl Into<Options<'o, f64>>,
 ) -> Result<Outcome, Error> {
     let begin = std::time::Instant::now();
+    let Options { start, limits, mut observer } = options.into();
     let narrow = |v: &[f64]| v.iter().map(|&v| v as f32).collect::<Vec<_>>();
-    let (narrow_q, narrow_x0) = (narrow(q), narrow(x0));
+    let narrow_q = narrow(q);
+    let [one, two] = match start {
+        Start::Zero => [vec![], vec![]],
+        Start::Last => [narrow(double.x()), vec![]],
+        Start::X(x) => [narrow(x), vec![]],
+        Start::Solution([z, r]) => [narrow(z), narrow(r)],
+    };
+    let narrow_start = match start {
+        Start::Zero => Start::Zero,
+        Start::Last | Start::X(_) => Start::X(&one),
+        Start::Solution(_) => Start::Solution([&one, &two]),
+    };
     // What vanishes in single precision is as far out of its reach as what overflows.
     let fits = Rhs::new(&narrow_q).is_ok_and(|q| q.norms().linf > 0.0);
-    let options = Options::from_x(&narrow_x0).limits(Limits { rounding: None, ..*limits });
-    let first = if fits { single.solve(&narrow_q, options).ok() } else { None };
+    let first = if fits {
+        let observer = observer.as_mut().map(|Watched(observer)| {
+            let mut wide = vec![];
+            Watched(Box::new(
+                move |&Progress { iteration, residual, elapsed, x }: &Progress<'_, f32>| {
+                    wide.clear();
+                    wide.extend(x.iter().map(|&x| f64::from(x)));
+                    observer(&Progress { iteration, residual, elapsed, x: &wide })
+                },
+            ))
+        });
+        let limits = Limits { rounding: None, ..limits };
+        single.solve(&narrow_q, Options { start: narrow_start, limits, observer }).ok()
+    } else {
+        None
+    };
     let ran_away = |first: &Outcome| matches!(first.status, Status::Diverged(_));
     let Some(first) = first.filter(|first| !ran_away(first)) else {
-        return double.solve(q, Options::from_x(x0).limits(*limits));
+        return double.solve(q, Options { start, limits, observer });
     };
-    let start: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
+    let x: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
     let remaining = Limits {
         iterations: limits.iterations - first.iterations,
         time: limits.time.map(|time| time.saturating_sub(begin.elapsed())),
-        ..*limits
+        ..limits
     };
-    let second = double.solve(q, Options::from_x(&start).limits(remaining))?;
+    // Who has said stop is not asked again.
+    if first.status == Status::Stopped {
+        observer = Some(Watched(Box::new(|_| ControlFlow::Break(()))));
+    }
+    let second = double.solve(q, Options { start: Start::X(&x), limits: remaining, observer })?;
     Ok(Outcome { elapsed: begin.elapsed(), ..first.then(second) })
 }

@@ -44,20 +44,18 @@ use crate::{Clock, Method, Work};
 /// Algorithms, who take it from F. Mezzadri and E. Galligani.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Mms, Options, Solver};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-/// let problem = Hlcp::new(a, b, omega)?;
+/// let problem = Hlcp::from_pair(a, b)?;
 /// let mut msor = Solver::new(Mms::new(problem.clone(), Aor::sor(1.2)?)?);
 /// let mut amsor = Solver::new(Mms::new(problem, Aor::sor(1.2)?.accelerated())?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
 /// assert!(msor.solve(&q, Options::default())?.converged());
 /// assert!(amsor.solve(&q, Options::default())?.converged());
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Mms<T, A, B, S> {

@@ -10,8 +10,7 @@ use crate::Limits;
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Mms, Options, Solver, Status};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
 ///
 /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
@@ -25,14 +24,14 @@ use crate::Limits;
 /// assert!(solver.solve(&[-2.0, 5.0, -6.1], Options::resume())?.iterations < outcome.iterations);
 ///
 /// // From a known z and r, within other limits, watched by a closure that may stop the solve.
-/// let mut stop = |progress: &hlcp_methods::Progress<'_, f64>| {
-///     if progress.x[0] > 0.2 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-/// };
 /// let options = Options::from_solution(&[0.5, 0.0, 1.0], &[0.0, 1.0, 0.0])
 ///     .limits(Limits::relative(1e-12))
-///     .observer(&mut stop);
+///     .observer(|progress| match progress.x[0] {
+///         0.2.. => ControlFlow::Break(()),
+///         _ => ControlFlow::Continue(()),
+///     });
 /// assert_eq!(solver.solve(&q, options)?.status, Status::Stopped);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct Options<'o, T> {
@@ -51,10 +50,10 @@ pub(crate) enum Start<'o, T> {
 }
 
 /// A closure that sees every iterate and may stop the solve.
-pub type Observer<'o, T> = dyn FnMut(&Progress<'_, T>) -> ControlFlow<()> + 'o;
+pub(crate) type Observer<'o, T> = dyn FnMut(&Progress<'_, T>) -> ControlFlow<()> + 'o;
 
 /// An observer that can be printed as part of [`Options`].
-pub(crate) struct Watched<'o, T>(pub(crate) &'o mut Observer<'o, T>);
+pub(crate) struct Watched<'o, T>(pub(crate) Box<Observer<'o, T>>);
 
 impl<T> std::fmt::Debug for Watched<'_, T> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -103,8 +102,8 @@ impl<'o, T> Options<'o, T> {
     ///
     /// Where ranks share the problem, each may have an observer of its own, which sees the rank's
     /// part of the iterate; one that says stop stops all.
-    pub fn observer(self, observer: &'o mut Observer<'o, T>) -> Self {
-        Self { observer: Some(Watched(observer)), ..self }
+    pub fn observer(self, observer: impl FnMut(&Progress<'_, T>) -> ControlFlow<()> + 'o) -> Self {
+        Self { observer: Some(Watched(Box::new(observer))), ..self }
     }
 }
 
@@ -112,19 +111,18 @@ impl<'o, T> Options<'o, T> {
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Mms, Options, Progress, Solver};
+/// use hlcp_methods::{Aor, Hlcp, Identity, Mms, Omega, Options, Progress, Solver};
 ///
 /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
 /// let mut seen = vec![];
-/// let mut note = |progress: &Progress<'_, f64>| {
+/// let options = Options::default().observer(|progress: &Progress<'_, f64>| {
 ///     seen.push((progress.iteration, progress.x[0], progress.residual.linf));
 ///     ControlFlow::Continue(())
-/// };
-/// let _ = solver.solve(&[-3.0], Options::default().observer(&mut note))?;
+/// });
+/// assert!(solver.solve(&[-3.0], options)?.converged());
 /// assert_eq!(seen, [(0, 0.0, 3.0), (1, 1.5, 0.0)]);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Progress<'s, T> {

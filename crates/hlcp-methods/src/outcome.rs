@@ -7,12 +7,13 @@ use crate::Work;
 /// How an iteration ended.
 ///
 /// ```
-/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Divergence, Limits, Mms, Options, Solver, Status};
+/// use hlcp_methods::{
+///     Aor, Divergence, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status,
+/// };
 ///
 /// // One unknown, z − r = 3: a sweep of SOR multiplies the error of x by 1 − α.
 /// let one = Identity { order: 1 };
-/// let ends = |alpha| -> Result<Status, hlcp_core::Error> {
+/// let ends = |alpha| -> Result<Status, hlcp_methods::Error> {
 ///     let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
 ///     let mut solver = Solver::new(Mms::new(problem, Aor::sor(alpha)?)?);
 ///     Ok(solver.solve(&[-3.0], Options::from_x(&[1.0]))?.status)
@@ -20,7 +21,7 @@ use crate::Work;
 /// assert_eq!(ends(1.5)?, Status::Converged);
 /// assert_eq!(ends(2.0)?, Status::Cycling { period: 2 });
 /// assert_eq!(ends(3.0)?, Status::Diverged(Divergence::Growth));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -67,8 +68,7 @@ pub enum Status {
 /// The way in which an iteration diverged.
 ///
 /// ```
-/// use hlcp_core::{Hlcp, Identity, Omega};
-/// use hlcp_methods::{Divergence, Limits, Mms, Options, Solver, Status};
+/// use hlcp_methods::{Divergence, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
 ///
 /// // A splitting of one's own whose second pivot is zero.
 /// let splitting = |rhs: &[f64], y: &mut [f64]| {
@@ -80,7 +80,7 @@ pub enum Status {
 /// let mut solver = Solver::new(Mms::with_splitting(problem, splitting)?);
 /// let outcome = solver.solve(&[-3.0, -3.0], Options::from_x(&[0.0; 2]))?;
 /// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -130,8 +130,7 @@ impl fmt::Display for Status {
 /// with the smallest residual otherwise.
 ///
 /// ```
-/// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Mms, Options, Solver, Status};
+/// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
 ///
 /// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is
 /// // the best iterate.
@@ -146,7 +145,7 @@ impl fmt::Display for Status {
 ///     (Status::IterationLimit, 4, 0)
 /// );
 /// assert_eq!((solver.z(), outcome.residual.linf), (&[2.0][..], 1.0));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use = "an iteration may end without converging"]
@@ -179,13 +178,23 @@ impl Outcome {
         self.status == Status::Converged
     }
 
+    /// Turns an answer that does not meet the tolerance into an error.
+    ///
+    /// # Errors
+    ///
+    /// [`NotConverged`] with the outcome.
+    pub fn ok(self) -> Result<(), NotConverged> {
+        if self.converged() { Ok(()) } else { Err(NotConverged(self)) }
+    }
+
     /// Returns the outcome of this solve and of the `next` one, which began where this one ended:
     /// the status and the residual of `next`, and iterations, sweeps, linear iterations and time of
     /// both.
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp, Identity, Omega};
-    /// use hlcp_methods::{Limits, Mms, Newton, Options, Outcome, Solver, Ssor};
+    /// use hlcp_methods::{
+    ///     Aor, Hlcp, Identity, Limits, Mms, Newton, Omega, Options, Outcome, Solver, Ssor,
+    /// };
     ///
     /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
     /// let base = Mms::new(problem, Aor::sor(0.5)?)?;
@@ -198,7 +207,7 @@ impl Outcome {
     /// let both = rough.then(fine);
     /// assert_eq!(both.iterations, rough.iterations + fine.iterations);
     /// assert_eq!((both.status, both.linear_iterations), (fine.status, fine.linear_iterations));
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn then(self, next: Self) -> Self {
         let [one, two] = [self, next]
@@ -214,6 +223,21 @@ impl Outcome {
         }
     }
 }
+
+/// The outcome of a solve that did not converge, as an error.
+///
+/// ```
+/// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Solver};
+///
+/// let mut solver = Solver::new(Mms::new(Hlcp::lcp(Identity { order: 1 })?, Aor::sor(0.5)?)?);
+/// let limits = Limits { iterations: 1, ..Limits::default() };
+/// let error = solver.solve(&[-3.0], limits)?.ok().unwrap_err();
+/// assert!(error.to_string().starts_with("iteration limit after 1 iteration (1 sweep, "));
+/// # Ok::<(), hlcp_methods::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{0}")]
+pub struct NotConverged(pub Outcome);
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

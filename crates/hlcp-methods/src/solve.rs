@@ -1,9 +1,11 @@
-use hlcp_core::{Error, Hlcp, Omega, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Rows, Scalar};
 
-use crate::{Auto, Options, Outcome, Solver};
+use crate::{Auto, NotConverged, Options, Outcome, Solver};
 
 /// The answer of [`solve`].
 #[derive(Debug, Clone, PartialEq)]
+#[must_use = "an iteration may end without converging"]
+#[non_exhaustive]
 pub struct Solution<T> {
     /// The unknown `z`, of the problem's order.
     pub z: Vec<T>,
@@ -13,11 +15,31 @@ pub struct Solution<T> {
     pub outcome: Outcome,
 }
 
+impl<T> Solution<T> {
+    /// Returns the solution if it converged.
+    ///
+    /// # Errors
+    ///
+    /// [`NotConverged`] with the outcome if not.
+    ///
+    /// ```
+    /// use hlcp_methods::{Identity, solve};
+    ///
+    /// let one = Identity { order: 1 };
+    /// assert_eq!(solve(&one, &one, &[-3.0])?.ok()?.z, [3.0]);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn ok(self) -> Result<Self, NotConverged> {
+        self.outcome.ok().map(|()| self)
+    }
+}
+
 /// Solves HLCP(A, B, q): finds `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`.
 ///
 /// By [`Auto`] with Ω = D_A D_B⁻¹, within the default [`Limits`](crate::Limits) and from `x = 0`.
-/// To solve for many `q`, to choose a method, a start or other limits, keep a [`Solver`]. With
-/// [`Identity`](hlcp_core::Identity) for `b` the problem is the LCP; see [`Hlcp::lcp`].
+/// For other limits, a start or an observer there is [`solve_with`]; to solve for many `q` or to
+/// choose a method, keep a [`Solver`]. With [`Identity`](hlcp_core::Identity) for `b` the problem
+/// is the LCP.
 ///
 /// # Errors
 ///
@@ -36,19 +58,48 @@ pub struct Solution<T> {
 /// let b = FivePoint::new(30, 30, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let q: Vec<f64> = (0..900).map(|k| if k % 30 < 10 { -0.1 } else { 0.2 }).collect();
 ///
-/// let answer = solve(&a, &b, &q)?;
-/// assert!(answer.outcome.converged(), "{}", answer.outcome);
+/// let answer = solve(&a, &b, &q)?.ok()?;
 /// assert!(answer.z[0] > 0.0 && answer.r[29] > 0.0);
-/// # Ok::<(), hlcp_methods::Error>(())
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn solve<T, A, B>(a: &A, b: &B, q: &[T]) -> Result<Solution<T>, Error>
 where
     T: Scalar,
-    A: Rows<T>,
-    B: Rows<T>,
+    A: Rows<T> + ?Sized,
+    B: Rows<T> + ?Sized,
 {
-    let problem = Hlcp::new(a, b, Omega::diagonal_ratio(T::one(), a, b)?)?;
-    let mut solver = Solver::new(Auto::new(problem)?);
-    let outcome = solver.solve(q, Options::default())?;
+    solve_with(a, b, q, Options::default())
+}
+
+/// Solves HLCP(A, B, q) as [`solve`] does, with a start, limits and an observer of your choice.
+///
+/// # Errors
+///
+/// Those of [`solve`] and of [`Solver::solve`].
+///
+/// ```
+/// use std::time::Duration;
+/// use hlcp_methods::{FivePoint, Identity, Limits, solve_with};
+///
+/// let a = FivePoint::new(30, 30, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let q: Vec<f64> = (0..900).map(|k| if k % 30 < 10 { -0.1 } else { 0.2 }).collect();
+/// let limits = Limits { time: Some(Duration::from_secs(60)), ..Limits::relative(1e-6) };
+/// let answer = solve_with(&a, &Identity { order: 900 }, &q, limits)?.ok()?;
+/// assert!(answer.outcome.relative.l2 <= 1e-6);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn solve_with<'o, T, A, B>(
+    a: &A,
+    b: &B,
+    q: &[T],
+    options: impl Into<Options<'o, T>>,
+) -> Result<Solution<T>, Error>
+where
+    T: Scalar,
+    A: Rows<T> + ?Sized,
+    B: Rows<T> + ?Sized,
+{
+    let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
+    let outcome = solver.solve(q, options)?;
     Ok(Solution { z: solver.z().to_vec(), r: solver.r().to_vec(), outcome })
 }

@@ -3,9 +3,9 @@ use std::time::{Duration, Instant};
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Strip};
 
 use crate::{
-    Clock, Limits, Method, Norm, Observer, Options, Outcome, Progress, Status, Tolerance, Work,
+    Clock, Limits, Method, Norm, Options, Outcome, Progress, Status, Tolerance, Work,
     monitor::{Monitor, Stop},
-    options::Start,
+    options::{Observer, Start},
     tolerance::Test,
 };
 
@@ -29,8 +29,7 @@ const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
 /// vector only where the iterates are suspected to repeat.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Mms, Options, Solver};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
 ///
 /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
@@ -40,7 +39,7 @@ const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
 /// assert!(outcome.converged());
 /// assert!(f64::abs(solver.z()[2] - 1.5) < 1e-9);
 /// assert!(f64::abs(solver.r()[1] - 3.0) < 1e-9);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Solver<T, M> {
@@ -76,15 +75,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// here.
     ///
     /// ```
-    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::{Mms, Options, Solver};
+    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
     ///
     /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
     /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?).with_history(100);
     /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], Options::default())?;
     /// assert_eq!(solver.history().len(), outcome.iterations + 1);
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn with_history(self, iterates: usize) -> Self {
         Self { history: Vec::with_capacity(iterates), history_limit: iterates, ..self }
@@ -133,8 +131,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// is no error: read the [`Outcome`].
     ///
     /// ```
-    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::{Mms, Options, Solver};
+    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
     ///
     /// let a = FivePoint::new(20, 1, [0.0, -1.0, 2.1, -1.0, 0.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 20 }, Omega::Uniform(2.1))?;
@@ -145,7 +142,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     ///     let warm = solver.solve(&load(1e-6 * step as f64), Options::resume())?;
     ///     assert!(warm.converged() && warm.iterations < cold.iterations);
     /// }
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn solve<'o>(
         &mut self,
@@ -475,7 +472,7 @@ struct Pace<'p, 'o, T> {
     /// The residual that is asked for, apart from rounding.
     goal: f64,
     begun: Instant,
-    observer: Option<&'p mut Observer<'o, T>>,
+    observer: Option<Box<Observer<'o, T>>>,
     ended: Option<Status>,
     /// The ranks that end together, where one may end a solve early.
     ranks: Option<Strip>,

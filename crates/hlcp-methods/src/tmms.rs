@@ -36,17 +36,15 @@ use crate::{Clock, Method, Work};
 /// for horizontal linear complementarity problems*, Numerical Algorithms.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{Limits, Options, Solver, Tmms};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Limits, Options, Solver, Tmms};
 ///
 /// let a = FivePoint::new(8, 8, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 /// let b = FivePoint::new(8, 8, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-/// let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-/// let mut tmaor = Solver::new(Tmms::mirrored(Hlcp::new(a, b, omega)?, Aor::new(1.1, 0.9)?)?);
+/// let mut tmaor = Solver::new(Tmms::mirrored(Hlcp::from_pair(a, b)?, Aor::new(1.1, 0.9)?)?);
 ///
 /// let q: Vec<f64> = (0..64).map(|i| (i as f64).sin()).collect();
 /// assert!(tmaor.solve(&q, Options::from_x(&[1.0; 64]))?.converged());
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Tmms<T, A, B, S1, S2> {
@@ -113,6 +111,22 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
     /// Those of [`Step::check`].
     pub fn mirrored(problem: Hlcp<T, A, B>, aor: Aor<T>) -> Result<Self, Error> {
         Self::new(problem, aor.forward(), aor.backward())
+    }
+}
+
+impl<T, A, B, S: Copy> Tmms<T, A, B, S, S> {
+    /// Returns the two steps, as the theorems of `hlcp-verify` take those of AOR.
+    ///
+    /// ```
+    /// use hlcp_methods::{Aor, Hlcp, Identity, Tmms};
+    ///
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
+    /// let [first, second] = Tmms::mirrored(problem, Aor::sor(1.2)?)?.steps();
+    /// assert_eq!(second, first.backward());
+    /// # Ok::<(), hlcp_methods::Error>(())
+    /// ```
+    pub fn steps(&self) -> [S; 2] {
+        [self.first, self.second]
     }
 }
 

@@ -165,7 +165,7 @@ fn rounding_is_recognised_while_the_iterate_grows() {
     let limits = Limits { rounding: Some(4.0), ..Limits::default() };
     for seed in [5029, 5032] {
         let ([a, b], q) = families::draw("single", seed).unwrap().pose::<f32>();
-        let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
+        let problem = Hlcp::from_pair(&a, &b).unwrap();
         let auto = Solver::new(Auto::new(problem.clone()).unwrap()).solve(&q, limits).unwrap();
         let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
         let amg = Solver::new(AmgNewton::new(base).unwrap()).solve(&q, limits).unwrap();

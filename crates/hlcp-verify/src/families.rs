@@ -56,13 +56,13 @@ pub const LARGE: [&str; 10] = [
 /// A problem of a family.
 ///
 /// ```
-/// use hlcp_core::{Hlcp, Omega};
+/// use hlcp_core::Hlcp;
 /// use hlcp_verify::families;
 ///
 /// let drawn = families::draw("rings", 7).expect("there is such a family");
 /// assert_eq!(drawn.name, "rings-7");
 /// let ([a, b], q) = drawn.pose::<f64>();
-/// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+/// let problem = Hlcp::from_pair(&a, &b)?;
 /// assert!(problem.order() == q.len() && problem.grid().is_err()); // it closes: not five-point
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```

@@ -30,15 +30,15 @@
 //! * [`classes`] says whether a matrix is Z, M, H or H₊.
 //!
 //! ```
-//! use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
+//! use hlcp_methods::{Aor, FivePoint, Hlcp, Tmms};
 //! use hlcp_verify::{Convergence, alpha_bound, convergence};
 //!
 //! let a = FivePoint::new(32, 32, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(32, 32, [0.0, -1.0, 8.0, -1.0, 0.0])?;
-//! let omega = Omega::diagonal_ratio(1.0, &a, &b)?;
-//! let problem = Hlcp::new(a, b, omega)?;
-//! let tmsor = [Aor::sor(1.2)?, Aor::sor(1.2)?.backward()];
-//! let Convergence::Proved(theorem, contraction) = convergence(&problem, &tmsor) else { panic!() };
+//! let problem = Hlcp::from_pair(a, b)?;
+//! let tmsor = Tmms::mirrored(problem.clone(), Aor::sor(1.2)?)?;
+//! let proof = convergence(&problem, &tmsor.steps());
+//! let Convergence::Proved(theorem, contraction) = proof else { panic!() };
 //! println!("{theorem:?}: the error falls by {} per iteration or faster", contraction.factor);
 //! assert!(alpha_bound(&problem).reciprocal()[0] > 1.33);
 //! # Ok::<(), hlcp_core::Error>(())

@@ -8,11 +8,10 @@
 //! let a = FivePoint::new(60, 60, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 //! let b = FivePoint::new(60, 60, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 //! let q: Vec<f64> = (0..3600).map(|k| if k % 60 < 20 { -0.1 } else { 0.2 }).collect();
-//! let answer = solve(&a, &b, &q)?;
-//! assert!(answer.outcome.converged());
-//! let certificate = certify(&a, &b, &q, &answer.z, &answer.r)?;
-//! assert!(certificate.expect("a witness").error() < 1e-9);
-//! # Ok::<(), hlcp::Error>(())
+//! let answer = solve(&a, &b, &q)?.ok()?;
+//! let certificate = certify(&a, &b, &q, &answer.z, &answer.r)??;
+//! assert!(certificate.error() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Where to look

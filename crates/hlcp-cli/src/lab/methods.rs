@@ -6,7 +6,7 @@ use Chart::{Beyond, Comparison, Families, Paper, Precisions};
 use How::{Double, Mixed, Own, Single};
 use hlcp_core::Aor;
 use hlcp_methods::{
-    Limits, NameError, Named, Newton, Parameters, Preconditioner, Solver, Ssor, Tmms,
+    Limits, NameError, Named, Newton, Options, Parameters, Preconditioner, Solver, Ssor, Tmms,
     TridiagonalPart, solve_mixed,
 };
 
@@ -191,8 +191,12 @@ impl Row {
                 let begin = Instant::now();
                 let mut wide = problem.solved_by(&method, tau)?;
                 let mut narrow = narrow.solved_by(&method, tau)?;
-                let outcome =
-                    solve_mixed(&mut narrow, &mut wide, &problem.q, &problem.start(), limits)?;
+                let outcome = solve_mixed(
+                    &mut narrow,
+                    &mut wide,
+                    &problem.q,
+                    Options::from_x(&problem.start()).limits(*limits),
+                )?;
                 Ok(Run::new(begin, outcome, &wide))
             }
             _ => solve(problem, &method, tau, limits),

@@ -116,12 +116,12 @@ impl<T: Scalar> Rows<T> for DiagonalMatrix<T> {
 ///
 /// ```
 /// use hlcp_core::{Diagonal, Identity, Scaled};
-/// assert_eq!(Scaled { factor: 2.5, of: Identity { order: 3 } }.diagonal_entry(1), 2.5);
+/// assert_eq!(Scaled { by: 2.5, of: Identity { order: 3 } }.diagonal_entry(1), 2.5);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scaled<T, O> {
     /// The factor.
-    pub factor: T,
+    pub by: T,
     /// The operator that is multiplied.
     pub of: O,
 }
@@ -133,7 +133,7 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         self.of.apply(x, y);
-        y.iter_mut().for_each(|y| *y *= self.factor);
+        y.iter_mut().for_each(|y| *y *= self.by);
     }
 
     fn check(&self, what: &'static str) -> Result<(), Error> {
@@ -143,24 +143,24 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Scaled<T, O> {
     /// Returns a view where the operator's coefficients are constant.
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         let view = self.of.as_five_point()?;
-        let scaled = view.constants()?.map(|value| Coefficients::Uniform(value * self.factor));
+        let scaled = view.constants()?.map(|value| Coefficients::Uniform(value * self.by));
         Some(view.with(scaled))
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.of.try_visit_row(i, &mut |j, a| visit(j, self.factor * a))
+        self.of.try_visit_row(i, &mut |j, a| visit(j, self.by * a))
     }
 }
 
 impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Scaled<T, O> {
     fn diagonal_entry(&self, i: usize) -> T {
-        self.factor * self.of.diagonal_entry(i)
+        self.by * self.of.diagonal_entry(i)
     }
 }
 
 impl<T: Scalar, O: Rows<T>> Rows<T> for Scaled<T, O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.of.visit_row(i, &mut |j, a| visit(j, self.factor * a));
+        self.of.visit_row(i, &mut |j, a| visit(j, self.by * a));
     }
 }
 

@@ -89,6 +89,26 @@ impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
     /// ```
     pub fn lcp(a: A) -> Result<Self, Error> {
         let b = Identity { order: a.order() };
+        Self::from_pair(a, b)
+    }
+}
+
+impl<T: Scalar, A: Diagonal<T>, B: Diagonal<T>> Hlcp<T, A, B> {
+    /// Poses the problem for all `q`, with Ω = D_A D_B⁻¹ and γ = 1.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Omega::diagonal_ratio`] and of [`new`](Self::new).
+    ///
+    /// ```
+    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Scaled};
+    ///
+    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+    /// let problem = Hlcp::from_pair(a, Scaled { by: 0.5, of: Identity { order: 9 } })?;
+    /// assert_eq!(problem.omega(), &Omega::Uniform(8.0));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn from_pair(a: A, b: B) -> Result<Self, Error> {
         let omega = Omega::diagonal_ratio(T::one(), &a, &b)?;
         Self::new(a, b, omega)
     }

@@ -111,20 +111,20 @@ proptest! {
         is_matrix(&diagonal, &DMatrix::from_diagonal(&entries), &x);
         is_matrix(&a, &matrix, &x);
         is_matrix(&Csr::from_rows(&a), &matrix, &x);
-        is_matrix(&Scaled { factor: by, of: &a }, &(by * &matrix), &x);
+        is_matrix(&Scaled { by, of: &a }, &(by * &matrix), &x);
         is_matrix(&Shifted { by, of: &a }, &(by * &identity + &matrix), &x);
         is_matrix(&Sum(&a, &b), &(&matrix + &other), &x);
         is_matrix(&Sum(&b, &diagonal), &(&other + DMatrix::from_diagonal(&entries)), &x);
         is_matrix(&Sum(Identity { order: n }, &b), &(&identity + &other), &x);
-        let nested = Sum(Shifted { by, of: &a }, Scaled { factor: -0.5, of: Matrix(other.clone()) });
+        let nested = Sum(Shifted { by, of: &a }, Scaled { by: -0.5, of: Matrix(other.clone()) });
         is_matrix(&nested, &(by * &identity + &matrix - 0.5 * &other), &x);
 
         let grid = FivePoint::new(n, 3, [by, -0.3, 2.5, -0.7, 0.4]).unwrap();
         let dense = kronecker(n, 3, [by, -0.3, 2.5, -0.7, 0.4]);
         let wide = DVector::from_fn(3 * n, |i, _| x[i % n] - 0.1 * i as f64);
         is_matrix(&grid, &dense, &wide);
-        is_matrix(&Scaled { factor: by, of: &grid }, &(by * &dense), &wide);
-        let shifted = Shifted { by, of: Scaled { factor: -1.5, of: grid } };
+        is_matrix(&Scaled { by, of: &grid }, &(by * &dense), &wide);
+        let shifted = Shifted { by, of: Scaled { by: -1.5, of: grid } };
         is_matrix(&shifted, &(by * DMatrix::identity(3 * n, 3 * n) - 1.5 * &dense), &wide);
         is_matrix(&Shifted { by, of: Identity { order: n } }, &((by + 1.0) * &identity), &x);
         let varying = FivePoint::from_fn(n, 3, |i, j| {
@@ -250,7 +250,7 @@ fn what_is_not_square_is_refused_however_it_is_wrapped() {
     let not_square = |what| Some(Error::NotSquare { what, rows: 2, columns: 3 });
     assert_eq!(posed(&wide), not_square("A"));
     assert_eq!(other_place(&wide), not_square("B"));
-    assert_eq!(posed(&Scaled { factor: 2.0, of: &wide }), not_square("A"));
+    assert_eq!(posed(&Scaled { by: 2.0, of: &wide }), not_square("A"));
     assert_eq!(posed(&Shifted { by: 2.0, of: Box::new(&wide) }), not_square("A"));
     assert_eq!(posed(&Sum(square, Arc::new(&wide))), not_square("A"));
     let sum = Sum(square, Identity { order: 3 });

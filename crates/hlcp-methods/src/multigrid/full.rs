@@ -18,8 +18,10 @@ use crate::{Clock, Method, Work};
 /// (`docs/results/beyond.md` has figures).
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Options, Solver};
+/// use hlcp_methods::{
+///     Cycle, FivePoint, FullMultigrid, Hlcp, Identity, Limits, Multigrid, Omega, Options,
+///     Solver,
+/// };
 ///
 /// let m = 63;
 /// let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
@@ -31,7 +33,7 @@ use crate::{Clock, Method, Work};
 /// let after_one = solver.solve(&q, one)?;
 /// assert!(!after_one.converged() && after_one.residual.l2 < 1e-2);
 /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; m * m]))?.converged());
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct FullMultigrid<T: Scalar, A, B> {

@@ -9,8 +9,10 @@ use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Tr
 /// They are those of [`Transfer`], and where ranks share the problem, of this rank's columns.
 ///
 /// ```
-/// use hlcp_core::{Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying};
-/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
+/// use hlcp_methods::{
+///     Coarsen, Cycle, Error, FivePoint, FivePointView, Grids, Hlcp, Identity, Multigrid,
+///     Omega, Rediscretise, Varying,
+/// };
 ///
 /// /// `Rediscretise`, with a look at the grids.
 /// struct Look;
@@ -74,10 +76,10 @@ impl<T: Scalar> Grids<'_, T> {
 /// `(h/H)²(−1, 2, −1)`; a term without differences stays as it is.
 ///
 /// ```
-/// use hlcp_core::{
-///     Entries::Uniform, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying,
+/// use hlcp_methods::{
+///     Coarsen, Cycle, Entries::Uniform, Error, FivePoint, FivePointView, Grids, Hlcp,
+///     Identity, Multigrid, Omega, Varying,
 /// };
-/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid};
 ///
 /// /// Of `−Δ` and the identity, known in advance.
 /// struct Laplacian;
@@ -131,8 +133,10 @@ pub trait Coarsen<T: Scalar> {
 /// numbers.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, Error, FivePoint, FivePointView, Hlcp, Identity, Omega, Varying};
-/// use hlcp_methods::{Coarsen, Cycle, Grids, Multigrid, Rediscretise};
+/// use hlcp_methods::{
+///     Coarsen, Cycle, Diagonal, Error, FivePoint, FivePointView, Grids, Hlcp, Identity,
+///     Multigrid, Omega, Rediscretise, Varying,
+/// };
 ///
 /// /// `Rediscretise`, with a look at what it makes.
 /// struct Look;

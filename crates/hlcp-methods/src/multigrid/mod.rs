@@ -75,8 +75,7 @@ use crate::{Clock, Method, Work as Count};
 /// horizontal problem in modulus form is our own extension.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Cycle, Limits, Multigrid, Options, Solver};
+/// use hlcp_methods::{Cycle, FivePoint, Hlcp, Identity, Limits, Multigrid, Omega, Options, Solver};
 ///
 /// // A membrane on 63 × 63 points, pressed against a flat obstacle in the middle and lifted at the
 /// // sides.
@@ -89,7 +88,7 @@ use crate::{Clock, Method, Work as Count};
 /// let outcome = multigrid.solve(&q, Options::from_x(&vec![1.0; m * m]))?;
 /// assert!(outcome.converged() && outcome.iterations <= 13);
 /// assert_eq!(multigrid.method().coarse_grids_help(), Some(true));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Multigrid<T: Scalar, A, B> {
@@ -158,14 +157,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// where ranks share the problem.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::{Cycle, Multigrid};
+    /// use hlcp_methods::{Cycle, FivePoint, Hlcp, Identity, Multigrid, Omega};
     ///
     /// let a = FivePoint::new(10, 7, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 70 }, Omega::Uniform(4.0))?;
     /// let multigrid = Multigrid::new(problem, Cycle::W)?;
     /// assert_eq!(multigrid.grids().collect::<Vec<_>>(), [[10, 7], [4, 3], [1, 1]]);
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn grids(&self) -> impl Iterator<Item = [usize; 2]> {
         let own = || self.problem.grid().expect("a grid, as before");
@@ -194,8 +192,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// Unless `q` and `x` have the problem's order.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Norms, Omega, Rhs};
-    /// use hlcp_methods::{Clock, Cycle, Method, Multigrid};
+    /// use hlcp_methods::{
+    ///     Clock, Cycle, FivePoint, Hlcp, Identity, Method, Multigrid, Norms, Omega, Rhs,
+    /// };
     ///
     /// let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 961 }, Omega::Uniform(4.0))?;
@@ -205,7 +204,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// let residual =
     ///     multigrid.step(&Rhs::new(&q)?, &x, &mut vec![0.0; 961], &mut Clock::endless());
     /// assert!(residual.l2 < 1e-3);
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);

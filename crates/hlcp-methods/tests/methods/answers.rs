@@ -23,8 +23,8 @@ fn posed(pair: f64, load: f64) -> (Grid, Diagonals, Vec<f64>) {
         let (x, y) = (at(k % M), at(k / M));
         pair * load * (0.05 - x * x - 2.0 * y * y)
     });
-    let b = Scaled { factor: pair, of: Identity { order: M * M } };
-    (Scaled { factor: pair, of: a }, b, q.collect())
+    let b = Scaled { by: pair, of: Identity { order: M * M } };
+    (Scaled { by: pair, of: a }, b, q.collect())
 }
 
 type A<'a> = &'a Grid;
@@ -52,8 +52,7 @@ fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
 fn units_change_no_decision() {
     let outcomes = |pair: f64, load: f64| -> Vec<Outcome> {
         let (a, b, q) = posed(pair, load);
-        let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-        let problem = Hlcp::new(&a, &b, omega).unwrap();
+        let problem = Hlcp::from_pair(&a, &b).unwrap();
         let solve = |method| Solver::new(method).solve(&q, Limits::default()).unwrap();
         methods(&problem).into_iter().map(solve).collect()
     };

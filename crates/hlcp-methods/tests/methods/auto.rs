@@ -1,5 +1,7 @@
 //! The method that chooses its own parameters, and the solve in two precisions.
 
+use std::ops::ControlFlow;
+
 use crate::common::{problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
 use approx::assert_abs_diff_eq;
@@ -93,8 +95,7 @@ fn below_rounding_it_stagnates() {
 #[test]
 fn films_are_found_from_zero() {
     let (a, b, q) = Slider { cells: 4000 }.pose::<f64>().unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-    let mut solver = Solver::new(Auto::new(Hlcp::new(a, b, omega).unwrap()).unwrap());
+    let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b).unwrap()).unwrap());
     let outcome = solver.solve(&q, Options::default()).unwrap();
     assert!(outcome.converged() && outcome.sweeps < 1000, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Newton);
@@ -207,7 +208,13 @@ fn mixed_precision_reaches_double_precision() {
     let ((mut double, q), (mut single, _)) = (by_tmgs::<f64>(example), by_tmgs::<f32>(example));
     let x0 = vec![1.0; q.len()];
     let alone = double.solve(&q, Options::from_x(&x0).limits(Limits::relative(1e-13))).unwrap();
-    let mixed = solve_mixed(&mut single, &mut double, &q, &x0, &Limits::relative(1e-13)).unwrap();
+    let mixed = solve_mixed(
+        &mut single,
+        &mut double,
+        &q,
+        Options::from_x(&x0).limits(Limits::relative(1e-13)),
+    )
+    .unwrap();
     assert!(mixed.converged() && mixed.residual.l2 <= 1e-13 * hlcp_core::Norms::of(&q).l2);
     assert!(mixed.iterations <= alone.iterations + 2, "{mixed}, {alone}");
     assert_eq!(mixed.sweeps, 2 * mixed.iterations);
@@ -220,13 +227,29 @@ fn mixed_precision_reaches_double_precision() {
     for scale in [1e200, 1e-200] {
         let q: Vec<f64> = q.iter().map(|q| q * scale).collect();
         let x0 = vec![scale; q.len()];
-        let scaled =
-            solve_mixed(&mut single, &mut double, &q, &x0, &Limits::relative(1e-13)).unwrap();
+        let scaled = solve_mixed(
+            &mut single,
+            &mut double,
+            &q,
+            Options::from_x(&x0).limits(Limits::relative(1e-13)),
+        )
+        .unwrap();
         assert!(scaled.converged() && scaled.iterations.abs_diff(alone.iterations) <= 1);
     }
     let few = Limits { iterations: 3, ..Limits::relative(1e-13) };
-    let outcome = solve_mixed(&mut single, &mut double, &q, &x0, &few).unwrap();
+    let outcome =
+        solve_mixed(&mut single, &mut double, &q, Options::from_x(&x0).limits(few)).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
+
+    // An observer stops it in the first part, and the best iterate is handed over.
+    let mut seen = vec![];
+    let options = Options::from_solution(&x0, &x0).observer(|now| {
+        seen.push(now.iteration);
+        if now.iteration == 4 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let outcome = solve_mixed(&mut single, &mut double, &q, options).unwrap();
+    assert_eq!((outcome.status, outcome.iterations, seen), (Status::Stopped, 4, (0..5).collect()));
+    assert!(single.x().iter().zip(double.x()).all(|(&s, &d)| f64::from(s) == d));
 }
 
 /// What both parts took is counted, and what neither has is not made up.
@@ -239,7 +262,8 @@ fn mixed_precision_counts_the_linear_iterations_of_both_parts() {
     let example = Example { symmetric: false, m: 24, mu: 0.0, nu: 0.0 };
     let ((mut double, q), (mut single, narrow)) = (by_newton(example), by_newton::<f32>(example));
     let (x0, limits) = (vec![1.0; q.len()], Limits::relative(1e-13));
-    let both = solve_mixed(&mut single, &mut double, &q, &x0, &limits).unwrap();
+    let both =
+        solve_mixed(&mut single, &mut double, &q, Options::from_x(&x0).limits(limits)).unwrap();
     let limits = Limits { rounding: None, ..limits };
     let first = single.solve(&narrow, Options::from_x(&vec![1.0; q.len()]).limits(limits)).unwrap();
     let widened: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();

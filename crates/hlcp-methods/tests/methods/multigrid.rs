@@ -375,7 +375,7 @@ fn full_multigrid_begins_every_solve_by_itself() {
         let mut run = |start: &[f64], q: &[f64]| {
             let outcome = solver.solve(
                 q,
-                from(start).observer(&mut |progress| {
+                from(start).observer(|progress| {
                     if progress.iteration == 1 {
                         first_iterate = progress.x.to_vec();
                     }

@@ -182,7 +182,7 @@ fn a_cycle_of_active_sets_is_broken() {
     let outcome = newton
         .solve(
             q,
-            from(start.as_slice()).observer(&mut |progress| {
+            from(start.as_slice()).observer(|progress| {
                 iterates.push(progress.x.to_vec());
                 ControlFlow::Continue(())
             }),

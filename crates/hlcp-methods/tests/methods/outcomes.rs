@@ -165,7 +165,7 @@ fn limits_and_the_observer_stop_a_solve() {
     let outcome = solver
         .solve(
             &q,
-            from(&x0).observer(&mut |progress| {
+            from(&x0).observer(|progress| {
                 seen.push((progress.iteration, progress.residual, progress.x[3]));
                 if progress.iteration == 5 {
                     ControlFlow::Break(())

@@ -35,7 +35,7 @@ use super::{check, positive};
 /// let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 32, steps: 32 };
 /// let (a, b) = put.pose::<f64>()?;
 /// let mut q = vec![0.0; a.order()];
-/// let problem = Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+/// let problem = Hlcp::from_pair(a, b)?;
 /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
 /// for k in 0..put.lcps() {
 ///     put.q(k, solver.z(), &mut q);

@@ -201,13 +201,13 @@ impl Bearing2d {
     /// As [`load`](Self::load).
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_core::{Aor, Hlcp};
     /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 47, ny: 11, ecc: 0.6, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    /// let problem = Hlcp::from_pair(&a, &b)?;
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
     /// // Raimondi and Boyd's table has 0.121
@@ -248,13 +248,13 @@ impl Bearing2d {
     /// Unless `z` and `r` have `nx·ny` entries.
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp, Omega};
+    /// use hlcp_core::{Aor, Hlcp};
     /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 15, ny: 5, ecc: 0.5, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+    /// let problem = Hlcp::from_pair(&a, &b)?;
     /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     /// assert!(solver.solve(&q, Options::from_x(&[1.0; 75]))?.converged());
     /// let [drawn, returned, ends] = scene.flows(solver.z(), solver.r());

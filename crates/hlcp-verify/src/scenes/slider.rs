@@ -108,14 +108,14 @@ impl Slider {
     /// When `z` has another length.
     ///
     /// ```
-    /// use hlcp_core::{Hlcp, Omega};
+    /// use hlcp_core::Hlcp;
     /// use hlcp_methods::{Auto, Limits, Options, Solver};
     /// use hlcp_verify::Slider;
     ///
     /// let scene = Slider { cells: 500 };
     /// let (a, b, q) = scene.pose::<f64>()?;
     /// let mut solver =
-    ///     Solver::new(Auto::new(Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)?)?);
+    ///     Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
     /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
     /// assert!((scene.peak(solver.z()) / Slider::PEAK - 1.0).abs() < 0.01);
     /// assert!((scene.rupture(solver.z()) / Slider::RUPTURE - 1.0).abs() < 0.01);

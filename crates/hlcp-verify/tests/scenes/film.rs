@@ -3,15 +3,14 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use std::f64::consts::TAU;
 
-use hlcp_core::{Aor, Hlcp, LinearOperator, Omega, Rows};
+use hlcp_core::{Aor, Hlcp, LinearOperator, Rows};
 use hlcp_methods::{AmgNewton, Limits, Mms, Options, Solver};
 use hlcp_verify::{Film, FilmFigures, Side, Supply, TimeStep};
 
 /// `z` and `r`, to what rounding allows.
 fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
     let (a, b, q) = film.pose().expect("a sound film");
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).expect("positive diagonals");
-    let base = Mms::new(Hlcp::new(&a, &b, omega).expect("a pair"), Aor::gauss_seidel());
+    let base = Mms::new(Hlcp::from_pair(&a, &b).expect("a pair"), Aor::gauss_seidel());
     let method = AmgNewton::new(base.expect("a splitting")).expect("positive diagonals");
     let mut solver = Solver::new(method);
     let limits = Limits { rounding: Some(4.0), ..Limits::relative(1e-13) };

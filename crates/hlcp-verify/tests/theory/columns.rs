@@ -296,8 +296,7 @@ fn a_witness_for_each_is_not_enough() {
 #[test]
 fn other_steps_are_not_of_the_theorem() {
     let (a, b, _) = hlcp_verify::Slider { cells: 30 }.pose::<f64>().unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-    let problem = Hlcp::new(&a, &b, omega).unwrap();
+    let problem = Hlcp::from_pair(&a, &b).unwrap();
     let proved = |step: Aor<f64>| {
         let found = convergence(&problem, &[step, step.backward()]);
         matches!(found, Convergence::Proved(Proof::Columns, _))

@@ -83,8 +83,7 @@ fn theorem_2_holds_at_tau_1_whatever_the_diagonals() {
             [0.0, -off[8 * j + i], of_b[8 * j + i], -off[8 * j + i], 0.0].map(t)
         });
         let (a, b) = (a.unwrap(), b.unwrap());
-        let omega = Omega::diagonal_ratio(T::one(), &a, &b).unwrap();
-        let problem = Hlcp::new(a, b, omega).unwrap();
+        let problem = Hlcp::from_pair(a, b).unwrap();
         let theorem = theorem_2(&problem, &[Aor::gauss_seidel()]);
         assert!(theorem.applies(), "seed {seed}: {theorem:?}");
     }

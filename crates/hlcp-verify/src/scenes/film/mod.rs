@@ -61,7 +61,7 @@ pub use proved::{FilmRange, ProvedFigures};
 /// lubrication problems with cavitation*, J. Tribology 131 (2009) 031702.
 ///
 /// ```
-/// use hlcp_core::{Aor, Hlcp, Omega};
+/// use hlcp_core::{Aor, Hlcp};
 /// use hlcp_methods::{AmgNewton, Limits, Mms, Solver};
 /// use hlcp_verify::{Film, Side};
 ///
@@ -75,7 +75,7 @@ pub use proved::{FilmRange, ProvedFigures};
 ///     ..Film::new([nx, 1], [length, 0.01], 2.0, 0.04)
 /// };
 /// let (a, b, q) = film.pose()?;
-/// let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b)?)?;
+/// let problem = Hlcp::from_pair(&a, &b)?;
 /// let mut solver = Solver::new(AmgNewton::new(Mms::new(problem, Aor::gauss_seidel())?)?);
 /// assert!(solver.solve(&q, Limits::default())?.converged());
 ///
