@@ -5,7 +5,8 @@
 //! ```
 //!
 //! The threads are those of the rayon pool that surrounds the call; the bits are those of one
-//! thread.
+//! thread. `in_parallel` is there with the feature `rayon`, which `hlcp` has by default and
+//! `hlcp-methods` has not.
 
 use std::{error::Error, ops::ControlFlow};
 

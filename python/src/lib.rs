@@ -423,7 +423,7 @@ impl<T: Real> Job<'_, T> {
 /// Shows an iterate to the user's function; returns whether it says stop.
 fn tell<T: Real>(callback: &Py<PyAny>, progress: &Progress<'_, T>) -> PyResult<bool> {
     Python::attach(|py| {
-        let Progress { iteration, residual: Norms { l2, linf }, elapsed, x } = *progress;
+        let Progress { iteration, residual: Norms { l2, linf }, elapsed, x, .. } = *progress;
         let x = PyArray1::from_slice(py, x);
         callback.bind(py).call1((iteration, x, l2, linf, elapsed.as_secs_f64()))?.extract()
     })

@@ -130,12 +130,19 @@ mod problem;
 mod rows;
 mod steps;
 
-pub use kernel::{Smoother, Transfer};
-pub use numbers::{Error, Norms, Rhs, Scalar, all_finite, number};
+/// What the other crates of this repository are built of. No promise holds for what is hidden.
+#[doc(hidden)]
+pub use {
+    kernel::{Smoother, Transfer},
+    numbers::{all_finite, number},
+    operators::check_row,
+};
+
+pub use numbers::{Error, Norms, Rhs, Scalar};
 pub use operators::{
     Coefficients, Csr, Diagonal, DiagonalMatrix, Direction, Entries, FivePoint, FivePointView,
     Identity, Index, LinearOperator, Omega, RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal,
-    Varying, check_operator, check_row, recognise_grid,
+    Varying, check_operator, recognise_grid,
 };
 #[cfg(feature = "mpi")]
 pub use parallel::{NotJoined, World};

@@ -14,8 +14,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! This crate re-exports all of `hlcp-core`. [`solve`] poses the problem and lets [`Auto`] choose
-//! the method; [`solve_with`] takes limits, a start and an observer too. The same, step by step:
+//! [`solve`] poses the problem and lets [`Auto`] choose the method; [`solve_with`] takes limits, a
+//! start and an observer too. This crate re-exports all of `hlcp-core`; with its feature
+//! `nalgebra-sparse` nalgebra's matrices are operators. The same, step by step:
 //!
 //! ```
 //! use hlcp_methods::{Auto, FivePoint, Hlcp, Limits, Options, Solver};
@@ -52,7 +53,8 @@
 //! * Operators that answer `as_five_point` are swept in one vectorised pass over memory.
 //! * A [`Solver`] owns its vectors: keep it, and a second solve allocates nothing. In a loop over
 //!   time start it from the last answer.
-//! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, with the same bits.
+//! * `Hlcp::in_parallel` shares the sweeps among rayon's threads, with the same bits (feature
+//!   `rayon` of this crate).
 //! * `f32` is the same code; [`solve_mixed`] takes the first digits in single precision.
 //!
 //! ```
@@ -129,6 +131,7 @@ pub use limits::{Limits, Norm, Tolerance};
 pub use method::{Method, Work};
 pub use mixed::solve_mixed;
 pub use mms::Mms;
+#[doc(hidden)] // for tests: no promise holds for them
 pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
 pub use named::{BoxedMethod, NameError, Named, Parameters};

@@ -125,6 +125,7 @@ impl<'o, T> Options<'o, T> {
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Progress<'s, T> {
     /// The number of iterations that led to the iterate; 0 for the start.
     pub iteration: usize,

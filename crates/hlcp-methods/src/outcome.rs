@@ -34,7 +34,7 @@ pub enum Status {
     /// NaN. Remedy: a smaller α, another τ, or a method with a theorem for the pair.
     Diverged(Divergence),
     /// The iterates came to rest, or moved by no more than rounding for
-    /// [`PATIENCE`](crate::PATIENCE) iterations without a smaller residual, or rounding hid their
+    /// 1000 iterations without a smaller residual, or rounding hid their
     /// residual: the iterates grew so large, or the residual so small, that it consists of
     /// rounding.
     ///
@@ -85,7 +85,7 @@ pub enum Status {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Divergence {
-    /// The residual grew [`GROWTH`](crate::GROWTH)-fold over the larger of its first value and ‖q‖.
+    /// The residual grew 10¹⁶-fold over the larger of its first value and ‖q‖.
     Growth,
     /// An entry of the iterate is NaN or infinite.
     Entry {
@@ -149,6 +149,7 @@ impl fmt::Display for Status {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[must_use = "an iteration may end without converging"]
+#[non_exhaustive]
 pub struct Outcome {
     /// How the iteration ended.
     pub status: Status,
@@ -173,6 +174,21 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Returns the outcome of an iteration of your own, to set beside those of a solver: with a
+    /// sweep per iteration, and unknown relative norms.
+    pub fn new(status: Status, iterations: usize, elapsed: Duration, residual: Norms) -> Self {
+        Self {
+            status,
+            iterations,
+            answer: iterations,
+            sweeps: iterations,
+            linear_iterations: None,
+            elapsed,
+            residual,
+            relative: Norms { l2: f64::NAN, linf: f64::NAN },
+        }
+    }
+
     /// Returns whether the answer meets the tolerance.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged

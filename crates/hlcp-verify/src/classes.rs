@@ -82,6 +82,7 @@ impl<W> Answer<W> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Failure {
     /// The first entry, row by row, that violates the condition; row and column agree where a row
     /// does.

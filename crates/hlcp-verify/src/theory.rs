@@ -31,6 +31,7 @@ use crate::{
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Theorem1 {
     /// `A` is an H₊-matrix.
     pub a_is_h_plus: Answer<Vec<f64>>,
@@ -103,6 +104,7 @@ fn theorem_1_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Theorem2 {
     /// `A` is an H₊-matrix.
     pub a_is_h_plus: Answer<Vec<f64>>,

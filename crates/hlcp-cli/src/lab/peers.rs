@@ -27,20 +27,11 @@ fn ended(
     [residual, goal]: [f64; 2],
     answer: [Vec<f64>; 2],
 ) -> Run {
-    let (elapsed, answered) = (begin.elapsed(), iterations);
+    let elapsed = begin.elapsed();
     let status = if residual <= goal { Status::Converged } else { Status::IterationLimit };
-    let unknown = Norms { l2: f64::NAN, linf: f64::NAN };
-    let residual = Norms { l2: residual, ..unknown };
-    let outcome = Outcome {
-        status,
-        iterations,
-        answer: answered,
-        sweeps,
-        linear_iterations: None,
-        elapsed,
-        residual,
-        relative: unknown,
-    };
+    let residual = Norms { l2: residual, linf: f64::NAN };
+    let mut outcome = Outcome::new(status, iterations, elapsed, residual);
+    outcome.sweeps = sweeps;
     Run { outcome, answer, seconds: vec![elapsed.as_secs_f64()] }
 }
 

@@ -50,6 +50,7 @@ impl Norms {
     ///
     /// assert_eq!(Norms::of(&[3.0, -4.0]).divided_by(2.0), Norms { l2: 2.5, linf: 2.0 });
     /// ```
+    #[doc(hidden)]
     pub fn divided_by<T: Scalar>(self, gamma: T) -> Self {
         let gamma = gamma.wide();
         Self { l2: self.l2 / gamma, linf: self.linf / gamma }

@@ -79,6 +79,30 @@ impl<'a, T: Scalar> Csr<'a, T> {
         self.values.len()
     }
 
+    /// Returns the offsets, the columns and the values.
+    ///
+    /// # Cost
+    ///
+    /// The indices are copied.
+    ///
+    /// ```
+    /// use hlcp_core::{Csr, Identity};
+    /// let matrix = Csr::from_rows(&Identity { order: 2 });
+    /// assert_eq!(matrix.arrays(), (vec![0, 1, 2], vec![0, 1], &[1.0, 1.0][..]));
+    /// ```
+    pub fn arrays(&self) -> (Vec<usize>, Vec<usize>, &[T]) {
+        fn wide<I: Index>(list: &[I]) -> Vec<usize> {
+            list.iter().map(|index| index.as_()).collect()
+        }
+        let (offsets, columns) = match &self.pattern {
+            Pattern::U32(offsets, columns) => (wide(offsets), wide(columns)),
+            Pattern::I32(offsets, columns) => (wide(offsets), wide(columns)),
+            Pattern::I64(offsets, columns) => (wide(offsets), wide(columns)),
+            Pattern::Usize(offsets, columns) => (wide(offsets), wide(columns)),
+        };
+        (offsets, columns, &self.values)
+    }
+
     pub(crate) fn rows(&self) -> RowsOf<'_, T> {
         let values = &*self.values;
         match &self.pattern {

@@ -87,6 +87,7 @@ impl Strip {
     }
 
     /// Returns the index in the whole grid of this rank's point `k`.
+    #[doc(hidden)]
     pub fn index(&self, k: usize) -> usize {
         let Range { start, end } = self.columns();
         let nx = end - start;
@@ -235,6 +236,7 @@ impl Strip {
     /// });
     /// assert_eq!(fewest, [Ok(256), Ok(256)]);
     /// ```
+    #[doc(hidden)]
     pub fn narrowest(&self) -> usize {
         self.cuts.windows(2).map(|cuts| cuts[1] - cuts[0]).min().unwrap_or(0)
     }
@@ -294,6 +296,7 @@ impl Strip {
     /// });
     /// assert_eq!(whole, [(); 2].map(|()| (0..1200).map(f64::from).collect::<Vec<_>>()));
     /// ```
+    #[doc(hidden)]
     pub fn complete<T: Scalar, const K: usize>(&self, mut vectors: [&mut [T]; K]) {
         let [nx, ny] = self.whole;
         let order = |rank| self.columns_of(rank).len() * ny;
@@ -337,6 +340,7 @@ impl Strip {
     /// assert_eq!(beside[0], [vec![], vec![256.0, 257.0, 1256.0, 1257.0]]);
     /// assert_eq!(beside[1], [vec![254.0, 255.0, 1254.0, 1255.0], vec![]]);
     /// ```
+    #[doc(hidden)]
     pub fn beside<T: Scalar>(&self, width: usize, entry: impl Fn(usize) -> T) -> [Vec<T>; 2] {
         let [nx, ny] = self.grid();
         let columns = |columns: Range<usize>| {

@@ -26,6 +26,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
     /// assert_eq!(x, [1.0, -0.5, 0.0]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn solve_rows(&self, q: &[T], x: &mut [T], backward: bool) {
         self.assert_orders([q.len(), x.len()]);
         assert!(self.strip().is_none(), "rows are solved one after another on one rank");

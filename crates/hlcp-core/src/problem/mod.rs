@@ -206,7 +206,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns the same problem, worked on by the threads of rayon's current pool; without this
-    /// call, by the caller's alone.
+    /// call, by the caller's alone. It needs the feature `rayon`.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
     /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),

@@ -44,6 +44,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert!((4.0..100.0).contains(&rounding.linf));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
         let n = x.len();
@@ -90,6 +91,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!((z.l2, r.l2), (2.0, 6.0));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
         let (omega, gamma) = (self.omega().view(), self.gamma());
@@ -134,6 +136,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert!((exact.expect("rows").linf - 0.75).abs() < 1e-12);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let n = self.whole_order() as f64;
         let meter = q.meter(T::one());
@@ -158,6 +161,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert!(problem.has_known_rows());
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
         self.sweep().is_some() || self.known().is_some()
     }
@@ -209,6 +213,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!(problem.is_at_rounding(&q, &[0.17]), Some(false));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
         Some(self.sum_rows(Question::AboveRounding, q, x, meter)?.largest == 0.0)
@@ -240,6 +245,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!(problem.has_sign(&q, &[0.5, 0.5], true), Some(false));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
         let question = if positive { Question::NotPositive } else { Question::NotNegative };
@@ -262,6 +268,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert!((a * a - 12.5).abs() < 1e-12 && (b - 1.0).abs() < 1e-15);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
         let (signs, product) = halves(scratch, n);

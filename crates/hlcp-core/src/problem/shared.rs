@@ -161,6 +161,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// assert_eq!(problem.on_one_rank("a method"), Ok(()));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn on_one_rank(&self, what: &'static str) -> Result<(), Error> {
         match self.strip() {
             Some(strip) => Err(Error::OneRank { what, ranks: strip.size() }),

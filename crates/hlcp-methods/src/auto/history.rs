@@ -6,6 +6,7 @@ use std::fmt;
 /// assert_eq!(hlcp_methods::AutoChoice::AmgNewton.to_string(), "Newton with algebraic multigrid");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AutoChoice {
     /// [`AdaptiveSor`](crate::AdaptiveSor).
     Sor,
@@ -41,6 +42,7 @@ impl fmt::Display for AutoChoice {
 /// assert_eq!(hlcp_methods::AutoEnd::Slow.to_string(), "another one promised more");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum AutoEnd {
     /// Another one promised more than the progress that was measured, or it had come to rest.
     Slow,
@@ -63,20 +65,15 @@ impl fmt::Display for AutoEnd {
 /// The turn of one method in a solve by [`Auto`](crate::Auto).
 ///
 /// ```
-/// use hlcp_methods::{AutoChoice, AutoEnd, AutoTurn};
+/// use hlcp_methods::{Auto, AutoChoice, Hlcp, Identity, Limits, Solver};
 ///
-/// let turn = AutoTurn {
-///     choice: AutoChoice::Sor,
-///     sweeps: 25,
-///     residual: 0.5,
-///     end: Some(AutoEnd::Slow),
-/// };
-/// assert_eq!(
-///     turn.to_string(),
-///     "adaptive SOR: 25 sweeps, to a residual of 5.00e-1; another one promised more"
-/// );
+/// let mut solver = Solver::new(Auto::new(Hlcp::lcp(Identity { order: 3 })?)?);
+/// solver.solve(&[-3.0; 3], Limits::default())?.ok()?;
+/// println!("{}", solver.method().history()[0]); // which method, how far, and why it ended
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct AutoTurn {
     /// The method.
     pub choice: AutoChoice,

@@ -14,6 +14,7 @@ const LONG: usize = 4096;
 /// assert_eq!(Cycle::default(), Cycle::W);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Cycle {
     /// Each grid once: the cheapest, but its count grows with the grid (table in
     /// `docs/results/beyond.md`).

@@ -128,6 +128,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     ///
     /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first
     /// diagonal entry that is not positive, which a sweep divides by; and what `coarsen` refuses.
+    #[doc(hidden)]
     pub fn with_levels(
         problem: Hlcp<T, A, B>,
         cycle: Cycle,
@@ -206,6 +207,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// assert!(residual.l2 < 1e-3);
     /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
+    #[doc(hidden)]
     pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);
         // A cycle, two sweeps, and a cycle on grids that halve.

@@ -279,6 +279,6 @@ fn mixed_precision_counts_the_linear_iterations_of_both_parts() {
     assert_eq!(sweeps.linear_iterations, None);
     assert_eq!(sweeps.then(second).linear_iterations, second.linear_iterations);
     assert_eq!(second.then(sweeps).linear_iterations, second.linear_iterations);
-    let one = Outcome { iterations: 1, sweeps: 1, ..sweeps };
+    let one = Outcome::new(sweeps.status, 1, sweeps.elapsed, sweeps.residual);
     assert!(one.to_string().starts_with("converged after 1 iteration (1 sweep, "), "{one}");
 }

@@ -77,6 +77,7 @@ fn holds(witness: &Witness, [a, b]: [&DMatrix<f64>; 2]) -> bool {
             };
             is_positive(n, entry, d)
         }
+        other => panic!("no rule for {other:?}"),
     }
 }
 
