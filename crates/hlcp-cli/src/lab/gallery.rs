@@ -62,9 +62,7 @@ fn solved(name: &str, numbers: &[(&'static str, f64)]) -> Fallible<[Vec<f64>; 2]
     let limits = Limits::relative(1e-8);
     let Run { outcome, answer: [z, r], .. } = solve(&problem, &"TMGS".parse()?, 1.0, &limits)?;
     print::line(format_args!("{name}: TMGS {outcome}"))?;
-    if !outcome.converged() {
-        return Err(format!("{name}: {outcome}").into());
-    }
+    outcome.ok().map_err(|error| format!("{name}: {error}"))?;
     for (figure, value) in (problem.figures)(&z, &r) {
         print::line(format_args!("{name}: {figure} {value:.4e}"))?;
     }
@@ -264,9 +262,7 @@ fn american_put(path: &Path) -> Drawn {
     for k in 0..put.lcps() {
         put.q(k, solver.z(), &mut q);
         let outcome = solver.solve(&q, Options::resume().limits(Limits::absolute(1e-10)))?;
-        if !outcome.converged() {
-            return Err(format!("American put, LCP {k}: {outcome}").into());
-        }
+        outcome.ok().map_err(|error| format!("American put, LCP {k}: {error}"))?;
         iterations += outcome.iterations;
         // The first four take half a step each.
         let years = (if k < 4 { (k + 1) as f64 / 2.0 } else { (k - 1) as f64 }) / 96.0;

@@ -86,9 +86,7 @@ fn amsor(problem: &Problem<f64>, alpha: f64) -> Fallible<Outcome> {
 fn adaptive(problem: &Problem<f64>) -> Fallible<(f64, usize, Vec<f64>)> {
     let mut solver = Solver::new(AdaptiveSor::new(problem.hlcp(1.0)?)?);
     let outcome = march(problem, &mut solver, &limits(), true)?;
-    if !outcome.converged() {
-        return Err(format!("ADAPTIVE: {outcome}").into());
-    }
+    outcome.ok().map_err(|error| format!("ADAPTIVE: {error}"))?;
     Ok((solver.method().alpha(), outcome.sweeps, solver.x().to_vec()))
 }
 

@@ -43,9 +43,7 @@ fn solved(method: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<S
 /// Returns a figure of a scene by TMGS, by its place.
 fn figure(scene: &str, given: Given<'_>, place: usize) -> Fallible<f64> {
     let (outcome, figures, _) = solved("TMGS", scene, given, true)?;
-    if !outcome.converged() {
-        return Err(format!("{scene}: {outcome}").into());
-    }
+    outcome.ok().map_err(|error| format!("{scene}: {error}"))?;
     Ok(figures[place].1)
 }
 

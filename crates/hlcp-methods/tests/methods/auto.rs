@@ -200,6 +200,10 @@ fn by_tmgs<T: Scalar>(example: Example) -> (Solver<T, impl Method<T>>, Vec<T>) {
     (Solver::new(tmgs(problem(1.0, p.a, p.b))), p.q)
 }
 
+fn within(limits: Limits, x0: &[f64]) -> Options<'_, f64> {
+    Options::from_x(x0).limits(limits)
+}
+
 /// Two precisions reach what double precision does, and no iteration more than a rounding or two
 /// may cost.
 #[test]
@@ -207,38 +211,26 @@ fn mixed_precision_reaches_double_precision() {
     let example = Example { symmetric: false, m: 24, mu: 1.0, nu: 2.0 };
     let ((mut double, q), (mut single, _)) = (by_tmgs::<f64>(example), by_tmgs::<f32>(example));
     let x0 = vec![1.0; q.len()];
-    let alone = double.solve(&q, Options::from_x(&x0).limits(Limits::relative(1e-13))).unwrap();
-    let mixed = solve_mixed(
-        &mut single,
-        &mut double,
-        &q,
-        Options::from_x(&x0).limits(Limits::relative(1e-13)),
-    )
-    .unwrap();
+    let limits = Limits::relative(1e-13);
+    let alone = double.solve(&q, within(limits, &x0)).unwrap();
+    let mixed = solve_mixed(&mut single, &mut double, &q, within(limits, &x0)).unwrap();
     assert!(mixed.converged() && mixed.residual.l2 <= 1e-13 * hlcp_core::Norms::of(&q).l2);
     assert!(mixed.iterations <= alone.iterations + 2, "{mixed}, {alone}");
     assert_eq!(mixed.sweeps, 2 * mixed.iterations);
     // Half of them at least in single precision.
     let widened: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
-    let rest = double.solve(&q, Options::from_x(&widened).limits(Limits::relative(1e-13))).unwrap();
+    let rest = double.solve(&q, within(limits, &widened)).unwrap();
     assert!(2 * rest.iterations <= alone.iterations + 2, "{rest}");
 
     // Data that single precision cannot hold, large and small, are double precision's alone.
     for scale in [1e200, 1e-200] {
         let q: Vec<f64> = q.iter().map(|q| q * scale).collect();
         let x0 = vec![scale; q.len()];
-        let scaled = solve_mixed(
-            &mut single,
-            &mut double,
-            &q,
-            Options::from_x(&x0).limits(Limits::relative(1e-13)),
-        )
-        .unwrap();
+        let scaled = solve_mixed(&mut single, &mut double, &q, within(limits, &x0)).unwrap();
         assert!(scaled.converged() && scaled.iterations.abs_diff(alone.iterations) <= 1);
     }
-    let few = Limits { iterations: 3, ..Limits::relative(1e-13) };
-    let outcome =
-        solve_mixed(&mut single, &mut double, &q, Options::from_x(&x0).limits(few)).unwrap();
+    let few = Limits { iterations: 3, ..limits };
+    let outcome = solve_mixed(&mut single, &mut double, &q, within(few, &x0)).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
 
     // An observer stops it in the first part, and the best iterate is handed over.
@@ -262,8 +254,7 @@ fn mixed_precision_counts_the_linear_iterations_of_both_parts() {
     let example = Example { symmetric: false, m: 24, mu: 0.0, nu: 0.0 };
     let ((mut double, q), (mut single, narrow)) = (by_newton(example), by_newton::<f32>(example));
     let (x0, limits) = (vec![1.0; q.len()], Limits::relative(1e-13));
-    let both =
-        solve_mixed(&mut single, &mut double, &q, Options::from_x(&x0).limits(limits)).unwrap();
+    let both = solve_mixed(&mut single, &mut double, &q, within(limits, &x0)).unwrap();
     let limits = Limits { rounding: None, ..limits };
     let first = single.solve(&narrow, Options::from_x(&vec![1.0; q.len()]).limits(limits)).unwrap();
     let widened: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
