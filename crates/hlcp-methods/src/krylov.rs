@@ -12,8 +12,7 @@ use crate::{Clock, Jacobian};
 /// which columns are active.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, Scalar};
-/// use hlcp_methods::{Jacobian, Preconditioner};
+/// use hlcp_methods::{Diagonal, Jacobian, Preconditioner, Scalar};
 ///
 /// /// The diagonal of J(x).
 /// struct OfDiagonal;
@@ -71,15 +70,14 @@ impl<T: Scalar, A, B, S: Splitting<T>> Preconditioner<T, A, B> for SplittingStep
 /// Two walks over the rows of `A` and of `B`; no storage.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Jacobian, Preconditioner, Ssor};
+/// use hlcp_methods::{FivePoint, Hlcp, Identity, Jacobian, Omega, Preconditioner, Ssor};
 ///
 /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
 /// let mut y = [0.0; 2];
 /// Ssor.solve(&Jacobian::new(&problem, &[1.0, 1.0]), &[4.0, 15.0], &mut y);
 /// assert_eq!(y, [1.0, 2.0]); // 2A(1, 2) = (4, 14), to whose second LD⁻¹U adds 2·2·2/8
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Ssor;
@@ -118,15 +116,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Ssor {
 /// One walk over the rows of `A` and of `B`; `n` numbers, allocated by the first solve.
 ///
 /// ```
-/// use hlcp_core::{Hlcp, Omega, Tridiagonal};
-/// use hlcp_methods::{Jacobian, Preconditioner, TridiagonalPart};
+/// use hlcp_methods::{Hlcp, Jacobian, Omega, Preconditioner, Tridiagonal, TridiagonalPart};
 ///
 /// let a = Tridiagonal::new(3, |_| [-1.0, 4.0, -2.0])?;
 /// let problem = Hlcp::new(a, a, Omega::Uniform(1.0))?;
 /// let (x, mut y) = ([1.0, -1.0, 1.0], [0.0; 3]);
 /// TridiagonalPart::new().solve(&Jacobian::new(&problem, &x), &[0.0, 2.0, 20.0], &mut y);
 /// assert_eq!(y, [1.0, 2.0, 3.0]); // 2A(1, 2, 3) = (0, 2, 20)
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct TridiagonalPart<T> {
@@ -149,13 +146,12 @@ impl<T: Scalar> TridiagonalPart<T> {
     /// A walk over rows, up to the first that has one.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::TridiagonalPart;
+    /// use hlcp_methods::{FivePoint, Hlcp, Identity, Omega, TridiagonalPart};
     ///
     /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
     /// assert!(!TridiagonalPart::is_all(&problem));
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn is_all<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
         (0..problem.order()).all(|i| {

@@ -10,8 +10,7 @@ use crate::{
 /// Any method on a problem with operators `A` and `B`.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{BoxedMethod, Named, Parameters, Solver};
+/// use hlcp_methods::{BoxedMethod, FivePoint, Hlcp, Named, Omega, Parameters, Solver};
 ///
 /// type Stencil = FivePoint<f64>;
 /// struct Simulation {
@@ -435,8 +434,7 @@ impl Named {
     /// order without a grid.
     ///
     /// ```
-    /// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-    /// use hlcp_methods::{Named, Parameters};
+    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Named, Omega, Parameters};
     ///
     /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, a, Omega::Uniform(1.0))?;
@@ -468,8 +466,7 @@ impl Named {
     /// multigrid without a grid, and for what the methods refuse of the problem.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Omega};
-    /// use hlcp_methods::{Named, Parameters};
+    /// use hlcp_methods::{FivePoint, Hlcp, Named, Omega, Parameters};
     ///
     /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, a, Omega::Uniform(1.0))?;

@@ -68,8 +68,10 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// terms in an inexact Newton method*, SIAM J. Sci. Comput. 17 (1996).
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Limits, Method, Newton, Options, Solver, Ssor, Tmms};
+/// use hlcp_methods::{
+///     Aor, FivePoint, Hlcp, Identity, Limits, Method, Newton, Omega, Options, Solver, Ssor,
+///     Tmms,
+/// };
 ///
 /// let a = FivePoint::new(16, 16, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 256 }, Omega::Uniform(4.0))?;
@@ -80,7 +82,7 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// let outcome = newton.solve(&q, Options::from_x(&[1.0; 256]))?;
 /// assert!(outcome.converged() && outcome.iterations < 10);
 /// assert!(outcome.linear_iterations < Some(100));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Newton<T, M, P> {

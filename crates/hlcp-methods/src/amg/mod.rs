@@ -109,8 +109,9 @@ const ROUGH: usize = 8;
 /// The scaling of the void is our own.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega};
-/// use hlcp_methods::{Amg, Jacobian, Preconditioner};
+/// use hlcp_methods::{
+///     Amg, FivePoint, Hlcp, Identity, Jacobian, LinearOperator, Norms, Omega, Preconditioner,
+/// };
 ///
 /// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
@@ -125,7 +126,7 @@ const ROUGH: usize = 8;
 /// product.iter_mut().for_each(|p| *p -= 1.0);
 /// assert!(Norms::of(&product).l2 < 0.5 * 40.0); // the residual, and that of y = 0
 /// assert!(amg.set_ups() == 1 && amg.complexity() < Some(1.5));
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Amg<T> {
@@ -423,8 +424,7 @@ impl<T: Scalar> Amg<T> {
     /// [`new`](Self::new).
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-    /// use hlcp_methods::{Amg, Jacobian};
+    /// use hlcp_methods::{Amg, FivePoint, Hlcp, Identity, Jacobian, Omega};
     ///
     /// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
     /// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
@@ -433,7 +433,7 @@ impl<T: Scalar> Amg<T> {
     /// let mut amg = Amg::new(&problem)?;
     /// let residual = amg.solve_to(&jacobian, &rhs, &mut y, 1e-12, 50);
     /// assert!(residual <= 1e-12 && y.iter().all(|&y| y > 0.0));
-    /// # Ok::<(), hlcp_core::Error>(())
+    /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn solve_to<A: Rows<T>, B: Rows<T>>(
         &mut self,

@@ -206,8 +206,7 @@ impl<T: Scalar> Steps<T> {
 /// the multigrid see [`Amg`].
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Omega};
-/// use hlcp_methods::{AmgNewton, Limits, Solver, Tmms};
+/// use hlcp_methods::{AmgNewton, Aor, FivePoint, Hlcp, Limits, Omega, Solver, Tmms};
 ///
 /// // An oil film over a pocket, the gap twice as wide in the middle: A conducts h³, B carries h
 /// // along x.
@@ -232,7 +231,7 @@ impl<T: Scalar> Steps<T> {
 /// assert!(outcome.converged() && outcome.iterations <= 13, "{outcome}");
 /// assert!(outcome.linear_iterations <= Some(85));
 /// assert!(solver.method().amg().set_ups() <= outcome.iterations + 1);
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct AmgNewton<T, M> {

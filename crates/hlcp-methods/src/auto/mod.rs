@@ -100,8 +100,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// [`Ssor`]: crate::Ssor
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
-/// use hlcp_methods::{Auto, AutoChoice, AutoEnd, Options, Solver};
+/// use hlcp_methods::{
+///     Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Identity, Omega, Options, Solver,
+/// };
 ///
 /// let a = FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 10_000 }, Omega::Uniform(4.0))?;
@@ -113,7 +114,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// let first = solver.method().history()[0];
 /// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
 /// assert_eq!(first.sweeps, 17); // with the three of the opening
-/// # Ok::<(), hlcp_core::Error>(())
+/// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Auto<T: Scalar, A, B> {
