@@ -92,8 +92,8 @@ where
     ///
     /// let one = Identity { order: 1 };
     /// let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
-    /// let [half, third] = [2.0, 3.0].map(|pivot| move |rhs: &[f64], y: &mut [f64]| y[0] = rhs[0] / pivot);
-    /// let mut solver = Solver::new(Tmms::with_splittings(problem, third, half)?);
+    /// let by = |pivot: f64| move |rhs: &[f64], y: &mut [f64]| y[0] = rhs[0] / pivot;
+    /// let mut solver = Solver::new(Tmms::with_splittings(problem, by(3.0), by(2.0))?);
     /// assert_eq!(solver.solve(&[-3.0], Limits::default())?.iterations, 1);
     /// # Ok::<(), hlcp_methods::Error>(())
     /// ```

@@ -182,8 +182,8 @@ fn farthest(given: f64, [lower, upper]: [f64; 2]) -> f64 {
 ///
 /// Two vectors below and above the answer, at which the residual is evaluated outward, enclose a
 /// solution; `docs/theory.md` §4 has the proof. The bound is seldom more than 1.3 times the error,
-/// until the rounding of one double remains. The inner [`Refusal`] says why nothing is proved; it is
-/// apart from the errors, which say what is wrong with the input.
+/// until the rounding of one double remains. The inner [`Refusal`] says why nothing is proved; it
+/// is apart from the errors, which say what is wrong with the input.
 ///
 /// # Cost
 ///

@@ -61,6 +61,10 @@ pub struct FivePoint<C> {
 /// assert_eq!((-1.0).coefficients(), Coefficients::Uniform(-1.0));
 /// assert_eq!(Varying::Each(vec![1.0, 2.0]).coefficients(), Coefficients::Each(&[1.0, 2.0]));
 /// ```
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is not the coefficient of a stencil",
+    note = "one is an `f32` or `f64` (write 4.0 in place of 4), or a `Varying` list of them"
+)]
 pub trait Direction: Send + Sync {
     /// The type of the numbers.
     type Scalar: Scalar;
