@@ -26,15 +26,8 @@ fn load(bearing: &Bearing, numbers: &[f64], arguments: &Arguments) -> Result<Loa
     if force <= 0.0 {
         return Err(format!("--load is {force} N, but it must be positive"));
     }
-    let direction = arguments.attitude.map(|_| load_direction(bearing, arguments));
+    let direction = arguments.attitude.map(|attitude| bearing.load_direction(attitude));
     Ok(Load { force, at, direction })
-}
-
-/// The direction of a journal's load, as an angle along x, from the attitude of the command line:
-/// an eccentricity in that position points to half a turn.
-pub(super) fn load_direction(bearing: &Bearing, arguments: &Arguments) -> f64 {
-    let attitude = arguments.attitude.unwrap_or(0.0).to_radians();
-    std::f64::consts::PI - bearing.direction() * attitude
 }
 
 /// Moves the wall to where it carries the load of the command line; the solves that it took.
@@ -51,7 +44,7 @@ pub(super) fn equilibrium(
     let gap = bearing.here().map_or(vec![], |film| film.gap);
     let thin = gap.into_iter().fold(f64::INFINITY, f64::min);
     let Carried { found, solved, films: [films, failed], forces, off } =
-        bearing.carry(&load, settings)?;
+        bearing.carry(&load, None, settings)?;
     if found || !solved.outcome.converged() {
         return Ok((solved, films));
     }

@@ -17,10 +17,7 @@ const BYTES: usize = 400;
 
 /// A pad without texture, in the user's units.
 #[derive(Debug, Clone)]
-pub(super) enum Pad {
-    Plane([f64; 2]),
-    Parabola { least: f64, radius: f64, at: Option<f64> },
-}
+pub(super) struct Pad(film::Pad);
 
 impl FromStr for Pad {
     type Err = String;
@@ -28,14 +25,17 @@ impl FromStr for Pad {
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, rest) = text.split_once(',').unwrap_or((text, ""));
         let numbers = rest.parse().map(|Numbers(numbers)| numbers).unwrap_or_default();
-        match (name, &numbers[..]) {
-            ("plane", &[west, east]) => Ok(Self::Plane([west, east])),
-            ("parabola", &[least, radius]) => Ok(Self::Parabola { least, radius, at: None }),
+        Ok(Self(match (name, &numbers[..]) {
+            ("plane", &[west, east]) => film::Pad::Plane([west, east]),
+            ("parabola", &[least, radius]) => film::Pad::Parabola { least, radius, at: None },
             ("parabola", &[least, radius, at]) => {
-                Ok(Self::Parabola { least, radius, at: Some(at) })
+                film::Pad::Parabola { least, radius, at: Some(at) }
             }
-            _ => Err("a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X], in numbers".into()),
-        }
+            _ => {
+                let wanted = "a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X], in numbers";
+                return Err(wanted.into());
+            }
+        }))
     }
 }
 
@@ -130,17 +130,12 @@ impl FromStr for Sided {
 }
 
 /// Digs a pocket, in the user's units, into a film.
-fn dig(film: &mut Film, pocket: film::Pocket, arguments: &Arguments) -> Result<(), String> {
+fn dig(bearing: &mut Bearing, pocket: film::Pocket, arguments: &Arguments) -> Result<(), String> {
     let film::Pocket { corner, size, depth, ellipse } = pocket;
     let x_unit = arguments.x_unit;
-    is_inside(
-        "pocket",
-        corner,
-        size,
-        film.lengths.map(|length| length / x_unit),
-        arguments.journal,
-    )?;
+    is_inside("pocket", corner, size, bearing, x_unit)?;
     let [corner, size] = [corner, size].map(|pair| pair.map(|v| v * x_unit));
+    let film = &mut bearing.film;
     if (film::Pocket { corner, size, depth: depth * arguments.h_unit, ellipse }).dig(film) {
         return Ok(());
     }
@@ -190,20 +185,16 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         }
         ((None, None, Some(lx), Some(ly)), None) => {
             let film = Film::new([nx, ny], [lx, ly].map(|length| length * x_unit), 0.0, 1.0);
-            let lx = film.lengths[0];
             let film = match (map, &arguments.pad) {
                 (Some(map), _) => {
                     Film { gap: map.values.iter().map(|h| h * h_unit).collect(), ..film }
                 }
-                (None, Some(Pad::Plane(ends))) => {
-                    let [west, east] = ends.map(|h| h * h_unit);
-                    film.with_gap(|x, _| west + (east - west) * x / lx)
+                (None, Some(Pad(film::Pad::Plane(ends)))) => {
+                    film::Pad::Plane(ends.map(|h| h * h_unit)).gap(film)
                 }
-                (None, Some(Pad::Parabola { least, radius, at })) => {
-                    let at = at.map_or(lx / 2.0, |at| at * x_unit);
-                    film.with_gap(|x, _| {
-                        least * h_unit + (x - at).powi(2) / (2.0 * radius * x_unit)
-                    })
+                (None, Some(Pad(film::Pad::Parabola { least, radius, at }))) => {
+                    let (least, radius) = (least * h_unit, radius * x_unit);
+                    film::Pad::Parabola { least, radius, at: at.map(|at| at * x_unit) }.gap(film)
                 }
                 (None, None) => {
                     return Err("there is no film: give --map, --pad or --journal".into());
@@ -217,14 +208,14 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             );
         }
     };
-    let (lengths, film) = (bearing.film.lengths, &mut bearing.film);
-
+    let lengths = bearing.film.lengths;
     let rough = arguments.roughness.as_deref().map(|path| same(path, [nx, ny])).transpose()?;
     if let Some(rough) = rough {
-        film.gap.iter_mut().zip(&rough.values).for_each(|(h, rough)| *h += rough * h_unit);
+        let gaps = bearing.film.gap.iter_mut().zip(&rough.values);
+        gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
     for pocket in &arguments.pocket {
-        dig(film, pocket.0, arguments)?;
+        dig(&mut bearing, pocket.0, arguments)?;
     }
     for Dimples(counts, one) in &arguments.dimples {
         let ends = lengths.map(|length| length / x_unit);
@@ -232,9 +223,11 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         if one.size[0] > lx * (1.0 + 1e-9) || one.size[1] > ly * (1.0 + 1e-9) {
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
-        one.repeated(*counts, ends).try_for_each(|pocket| dig(film, pocket, arguments))?;
+        let mut all = one.repeated(*counts, ends);
+        all.try_for_each(|pocket| dig(&mut bearing, pocket, arguments))?;
     }
 
+    let film = &mut bearing.film;
     let ambient = arguments.ambient * p_unit;
     film.cavitation = arguments.cavitation * p_unit;
     film.viscosity = match &arguments.viscosity {
@@ -262,10 +255,9 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     }
     for supply in &arguments.supply {
         let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
-        let ends = lengths.map(|length| length / x_unit);
-        is_inside("supply", [x, y], [lx, ly], ends, arguments.journal)?;
-        let [x, y, lx, ly] = [x, y, lx, ly].map(|v| v * x_unit);
-        film.supplies.push(Supply { corner: [x, y], size: [lx, ly], pressure: pressure * p_unit });
+        is_inside("supply", [x, y], [lx, ly], &bearing, x_unit)?;
+        let [corner, size] = [[x, y], [lx, ly]].map(|pair| pair.map(|v| v * x_unit));
+        bearing.film.supplies.push(Supply { corner, size, pressure: pressure * p_unit });
     }
     for groove in &arguments.groove {
         let (degrees, pressure) = match groove.0[..] {
@@ -275,7 +267,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         };
         let x = (degrees / 360.0).rem_euclid(1.0) * lengths[0];
         let size = [0.0, lengths[1]];
-        film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
+        bearing.film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
     }
     bearing.ambient = ambient;
     check(&bearing, arguments)?;
@@ -288,18 +280,15 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
         if let Some(ecc) = bearing.eccentricity(&bearing.position).filter(|&ecc| ecc >= 1.0) {
             return Err(format!("--tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it must be below 1").into());
         }
-        let gap = |k: usize| {
-            let moved = bearing.modes.iter().zip(&bearing.position).map(|(mode, by)| by * mode[k]);
-            bearing.film.gap[k] + moved.sum::<f64>()
-        };
-        let at = (0..bearing.film.gap.len()).find(|&k| !(gap(k) > 0.0 && gap(k).is_finite()));
+        let gap = bearing.gap(&bearing.position);
+        let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite()));
         let at = at.unwrap_or_default();
         let (row, column) = (at / bearing.film.nx + 1, at % bearing.film.nx + 1);
         let what = match &arguments.map {
             Some(path) => printable(path.display()),
             None => "the film".into(),
         };
-        let gap = gap(at);
+        let gap = gap[at];
         return Err(format!(
             "{what}: row {row}, column {column}: the gap is {gap:e} m, but it must be positive"
         )
@@ -312,26 +301,21 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
         .map_err(|error| format!("{error}; see --side, --supply and --groove").into())
 }
 
-/// Refuses a rectangle that is not in the film; around a journal it may reach beyond the end.
+/// Refuses a rectangle, in units of `x_unit`, that is not in the film.
 fn is_inside(
     option: &str,
     corner: [f64; 2],
     size: [f64; 2],
-    lengths: [f64; 2],
-    around: bool,
+    bearing: &Bearing,
+    x_unit: f64,
 ) -> Result<(), String> {
-    for axis in 0..2 {
-        let (from, to, length) = (corner[axis], corner[axis] + size[axis], lengths[axis]);
-        let furthest = if around && axis == 0 { 2.0 * length } else { length };
-        let slack = 1e-9 * length;
-        if !(from >= -slack && from <= length + slack && to <= furthest + slack) {
-            let name = ["x", "y"][axis];
-            return Err(format!(
-                "--{option} from {name} = {from} to {to} is outside the film, which ends at {length}"
-            ));
-        }
-    }
-    Ok(())
+    let [of_corner, of_size] = [corner, size].map(|pair| pair.map(|v| v * x_unit));
+    let Some(axis) = bearing.outside(of_corner, of_size) else { return Ok(()) };
+    let (from, to) = (corner[axis], corner[axis] + size[axis]);
+    let (name, length) = (["x", "y"][axis], bearing.film.lengths[axis] / x_unit);
+    Err(format!(
+        "--{option} from {name} = {from} to {to} is outside the film, which ends at {length}"
+    ))
 }
 
 /// A map of the same cells.

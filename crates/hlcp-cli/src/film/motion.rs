@@ -7,7 +7,7 @@ use hlcp::{
     film::{Bearing, Drive, Map, Motion, Settings, Solved},
 };
 
-use super::{Arguments, balance::load_direction, plane::walls};
+use super::Arguments;
 use crate::{chart, progress, say};
 
 /// What a run comes to.
@@ -48,10 +48,11 @@ fn schedule(
         let (rows, columns) = (table.rows, table.columns);
         return Err(format!("{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}").into());
     }
+    let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
     let position = |row: &[f64]| -> Vec<f64> {
         let by = if arguments.mass.is_some() { 1.0 } else { arguments.h_unit };
         if is_journal {
-            let turned = turned(bearing, arguments, [row[1] * by, row[2] * by]);
+            let turned = bearing.turned(load, [row[1] * by, row[2] * by]);
             // The gap widens on the other side.
             return turned.map(|v| if arguments.mass.is_some() { v } else { -v }).to_vec();
         }
@@ -116,21 +117,13 @@ const HEAD: &str = "time (s),load (N),load x (m),load y (m),friction moving (N),
                     out west (m³/s),out east (m³/s),out south (m³/s),out north (m³/s),supplied (m³/s),\
                     oil (m³),peak pressure (Pa),least gap (m),broken share";
 
-/// What points along the load and across it, as a vector along x = 0 and a quarter further.
-fn turned(bearing: &Bearing, arguments: &Arguments, [along, across]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = load_direction(bearing, arguments).sin_cos();
-    let across = bearing.direction() * across;
-    [along * cos - across * sin, along * sin + across * cos]
-}
-
 /// The position as it is given on the command line and in files.
 fn told(bearing: &Bearing, arguments: &Arguments) -> Vec<f64> {
     if bearing.journal.is_none() {
         return bearing.position.clone();
     }
-    let [a, b] = [-bearing.position[0], -bearing.position[1]];
-    let (sin, cos) = load_direction(bearing, arguments).sin_cos();
-    vec![a * cos + b * sin, bearing.direction() * (b * cos - a * sin)]
+    let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
+    bearing.turned_back(load, [-bearing.position[0], -bearing.position[1]]).to_vec()
 }
 
 /// Takes the steps of the file.
@@ -166,7 +159,7 @@ pub(super) fn run(
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let mut line = vec![*time];
         line.extend(bearing.load(&solved.film, &found, &solved.z));
-        line.extend(walls(&solved.film, found.friction));
+        line.extend(bearing.drag(found.friction));
         line.push(found.power);
         line.extend(found.sides);
         let rest = [supplied, motion.oil(), found.peak, found.least_gap, found.broken_share];

@@ -4,12 +4,16 @@ use std::{
     cell::RefCell,
     error::Error,
     fmt::{self, Write as _},
+    ops::ControlFlow,
     time::Instant,
 };
 
 use hlcp::{
-    Clock, Limits, Named, Parameters, Progress, Status,
-    film::{Bearing, Coefficients, Film, FilmFigures, Map, ProvedFigures, Settings, Side, Solved},
+    Limits, Named, Parameters, Progress, Status,
+    film::{
+        Bearing, Coefficients, Film, FilmError, FilmFigures, Idle, Map, ProvedFigures, Settings,
+        Side, Solved,
+    },
     number,
 };
 use hlcp_verify::{Certificate, Refusal, decimal};
@@ -31,6 +35,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
             *way = Some(Way::new(name, goal, limits));
         }
         way.iter_mut().for_each(|way: &mut Way| way.show(progress));
+        ControlFlow::Continue(())
     };
     let settings = Settings {
         method: arguments.method.as_deref(),
@@ -55,19 +60,25 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         let (solved, solves) = equilibrium(&mut bearing, arguments, &settings)?;
         let converged = solved.outcome.converged();
         let asked = arguments.coefficients && converged;
-        let coefficients =
-            asked.then(|| Coefficients::new(&bearing, &solved, &settings)).transpose()?;
+        let both = || {
+            let own = Coefficients::new(&bearing, &solved)?;
+            Ok::<_, FilmError>([own, Coefficients::clamped(&bearing, &solved, &settings)?])
+        };
+        let coefficients = asked.then(both).transpose()?;
         (solved, solves, converged, coefficients)
     };
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
     let range = arguments.data_tolerance.filter(|_| converged);
-    let range = range.map(|part| range_of(part, &bearing, &solved)).transpose()?;
+    let range = range.map(|part| bearing.range(part, &solved)).transpose()?;
     let mut figures = solved.film.figures(&solved.z, &solved.r, bearing.ambient);
     figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
     let report = Report {
         bearing: &bearing,
         figures,
-        proved: proved(&bearing, &solved.film, certificate.as_ref()),
+        proved: match &certificate {
+            Some(Ok(certificate)) => Some(bearing.proved(&solved.film, certificate)),
+            _ => None,
+        },
         solved: &solved,
         solves,
         converged,
@@ -119,22 +130,13 @@ fn refuse_idle(
     film: &Film,
     arguments: &Arguments,
 ) -> Result<(), Box<dyn Error>> {
-    let mut pressures = vec![];
-    for side in film.sides {
-        match side {
-            Side::Pressure(pressure) => pressures.push(pressure),
-            Side::Starved(_) => pressures.push(film.cavitation),
-            Side::Closed | Side::Periodic => {}
+    match Idle::of(film) {
+        Some(Idle::Closed) => return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into()),
+        Some(Idle::Even(pressure)) => {
+            let p = pressure / arguments.p_unit;
+            return Err(format!("nothing drives the film: the walls carry nothing and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
         }
-    }
-    pressures.extend(film.supplies.iter().map(|supply| supply.pressure));
-    let rests = film.speeds.iter().sum::<f64>() == 0.0;
-    if rests && pressures.is_empty() {
-        return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into());
-    }
-    if rests && pressures.iter().all(|&pressure| pressure == pressures[0]) {
-        let p = pressures[0] / arguments.p_unit;
-        return Err(format!("nothing drives the film: the walls carry nothing and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
+        None => {}
     }
     let asked = match &arguments.load {
         Some(load) => format!(
@@ -165,38 +167,6 @@ fn feeding(bearing: &Bearing, film: &Film) -> String {
     )
 }
 
-/// The figures that are proved; of a journal the load is that of both directions.
-fn proved(
-    bearing: &Bearing,
-    film: &Film,
-    certificate: Option<&Result<Certificate, Refusal>>,
-) -> Option<ProvedFigures> {
-    let certificate = certificate?.as_ref().ok()?;
-    let mut proved = film.proved_figures(certificate, bearing.ambient);
-    if bearing.journal.is_some() {
-        let modes = [&bearing.modes[0][..], &bearing.modes[1]];
-        proved.load = film.proved_resultant(certificate, bearing.ambient, modes);
-    }
-    Some(proved)
-}
-
-/// What is proved of all films within a part of the one that is solved, in this position.
-fn range_of(
-    part: f64,
-    bearing: &Bearing,
-    Solved { film, z, r, .. }: &Solved,
-) -> Result<Result<ProvedFigures, Refusal>, Box<dyn Error>> {
-    let range = film.certify_range(part, z, r, &mut Clock::endless())?;
-    Ok(range.map(|range| {
-        let mut figures = range.figures(film, bearing.ambient);
-        if bearing.journal.is_some() {
-            let modes = [&bearing.modes[0][..], &bearing.modes[1]];
-            figures.load = range.resultant(film, bearing.ambient, modes);
-        }
-        figures
-    }))
-}
-
 /// How far a printed number may be off one in the interval.
 fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
     (upper - printed).max(printed - lower).next_up()
@@ -215,23 +185,6 @@ fn between(interval: Option<[f64; 2]>) -> String {
     format!(", proved between {lower} and {upper}")
 }
 
-/// The drag against the motion on the wall that moves the faster, and on the other one.
-pub(super) fn walls(film: &Film, [lower, upper]: [f64; 2]) -> [f64; 2] {
-    let [one, other] = film.speeds;
-    let sign = |speed: f64| if speed < 0.0 { -1.0 } else { 1.0 };
-    if one.abs() >= other.abs() {
-        [lower, upper].map(|drag| drag * sign(one))
-    } else {
-        [upper, lower].map(|drag| -drag * sign(other))
-    }
-}
-
-/// The intervals of the drag on the wall that moves the faster, and on the other one.
-fn proved_drag(film: &Film, proved: &ProvedFigures) -> [[f64; 2]; 2] {
-    let [one, other] = [0, 1].map(|end| walls(film, proved.friction.map(|drag| drag[end])));
-    [0, 1].map(|wall| [one[wall].min(other[wall]), one[wall].max(other[wall])])
-}
-
 /// What there is to say about a film.
 struct Report<'r> {
     bearing: &'r Bearing,
@@ -239,7 +192,8 @@ struct Report<'r> {
     figures: FilmFigures,
     solves: usize,
     converged: bool,
-    coefficients: Option<Coefficients>,
+    /// Mass-conserving, and by the clamp.
+    coefficients: Option<[Coefficients; 2]>,
     certificate: Option<Result<Certificate, Refusal>>,
     proved: Option<ProvedFigures>,
     /// Of all films within --data-tolerance.
@@ -294,9 +248,9 @@ impl Report<'_> {
                 "supplies": supplies,
             })
         };
-        let friction = walls(film, figures.friction);
+        let friction = bearing.drag(figures.friction);
         let bounds = self.proved.as_ref().map(|proved| {
-            let drag = proved_drag(film, proved);
+            let drag = bearing.proved_drag(proved);
             let supplies = figures.supplies.iter().zip(&proved.supplies);
             let supplies: Vec<f64> = supplies.map(|(flow, ends)| off(*flow, *ends)).collect();
             let flow = |k: usize| json!(off(figures.sides[k], proved.sides[k]));
@@ -310,7 +264,7 @@ impl Report<'_> {
             })
         });
         let range = self.range.as_ref().and_then(|range| range.as_ref().ok()).map(|range| {
-            let [moving, fixed] = proved_drag(film, range);
+            let [moving, fixed] = bearing.proved_drag(range);
             json!({
                 "load_n": range.load,
                 "friction_moving_n": moving,
@@ -320,7 +274,7 @@ impl Report<'_> {
             })
         });
         let [moving, fixed] = friction;
-        let [full_moving, full_fixed] = walls(film, figures.full_friction);
+        let [full_moving, full_fixed] = bearing.drag(figures.full_friction);
         let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
         let found = self.coefficients.as_ref();
         json!({
@@ -346,10 +300,10 @@ impl Report<'_> {
             "ecc": ecc,
             "attitude_deg": attitude,
             "position": bearing.journal.is_none().then_some(&bearing.position),
-            "stiffness_n_m": found.map(|found| &found.stiffness),
-            "damping_n_s_m": found.map(|found| &found.damping),
-            "stiffness_clamp_n_m": found.map(|found| &found.clamped[0]),
-            "damping_clamp_n_s_m": found.map(|found| &found.clamped[1]),
+            "stiffness_n_m": found.map(|[own, _]| &own.stiffness),
+            "damping_n_s_m": found.map(|[own, _]| &own.damping),
+            "stiffness_clamp_n_m": found.map(|[_, clamped]| &clamped.stiffness),
+            "damping_clamp_n_s_m": found.map(|[_, clamped]| &clamped.damping),
             "bounds": bounds,
             "range": range,
             "unknowns": film.gap.len(),
@@ -390,8 +344,8 @@ impl Report<'_> {
                 "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
             )?;
         }
-        let [one, other] = walls(film, figures.friction);
-        let drag = proved.map(|proved| proved_drag(film, proved));
+        let [one, other] = self.bearing.drag(figures.friction);
+        let drag = proved.map(|proved| self.bearing.proved_drag(proved));
         let [of_one, of_other] = [0, 1].map(|wall| between(drag.map(|drag| drag[wall])));
         let next = if drag.is_some() { "\n                  " } else { ", " };
         writeln!(
@@ -400,7 +354,7 @@ impl Report<'_> {
              other{of_other}"
         )?;
         if figures.broken_share > 0.0 {
-            let [one, other] = walls(film, figures.full_friction);
+            let [one, other] = self.bearing.drag(figures.full_friction);
             writeln!(
                 text,
                 "                  {one:.6e} N and {other:.6e} N if all of the gap is sheared, as in \
@@ -481,7 +435,7 @@ impl Report<'_> {
                 [(lower, false), (upper, true)].map(|(end, up)| decimal(end, 6, up));
             format!("{lower} to {upper}")
         };
-        let [moving, fixed] = proved_drag(film, range).map(to);
+        let [moving, fixed] = self.bearing.proved_drag(range).map(to);
         writeln!(text, "  load            {} N", to(range.load))?;
         writeln!(text, "  friction        {moving} N on the moving wall")?;
         writeln!(text, "                  {fixed} N on the other")?;
@@ -496,7 +450,11 @@ impl Report<'_> {
         writeln!(text, "  peak pressure   {} Pa", to(range.peak))
     }
 
-    fn print_coefficients(&self, text: &mut String, found: &Coefficients) -> fmt::Result {
+    fn print_coefficients(
+        &self,
+        text: &mut String,
+        [own, clamped]: &[Coefficients; 2],
+    ) -> fmt::Result {
         let (axes, stiff, damp) = if self.bearing.journal.is_some() {
             ("along the load and across it", "N/m", "N s/m")
         } else {
@@ -519,8 +477,8 @@ impl Report<'_> {
         }
         let row = |row: &Vec<f64>| row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>();
         let pairs = [
-            ("stiffness", stiff, &found.stiffness, &found.clamped[0]),
-            ("damping", damp, &found.damping, &found.clamped[1]),
+            ("stiffness", stiff, &own.stiffness, &clamped.stiffness),
+            ("damping", damp, &own.damping, &clamped.damping),
         ];
         for (name, unit, own, clamped) in pairs {
             for (k, (own, clamped)) in own.iter().zip(clamped).enumerate() {

@@ -38,7 +38,7 @@ impl Load {
 ///
 /// let film = Film::new([40, 20], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
 /// let mut pad = Bearing::pad(film);
-/// let carried = pad.carry(&Load::of(1200.0), &Settings::default())?;
+/// let carried = pad.carry(&Load::of(1200.0), None, &Settings::default())?;
 /// // It comes down.
 /// assert!(carried.found && pad.position[0] < 0.0);
 /// assert!((pad.forces(&carried.solved.film, &carried.solved.z)[0] - 1200.0).abs() <= 1e-6);
@@ -180,16 +180,28 @@ impl Bearing {
     /// Moves the wall to where it carries a load, and leaves it where it is if that is not found,
     /// which proves nothing.
     ///
+    /// With the solution of a similar film the search begins where the wall is. Without one it
+    /// begins, under a load from a direction, with the eccentricity `position[0]` ahead of that.
+    ///
     /// # Errors
     ///
     /// As [`Solved::new`], and [`FilmError::Meet`] for walls that meet where the search begins.
-    pub fn carry(&mut self, load: &Load, settings: &Settings<'_>) -> Result<Carried, FilmError> {
-        if let (Some(angle), Some(_)) = (load.direction, self.journal) {
+    pub fn carry(
+        &mut self,
+        load: &Load,
+        start: Option<&Solved>,
+        settings: &Settings<'_>,
+    ) -> Result<Carried, FilmError> {
+        if let (Some(angle), Some(_), None) = (load.direction, self.journal, start) {
             // The least gap is some 50° ahead of the load.
             let (size, ahead) = (self.position[0], angle + 0.9 * self.direction());
             self.position = vec![-size * ahead.cos(), -size * ahead.sin()];
         }
-        let mut solved = Solved::new(self.here().ok_or(FilmError::Meet)?, None, settings)?;
+        let first = self.here().ok_or(FilmError::Meet)?;
+        let mut solved = match start {
+            Some(start) => Solved::exact(first, start, settings)?,
+            None => Solved::new(first, None, settings)?,
+        };
         let [mut least, mut largest] = [f64::INFINITY, 0.0_f64];
         if !solved.outcome.converged() {
             let (films, forces) = ([1, 1], [least, largest]);

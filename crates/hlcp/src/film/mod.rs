@@ -4,7 +4,7 @@
 //! |---|---|
 //! | a gap over a rectangle or a ring | [`Film`], with its [`Side`]s and [`Supply`]s |
 //! | a gap along a line | [`Profile`] |
-//! | a map in a file; pockets and dimples | [`Map`]; [`Pocket`] |
+//! | a map in a file; a pad; pockets and dimples | [`Map`]; [`Pad`]; [`Pocket`] |
 //! | a journal, or a wall that may rise and tilt | [`Bearing`], [`Journal`] |
 //!
 //! | you want | take |
@@ -25,7 +25,7 @@
 //! bearing.film.viscosity = vec![0.02];
 //! bearing.film.supplies = vec![Supply { corner: [0.0; 2], size: [0.0, 0.1], pressure: 0.0 }];
 //! bearing.position = vec![5e-5, 0.0];
-//! let carried = bearing.carry(&Load::of(5000.0), &Settings::default())?;
+//! let carried = bearing.carry(&Load::of(5000.0), None, &Settings::default())?;
 //! assert!(carried.found && (bearing.position[0] / 1e-4 - 0.244362).abs() < 1e-6);
 //! # Ok::<(), hlcp::film::FilmError>(())
 //! ```
@@ -47,4 +47,4 @@ pub use map::Map;
 pub use motion::{Drive, Motion};
 pub use profile::{Line, Profile};
 pub use solve::{Coefficients, FilmError, Settings, Solved, Watch};
-pub use wall::{Bearing, Journal, Pocket};
+pub use wall::{Bearing, Idle, Journal, Pad, Pocket};

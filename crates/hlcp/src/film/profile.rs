@@ -182,7 +182,7 @@ fn pieces(
         None
     };
     let asked = ("NEWTON", LEAST, ROUNDING);
-    let (z, r, _, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
+    let (z, r, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
 
     let z = [&[ends][..], &z, &[ends]].concat();
     // The film is full at the inlet, and at the outlet if there is pressure.

@@ -1,8 +1,8 @@
 use std::ops::ControlFlow;
 
-use hlcp_core::{Error, Hlcp, Identity, Norms, Omega, Rows};
+use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
 use hlcp_methods::{
-    Amg, Jacobian, Limits, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
+    Amg, Jacobian, Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
 };
 use hlcp_verify::{Certificate, Film, Refusal, certify};
 
@@ -50,8 +50,9 @@ pub enum FilmError {
     Unsettled,
 }
 
-/// Is shown each iterate, with the name of the method, its limits and the norm that ends it.
-pub type Watch<'w> = dyn Fn(&str, &Limits, f64, &Progress<'_, f64>) + 'w;
+/// Is shown each iterate, with the name of the method, its limits and the norm that ends it, and
+/// may stop the solve.
+pub type Watch<'w> = dyn Fn(&str, &Limits, f64, &Progress<'_, f64>) -> ControlFlow<()> + 'w;
 
 /// How films are solved.
 ///
@@ -82,6 +83,8 @@ pub struct Settings<'s> {
 /// assert!(solved.outcome.converged());
 /// let load = solved.film.figures(&solved.z, &solved.r, 0.0).load;
 /// assert!((800.0..900.0).contains(&load));
+/// let known = Solved::known(solved.film, solved.z, solved.r)?;
+/// assert!(known.outcome.converged());
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -92,8 +95,6 @@ pub struct Solved {
     pub z: Vec<f64>,
     /// The part of the gap that no oil fills.
     pub r: Vec<f64>,
-    /// The modulus variable, whose signs tell full cells from broken ones.
-    x: Vec<f64>,
     /// What became of the solve.
     pub outcome: Outcome,
 }
@@ -137,6 +138,21 @@ impl Solved {
         Self::to(ROUNDING, film, start, settings)
     }
 
+    /// Returns a solution that is known, as one that was stored, with the residual that it has.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Input`] as [`Film::pose`], and for `z` and `r` of another length, or negative.
+    pub fn known(film: Film, z: Vec<f64>, r: Vec<f64>) -> Result<Self, FilmError> {
+        let (a, b, q) = film.pose()?;
+        let operators: Operators = [Box::new(a), Box::new(b)];
+        let mut solver = Solver::new(Mms::new(problem(&operators)?, Aor::gauss_seidel())?);
+        let limits =
+            Limits { iterations: 0, rounding: Some(ROUNDING), ..Limits::relative(TOLERANCE) };
+        let outcome = solver.solve(&q, Options::from_solution(&z, &r).limits(limits))?;
+        Ok(Self { film, z, r, outcome })
+    }
+
     /// As near to the solution as rounding allows.
     pub(super) fn exact(
         film: Film,
@@ -166,8 +182,8 @@ impl Solved {
             // than what a solve leaves of the residual.
             None => (!film.is_fed()).then(|| [vec![0.0; q.len()], film.dry()]),
         };
-        let (z, r, x, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
-        Ok(Self { film, z, r, x, outcome })
+        let (z, r, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
+        Ok(Self { film, z, r, outcome })
     }
 
     /// The same gap by the clamp of the tables, `z ≥ 0` without a balance of mass.
@@ -177,8 +193,8 @@ impl Solved {
         // Its r is no void fraction.
         let asked = (METHOD, f64::NEG_INFINITY, ROUNDING);
         let begin = Some(self.scaled(&self.film));
-        let (z, r, x, outcome) = solve(&operators, &q, begin, asked, settings)?;
-        Ok(Self { film: self.film.clone(), z, r, x, outcome })
+        let (z, r, outcome) = solve(&operators, &q, begin, asked, settings)?;
+        Ok(Self { film: self.film.clone(), z, r, outcome })
     }
 
     /// `z` and `r` in the units of another film.
@@ -222,7 +238,9 @@ impl Solved {
             [Box::new(a), Box::new(b)]
         };
         let problem = problem(&operators)?;
-        let (jacobian, mut amg) = (Jacobian::new(&problem, &self.x), Amg::new(&problem)?);
+        // Of the modulus variable signs count: it is negative where r is positive.
+        let x: Vec<f64> = self.r.iter().map(|r| if *r > 0.0 { -r } else { 0.0 }).collect();
+        let (jacobian, mut amg) = (Jacobian::new(&problem, &x), Amg::new(&problem)?);
         let tolerance = if with_speed { 1e-13 } else { SEARCH };
         // The changes of z and r that a change of A z − B r + q brings about, full and broken cells
         // staying what they are: [A_F | −B_C] (δz, δr) = −change. J has the columns 2A where a cell
@@ -276,8 +294,8 @@ fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
     Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)
 }
 
-/// `z`, `r`, `x` and what became of the solve.
-type Answer = (Vec<f64>, Vec<f64>, Vec<f64>, Outcome);
+/// `z`, `r` and what became of the solve.
+type Answer = (Vec<f64>, Vec<f64>, Outcome);
 
 /// Solves from `begin`, by the method of the settings or by `method`, and by another where that
 /// does not converge or leaves a content `1 − r` below `least`; `rounding` is what it excuses of
@@ -300,24 +318,25 @@ pub(super) fn solve(
         let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
         let mut solver = Solver::new(method);
         let mut show = |progress: &Progress<'_, f64>| {
-            settings.watch.iter().for_each(|watch| watch(name, &limits, goal, progress));
-            ControlFlow::Continue(())
+            settings
+                .watch
+                .map_or(ControlFlow::Continue(()), |watch| watch(name, &limits, goal, progress))
         };
         let options = match &begin {
             Some([z, r]) => Options::from_solution(z, r),
             None => Options::default(),
         };
         let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
-        Ok((solver.z().to_vec(), solver.r().to_vec(), solver.x().to_vec(), outcome))
+        Ok((solver.z().to_vec(), solver.r().to_vec(), outcome))
     };
     let found = attempt(settings.method.unwrap_or(method))?;
     let is_film =
-        |(_, r, _, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
+        |(_, r, outcome): &Answer| outcome.converged() && r.iter().all(|r| 1.0 - r >= least);
     if is_film(&found) || settings.method.is_some() || rounding < ROUNDING {
         return Ok(found);
     }
     let other = attempt(FALLBACK)?;
-    Ok(if other.3.converged() || !found.3.converged() { other } else { found })
+    Ok(if other.2.converged() || !found.2.converged() { other } else { found })
 }
 
 /// Stiffness `−∂F/∂e` and damping `−∂F/∂ė` for slow motions, in SI units.
@@ -331,7 +350,7 @@ pub(super) fn solve(
 /// let film = Film::new([50, 30], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
 /// let (pad, settings) = (Bearing::pad(film), Settings::default());
 /// let solved = Solved::new(pad.here().expect("it is open"), None, &settings)?;
-/// let found = Coefficients::new(&pad, &solved, &settings)?;
+/// let found = Coefficients::new(&pad, &solved)?;
 /// // Pressed together it carries more.
 /// assert!(found.stiffness[0][0] > 0.0 && found.damping[0][0] > 0.0);
 /// # Ok::<(), hlcp::film::FilmError>(())
@@ -342,8 +361,6 @@ pub struct Coefficients {
     pub stiffness: Vec<Vec<f64>>,
     /// The same for the speed of the coordinate.
     pub damping: Vec<Vec<f64>>,
-    /// Both by the clamp of published tables, `z ≥ 0` without a balance of mass.
-    pub clamped: [Vec<Vec<f64>>; 2],
 }
 
 impl Coefficients {
@@ -351,12 +368,35 @@ impl Coefficients {
     ///
     /// # Errors
     ///
-    /// [`FilmError::Derivatives`] and [`FilmError::Clamp`] for linear systems and a film by the
-    /// clamp that are not solved.
-    pub fn new(
+    /// [`FilmError::Derivatives`] for linear systems that are not solved.
+    pub fn new(bearing: &Bearing, solved: &Solved) -> Result<Self, FilmError> {
+        Self::of(bearing, solved, solved, false)
+    }
+
+    /// Computes those by the clamp of published tables, `z ≥ 0` without a balance of mass, along
+    /// the load of the solved film and across it.
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new), and [`FilmError::Clamp`] for a film by the clamp that is not found.
+    pub fn clamped(
         bearing: &Bearing,
         solved: &Solved,
         settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
+        let clamped = solved.clamped(settings)?;
+        if !clamped.outcome.converged() {
+            return Err(FilmError::Clamp(clamped.outcome));
+        }
+        Self::of(bearing, solved, &clamped, true)
+    }
+
+    /// Those of `found`, along the load of `solved` and across it.
+    fn of(
+        bearing: &Bearing,
+        solved: &Solved,
+        found: &Solved,
+        is_clamped: bool,
     ) -> Result<Self, FilmError> {
         let forces = bearing.forces(&solved.film, &solved.z);
         let turned = |matrix: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
@@ -373,12 +413,7 @@ impl Coefficients {
             axes.iter().map(|&one| axes.iter().map(|&other| entry(one, other)).collect()).collect()
         };
         let all: Vec<usize> = (0..bearing.modes.len()).collect();
-        let [stiffness, damping] = solved.derivatives(bearing, &all, false, true)?.map(turned);
-        let clamped = solved.clamped(settings)?;
-        if !clamped.outcome.converged() {
-            return Err(FilmError::Clamp(clamped.outcome));
-        }
-        let clamped = clamped.derivatives(bearing, &all, true, true)?.map(turned);
-        Ok(Self { stiffness, damping, clamped })
+        let [stiffness, damping] = found.derivatives(bearing, &all, is_clamped, true)?.map(turned);
+        Ok(Self { stiffness, damping })
     }
 }

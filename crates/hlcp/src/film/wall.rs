@@ -1,6 +1,9 @@
 use std::f64::consts::{PI, TAU};
 
-use hlcp_verify::{Film, FilmFigures, Side};
+use hlcp_methods::Clock;
+use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side};
+
+use super::Solved;
 
 /// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
 /// eccentricity points to.
@@ -23,6 +26,81 @@ pub struct Journal {
     pub clearance: f64,
     /// How the eccentricity grows along y, along x = 0 and a quarter further.
     pub tilt: [f64; 2],
+}
+
+/// The gap of a pad without texture, in SI units.
+///
+/// ```
+/// use hlcp::film::{Film, Pad};
+///
+/// let film = Film::new([2, 1], [4.0, 1.0], 2.0, 0.03);
+/// assert_eq!(Pad::Plane([4.0, 2.0]).gap(film.clone()).gap, [3.5, 2.5]);
+/// let middle = Pad::Parabola { least: 1.0, radius: 2.0, at: None };
+/// assert_eq!(middle.gap(film).gap, [1.25; 2]);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pad {
+    /// The gaps at the ends of `x`.
+    Plane([f64; 2]),
+    /// A parabola along `x`.
+    Parabola {
+        /// The least gap.
+        least: f64,
+        /// The radius of curvature.
+        radius: f64,
+        /// The place of the least gap; the middle without one.
+        at: Option<f64>,
+    },
+}
+
+impl Pad {
+    /// Returns the film with this gap.
+    pub fn gap(self, film: Film) -> Film {
+        let lx = film.lengths[0];
+        match self {
+            Self::Plane([west, east]) => film.with_gap(|x, _| west + (east - west) * x / lx),
+            Self::Parabola { least, radius, at } => {
+                let at = at.unwrap_or(lx / 2.0);
+                film.with_gap(|x, _| least + (x - at).powi(2) / (2.0 * radius))
+            }
+        }
+    }
+}
+
+/// Why nothing happens in a steady film.
+///
+/// ```
+/// use hlcp::film::{Film, Idle};
+///
+/// let mut film = Film::new([2, 1], [0.04, 0.01], 0.0, 0.03);
+/// assert_eq!(Idle::of(&film), Some(Idle::Even(0.0)));
+/// film.speeds[0] = 2.0;
+/// assert_eq!(Idle::of(&film), None);
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Idle {
+    /// The walls carry nothing and nothing enters or leaves: any even pressure is a solution.
+    Closed,
+    /// The walls carry nothing and all pressures are this one, in Pa.
+    Even(f64),
+}
+
+impl Idle {
+    /// Returns the reason, if there is one.
+    pub fn of(film: &Film) -> Option<Self> {
+        if film.speeds.iter().sum::<f64>() != 0.0 {
+            return None;
+        }
+        let of_side = |side: &Side| match side {
+            Side::Pressure(pressure) => Some(*pressure),
+            Side::Starved(_) => Some(film.cavitation),
+            Side::Closed | Side::Periodic => None,
+        };
+        let supplies = film.supplies.iter().map(|supply| supply.pressure);
+        let mut pressures = film.sides.iter().filter_map(of_side).chain(supplies);
+        let Some(first) = pressures.next() else { return Some(Self::Closed) };
+        pressures.all(|pressure| pressure == first).then_some(Self::Even(first))
+    }
 }
 
 /// A rectangle, or the ellipse in it, by which a gap is deeper, in SI units.
@@ -156,12 +234,19 @@ impl Bearing {
         if self.eccentricity(position).is_some_and(|ecc| ecc >= 1.0) {
             return None;
         }
+        let gap = self.gap(position);
+        let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
+        clear.then(|| Film { gap, ..self.film.clone() })
+    }
+
+    /// Returns the gap with the wall at a position, which is not positive where it meets the other
+    /// one.
+    pub fn gap(&self, position: &[f64]) -> Vec<f64> {
         let mut gap = self.film.gap.clone();
         for (mode, by) in self.modes.iter().zip(position) {
             gap.iter_mut().zip(mode).for_each(|(gap, mode)| *gap += by * mode);
         }
-        let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
-        clear.then(|| Film { gap, ..self.film.clone() })
+        gap
     }
 
     /// Returns the film with the wall where it is.
@@ -224,6 +309,101 @@ impl Bearing {
     /// Returns 1 if the walls carry the oil along x, −1 if against.
     pub fn direction(&self) -> f64 {
         if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
+    }
+
+    /// Returns the angle along x from which a journal's load comes, if x = 0 is so many degrees from
+    /// the place opposite the load, in the direction of the motion.
+    pub fn load_direction(&self, attitude: f64) -> f64 {
+        PI - self.direction() * attitude.to_radians()
+    }
+
+    /// Returns what points along the angle `load` and across it, a quarter further in the direction
+    /// of the motion, as a vector along x = 0 and a quarter further.
+    ///
+    /// ```
+    /// use hlcp::film::{Bearing, Journal};
+    ///
+    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+    /// let bearing = Bearing::journal(journal, [36, 6]);
+    /// let [load, across] = [bearing.load_direction(0.0), 2e-5];
+    /// let turned = bearing.turned(load, [3e-5, across]);
+    /// assert!((turned[0] + 3e-5).abs() < 1e-20 && (turned[1] + 2e-5).abs() < 1e-20);
+    /// let back = bearing.turned_back(load, turned);
+    /// assert!((back[0] - 3e-5).abs() < 1e-20 && (back[1] - across).abs() < 1e-20);
+    /// ```
+    pub fn turned(&self, load: f64, [along, across]: [f64; 2]) -> [f64; 2] {
+        let ((sin, cos), across) = (load.sin_cos(), self.direction() * across);
+        [along * cos - across * sin, along * sin + across * cos]
+    }
+
+    /// Returns the vector that [`turned`](Self::turned) turns to this one.
+    pub fn turned_back(&self, load: f64, [a, b]: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = load.sin_cos();
+        [a * cos + b * sin, self.direction() * (b * cos - a * sin)]
+    }
+
+    /// Returns the drag against the motion on the wall that moves the faster, and on the other one,
+    /// from that on the lower wall against x and on the upper one along x.
+    pub fn drag(&self, [lower, upper]: [f64; 2]) -> [f64; 2] {
+        let [one, other] = self.film.speeds;
+        let sign = |speed: f64| if speed < 0.0 { -1.0 } else { 1.0 };
+        if one.abs() >= other.abs() {
+            [lower, upper].map(|drag| drag * sign(one))
+        } else {
+            [upper, lower].map(|drag| -drag * sign(other))
+        }
+    }
+
+    /// Returns the intervals of [`drag`](Self::drag), from those of the figures.
+    pub fn proved_drag(&self, proved: &ProvedFigures) -> [[f64; 2]; 2] {
+        let [one, other] = [0, 1].map(|end| self.drag(proved.friction.map(|drag| drag[end])));
+        [0, 1].map(|wall| [one[wall].min(other[wall]), one[wall].max(other[wall])])
+    }
+
+    /// Returns the figures that a certificate of its film proves; of a journal the load is that of
+    /// both directions.
+    pub fn proved(&self, film: &Film, certificate: &Certificate) -> ProvedFigures {
+        let mut proved = film.proved_figures(certificate, self.ambient);
+        if self.journal.is_some() {
+            let modes = [&self.modes[0][..], &self.modes[1]];
+            proved.load = film.proved_resultant(certificate, self.ambient, modes);
+        }
+        proved
+    }
+
+    /// Proves the figures of all films in this position whose gap, viscosity, speeds and supplies'
+    /// pressures are, each as a whole, within `part` of these, or says why it cannot.
+    ///
+    /// # Errors
+    ///
+    /// As [`Film::certify_range`].
+    pub fn range(
+        &self,
+        part: f64,
+        Solved { film, z, r, .. }: &Solved,
+    ) -> Result<Result<ProvedFigures, Refusal>, hlcp_core::Error> {
+        let range = film.certify_range(part, z, r, &mut Clock::endless())?;
+        Ok(range.map(|range| {
+            let mut figures = range.figures(film, self.ambient);
+            if self.journal.is_some() {
+                let modes = [&self.modes[0][..], &self.modes[1]];
+                figures.load = range.resultant(film, self.ambient, modes);
+            }
+            figures
+        }))
+    }
+
+    /// Returns the direction in which a rectangle is not in the film, if there is one; around a
+    /// journal it may reach beyond the end.
+    pub fn outside(&self, corner: [f64; 2], size: [f64; 2]) -> Option<usize> {
+        (0..2).find(|&axis| {
+            let (length, around) = (self.film.lengths[axis], axis == 0 && self.journal.is_some());
+            let (to, slack) = (corner[axis] + size[axis], 1e-9 * length);
+            let furthest = if around { 2.0 * length } else { length };
+            let is_inside =
+                corner[axis] >= -slack && corner[axis] <= length + slack && to <= furthest + slack;
+            !is_inside
+        })
     }
 }
 
