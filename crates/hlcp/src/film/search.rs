@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 /// The forces at a position of a wall, a force for each coordinate, and how they change with it:
-/// `slopes[k][l]` is the change of force `k` by coordinate `l`.
+/// `slopes[k][l]` is the change of force `k` by coordinate `l`, of which nothing is asked where the
+/// forces are those that are wanted.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Forces {
     pub(super) values: Vec<f64>,
@@ -24,7 +25,7 @@ pub(super) struct Equilibrium {
 }
 
 /// How near the forces come to the wanted ones, over the size of these.
-const WITHIN: f64 = 1e-9;
+pub(super) const WITHIN: f64 = 1e-9;
 
 /// What the slopes may err by in a step, over what is left to go: in one that is to arrive, and in
 /// one along a curve.

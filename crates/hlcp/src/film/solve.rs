@@ -6,7 +6,7 @@ use hlcp_methods::{
 };
 use hlcp_verify::{Certificate, Film, Refusal, certify};
 
-use super::Bearing;
+use super::{Bearing, band::Band};
 
 /// What has no answer, and why.
 ///
@@ -240,14 +240,27 @@ impl Solved {
         let problem = problem(&operators)?;
         // Of the modulus variable signs count: it is negative where r is positive.
         let x: Vec<f64> = self.r.iter().map(|r| if *r > 0.0 { -r } else { 0.0 }).collect();
-        let (jacobian, mut amg) = (Jacobian::new(&problem, &x), Amg::new(&problem)?);
+        let jacobian = Jacobian::new(&problem, &x);
         let tolerance = if with_speed { 1e-13 } else { SEARCH };
+        let (band, mut amg) = (Band::of(film, &jacobian), None);
         // The changes of z and r that a change of A z − B r + q brings about, full and broken cells
         // staying what they are: [A_F | −B_C] (δz, δr) = −change. J has the columns 2A where a cell
         // is full, and 2ΩB elsewhere.
         let mut response = |change: &[f64]| -> Result<[Vec<f64>; 2], FilmError> {
             let mut s = vec![0.0; change.len()];
-            let reached = amg.solve_to(&jacobian, change, &mut s, tolerance, 400);
+            let reached = match (&band, &mut amg) {
+                (Some(band), _) => {
+                    band.solve(change, &mut s);
+                    if s.iter().all(|s| s.is_finite()) { 0.0 } else { f64::NAN }
+                }
+                (None, amg) => {
+                    if amg.is_none() {
+                        *amg = Some(Amg::new(&problem)?);
+                    }
+                    let amg = amg.as_mut().expect("it is there");
+                    amg.solve_to(&jacobian, change, &mut s, tolerance, 400)
+                }
+            };
             if reached > tolerance.max(ENOUGH) || reached.is_nan() {
                 return Err(FilmError::Derivatives(reached));
             }
