@@ -11,7 +11,9 @@ With B the identity this is the linear complementarity problem.
 `Solver`           solves for one q after the other, from the last answer
 `FivePoint`        a five-point operator on a grid, its arrays borrowed
 `certify`          proves how far an answer is from the solution
-`film`             pressure and cavitation in a lubricating film
+`film`             pressure and cavitation in a lubricating film, from a map of its gap
+`Journal`          a journal bearing: its equilibrium, coefficients, motion and proved figures
+`Pad`              the same of a pad, a plane, a parabola or a map
 `scenes`           problems with known answers
 `plot`             draws z and r (needs matplotlib)
 `methods`          the names of all methods
@@ -28,6 +30,7 @@ With B the identity this is the linear complementarity problem.
 from importlib.metadata import version
 
 from hlcp import scenes
+from hlcp._bearing import BearingResult, Coefficients, FilmBounds, Journal, MotionResult, Pad
 from hlcp._film import FilmResult, film
 from hlcp._operators import FivePoint
 from hlcp._plot import plot
@@ -36,9 +39,15 @@ from hlcp._solve import Certificate, Progress, Result, Solver, Status, certify, 
 __version__ = version("hlcp")
 
 __all__ = [
+    "BearingResult",
     "Certificate",
+    "Coefficients",
+    "FilmBounds",
     "FilmResult",
     "FivePoint",
+    "Journal",
+    "MotionResult",
+    "Pad",
     "Progress",
     "Result",
     "Solver",

@@ -32,6 +32,8 @@ class FilmResult(Result):
     friction : list of float
         The drag on the lower wall against x, and on the upper wall along x, if the lower one is
         the faster, in N.
+    full_friction : list of float
+        The same if all of the gap is sheared, as handbooks count it.
     power : float
         The power that moves the walls, in W.
     sides : list of float
@@ -62,6 +64,7 @@ class FilmResult(Result):
     load: float
     moments: list[float]
     friction: list[float]
+    full_friction: list[float]
     power: float
     sides: list[float]
     supplies: list[float]
@@ -179,9 +182,7 @@ def film(
         raise ValueError(f"gap[{row}, {column}] is {cells[row, column]}, but it must be positive and"
                          " finite")
     given = {"west": west, "east": east, "south": south, "north": north}
-    for one, other in (("west", "east"), ("south", "north")):
-        if _is(given[one], "periodic") != _is(given[other], "periodic"):
-            raise ValueError(f"{one} and {other} must both be 'periodic', or neither")
+    _sides_agree(given)
     described = {
         "grid": cells.shape,
         "size": _numbers("size", size, 2),
@@ -233,6 +234,12 @@ def _numbers(name: str, values: Any, count: int) -> list[float]:
 
 def _is(side: Any, word: str) -> bool:
     return isinstance(side, str) and side == word
+
+
+def _sides_agree(given: dict[str, Side | None]) -> None:
+    for one, other in (("west", "east"), ("south", "north")):
+        if _is(given[one], "periodic") != _is(given[other], "periodic"):
+            raise ValueError(f"{one} and {other} must both be 'periodic', or neither")
 
 
 def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float]:

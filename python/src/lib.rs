@@ -1,6 +1,8 @@
 //! The compiled half of the Python package `hlcp`: operators on NumPy's arrays, one solve, one
 //! certificate, the scenes. What a user calls, and how it is documented, is in `hlcp/`.
 
+mod film;
+
 use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
@@ -13,7 +15,6 @@ use std::{
     time::{Duration, Instant},
 };
 
-use hlcp::film::{Film, FilmFigures, Side, Supply, TimeStep};
 use hlcp::{
     Anderson, BoxedMethod, Branch, Clock, Coefficients, Csr, Error, FivePoint, Hlcp, Identity,
     Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters,
@@ -28,7 +29,6 @@ use pyo3::{
     conversion::FromPyObjectOwned,
     exceptions::{PyMemoryError, PyRuntimeError, PyValueError},
     prelude::*,
-    types::PyDict,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -603,74 +603,15 @@ fn posed<'py>(
     Ok((shown(py, a)?, b, vector(q), solution.map(|both| both.map(vector))))
 }
 
-// Films.
-
-/// A film as `hlcp/_film.py` describes it.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-struct Described<'py> {
-    /// `(ny, nx)`.
-    grid: [usize; 2],
-    size: [f64; 2],
-    gap: PyReadonlyArray1<'py, f64>,
-    viscosity: PyReadonlyArray1<'py, f64>,
-    speeds: [f64; 2],
-    /// West, east, south and north: what is there, and its number.
-    sides: [(String, f64); 4],
-    /// Corner, size and pressure.
-    supplies: Vec<([f64; 2], [f64; 2], f64)>,
-    cavitation: f64,
-    /// Duration and oil of a time step.
-    step: Option<(f64, PyReadonlyArray1<'py, f64>)>,
-}
-
-impl Described<'_> {
-    fn film(&self) -> PyResult<Film> {
-        let [ny, nx] = self.grid;
-        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
-        let side = |(what, number): &(String, f64)| match what.as_str() {
-            "pressure" => Side::Pressure(*number),
-            "starved" => Side::Starved(*number),
-            "periodic" => Side::Periodic,
-            _ => Side::Closed,
-        };
-        let supply = |&(corner, size, pressure): &_| Supply { corner, size, pressure };
-        let step = |(duration, oil): &(f64, PyReadonlyArray1<'_, f64>)| {
-            Ok::<_, PyErr>(TimeStep { duration: *duration, oil: oil.as_slice()?.to_vec() })
-        };
-        Ok(Film {
-            nx,
-            ny,
-            lengths: self.size,
-            gap: self.gap.as_slice()?.to_vec(),
-            viscosity: self.viscosity.as_slice()?.to_vec(),
-            speeds: self.speeds,
-            sides: self.sides.each_ref().map(side),
-            supplies: self.supplies.iter().map(supply).collect(),
-            cavitation: self.cavitation,
-            step: self.step.as_ref().map(step).transpose()?,
-        })
-    }
-}
-
-/// The arrays of a matrix in compressed rows.
-fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
-    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
-    for i in 0..operator.order() {
-        operator.visit_row(i, &mut |j, entry| {
-            indices.push(j as i64);
-            entries.push(entry);
-        });
-        pointers.push(indices.len() as i64);
-    }
-    let index = |list| PyArray1::<i64>::from_vec(py, list);
-    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
-    Ok(arrays.into_pyobject(py)?.into_any())
-}
-
 #[pymodule(gil_used = false)]
 mod _hlcp {
     use super::*;
+
+    #[pymodule_export]
+    use crate::film::{
+        bearing_bounds, bearing_coefficients, bearing_film, bearing_motion, film_figures, film_gap,
+        posed_film,
+    };
 
     /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.
     #[pyfunction]
@@ -784,55 +725,5 @@ mod _hlcp {
         let scene = Bearing2d { nx, ny, ecc, aspect, groove };
         let (a, b, q) = scene.pose().map_err(wrong)?;
         posed(py, &a, Some(&b), q, None)
-    }
-
-    /// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
-    /// z = 1 stands for, in Pa; and the r of a film that nothing feeds.
-    #[pyfunction]
-    fn film<'py>(py: Python<'py>, film: Described<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let film = film.film()?;
-        let (a, b, q) = film.pose().map_err(wrong)?;
-        let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
-            Some(view) if view.round() == [false; 2] => {
-                Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any())
-            }
-            _ => assembled(py, operator),
-        };
-        let (a, b) = (operator(&a)?, operator(&b)?);
-        let dry = (!film.is_fed()).then(|| PyArray1::from_vec(py, film.dry()));
-        let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), dry);
-        Ok(posed.into_pyobject(py)?.into_any())
-    }
-
-    /// Returns what a film does, in SI units.
-    #[pyfunction]
-    fn film_figures<'py>(
-        py: Python<'py>,
-        film: Described<'py>,
-        z: PyReadonlyArray1<'py, f64>,
-        r: PyReadonlyArray1<'py, f64>,
-        ambient: f64,
-    ) -> PyResult<Bound<'py, PyDict>> {
-        let figures = film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient);
-        let doubt = figures.doubt();
-        let FilmFigures { load, moments, friction, power, sides, supplies, .. } = figures;
-        let FilmFigures { stored, imbalance, peak, least_gap, broken_share, .. } = figures;
-        let FilmFigures { least_content, feed, .. } = figures;
-        let named = PyDict::new(py);
-        named.set_item("load", load)?;
-        named.set_item("moments", moments)?;
-        named.set_item("friction", friction)?;
-        named.set_item("power", power)?;
-        named.set_item("sides", sides)?;
-        named.set_item("supplies", supplies)?;
-        named.set_item("stored", stored)?;
-        named.set_item("imbalance", imbalance)?;
-        named.set_item("peak", peak)?;
-        named.set_item("least_gap", least_gap)?;
-        named.set_item("broken_share", broken_share)?;
-        named.set_item("least_content", least_content)?;
-        named.set_item("feed", feed)?;
-        named.set_item("doubt", doubt)?;
-        Ok(named)
     }
 }

@@ -191,7 +191,7 @@ def test_a_plot_is_drawn():
 
 
 def test_the_examples_of_the_docstrings_are_true():
-    for name in ("", "._film", "._operators", "._plot", "._solve", ".scenes"):
+    for name in ("", "._bearing", "._film", "._operators", "._plot", "._solve", ".scenes"):
         module = sys.modules["hlcp" + name]
         results = doctest.testmod(module)
         assert results.attempted > 0 and results.failed == 0
@@ -199,7 +199,8 @@ def test_the_examples_of_the_docstrings_are_true():
     assert results.attempted > 5 and results.failed == 0
 
 
-@pytest.mark.parametrize("script", ["analyst.py --m 15", "engineer.py --nx 30", "measure.py --quick"])
+@pytest.mark.parametrize("script", ["analyst.py --m 15", "engineer.py --nx 30", "measure.py --quick",
+                                    "rotor.py --nx 48"])
 def test_the_example_scripts_run(script):
     name, *options = script.split()
     run = subprocess.run([sys.executable, HERE.parent / "examples" / name, *options],

@@ -1,0 +1,1275 @@
+"""Bearings: films under a wall whose position is given, carries a load or moves."""
+
+import itertools
+import math
+import sys
+import threading
+import warnings
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from hlcp import _hlcp
+from hlcp._film import (FilmResult, Side, Supply, _is, _number, _numbers, _side, _sides_agree,
+                        _supply)
+from hlcp._operators import count, number, real, vector
+from hlcp._plot import plot
+from hlcp._solve import Result, Status
+
+Speed = float | tuple[float, float]
+Groove = float | tuple[float, float]
+Pocket = (tuple[tuple[float, float], tuple[float, float], float]
+          | tuple[tuple[float, float], tuple[float, float], float, str])
+Dimples = (tuple[tuple[int, int], tuple[float, float], float]
+           | tuple[tuple[int, int], tuple[float, float], float, str])
+Floats = NDArray[np.float64]
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class FilmBounds:
+    """What is proved of a film: intervals that hold the figures of the exact solution, in SI units.
+
+    Attributes
+    ----------
+    load, peak : (float, float)
+    friction : list of (float, float)
+        On the moving wall and on the other one.
+    sides, supplies : list of (float, float)
+        What flows out in the west, east, south and north, and what each supply delivers.
+    """
+
+    load: Interval
+    friction: list[Interval]
+    sides: list[Interval]
+    supplies: list[Interval]
+    peak: Interval
+
+
+class BearingResult(FilmResult):
+    """The answer of `Journal.film` and `Pad.film`: a `FilmResult` without x, of which differ or are
+    new, in SI units
+
+    Attributes
+    ----------
+    load : float
+        What the film carries, in N: of a journal the resultant of both directions.
+    at : list of float
+        Where it acts, x and y; of a journal the place to which that is pressed.
+    friction : list of float
+        The drag against the motion on the wall that moves the faster, and on the other one.
+    full_friction : list of float
+        The same if all of the gap is sheared, as handbooks count it.
+    ecc : float or None
+        Of a journal its eccentricity over the clearance.
+    attitude : float or None
+        Of a journal the attitude angle, in degrees; NaN without a load.
+    position : list of float
+        Of a journal its eccentricity along x = 0 and a quarter further, from there to the widest
+        gap, in m; of a pad its rise in m, and its slopes along x and y.
+    films : int
+        How many films the search for the load took.
+    bounds : FilmBounds or None
+        What is proved with ``certify=True``.
+    range : FilmBounds or None
+        What is proved of all films within `tolerance`.
+    proof : str
+        What was proved, or why nothing was; empty unless it was asked for.
+    """
+
+    at: list[float]
+    ecc: float | None
+    attitude: float | None
+    position: list[float]
+    films: int
+    bounds: FilmBounds | None
+    range: FilmBounds | None
+    proof: str
+
+    @property
+    def stiffness(self) -> Floats:
+        """Stiffness, the change of each force against each coordinate, in N/m (a pad's slopes have
+        no unit): of a journal along the load and across it, a quarter further in the direction of
+        the motion; of a pad for its rise and the slopes along x and y. It is for slow motions, in a
+        film that is broken somewhere to about a quarter of the running speed."""
+        return self._coefficients(False)[0]
+
+    @property
+    def damping(self) -> Floats:
+        """Damping, the same by the speed of each coordinate, in N s/m."""
+        return self._coefficients(False)[1]
+
+    @property
+    def clamped(self) -> tuple[Floats, Floats]:
+        """Stiffness and damping by the clamp of published tables, z >= 0 without a balance of
+        mass."""
+        return self._coefficients(True)
+
+    def _coefficients(self, is_clamped: bool) -> tuple[Floats, Floats]:
+        known: dict[bool, tuple[Floats, Floats]] = self.__dict__.setdefault("_known", {})
+        if is_clamped not in known:
+            if not self.success:
+                raise ValueError(f"the film has no coefficients, because it is not solved:"
+                                 f" {self.message}")
+            stiffness, damping = _hlcp.bearing_coefficients(
+                self._stored(), is_clamped, self.__dict__["_how"])
+            known[is_clamped] = np.array(stiffness), np.array(damping)
+        return known[is_clamped]
+
+    def _stored(self) -> tuple[Any, Any, Any]:
+        """Return the film, z and r, as the compiled half takes them."""
+        return self.__dict__["_walled"], self.z.ravel(), self.r.ravel()
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the pressure, the void where the film is broken, and the supplies.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; new axes without it.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            In degrees around a journal, else in mm.
+        """
+        walled = self.__dict__["_walled"]
+        film = walled["film"]
+        is_journal = walled["journal"] is not None
+        by = [360.0 / film["size"][0] if is_journal else 1e3, 1e3]
+        width, height = (length * unit for length, unit in zip(film["size"], by))
+        ax = plot(self.pressure / 1e6, self.r, ax=ax, extent=(0.0, width, 0.0, height),
+                  labels=("pressure, MPa", "void"))
+        for corner, size, _ in film["supplies"]:
+            (x, y), (lx, ly) = ([v * unit for v, unit in zip(pair, by)] for pair in (corner, size))
+            ax.plot([x, x + lx, x + lx, x, x], [y, y, y + ly, y + ly, y], color="tab:orange",
+                    clip_on=False)
+        if is_journal and not math.isnan(self.at[0]):
+            ax.axvline(self.at[0] * by[0], color="tab:red", linestyle=":")
+        ax.set(xlim=(0.0, width), ylim=(0.0, height), ylabel="y, mm",
+               xlabel="x, degrees" if is_journal else "x, mm")
+        return ax
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MotionResult:
+    """What a bearing does while its wall moves, in SI units: a row for each time but the first.
+
+    Attributes
+    ----------
+    times : ndarray of shape (n,)
+    load, power, supplied, oil, peak, least_gap, broken_share : ndarray of shape (n,)
+        The power is also that which moves the wall; `oil` is what the film holds, in m^3.
+    at, friction : ndarray of shape (n, 2)
+    sides : ndarray of shape (n, 4)
+    position : ndarray of shape (n, 2) or (n, 3)
+        Of a journal its displacement along the load and across it, in m; of a pad its rise and its
+        slopes along x and y.
+    imbalance : float
+        What the oil has gained beyond what flowed in, by time, in m^3/s.
+    success : bool
+        Whether all steps converged.
+    film : BearingResult
+        The film after the last step.
+    """
+
+    times: Floats
+    load: Floats
+    at: Floats
+    friction: Floats
+    power: Floats
+    sides: Floats
+    supplied: Floats
+    oil: Floats
+    peak: Floats
+    least_gap: Floats
+    broken_share: Floats
+    position: Floats
+    imbalance: float
+    success: bool
+    film: BearingResult
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the orbit of a journal in its clearance, the load pointing down, or the rise of a
+        pad.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; new axes without it.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+        """
+        import matplotlib.pyplot as plt
+
+        if ax is None:
+            ax = plt.figure(layout="constrained").add_subplot()
+        journal = self.film.__dict__["_walled"]["journal"]
+        if journal is None:
+            ax.plot(self.times, 1e6 * self.position[:, 0])
+            ax.set(xlabel="time, s", ylabel="rise, um")
+            return ax
+        along, across = (self.position / journal[2]).T
+        around = np.linspace(0.0, 2 * np.pi, 181)
+        ax.plot(across, -along)
+        ax.plot(np.cos(around), np.sin(around), color="tab:gray")
+        ax.set(xlabel="across the load, clearances", ylabel="against the load, clearances",
+               aspect="equal")
+        return ax
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Coefficients:
+    """Stiffness and damping of a row of films.
+
+    Attributes
+    ----------
+    omega : ndarray of shape (n,)
+        The angular speeds of a journal, in rad/s; of a pad the speeds of its wall, in m/s.
+    load, ecc, attitude : ndarray of shape (n,)
+        As in `BearingResult`; of a pad NaN but for the load.
+    stiffness, damping : ndarray of shape (n, 2, 2), of a pad (n, 3, 3)
+        As in `BearingResult`; NaN where a film did not converge.
+    films : list of BearingResult
+    """
+
+    omega: Floats
+    load: Floats
+    ecc: Floats
+    attitude: Floats
+    stiffness: Floats
+    damping: Floats
+    films: list[BearingResult]
+
+
+class _Bearing:
+    """What a journal and a pad have in common."""
+
+    _given: dict[str, Any]
+    _grid: tuple[int, int]
+    _size: tuple[float, float]
+    _gap: Floats
+    _of_journal: tuple[float, float, float, list[float]] | None
+    _film: dict[str, Any]
+    _ambient: float
+    # Options that a sweep may give lists of: those of film(), and those of the bearing.
+    _of_film: tuple[str, ...]
+    _of_bearing: tuple[str, ...]
+
+    @property
+    def gap(self) -> Floats:
+        """The gap in each cell, in m, of a journal in the middle of its bearing."""
+        return self._gap.reshape(self._grid).copy()
+
+    def replace(self, **changes: Any) -> Self:
+        """Return the same bearing with other options.
+
+        Parameters
+        ----------
+        **changes
+            Those of the class.
+        """
+        return type(self)(**{**self._given, **changes})
+
+    def __repr__(self) -> str:
+        given = (f"{name}={value!r}" for name, value in self._given.items()
+                 if value is not None and value != ())
+        return f"{type(self).__name__}({', '.join(given)})"
+
+    def _build(self, shape: dict[str, Any], sides: dict[str, Side | None], supplies: Any,
+               roughness: Any, pockets: Any, dimples: Any, ambient: Any, cavitation: Any) -> None:
+        self._ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
+        if not self._ambient >= cavitation:
+            raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
+        whole = {"journal": None, "plane": None, "parabola": None, "map": None}
+        self._gap = _hlcp.film_gap({
+            **whole, **shape, "grid": self._grid, "size": self._size,
+            "roughness": None if roughness is None else self._map("roughness", roughness),
+            "pockets": [_pocket(f"pockets[{k}]", pocket)
+                        for k, pocket in enumerate(_listed("pockets", pockets))],
+            "dimples": [_dimples(f"dimples[{k}]", array)
+                        for k, array in enumerate(_listed("dimples", dimples))],
+        })
+        self._of_journal = shape.get("journal")
+        self._film = {
+            "grid": self._grid, "size": self._size, "gap": self._gap, "cavitation": cavitation,
+            "sides": [_side(name, side, self._ambient) for name, side in sides.items()],
+            "supplies": [_supply(supply) for supply in _listed("supplies", supplies)],
+            "step": None,
+        }
+
+    def _map(self, name: str, value: Any) -> Any:
+        array = real(name, value)
+        if array.shape != self._grid:
+            raise ValueError(f"{name} has the shape {array.shape}, but the film has {self._grid}")
+        return vector(name, array, np.float64)
+
+    def _walled(self, speed: Any, viscosity: Any, position: list[float]) -> dict[str, Any]:
+        thickness = real("viscosity", viscosity)
+        if thickness.shape not in [(), self._grid]:
+            raise ValueError(f"viscosity has the shape {thickness.shape}, but the film has"
+                             f" {self._grid}")
+        thickness = vector("viscosity", np.atleast_1d(thickness), np.float64)
+        unsound = np.flatnonzero(~((thickness > 0) & np.isfinite(thickness)))
+        if len(unsound):
+            at = unsound[0]
+            where = f"viscosity[{at // self._grid[1]}, {at % self._grid[1]}]"
+            raise ValueError(f"{where if np.ndim(viscosity) else 'viscosity'} is {thickness[at]},"
+                             " but it must be positive, in Pa s")
+        speeds = [_finite("speed", speed), 0.0] if np.ndim(speed) == 0 else [
+            _finite("speed", wall) for wall in _numbers("speed", speed, 2)]
+        return {"film": {**self._film, "viscosity": thickness, "speeds": speeds},
+                "ambient": self._ambient, "journal": self._of_journal, "position": position}
+
+    def _solved(self, walled: dict[str, Any], carries: Any, start: BearingResult | None,
+                method: Any, threads: Any, certify: bool, tolerance: Any) -> BearingResult:
+        """Solve for a film; nothing is warned of."""
+        how = _how(method, threads)
+        part = None if tolerance is None else _number("tolerance", tolerance)
+        if part is not None and not 0.0 <= part <= 0.5:
+            raise ValueError(f"tolerance is {part}, but it must be a part from 0 to 0.5; 1e-3 is a"
+                             " thousandth")
+        begin = None if start is None else start._stored()
+        found = _hlcp.bearing_film(walled, carries, begin, how)
+        result = self._result({**walled, "position": found["position"]}, found, how)
+        if certify:
+            result["proof"], proved = _hlcp.bearing_bounds(result._stored(), None)
+            result["bounds"] = None if proved is None else _bounds(proved)
+        if part is not None and result.success:
+            said, proved = _hlcp.bearing_bounds(result._stored(), part)
+            result["proof"] = "; ".join(filter(None, [result.proof, said]))
+            result["range"] = None if proved is None else _bounds(proved)
+        return result
+
+    def _result(self, walled: dict[str, Any], found: dict[str, Any], how: Any) -> BearingResult:
+        status = Status[found.pop("status").upper()]
+        for name in ("z", "r", "pressure"):
+            found[name] = found[name].reshape(self._grid)
+        result = BearingResult(
+            found, success=status is Status.CONVERGED, status=status, content=1.0 - found["r"],
+            bounds=None, range=None, proof="")
+        result.__dict__.update(_walled=walled, _how=how)
+        return result
+
+    def _start(self, start: Any) -> BearingResult | None:
+        if start is None:
+            return None
+        if not isinstance(start, BearingResult) or start.pressure.shape != self._grid or (
+                start.__dict__["_walled"]["journal"] is None) != (self._of_journal is None):
+            raise ValueError(f"start must be the answer of a {type(self).__name__} of the shape"
+                             f" {self._grid}")
+        return start if start.success else None
+
+    def _moved(self, walled: dict[str, Any], times: Any, rows: Any, mass: Any, attitude: float,
+               method: Any, threads: Any) -> MotionResult:
+        at, how = real("times", times), _how(method, threads)
+        if at.ndim != 1 or len(at) < 2 or not np.all(np.diff(at) > 0):
+            raise ValueError("times must be two numbers or more, each above the one before, in s")
+        if len(rows) != len(at):
+            raise ValueError(f"there are {len(rows)} rows of positions or loads, but {len(at)}"
+                             " times")
+        if not np.all(np.isfinite(rows)):
+            raise ValueError("positions and loads must be finite numbers")
+        found = _hlcp.bearing_motion(walled, at.tolist(), rows.tolist(), mass, attitude, how)
+        last = found.pop("last")
+        film = {**walled["film"], "step": last.pop("step")}
+        walled = {**walled, "film": film, "position": last["position"]}
+        arrays: dict[str, Any] = {
+            name: np.array(value) if isinstance(value, list) else value
+            for name, value in found.items()}
+        return MotionResult(times=at[1:].astype(np.float64), film=self._result(walled, last, how),
+                            **arrays)
+
+    def _run(self, options: dict[str, Any], start: BearingResult | None,
+             guess: Floats | None) -> BearingResult:
+        raise NotImplementedError
+
+    def _row(self, runs: list[dict[str, Any]], threads: Any, progress: bool | None,
+             coefficients: bool | None) -> list[BearingResult | ValueError]:
+        """Solve for films, each from the one before, in as many rows as there are threads."""
+        threads = count("threads", threads, 1)
+        done: list[BearingResult | ValueError | None] = [None] * len(runs)
+        cuts = np.linspace(0, len(runs), min(threads, len(runs)) + 1).round().astype(int)
+        over = threading.Event()
+        with _Bar(len(runs), progress) as bar:
+
+            def chain(first: int, last: int) -> None:
+                past: list[tuple[dict[str, Any], BearingResult]] = []
+                for k in range(first, last):
+                    if over.is_set():
+                        return
+                    options = dict(runs[k])
+                    changes = {name: options.pop(name) for name in self._of_bearing
+                               if name in options}
+                    try:
+                        of = self.replace(**changes) if changes else self
+                        film = of._run(options, past[-1][1] if past else None,
+                                       _ahead(past, runs[k]))
+                        if coefficients is not None and film.success:
+                            film._coefficients(coefficients)
+                        done[k] = film
+                        past = [*past[-3:], (runs[k], film)] if film.success else []
+                    except ValueError as error:
+                        done[k], past = error, []
+                    bar.step()
+
+            pairs = list(itertools.pairwise(cuts.tolist()))
+            if len(pairs) == 1:
+                chain(*pairs[0])
+            else:
+                with ThreadPoolExecutor(len(pairs)) as pool:
+                    try:
+                        for future in [pool.submit(chain, *pair) for pair in pairs]:
+                            future.result()
+                    finally:
+                        over.set()
+        return [film for film in done if film is not None]
+
+    def sweep(self, *, coefficients: bool = False, keep: bool = False, threads: int = 1,
+              progress: bool | None = None, **options: Any) -> list[dict[str, Any]]:
+        """Solve for the films of all combinations of lists, each from its neighbour.
+
+        Parameters
+        ----------
+        coefficients : bool
+            Whether stiffness and damping are computed.
+        keep : bool
+            Whether a record has its `BearingResult`, as ``film``.
+        threads : int
+            How many rows of films are solved at the same time. Each starts from the film before
+            it, so that the number of threads shows in the last digits.
+        progress : bool
+            Whether a bar shows on standard error how far it is; without it on a terminal only.
+        **options
+            Those of `film`, and of the bearing its extents, clearance, ambient and cavitation:
+            each a number, or a list, of which every number is tried.
+
+        Returns
+        -------
+        list of dict
+            A record for each combination, those of the last list the fastest: what the lists had,
+            and load, ecc and attitude (of a pad rise and slopes), friction on the moving wall,
+            power, peak, least_gap, broken_share, leakage, supplied, success and message, in SI
+            units. Where no position carries a load the figures are NaN, and `message` says so.
+
+        Raises
+        ------
+        ValueError
+            For an option that is no number and no list of them.
+
+        Examples
+        --------
+        >>> import hlcp
+        >>> bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=60, ny=10)
+        >>> records = bearing.sweep(rpm=[1500, 3000], load=[500, 1000], viscosity=0.02)
+        >>> for run in records:
+        ...     print(run["rpm"], run["load"], round(run["ecc"], 3), round(run["power"]))
+        1500 500 0.291 181
+        1500 1000 0.45 187
+        3000 500 0.164 732
+        3000 1000 0.291 725
+        """
+        lists: dict[str, list[Any]] = {}
+        fixed = {}
+        for name, value in options.items():
+            if name not in self._of_film + self._of_bearing:
+                known = ", ".join(self._of_film + self._of_bearing)
+                raise ValueError(f"there is no option {name} to sweep; there are {known}")
+            if np.ndim(value) == 1 and name != "at":
+                lists[name] = real(name, value).tolist()
+                if not lists[name]:
+                    raise ValueError(f"{name} is an empty list")
+            else:
+                fixed[name] = value
+        runs = [dict(zip(lists, values)) for values in itertools.product(*lists.values())]
+        # A way through all of them on which one option changes at a time, to the next value.
+        way = list(_snake([len(values) for values in lists.values()]))
+        found = self._row([{**fixed, **runs[k]} for k in way], threads, progress,
+                          False if coefficients else None)
+        records: list[dict[str, Any]] = [{}] * len(runs)
+        for k, film in zip(way, found):
+            records[k] = {**runs[k], **self._record(film, coefficients), **runs[k]}
+            if keep:
+                records[k]["film"] = film if isinstance(film, BearingResult) else None
+        return records
+
+    def _record(self, film: BearingResult | ValueError, coefficients: bool) -> dict[str, Any]:
+        is_journal = self._of_journal is not None
+        place = ("ecc", "attitude") if is_journal else ("rise", "slope_x", "slope_y")
+        names = ("load", *place, "friction", "power", "peak", "least_gap", "broken_share",
+                 "leakage", "supplied")
+        order = 2 if is_journal else 3
+        if isinstance(film, ValueError):
+            record = dict.fromkeys(names, math.nan) | {"success": False, "message": str(film)}
+            pair = np.full((2, order, order), np.nan)
+        else:
+            where = [film.ecc, film.attitude] if is_journal else film.position
+            figures = [film.load, *where, film.friction[0], film.power, film.peak, film.least_gap,
+                       film.broken_share, sum(film.sides), sum(film.supplies)]
+            record = dict(zip(names, figures)) | {"success": film.success, "message": film.message}
+            pair = np.array(film._coefficients(False) if coefficients and film.success
+                            else np.full((2, order, order), np.nan))
+        if coefficients:
+            record |= {"stiffness": pair[0], "damping": pair[1]}
+        return record
+
+    def _coefficients(self, options: dict[str, Any], clamped: bool, threads: Any,
+                      progress: bool | None) -> Coefficients:
+        given = {name: real(name, value) for name, value in options.items() if value is not None}
+        try:
+            arrays = dict(zip(given, np.broadcast_arrays(*given.values())))
+        except ValueError:
+            shapes = ", ".join(f"{name} {array.shape}" for name, array in given.items())
+            raise ValueError(f"the arrays have shapes that do not fit: {shapes}") from None
+        runs = [dict(zip(arrays, values))
+                for values in zip(*(np.atleast_1d(array).tolist() for array in arrays.values()))]
+        found = self._row(runs, threads, progress, clamped)
+        films = []
+        for options, film in zip(runs, found):
+            if isinstance(film, ValueError):
+                told = ", ".join(f"{name}={value:g}" for name, value in options.items())
+                raise ValueError(f"with {told}: {film}") from film
+            films.append(film)
+        order = 3 if self._of_journal is None else 2
+        nothing = np.full((2, order, order), np.nan)
+        pairs = np.array([film._coefficients(clamped) if film.success else nothing
+                          for film in films])
+
+        def each(value: Any) -> Floats:
+            return np.array([value(film) for film in films], dtype=np.float64)
+
+        def omega(film: BearingResult) -> float:
+            walled = film.__dict__["_walled"]
+            speed = float(walled["film"]["speeds"][0])
+            return speed if self._of_journal is None else speed / (self._of_journal[0] / 2)
+
+        return Coefficients(
+            omega=each(omega), load=each(lambda film: film.load), ecc=each(lambda film: film.ecc),
+            attitude=each(lambda film: film.attitude), stiffness=pairs[:, 0], damping=pairs[:, 1],
+            films=films)
+
+
+class Journal(_Bearing):
+    """A journal in a bearing, over ny by nx cells: x runs around it, y along it.
+
+    Parameters
+    ----------
+    diameter, length : float
+        Of the journal and of the bearing, in m.
+    clearance : float
+        The radial clearance, in m.
+    grooves : sequence of float or (float, float)
+        Grooves without width along the whole bearing: the angle from x = 0 in degrees, and the
+        pressure in Pa; without one the ambient pressure.
+    supplies : sequence of ((x, y), (lx, ly), pressure)
+        Rectangles that are kept full, as in `film`.
+    pockets : sequence of ((x, y), (lx, ly), depth) or ((x, y), (lx, ly), depth, "ellipse")
+        Rectangles, or the ellipses in them, by which the gap is deeper, in m.
+    dimples : sequence of ((kx, ky), (lx, ly), depth) or ((kx, ky), (lx, ly), depth, "ellipse")
+        Even arrays of so many along x and y.
+    roughness : array_like of shape (ny, nx)
+        What is added to the gap, in m: of a bush that is not round, too.
+    tilt : (float, float)
+        How the eccentricity grows along y, along x = 0 and a quarter further: a misalignment.
+    south, north : float, "closed", "periodic" or ("starved", float)
+        The ends of the bearing, as in `film`.
+    ambient, cavitation : float
+        The pressure around the film, from which loads are counted, and that in a broken film, in
+        Pa.
+    nx, ny : int
+        Cells around the journal and along it.
+
+    Raises
+    ------
+    ValueError
+        For extents that are not positive, pockets and supplies that are not in the film, pressures
+        below that of cavitation, and so on.
+
+    Examples
+    --------
+    >>> import hlcp
+    >>> bearing = hlcp.Journal(diameter=0.1, length=0.1, clearance=1e-4, grooves=[0], nx=180, ny=30)
+    >>> film = bearing.film(rpm=3000, viscosity=0.02, load=5000)
+    >>> f"{film.ecc:.6f} {film.attitude:.4f}"
+    '0.244362 71.3895'
+    """
+
+    _of_film = ("rpm", "speed", "viscosity", "load", "ecc", "attitude", "method")
+    _of_bearing = ("diameter", "length", "clearance", "ambient", "cavitation")
+
+    def __init__(
+        self,
+        diameter: float,
+        length: float,
+        clearance: float,
+        *,
+        grooves: Sequence[Groove] = (),
+        supplies: Sequence[Supply] = (),
+        pockets: Sequence[Pocket] = (),
+        dimples: Sequence[Dimples] = (),
+        roughness: ArrayLike | None = None,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        south: Side | None = None,
+        north: Side | None = None,
+        ambient: float = 0.0,
+        cavitation: float = 0.0,
+        nx: int = 360,
+        ny: int = 60,
+    ) -> None:
+        self._given = {name: value for name, value in locals().items()
+                       if name not in ("self", "__class__")}
+        self._grid = _cells(ny, nx)
+        sizes = [_positive(name, value) for name, value in
+                 (("diameter", diameter), ("length", length), ("clearance", clearance))]
+        self._size = math.pi * sizes[0], sizes[1]
+        sides: dict[str, Side | None] = {"west": "periodic", "east": "periodic", "south": south,
+                                         "north": north}
+        _sides_agree(sides)
+        around = [_groove(f"grooves[{k}]", groove, ambient)
+                  for k, groove in enumerate(_listed("grooves", grooves))]
+        cuts = [((angle / 360.0 % 1.0 * self._size[0], 0.0), (0.0, self._size[1]), pressure)
+                for angle, pressure in around]
+        journal = sizes[0], sizes[1], sizes[2], _numbers("tilt", tilt, 2)
+        self._build({"journal": journal}, sides, [*_listed("supplies", supplies), *cuts],
+                    roughness, pockets, dimples, ambient, cavitation)
+
+    def film(
+        self,
+        *,
+        viscosity: ArrayLike,
+        rpm: float | None = None,
+        speed: Speed | None = None,
+        load: float | None = None,
+        ecc: float | None = None,
+        attitude: float | None = None,
+        start: BearingResult | None = None,
+        method: str = "AMG",
+        threads: int = 1,
+        certify: bool = False,
+        tolerance: float | None = None,
+    ) -> BearingResult:
+        """Compute the film at an eccentricity, or where it carries a load.
+
+        Parameters
+        ----------
+        viscosity : float or array_like of shape (ny, nx)
+            In Pa s.
+        rpm : float
+            The speed in turns per minute.
+        speed : float or (float, float)
+            Instead, that of the surface, or of the journal and the bearing, in m/s.
+        load : float
+            What it is to carry, in N. A `ValueError` says that no position was found.
+        ecc : float
+            The eccentricity over the clearance; with `load` where the search begins.
+        attitude : float
+            In degrees in the direction of the motion. With `ecc` alone it is how far the widest
+            gap is from x = 0, from where grooves are counted; without it that is x = 0. With
+            `load` it is how far x = 0 is from the place opposite the load, so that grooves keep
+            their places; without it grooves turn with the widest gap. ``film(load=W, attitude=0)``
+            and ``film(ecc=e, attitude=a)`` with the eccentricity and attitude of that are the same
+            film.
+        start : BearingResult
+            The answer of a similar bearing on as many cells.
+        method : str
+            One of `methods`.
+        threads : int
+            How many threads share the sweeps.
+        certify : bool
+            Whether bounds on load, friction, flows and peak are proved.
+        tolerance : float
+            Proves the range of these over all films whose gap, viscosity, speeds and supplies'
+            pressures, each as a whole, are within this part.
+
+        Returns
+        -------
+        BearingResult
+
+        Raises
+        ------
+        ValueError
+            For numbers that are no bearing, a film that nothing drives, and a load that no
+            position is found for.
+
+        Warns
+        -----
+        UserWarning
+            As `hlcp.film`, and of a film that nothing feeds.
+        """
+        options = {"viscosity": viscosity, "rpm": rpm, "speed": speed, "load": load, "ecc": ecc,
+                   "attitude": attitude, "method": method}
+        film = self._run(options, self._start(start), None, threads, certify, tolerance)
+        _warn(film, self._ambient)
+        return film
+
+    def _run(self, options: dict[str, Any], start: BearingResult | None,
+             guess: Floats | None = None, threads: Any = 1, certify: bool = False,
+             tolerance: Any = None) -> BearingResult:
+        given = {name: options.get(name) for name in self._of_film}
+        force, ecc, attitude = (number(name, given[name]) for name in ("load", "ecc", "attitude"))
+        if given["viscosity"] is None:
+            raise ValueError("viscosity is missing; it is in Pa s")
+        if force is None and ecc is None:
+            raise ValueError("a journal needs its position: give ecc, from 0 to below 1, or load")
+        if ecc is not None and not 0.0 <= ecc < 1.0:
+            raise ValueError(f"ecc is {ecc}, but an eccentricity over the clearance is at least 0"
+                             " and below 1")
+        if force is not None and not 0.0 < force < math.inf:
+            raise ValueError(f"load is {force} N, but it must be positive")
+        assert self._of_journal is not None
+        clearance, turn = self._of_journal[2], math.radians(attitude or 0.0)
+        speed = self._speed(given["rpm"], given["speed"])
+        along = [(0.5 if ecc is None else ecc) * clearance, 0.0]
+        if force is None:
+            turn *= -1.0 if np.sum(speed) < 0 else 1.0
+            along = [along[0] * math.cos(turn), along[0] * math.sin(turn)]
+        elif start is not None and ecc is None:
+            along = [clearance * at for at in (_relative(start) if guess is None else guess)]
+            if attitude is None:
+                along = [math.hypot(*along), 0.0]
+        carries = None if force is None else (force, None, attitude)
+        return self._solved(self._walled(speed, given["viscosity"], along), carries, start,
+                            given["method"], threads, certify, tolerance)
+
+    def _speed(self, rpm: Any, speed: Any) -> Any:
+        if rpm is not None and speed is not None:
+            raise ValueError("give rpm or speed, not both")
+        if rpm is None:
+            return 0.0 if speed is None else speed
+        assert self._of_journal is not None
+        return math.pi * self._of_journal[0] * _finite("rpm", rpm) / 60.0
+
+    def coefficients(
+        self,
+        *,
+        viscosity: ArrayLike,
+        rpm: ArrayLike | None = None,
+        speed: ArrayLike | None = None,
+        load: ArrayLike | None = None,
+        ecc: ArrayLike | None = None,
+        attitude: ArrayLike | None = None,
+        clamped: bool = False,
+        threads: int = 1,
+        progress: bool | None = None,
+    ) -> Coefficients:
+        """Compute stiffness and damping for arrays of speeds, loads and so on, each film from the
+        one before.
+
+        Parameters
+        ----------
+        viscosity, rpm, speed, load, ecc, attitude : float or array_like of shape (n,)
+            As in `film`.
+        clamped : bool
+            Whether they are by the clamp of published tables, without a balance of mass.
+        threads, progress
+            As in `sweep`.
+
+        Returns
+        -------
+        Coefficients
+            Along the load and across it.
+
+        Examples
+        --------
+        >>> import hlcp
+        >>> bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=60, ny=10)
+        >>> found = bearing.coefficients(rpm=[1500, 3000, 4500], viscosity=0.02, load=1000)
+        >>> found.stiffness.shape, bool((found.damping[:, 0, 0] > 0).all())
+        ((3, 2, 2), True)
+        """
+        options = {"viscosity": viscosity, "rpm": rpm, "speed": speed, "load": load, "ecc": ecc,
+                   "attitude": attitude}
+        return self._coefficients(options, clamped, threads, progress)
+
+    def motion(
+        self,
+        times: ArrayLike,
+        *,
+        viscosity: ArrayLike,
+        positions: ArrayLike | None = None,
+        loads: ArrayLike | None = None,
+        mass: float | None = None,
+        rpm: float | None = None,
+        speed: Speed | None = None,
+        ecc: float | None = None,
+        attitude: float = 0.0,
+        method: str = "AMG",
+        threads: int = 1,
+    ) -> MotionResult:
+        """Move the journal along given positions, or freely under loads.
+
+        Parameters
+        ----------
+        times : array_like of shape (n,)
+            In s; a step leads from each to the next.
+        viscosity, rpm, speed, method, threads
+            As in `film`.
+        positions : array_like of shape (n, 2)
+            The displacement of the journal from the middle, along the load and across it, a quarter
+            further in the direction of the motion, in m.
+        loads : array_like of shape (n, 2), (n,) or ()
+            Instead, the load on the journal, in its direction and across it, in N.
+        mass : float
+            With `loads` the mass of the journal, in kg, or 0.
+        ecc : float
+            With `loads` the eccentricity at the first time, the widest gap at x = 0; without it 0.
+        attitude : float
+            How far x = 0 is from the place opposite the load, in degrees in the direction of the
+            motion.
+
+        Returns
+        -------
+        MotionResult
+
+        Raises
+        ------
+        ValueError
+            For times that do not increase, arrays that do not fit them, walls that meet and steps
+            that do not settle.
+
+        Notes
+        -----
+        A film that a wall carries and something feeds has settled before; another one begins full.
+        """
+        rows, weight = _driven(positions, loads, mass, np.shape(times), 2)
+        begin = number("ecc", ecc)
+        if weight is None and begin is not None:
+            raise ValueError("ecc is where the journal is, but positions say that at every time;"
+                             " leave it out, or give loads and mass")
+        if begin is not None and not 0.0 <= begin < 1.0:
+            raise ValueError(f"ecc is {begin}, but an eccentricity over the clearance is at least 0"
+                             " and below 1")
+        assert self._of_journal is not None
+        position = [(begin or 0.0) * self._of_journal[2], 0.0]
+        walled = self._walled(self._speed(rpm, speed), viscosity, position)
+        return self._moved(walled, times, rows, weight, _number("attitude", attitude), method,
+                           threads)
+
+
+class Pad(_Bearing):
+    """A pad over ny by nx cells, whose upper wall may rise and tilt: x runs along the motion.
+
+    Parameters
+    ----------
+    size : (float, float)
+        The extents along x and y, in m.
+    plane : (float, float)
+        A plane, by the gaps at both ends of x, in m.
+    parabola : (float, float) or (float, float, float)
+        Instead, a parabola: the least gap, the radius of curvature along x, and the place of the
+        least gap, in m; in the middle without one.
+    map : array_like of shape (ny, nx)
+        Instead, the gap in each cell, in m.
+    tilt : (float, float)
+        Slopes: what the gap gains along x and along y.
+    pockets, dimples, supplies, roughness, ambient, cavitation
+        As in `Journal`.
+    west, east, south, north : float, "closed", "periodic" or ("starved", float)
+        The sides, as in `film`.
+    nx, ny : int
+        Cells along x and y, 180 and 60 if not given, or those of the map.
+
+    Raises
+    ------
+    ValueError
+        As in `Journal`.
+
+    Examples
+    --------
+    >>> import hlcp
+    >>> pad = hlcp.Pad((0.05, 0.03), plane=(40e-6, 20e-6), nx=90, ny=54)
+    >>> round(pad.film(speed=3, viscosity=0.04).load)
+    853
+    """
+
+    _of_film = ("speed", "viscosity", "load", "at", "method")
+    _of_bearing = ("ambient", "cavitation")
+
+    def __init__(
+        self,
+        size: tuple[float, float],
+        *,
+        plane: tuple[float, float] | None = None,
+        parabola: tuple[float, float] | tuple[float, float, float] | None = None,
+        map: ArrayLike | None = None,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        pockets: Sequence[Pocket] = (),
+        dimples: Sequence[Dimples] = (),
+        roughness: ArrayLike | None = None,
+        supplies: Sequence[Supply] = (),
+        west: Side | None = None,
+        east: Side | None = None,
+        south: Side | None = None,
+        north: Side | None = None,
+        ambient: float = 0.0,
+        cavitation: float = 0.0,
+        nx: int | None = None,
+        ny: int | None = None,
+    ) -> None:
+        self._given = {name: value for name, value in locals().items()
+                       if name not in ("self", "__class__")}
+        if sum(shape is not None for shape in (plane, parabola, map)) != 1:
+            raise ValueError("a pad has one shape: give plane, parabola or map")
+        shape: dict[str, Any] = {}
+        if map is not None:
+            gap = real("map", map)
+            if gap.ndim != 2:
+                raise ValueError(f"map has {gap.ndim} dimensions, but it must be of the shape"
+                                 " (ny, nx)")
+            for name, given, cells in (("ny", ny, gap.shape[0]), ("nx", nx, gap.shape[1])):
+                if given not in (None, cells):
+                    raise ValueError(f"{name} is {given}, but the map has {cells}; leave it out")
+            self._grid = _cells(*gap.shape)
+            shape["map"] = vector("map", gap, np.float64)
+        else:
+            self._grid = _cells(60 if ny is None else ny, 180 if nx is None else nx)
+        if plane is not None:
+            shape["plane"] = _numbers("plane", plane, 2)
+        if parabola is not None:
+            if np.ndim(parabola) != 1 or len(parabola) not in (2, 3):
+                raise ValueError(f"parabola is {parabola!r}, but it must be its least gap and its"
+                                 " radius, and perhaps a place")
+            least, radius, *at = _numbers("parabola", parabola, len(parabola))
+            radius = _positive("the radius of parabola", radius)
+            shape["parabola"] = least, radius, at[0] if at else None
+        of_x, of_y = _numbers("size", size, 2)
+        self._size = _positive("size[0]", of_x), _positive("size[1]", of_y)
+        self._tilt = _numbers("tilt", tilt, 2)
+        sides = {"west": west, "east": east, "south": south, "north": north}
+        _sides_agree(sides)
+        self._build(shape, sides, supplies, roughness, pockets, dimples, ambient, cavitation)
+
+    def film(
+        self,
+        *,
+        viscosity: ArrayLike,
+        speed: Speed = 0.0,
+        load: float | None = None,
+        at: tuple[float, float] | None = None,
+        start: BearingResult | None = None,
+        method: str = "AMG",
+        threads: int = 1,
+        certify: bool = False,
+        tolerance: float | None = None,
+    ) -> BearingResult:
+        """Compute the film in its position, or where it carries a load.
+
+        Parameters
+        ----------
+        viscosity : float or array_like of shape (ny, nx)
+            In Pa s.
+        speed : float or (float, float)
+            The speed of the lower wall, or of the lower and the upper one, along x, in m/s.
+        load : float
+            What it is to carry, in N: the rise of the upper wall is found.
+        at : (float, float)
+            With `load`, where it is to act: the slopes of the wall are found, too.
+        start, method, threads, certify, tolerance
+            As in `Journal.film`.
+
+        Returns
+        -------
+        BearingResult
+
+        Raises
+        ------
+        ValueError
+            As in `Journal.film`.
+        """
+        options = {"viscosity": viscosity, "speed": speed, "load": load, "at": at,
+                   "method": method}
+        film = self._run(options, self._start(start), None, threads, certify, tolerance)
+        _warn(film, self._ambient)
+        return film
+
+    def _run(self, options: dict[str, Any], start: BearingResult | None,
+             guess: Floats | None = None, threads: Any = 1, certify: bool = False,
+             tolerance: Any = None) -> BearingResult:
+        given = {name: options.get(name) for name in self._of_film}
+        if given["viscosity"] is None:
+            raise ValueError("viscosity is missing; it is in Pa s")
+        force, at = number("load", given["load"]), given["at"]
+        if force is not None and not 0.0 < force < math.inf:
+            raise ValueError(f"load is {force} N, but it must be positive")
+        if at is not None:
+            if force is None:
+                raise ValueError("at is where a load acts, but there is no load")
+            at = _numbers("at", at, 2)
+            for axis, place, end in zip("xy", at, self._size):
+                if not 0.0 <= place <= end:
+                    raise ValueError(f"at: {axis} is {place} m, outside the film, which ends at"
+                                     f" {end} m")
+        position = [0.0, *self._tilt]
+        if force is not None and start is not None:
+            position = list(start.position) if at is not None else [start.position[0], *self._tilt]
+        speed = 0.0 if given["speed"] is None else given["speed"]
+        carries = None if force is None else (force, at, None)
+        return self._solved(self._walled(speed, given["viscosity"], position), carries, start,
+                            given["method"], threads, certify, tolerance)
+
+    def coefficients(
+        self,
+        *,
+        viscosity: ArrayLike,
+        speed: ArrayLike = 0.0,
+        load: ArrayLike | None = None,
+        clamped: bool = False,
+        threads: int = 1,
+        progress: bool | None = None,
+    ) -> Coefficients:
+        """Compute stiffness and damping for arrays of speeds and loads, each film from the one
+        before.
+
+        Parameters
+        ----------
+        viscosity, speed, load : float or array_like of shape (n,)
+            As in `film`.
+        clamped, threads, progress
+            As in `Journal.coefficients`.
+
+        Returns
+        -------
+        Coefficients
+            For the rise of the upper wall and its slopes along x and y.
+        """
+        options = {"viscosity": viscosity, "speed": speed, "load": load}
+        return self._coefficients(options, clamped, threads, progress)
+
+    def motion(
+        self,
+        times: ArrayLike,
+        *,
+        viscosity: ArrayLike,
+        positions: ArrayLike | None = None,
+        loads: ArrayLike | None = None,
+        mass: float | None = None,
+        speed: Speed = 0.0,
+        method: str = "AMG",
+        threads: int = 1,
+    ) -> MotionResult:
+        """Move the upper wall along given positions, or freely under loads.
+
+        Parameters
+        ----------
+        times : array_like of shape (n,)
+            In s; a step leads from each to the next.
+        viscosity, speed, method, threads
+            As in `film`.
+        positions : array_like of shape (n,), (n, 2) or (n, 3)
+            The rise, in m, and what is added to the slopes along x and y.
+        loads : array_like of shape (n,) or ()
+            Instead, the load, in N; the slopes stay.
+        mass : float
+            With `loads` the mass of the wall, in kg, or 0.
+
+        Returns
+        -------
+        MotionResult
+
+        Raises
+        ------
+        ValueError
+            As in `Journal.motion`.
+        """
+        rows, weight = _driven(positions, loads, mass, np.shape(times), 1)
+        walled = self._walled(speed, viscosity, [0.0, *self._tilt])
+        return self._moved(walled, times, rows, weight, 0.0, method, threads)
+
+
+class _Bar:
+    """A line on standard error that shows how many runs are done."""
+
+    def __init__(self, total: int, shows: bool | None) -> None:
+        self._total, self._done, self._lock = total, 0, threading.Lock()
+        self._shows = sys.stderr.isatty() if shows is None else shows
+
+    def __enter__(self) -> Self:
+        return self
+
+    def step(self) -> None:
+        with self._lock:
+            self._done += 1
+            if self._shows:
+                full = 30 * self._done // self._total
+                bar = "#" * full + "." * (30 - full)
+                sys.stderr.write(f"\r{bar} {self._done}/{self._total}")
+                sys.stderr.flush()
+
+    def __exit__(self, *_: object) -> None:
+        if self._shows and self._done:
+            sys.stderr.write("\n")
+
+
+def _relative(film: BearingResult) -> Floats:
+    """Return the position of a journal in clearances."""
+    clearance: float = film.__dict__["_walled"]["journal"][2]
+    return np.array(film.position, np.float64) / clearance
+
+
+def _ahead(past: list[tuple[dict[str, Any], BearingResult]],
+           options: dict[str, Any]) -> Floats | None:
+    """Return the position of a journal to which those before lead, on a polynomial through them, in
+    clearances; None if more than one option changes, or it is far from the last one."""
+    runs = [options, *(run for run, _ in reversed(past))]
+    changed = [name for name in options if any(np.any(run[name] != options[name]) for run in runs)]
+    if len(past) < 2 or past[-1][1].ecc is None or len(changed) != 1:
+        return None
+    at, *known = (float(run[changed[0]]) for run in runs)
+    if not np.all(np.diff([at, *known]) * (known[0] - at) > 0):
+        return None
+    weights = [math.prod((at - other) / (value - other) for other in known if other != value)
+               for value in known]
+    films = [film for _, film in past[::-1]]
+    guess = np.sum([weight * _relative(film) for weight, film in zip(weights, films)], axis=0)
+    last = films[0]
+    room = last.least_gap / last.__dict__["_walled"]["journal"][2]
+    return guess if np.hypot(*(guess - _relative(last))) < 0.5 * room else None
+
+
+def _snake(lengths: list[int]) -> Iterator[int]:
+    """Yield the places of a product of lists on a way from neighbour to neighbour."""
+    if not lengths:
+        yield 0
+        return
+    inner = math.prod(lengths[1:])
+    for k in range(lengths[0]):
+        way = list(_snake(lengths[1:]))
+        yield from (k * inner + at for at in (way if k % 2 == 0 else reversed(way)))
+
+
+def _driven(positions: Any, loads: Any, mass: Any, shape: tuple[int, ...],
+            width: int) -> tuple[Any, float | None]:
+    """Return a row for each time, and the mass where they are loads."""
+    if (positions is None) == (loads is None):
+        raise ValueError("a motion has positions, or loads and a mass")
+    weight = number("mass", mass)
+    if (weight is None) != (loads is None):
+        raise ValueError("loads move a wall with a mass, in kg, or 0; positions without one")
+    if weight is not None and not 0.0 <= weight < math.inf:
+        raise ValueError(f"mass is {mass}, but it must be a number of kilogrammes, 0 or more")
+    name = "loads" if positions is None else "positions"
+    rows = real(name, loads if positions is None else positions)
+    if positions is None and rows.ndim == 0:
+        rows = np.broadcast_to(rows, shape)
+    if rows.ndim == 1 and (positions is None or width == 1):
+        rows = np.column_stack([rows, np.zeros((len(rows), width - 1))])
+    widest = width if positions is None or width == 2 else 3
+    if rows.ndim != 2 or not width <= rows.shape[1] <= widest:
+        wanted = f"(n, {width})" if widest == width else f"(n,) to (n, {widest})"
+        raise ValueError(f"{name} has the shape {np.shape(rows)}, but it must be {wanted}")
+    return rows.astype(np.float64), weight
+
+
+def _warn(film: BearingResult, ambient: float) -> None:
+    """Tell what makes a film doubtful, or is hardly meant."""
+    walled = film.__dict__["_walled"]
+    size, is_journal = walled["film"]["size"], walled["journal"] is not None
+    told = []
+    if film.least_gap > 1e-3 or film.least_gap < 1e-6 * max(size):
+        told.append(f"the least gap is {film.least_gap} m in a film of {size} m; lengths are in"
+                    " metres")
+    elif film.peak > 1e10:
+        told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity is"
+                    " in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
+    if not film.is_fed:
+        way = "grooves=[(0, 2e5)], " if is_journal else ""
+        told.append("nothing feeds this film, so it runs dry; feed it above the pressure of"
+                    f" cavitation, by {way}ambient=101325 or supplies")
+    elif film.success and film.peak <= walled["film"]["cavitation"]:
+        told.append("the film carries nothing, because its pressure is that of cavitation"
+                    " everywhere; where speed is positive, pressure builds up where the gap narrows"
+                    " along x")
+    if film.success and film.doubt:
+        told.append(film.doubt)
+    for text in told:
+        warnings.warn(text, stacklevel=3)
+
+
+def _how(method: Any, threads: Any) -> dict[str, Any]:
+    method = "AMG" if method is None else method
+    if not isinstance(method, str) or not method.isascii():
+        raise ValueError(f"method is {method!r}, but it must be one of hlcp.methods()")
+    threads = count("threads", threads, 1)
+    if threads > 1024:
+        raise ValueError(f"threads is {threads}, but it must be at most 1024")
+    # The usual method is left for another one where it does not converge.
+    return {"method": None if method.upper() == "AMG" else method, "threads": threads}
+
+
+def _bounds(proved: dict[str, Any]) -> FilmBounds:
+    def pair(ends: list[float]) -> Interval:
+        return ends[0], ends[1]
+
+    return FilmBounds(
+        load=pair(proved["load"]), friction=[pair(ends) for ends in proved["friction"]],
+        sides=[pair(ends) for ends in proved["sides"]],
+        supplies=[pair(ends) for ends in proved["supplies"]], peak=pair(proved["peak"]))
+
+
+def _cells(ny: Any, nx: Any) -> tuple[int, int]:
+    of_y, of_x = count("ny", ny, 1), count("nx", nx, 1)
+    if of_y * of_x > 1 << 28:
+        raise ValueError("nx times ny is more than 268 million cells")
+    return of_y, of_x
+
+
+def _finite(name: str, value: Any) -> float:
+    given = _number(name, value)
+    if not math.isfinite(given):
+        raise ValueError(f"{name} is {given}, but it must be finite")
+    return given
+
+
+def _positive(name: str, value: Any) -> float:
+    given = _number(name, value)
+    if not 0.0 < given < math.inf:
+        raise ValueError(f"{name} is {given}, but it must be positive, in m")
+    return given
+
+
+def _listed(name: str, value: Any) -> Sequence[Any]:
+    if isinstance(value, str) or not isinstance(value, (Sequence, np.ndarray)):
+        raise ValueError(f"{name} is {value!r}, but it must be a list")
+    return value  # type: ignore[return-value]
+
+
+def _groove(name: str, groove: Any, ambient: Any) -> tuple[float, float]:
+    if np.ndim(groove) == 0:
+        return _finite(name, groove), _number("ambient", ambient)
+    if len(groove) != 2:
+        raise ValueError(f"{name} is {groove!r}, but it must be an angle in degrees, or (angle,"
+                         " pressure)")
+    return _finite(name, groove[0]), _number(name, groove[1])
+
+
+def _outline(name: str, given: Any, wanted: str) -> tuple[Any, list[float], float, bool]:
+    is_ellipse = isinstance(given, Sequence) and len(given) == 4 and _is(given[3], "ellipse")
+    try:
+        first, size, depth = given[:3] if is_ellipse else given
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {given!r}, but it must be {wanted}, perhaps with 'ellipse'"
+                         ) from None
+    extents = [_positive(f"{name}: the size", length) for length in
+               _numbers(f"{name}: the size", size, 2)]
+    return first, extents, _finite(f"{name}: the depth", depth), is_ellipse
+
+
+def _pocket(name: str, pocket: Any) -> tuple[list[float], list[float], float, bool]:
+    corner, size, depth, is_ellipse = _outline(name, pocket, "((x, y), (lx, ly), depth)")
+    return _numbers(f"{name}: the corner", corner, 2), size, depth, is_ellipse
+
+
+def _dimples(name: str, array: Any) -> tuple[list[int], list[float], float, bool]:
+    counts, size, depth, is_ellipse = _outline(name, array, "((kx, ky), (lx, ly), depth)")
+    if np.ndim(counts) != 1 or len(counts) != 2:
+        raise ValueError(f"{name}: the numbers are {counts!r}, but they must be (kx, ky)")
+    many = [count(f"{name}: the number", k, 1) for k in counts]
+    if max(many) > 10_000:
+        raise ValueError(f"{name}: the numbers are {counts!r}, but they must be at most 10000")
+    return many, size, depth, is_ellipse

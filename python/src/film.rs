@@ -1,0 +1,667 @@
+//! Films and bearings, as `hlcp/_film.py` and `hlcp/_bearing.py` describe them.
+
+use std::{
+    ops::ControlFlow,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use hlcp::film::{
+    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
+    Pocket, ProvedFigures, Side, Solved, Supply, TimeStep,
+};
+use hlcp::{Limits, Outcome, Progress, Rows, number};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
+use rayon::ThreadPoolBuilder;
+
+use crate::{apart, released, room, shown, wrong};
+
+/// A film as `hlcp/_film.py` describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Described<'py> {
+    /// `(ny, nx)`.
+    grid: [usize; 2],
+    size: [f64; 2],
+    gap: PyReadonlyArray1<'py, f64>,
+    viscosity: PyReadonlyArray1<'py, f64>,
+    speeds: [f64; 2],
+    /// West, east, south and north: what is there, and its number.
+    sides: [(String, f64); 4],
+    /// Corner, size and pressure.
+    supplies: Vec<([f64; 2], [f64; 2], f64)>,
+    cavitation: f64,
+    /// Duration and oil of a time step.
+    step: Option<(f64, PyReadonlyArray1<'py, f64>)>,
+}
+
+impl Described<'_> {
+    fn film(&self) -> PyResult<Film> {
+        let [ny, nx] = self.grid;
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let side = |(what, number): &(String, f64)| match what.as_str() {
+            "pressure" => Side::Pressure(*number),
+            "starved" => Side::Starved(*number),
+            "periodic" => Side::Periodic,
+            _ => Side::Closed,
+        };
+        let supply = |&(corner, size, pressure): &_| Supply { corner, size, pressure };
+        let step = |(duration, oil): &(f64, PyReadonlyArray1<'_, f64>)| {
+            Ok::<_, PyErr>(TimeStep { duration: *duration, oil: oil.as_slice()?.to_vec() })
+        };
+        Ok(Film {
+            nx,
+            ny,
+            lengths: self.size,
+            gap: self.gap.as_slice()?.to_vec(),
+            viscosity: self.viscosity.as_slice()?.to_vec(),
+            speeds: self.speeds,
+            sides: self.sides.each_ref().map(side),
+            supplies: self.supplies.iter().map(supply).collect(),
+            cavitation: self.cavitation,
+            step: self.step.as_ref().map(step).transpose()?,
+        })
+    }
+}
+
+/// The arrays of a matrix in compressed rows.
+fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
+    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |j, entry| {
+            indices.push(j as i64);
+            entries.push(entry);
+        });
+        pointers.push(indices.len() as i64);
+    }
+    let index = |list| PyArray1::<i64>::from_vec(py, list);
+    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
+    Ok(arrays.into_pyobject(py)?.into_any())
+}
+
+/// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
+/// z = 1 stands for, in Pa; and the r of a film that nothing feeds.
+#[pyfunction(name = "film")]
+pub(crate) fn posed_film<'py>(
+    py: Python<'py>,
+    film: Described<'py>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let film = film.film()?;
+    let (a, b, q) = film.pose().map_err(wrong)?;
+    let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
+        Some(view) if view.round() == [false; 2] => {
+            Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any())
+        }
+        _ => assembled(py, operator),
+    };
+    let (a, b) = (operator(&a)?, operator(&b)?);
+    let dry = (!film.is_fed()).then(|| PyArray1::from_vec(py, film.dry()));
+    let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), dry);
+    Ok(posed.into_pyobject(py)?.into_any())
+}
+
+/// Figures by their names.
+fn named<'py>(py: Python<'py>, figures: FilmFigures) -> PyResult<Bound<'py, PyDict>> {
+    let doubt = figures.doubt();
+    let FilmFigures { load, moments, friction, full_friction, power, sides, .. } = figures;
+    let FilmFigures { supplies, stored, imbalance, peak, least_gap, broken_share, .. } = figures;
+    let FilmFigures { least_content, feed, .. } = figures;
+    let named = PyDict::new(py);
+    named.set_item("load", load)?;
+    named.set_item("moments", moments)?;
+    named.set_item("friction", friction)?;
+    named.set_item("full_friction", full_friction)?;
+    named.set_item("power", power)?;
+    named.set_item("sides", sides)?;
+    named.set_item("supplies", supplies)?;
+    named.set_item("stored", stored)?;
+    named.set_item("imbalance", imbalance)?;
+    named.set_item("peak", peak)?;
+    named.set_item("least_gap", least_gap)?;
+    named.set_item("broken_share", broken_share)?;
+    named.set_item("least_content", least_content)?;
+    named.set_item("feed", feed)?;
+    named.set_item("doubt", doubt)?;
+    Ok(named)
+}
+
+/// Returns what a film does, in SI units.
+#[pyfunction]
+pub(crate) fn film_figures<'py>(
+    py: Python<'py>,
+    film: Described<'py>,
+    z: PyReadonlyArray1<'py, f64>,
+    r: PyReadonlyArray1<'py, f64>,
+    ambient: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    named(py, film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient))
+}
+
+/// The diameter, the length and the clearance of a journal, and its tilt.
+type OfJournal = (f64, f64, f64, [f64; 2]);
+
+fn journal_of((diameter, length, clearance, tilt): OfJournal) -> Journal {
+    Journal { diameter, length, clearance, tilt }
+}
+
+/// The shape of a gap, in SI units: one of four, and what is added to it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Shape<'py> {
+    /// `(ny, nx)`.
+    grid: [usize; 2],
+    size: [f64; 2],
+    journal: Option<OfJournal>,
+    plane: Option<[f64; 2]>,
+    parabola: Option<(f64, f64, Option<f64>)>,
+    map: Option<PyReadonlyArray1<'py, f64>>,
+    roughness: Option<PyReadonlyArray1<'py, f64>>,
+    /// Corner, size, depth and whether it is an ellipse.
+    pockets: Vec<([f64; 2], [f64; 2], f64, bool)>,
+    /// How many along x and y, and one of them.
+    dimples: Vec<([usize; 2], [f64; 2], f64, bool)>,
+}
+
+/// Returns the gap in each cell, with the wall of a journal in the middle.
+#[pyfunction]
+pub(crate) fn film_gap<'py>(
+    py: Python<'py>,
+    shape: Shape<'py>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let [ny, nx] = shape.grid;
+    room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+    let flat = Film::new([nx, ny], shape.size, 0.0, 1.0);
+    let pad = |pad: film::Pad| Bearing::pad(pad.gap(flat.clone()));
+    let mut bearing = match (shape.journal, shape.plane, shape.parabola) {
+        (Some(journal), ..) => Bearing::journal(journal_of(journal), [nx, ny]),
+        (None, Some(ends), _) => pad(film::Pad::Plane(ends)),
+        (None, None, Some((least, radius, at))) => pad(film::Pad::Parabola { least, radius, at }),
+        (None, None, None) => Bearing::pad(flat),
+    };
+    if let Some(map) = &shape.map {
+        bearing.film.gap = map.as_slice()?.to_vec();
+    }
+    if let Some(rough) = &shape.roughness {
+        let gaps = bearing.film.gap.iter_mut().zip(rough.as_slice()?);
+        gaps.for_each(|(gap, rough)| *gap += rough);
+    }
+    for (k, &(corner, size, depth, ellipse)) in shape.pockets.iter().enumerate() {
+        dig(&mut bearing, Pocket { corner, size, depth, ellipse }, &format!("pockets[{k}]"))?;
+    }
+    for (k, &(counts, size, depth, ellipse)) in shape.dimples.iter().enumerate() {
+        let what = format!("dimples[{k}]");
+        let lengths = bearing.film.lengths;
+        let [lx, ly] = [0, 1].map(|axis| lengths[axis] / counts[axis] as f64);
+        if size[0] > lx * (1.0 + 1e-9) || size[1] > ly * (1.0 + 1e-9) {
+            return Err(wrong(format!("{what} overlap; the film has {lx} m by {ly} m for each")));
+        }
+        let one = Pocket { corner: [0.0; 2], size, depth, ellipse };
+        for pocket in one.repeated(counts, lengths) {
+            dig(&mut bearing, pocket, &what)?;
+        }
+    }
+    Ok(PyArray1::from_vec(py, bearing.film.gap))
+}
+
+/// Deepens the gap by a pocket.
+fn dig(bearing: &mut Bearing, pocket: Pocket, what: &str) -> PyResult<()> {
+    is_inside(bearing, pocket.corner, pocket.size, what)?;
+    let film = &mut bearing.film;
+    if pocket.dig(film) {
+        return Ok(());
+    }
+    let [dx, dy] = [film.lengths[0] / film.nx as f64, film.lengths[1] / film.ny as f64];
+    let [lx, ly] = pocket.size;
+    Err(wrong(format!(
+        "{what} of {lx} m by {ly} m is lost in cells of {dx} m by {dy} m; check its size, or take \
+         more cells by nx and ny"
+    )))
+}
+
+/// Refuses a rectangle that is not in the film.
+fn is_inside(bearing: &Bearing, corner: [f64; 2], size: [f64; 2], what: &str) -> PyResult<()> {
+    let Some(axis) = bearing.outside(corner, size) else { return Ok(()) };
+    let (from, to) = (corner[axis], corner[axis] + size[axis]);
+    let (name, length) = (["x", "y"][axis], bearing.film.lengths[axis]);
+    Err(wrong(format!(
+        "{what} from {name} = {from} m to {to} m is outside the film, which ends at {length} m"
+    )))
+}
+
+/// A film under a wall in a position, as `hlcp/_bearing.py` describes it.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Walled<'py> {
+    film: Described<'py>,
+    ambient: f64,
+    journal: Option<OfJournal>,
+    position: Vec<f64>,
+}
+
+impl Walled<'_> {
+    fn bearing(&self) -> PyResult<Bearing> {
+        let film = self.film.film()?;
+        let cells = [film.nx, film.ny];
+        let blank = match self.journal {
+            Some(journal) => Bearing::journal(journal_of(journal), cells),
+            None => Bearing::pad(Film::new(cells, film.lengths, 0.0, 1.0)),
+        };
+        Ok(Bearing { film, position: self.position.clone(), ambient: self.ambient, ..blank })
+    }
+}
+
+/// How films are solved.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct How {
+    method: Option<String>,
+    threads: usize,
+}
+
+impl How {
+    /// Works without the interpreter and with these settings, until `stop` is set.
+    fn run<R: Send>(
+        &self,
+        py: Python<'_>,
+        stop: &AtomicBool,
+        work: impl FnOnce(&film::Settings<'_>) -> PyResult<R> + Send,
+    ) -> PyResult<R> {
+        let run = || {
+            let watch = |_: &str, _: &Limits, _: f64, _: &Progress<'_, f64>| {
+                if stop.load(Ordering::Relaxed) {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            };
+            let (method, in_parallel) = (self.method.as_deref(), self.threads > 1);
+            work(&film::Settings { method, in_parallel, watch: Some(&watch) })
+        };
+        released(py, || {
+            if self.threads == 1 {
+                return run();
+            }
+            let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
+            pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?.install(run)
+        })
+    }
+}
+
+/// What a bearing is to carry: a force, where it acts, and the place of x = 0 of a journal's load.
+type Carries = (f64, Option<[f64; 2]>, Option<f64>);
+
+/// Refuses walls that meet, and supplies outside of the film.
+fn check(bearing: &Bearing) -> PyResult<()> {
+    for (k, supply) in bearing.film.supplies.iter().enumerate() {
+        is_inside(bearing, supply.corner, supply.size, &format!("supplies[{k}]"))?;
+    }
+    if bearing.here().is_some() {
+        return Ok(());
+    }
+    if let Some(ecc) = bearing.eccentricity(&bearing.position).filter(|&ecc| ecc >= 1.0) {
+        return Err(wrong(format!(
+            "tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it \
+             must be below 1"
+        )));
+    }
+    let gap = bearing.gap(&bearing.position);
+    let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite())).unwrap_or_default();
+    let (row, column, gap) = (at / bearing.film.nx, at % bearing.film.nx, gap[at]);
+    Err(wrong(format!("the gap[{row}, {column}] is {gap:e} m, but it must be positive")))
+}
+
+/// Refuses a film in which nothing happens.
+fn refuse_idle(film: &Film) -> PyResult<()> {
+    let what = match Idle::of(film) {
+        None => return Ok(()),
+        Some(Idle::Closed) => {
+            "nothing enters or leaves, so any even pressure is a solution; give a speed, or a \
+             pressure by a side or supplies, or take motion()"
+                .into()
+        }
+        Some(Idle::Even(p)) => format!(
+            "all pressures are {p} Pa, so that is the pressure everywhere; give a speed, or take \
+             motion()"
+        ),
+    };
+    Err(wrong(format!("nothing drives the film: the walls carry nothing and {what}")))
+}
+
+/// How to feed a film that runs dry.
+fn feeding(bearing: &Bearing) -> &'static str {
+    if bearing.journal.is_some() {
+        "nothing feeds this film, so it runs dry; feed it above the pressure of cavitation, by \
+         grooves=[(0, 2e5)], ambient=101325 or supplies"
+    } else {
+        "nothing feeds this film, so it runs dry; feed it above the pressure of cavitation, by \
+         ambient=101325 or supplies"
+    }
+}
+
+/// Moves the wall to where it carries the load, and solves there; how many films that took.
+fn carried(
+    bearing: &mut Bearing,
+    carries: Option<Carries>,
+    start: Option<&Solved>,
+    settings: &film::Settings<'_>,
+) -> PyResult<(Solved, usize)> {
+    check(bearing)?;
+    let film = bearing.here().ok_or_else(|| wrong("the walls meet"))?;
+    refuse_idle(&film)?;
+    let Some((force, at, attitude)) = carries else {
+        return Ok((Solved::new(film, start, settings).map_err(wrong)?, 1));
+    };
+    if !film.is_fed() {
+        let dry = feeding(bearing);
+        return Err(wrong(format!("it carries nothing instead of {} N: {dry}", number(force))));
+    }
+    let direction = attitude.map(|attitude| bearing.load_direction(attitude));
+    let load = Load { force, at, direction };
+    let Carried { found, solved, films: [films, failed], forces: [least, largest], off } =
+        bearing.carry(&load, start, settings).map_err(wrong)?;
+    if found || !solved.outcome.converged() {
+        return Ok((solved, films));
+    }
+    let carried = if least > force {
+        format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
+    } else if largest < force {
+        format!("carries {largest:.6e} N or less")
+    } else {
+        format!("is off it by {off:.1e} N or more")
+    };
+    let unsolved =
+        if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
+    let begin =
+        if bearing.journal.is_some() { "by ecc or start" } else { "by other gaps or start" };
+    Err(wrong(format!(
+        "load: the search for a position that carries {} N failed; each of the {films} films that \
+         were tried {carried}{unsolved}, which does not prove that there is none; give the load in \
+         N and all lengths in m, or begin elsewhere, {begin}",
+        number(force)
+    )))
+}
+
+/// The figures of a bearing with its solution, by name.
+fn reported<'py>(
+    py: Python<'py>,
+    bearing: &Bearing,
+    solved: Solved,
+    films: usize,
+) -> PyResult<Bound<'py, PyDict>> {
+    let Solved { film, z, r, outcome } = solved;
+    let figures = film.figures(&z, &r, bearing.ambient);
+    let [load, x, y] = bearing.load(&film, &figures, &z);
+    let [drag, full] = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
+    let found = named(py, figures)?;
+    found.set_item("load", load)?;
+    found.set_item("at", [x, y])?;
+    found.set_item("friction", drag)?;
+    found.set_item("full_friction", full)?;
+    found.set_item("position", &bearing.position)?;
+    let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
+    found.set_item("ecc", ecc)?;
+    found.set_item("attitude", attitude)?;
+    found.set_item("films", films)?;
+    found.set_item("is_fed", film.is_fed())?;
+    found.set_item("pressure", PyArray1::from_vec(py, film.pressures(&z)))?;
+    found.set_item("z", PyArray1::from_vec(py, z))?;
+    found.set_item("r", PyArray1::from_vec(py, r))?;
+    let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
+    found.set_item("status", status.name())?;
+    found.set_item("message", outcome.to_string())?;
+    found.set_item("nit", iterations)?;
+    found.set_item("sweeps", sweeps)?;
+    found.set_item("elapsed", elapsed.as_secs_f64())?;
+    found.set_item("residual", residual.l2)?;
+    found.set_item("relative", relative.l2)?;
+    Ok(found)
+}
+
+/// A similar film with its z and r.
+type Start<'py> = (Walled<'py>, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// The bearing of a stored solution, and the solution.
+fn stored((walled, z, r): &Start<'_>) -> PyResult<(Bearing, Solved)> {
+    let bearing = walled.bearing()?;
+    let film = bearing.here().ok_or_else(|| wrong("the walls meet"))?;
+    let (z, r) = (z.as_slice()?.to_vec(), r.as_slice()?.to_vec());
+    Ok((bearing, Solved::known(film, z, r).map_err(wrong)?))
+}
+
+/// Solves for the film of a bearing, in its position or where it carries a load.
+#[pyfunction]
+pub(crate) fn bearing_film(
+    py: Python<'_>,
+    walled: Py<PyAny>,
+    carries: Option<Carries>,
+    start: Option<Py<PyAny>>,
+    how: Py<PyAny>,
+) -> PyResult<Py<PyAny>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = stop.clone();
+    apart(py, &stop, move |py| {
+        let mut bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
+        let start = start.map(|start| stored(&start.bind(py).extract()?)).transpose()?;
+        let how: How = how.bind(py).extract()?;
+        let (bearing, solved, films) = how.run(py, &told, move |settings| {
+            let start = start.as_ref().map(|(_, solved)| solved);
+            let (solved, films) = carried(&mut bearing, carries, start, settings)?;
+            Ok((bearing, solved, films))
+        })?;
+        Ok(reported(py, &bearing, solved, films)?.into_any().unbind())
+    })
+}
+
+/// Returns stiffness and damping of a film that is solved, for slow motions or by the clamp.
+#[pyfunction]
+pub(crate) fn bearing_coefficients(
+    py: Python<'_>,
+    stored_film: Py<PyAny>,
+    is_clamped: bool,
+    how: Py<PyAny>,
+) -> PyResult<[Vec<Vec<f64>>; 2]> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = stop.clone();
+    apart(py, &stop, move |py| {
+        let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
+        let how: How = how.bind(py).extract()?;
+        how.run(py, &told, move |settings| {
+            if !solved.film.is_fed() {
+                let dry = feeding(&bearing);
+                return Err(wrong(format!("it answers to no motion: {dry}")));
+            }
+            let found = if is_clamped {
+                Coefficients::clamped(&bearing, &solved, settings)
+            } else {
+                Coefficients::new(&bearing, &solved)
+            };
+            let Coefficients { stiffness, damping } = found.map_err(wrong)?;
+            Ok([stiffness, damping])
+        })
+    })
+}
+
+/// Proved figures by their names.
+fn bounds<'py>(
+    py: Python<'py>,
+    bearing: &Bearing,
+    proved: ProvedFigures,
+) -> PyResult<Bound<'py, PyAny>> {
+    let friction = bearing.proved_drag(&proved);
+    let ProvedFigures { load, sides, supplies, peak, .. } = proved;
+    let named = PyDict::new(py);
+    named.set_item("load", load)?;
+    named.set_item("friction", friction)?;
+    named.set_item("sides", sides)?;
+    named.set_item("supplies", supplies)?;
+    named.set_item("peak", peak)?;
+    Ok(named.into_any())
+}
+
+/// Proves the figures of a film that is solved, or of all films that differ from it by a part: a
+/// sentence, and the intervals unless nothing is proved.
+#[pyfunction]
+pub(crate) fn bearing_bounds(
+    py: Python<'_>,
+    stored_film: Py<PyAny>,
+    part: Option<f64>,
+) -> PyResult<(String, Option<Py<PyAny>>)> {
+    let stop = Arc::new(AtomicBool::new(false));
+    apart(py, &stop, move |py| {
+        let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
+        let proved = released(py, || match part {
+            Some(part) => {
+                let range = bearing.range(part, &solved).map_err(wrong)?;
+                Ok(range.map(|proved| (format!("proved within {part}"), proved)))
+            }
+            None => {
+                let certificate = solved.certificate().map_err(wrong)?;
+                Ok(certificate.map(|certificate| {
+                    let proved = bearing.proved(&solved.film, &certificate);
+                    (certificate.to_string(), proved)
+                }))
+            }
+        })?;
+        Ok(match proved {
+            Ok((said, proved)) => (said, Some(bounds(py, &bearing, proved)?.unbind())),
+            Err(refusal) => (format!("nothing is proved, because {refusal}"), None),
+        })
+    })
+}
+
+/// What each step of a motion does, one number after the other.
+#[derive(Default)]
+struct Steps {
+    load: Vec<f64>,
+    at: Vec<[f64; 2]>,
+    friction: Vec<[f64; 2]>,
+    power: Vec<f64>,
+    sides: Vec<[f64; 4]>,
+    supplied: Vec<f64>,
+    oil: Vec<f64>,
+    peak: Vec<f64>,
+    least_gap: Vec<f64>,
+    broken_share: Vec<f64>,
+    position: Vec<Vec<f64>>,
+    imbalance: f64,
+    converged: bool,
+}
+
+/// Takes a step from each time to the next one.
+///
+/// A row is a position, of a journal along its load and across it, or with a mass the load.
+fn moved(
+    mut bearing: Bearing,
+    times: &[f64],
+    rows: &[Vec<f64>],
+    (mass, attitude): (Option<f64>, f64),
+    settings: &film::Settings<'_>,
+) -> PyResult<(Motion, Steps)> {
+    let (load, is_journal) = (bearing.load_direction(attitude), bearing.journal.is_some());
+    let forced = |row: &[f64]| -> Vec<f64> {
+        if is_journal {
+            let turned = bearing.turned(load, [row[0], row[1]]);
+            // The gap widens on the other side.
+            return turned.map(|v| if mass.is_some() { v } else { -v }).to_vec();
+        }
+        if mass.is_some() {
+            return vec![row[0], 0.0, 0.0];
+        }
+        let by = row.iter().copied().chain([0.0; 2]);
+        bearing.position.iter().zip(by).map(|(at, by)| at + by).collect()
+    };
+    let drives: Vec<Vec<f64>> = rows.iter().map(|row| forced(row)).collect();
+    if mass.is_none() {
+        if let Some(row) = drives.iter().position(|position| bearing.at(position).is_none()) {
+            return Err(wrong(format!("positions[{row}]: the walls meet; positions are in m")));
+        }
+        bearing.position.clone_from(&drives[0]);
+    } else {
+        check(&bearing)?;
+    }
+    let mut motion = Motion::new(bearing, settings).map_err(wrong)?;
+    let (begun, mut entered) = (motion.oil(), 0.0);
+    let settled = motion.solved.as_ref().is_none_or(|solved| solved.outcome.converged());
+    let mut steps = Steps { converged: settled, ..Steps::default() };
+    for (k, pair) in times.windows(2).enumerate() {
+        let (duration, given) = (pair[1] - pair[0], drives[k + 1].clone());
+        let drive = match mass {
+            Some(mass) => Drive::Under { load: given, mass },
+            None => Drive::To(given),
+        };
+        let found = motion.step(duration, &drive, settings);
+        let found = found.map_err(|error| wrong(format!("times[{}]: {error}", k + 1)))?;
+        let (bearing, solved) = (&motion.bearing, motion.solved.as_ref());
+        let solved = solved.ok_or_else(|| wrong("there is no film after a step"))?;
+        steps.converged &= solved.outcome.converged();
+        let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
+        entered += duration * (supplied - found.sides.iter().sum::<f64>());
+        let [carried, x, y] = bearing.load(&solved.film, &found, &solved.z);
+        steps.load.push(carried);
+        steps.at.push([x, y]);
+        steps.friction.push(bearing.drag(found.friction));
+        steps.power.push(found.power);
+        steps.sides.push(found.sides);
+        steps.supplied.push(supplied);
+        steps.oil.push(motion.oil());
+        steps.peak.push(found.peak);
+        steps.least_gap.push(found.least_gap);
+        steps.broken_share.push(found.broken_share);
+        steps.position.push(if is_journal {
+            let [a, b] = [-bearing.position[0], -bearing.position[1]];
+            bearing.turned_back(load, [a, b]).to_vec()
+        } else {
+            bearing.position.clone()
+        });
+    }
+    steps.imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);
+    Ok((motion, steps))
+}
+
+/// Moves the wall of a bearing: what each step does, and the last film.
+#[pyfunction]
+pub(crate) fn bearing_motion(
+    py: Python<'_>,
+    walled: Py<PyAny>,
+    times: Vec<f64>,
+    rows: Vec<Vec<f64>>,
+    mass: Option<f64>,
+    attitude: f64,
+    how: Py<PyAny>,
+) -> PyResult<Py<PyAny>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = stop.clone();
+    apart(py, &stop, move |py| {
+        let bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
+        let how: How = how.bind(py).extract()?;
+        let (motion, steps) = how.run(py, &told, move |settings| {
+            moved(bearing, &times, &rows, (mass, attitude), settings)
+        })?;
+        let Motion { bearing, solved, squeezing, .. } = motion;
+        let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
+        let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));
+        let last = reported(py, &bearing, solved, steps.load.len())?;
+        let sliding: f64 = last.get_item("power")?.map_or(Ok(0.0), |power| power.extract())?;
+        last.set_item("power", sliding + squeezing)?;
+        last.set_item("step", oil.map(|(time, oil)| (time, PyArray1::from_vec(py, oil))))?;
+        let found = PyDict::new(py);
+        found.set_item("load", steps.load)?;
+        found.set_item("at", steps.at)?;
+        found.set_item("friction", steps.friction)?;
+        found.set_item("power", steps.power)?;
+        found.set_item("sides", steps.sides)?;
+        found.set_item("supplied", steps.supplied)?;
+        found.set_item("oil", steps.oil)?;
+        found.set_item("peak", steps.peak)?;
+        found.set_item("least_gap", steps.least_gap)?;
+        found.set_item("broken_share", steps.broken_share)?;
+        found.set_item("position", steps.position)?;
+        found.set_item("imbalance", steps.imbalance)?;
+        found.set_item("success", steps.converged)?;
+        found.set_item("last", last)?;
+        Ok(found.into_any().unbind())
+    })
+}
