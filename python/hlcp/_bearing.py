@@ -152,6 +152,8 @@ class BearingResult(FilmResult):
             ax.axvline(self.at[0] * by[0], color="tab:red", linestyle=":")
         ax.set(xlim=(0.0, width), ylim=(0.0, height), ylabel="y, mm",
                xlabel="x, degrees" if is_journal else "x, mm")
+        if is_journal:
+            ax.set_xticks(range(0, 361, 60))
         return ax
 
 

@@ -195,8 +195,9 @@ def test_the_examples_of_the_docstrings_are_true():
         module = sys.modules["hlcp" + name]
         results = doctest.testmod(module)
         assert results.attempted > 0 and results.failed == 0
-    results = doctest.testfile(str(HERE.parent / "README.md"), module_relative=False)
-    assert results.attempted > 5 and results.failed == 0
+    for document in (HERE.parent / "README.md", HERE.parents[1] / "docs" / "guide.md"):
+        results = doctest.testfile(str(document), module_relative=False)
+        assert results.attempted > 5 and results.failed == 0
 
 
 @pytest.mark.parametrize("script", ["analyst.py --m 15", "engineer.py --nx 30", "measure.py --quick",
