@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
 
 from hlcp import _hlcp
-from hlcp._operators import FivePoint, number, real, vector
+from hlcp._operators import number, real, stencil, vector
 from hlcp._solve import Result, Solver
 
 Side = float | str | tuple[str, float]
@@ -203,7 +202,7 @@ def film(
         options |= {"z0": (start.pressure - cavitation) / unit, "r0": start.r}
     elif dry is not None:
         options |= {"r0": dry}
-    solver = Solver(_operator(cells.shape, of_a), _operator(cells.shape, of_b))
+    solver = Solver(stencil(of_a), stencil(of_b))
     result = solver.solve(q.reshape(cells.shape), **options)
     figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
     if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(_numbers("size", size, 2)):
@@ -262,11 +261,3 @@ def _supply(supply: Any) -> tuple[Any, Any, Any]:
                          ) from None
     return (_numbers("a supply's corner", corner, 2), _numbers("a supply's size", size, 2),
             _number("a supply's pressure", pressure))
-
-
-def _operator(grid: Any, arrays: Any) -> Any:
-    """Return A or B of a film: five arrays on the grid, or a matrix where a side is periodic."""
-    if len(arrays) == 3:
-        return sparse.csr_array(tuple(arrays), shape=(grid[0] * grid[1],) * 2)
-    south, west, centre, east, north = (np.reshape(c, grid) if np.ndim(c) else c for c in arrays)
-    return FivePoint(grid, south=south, west=west, centre=centre, east=east, north=north)

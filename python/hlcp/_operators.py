@@ -76,7 +76,7 @@ def number(name: str, value: Any) -> float | None:
 
 
 class FivePoint(LinearOperator):  # type: ignore[misc]
-    """A five-point operator on a grid, zero outside it.
+    """A five-point operator on a grid, zero outside it, or one that closes.
 
     At column i and row j of the grid ::
 
@@ -95,10 +95,14 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         of shape (ny, nx) in C order and of type float64 (or float32, for q of that type) is
         borrowed and never copied: what is changed in it later is seen. Other arrays are broadcast
         and copied. Those that lead outside the grid have no meaning, but must be finite.
+    periodic : (bool, bool)
+        Whether the grid closes along y and along x: the southern neighbours of its first row are
+        then those of the last one, and the other way round. It takes three points or more.
 
     Attributes
     ----------
     grid : (int, int)
+    periodic : (bool, bool)
     south, west, centre, east, north : float or ndarray of shape (ny, nx)
 
     Raises
@@ -116,6 +120,7 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
     """
 
     grid: tuple[int, int]
+    periodic: tuple[bool, bool]
 
     def __init__(
         self,
@@ -126,6 +131,7 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         centre: ArrayLike,
         east: ArrayLike = 0.0,
         north: ArrayLike = 0.0,
+        periodic: tuple[bool, bool] = (False, False),
     ) -> None:
         if np.ndim(grid) != 1 or len(grid) != 2:
             raise ValueError(f"grid is {grid!r}, but it must be (ny, nx)")
@@ -134,6 +140,15 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
             raise ValueError(f"the grid has {nx} x {ny} points, but it needs at least one, and at"
                              " most as many as an array can hold")
         self.grid = ny, nx
+        if np.ndim(periodic) != 1 or len(periodic) != 2 or not all(
+                isinstance(closes, (bool, np.bool_)) for closes in periodic):
+            raise ValueError(f"periodic is {periodic!r}, but it must be two truths, (along y, along"
+                             " x)")
+        self.periodic = bool(periodic[0]), bool(periodic[1])
+        for closes, points, name in zip(self.periodic, self.grid, "yx"):
+            if closes and points < 3:
+                raise ValueError(f"the grid has {points} points along {name}, but it needs three to"
+                                 " close")
         self.south = self._coefficient("south", south)
         self.west = self._coefficient("west", west)
         self.centre = self._coefficient("centre", centre)
@@ -166,6 +181,13 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         y[:, 1:] += west[:, 1:] * x[:, :-1]
         y[:, :-1] += east[:, :-1] * x[:, 1:]
         y[:-1] += north[:-1] * x[1:]
+        along_y, along_x = self.periodic
+        if along_y:
+            y[0] += south[0] * x[-1]
+            y[-1] += north[-1] * x[0]
+        if along_x:
+            y[:, 0] += west[:, 0] * x[:, -1]
+            y[:, -1] += east[:, -1] * x[:, 0]
         flat: NDArray[Any] = y.reshape(-1)
         return flat
 
@@ -174,15 +196,24 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
         points = np.arange(self.shape[0]).reshape(self.grid)
         neighbours = [(-1, 0), (0, -1), (0, 0), (0, 1), (1, 0)]
         rows, columns, entries = [], [], []
+        along_y, along_x = self.periodic
         for coefficient, (dj, di) in zip(self._coefficients(), neighbours):
-            here = _inside(-dj), _inside(-di)
+            here = _inside(0 if along_y else -dj), _inside(0 if along_x else -di)
             rows.append(points[here].ravel())
-            columns.append(points[_inside(dj), _inside(di)].ravel())
+            columns.append(np.roll(points, (-dj, -di), (0, 1))[here].ravel())
             entries.append(np.broadcast_to(coefficient, self.grid)[here].ravel())
         triplets = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
         matrix = sparse.coo_array(triplets, shape=self.shape).tocsr()
         matrix.eliminate_zeros()
         return matrix
+
+
+def stencil(shown: Any) -> FivePoint:
+    """Return what the compiled half shows of an operator on a grid."""
+    grid, arrays, periodic = shown
+    names = "south", "west", "centre", "east", "north"
+    fields = (c.reshape(grid) if isinstance(c, np.ndarray) else c for c in arrays)
+    return FivePoint(tuple(grid), **dict(zip(names, fields)), periodic=tuple(periodic))
 
 
 def _inside(step: int) -> slice:
@@ -197,7 +228,7 @@ def described(name: str, given: Any, dtype: Any, order: int, is_proof: bool = Fa
         return order
     if isinstance(given, FivePoint):
         return given.grid, [c if isinstance(c, float) else vector(name, c, dtype)
-                            for c in given._coefficients()]
+                            for c in given._coefficients()], given.periodic
     if isinstance(given, LinearOperator):
         rows, columns = given.shape
         if min(rows, columns) < 0:

@@ -400,6 +400,8 @@ class Certificate:
         1 where z* > 0 = r* is proved, -1 where r* > 0 = z* is, and 0 where neither is.
     unique : bool
         Whether (z*, r*) is proved to be the only solution; else others are not excluded.
+    functionals : list of (float, float)
+        Two numbers for each that was asked for, between which ``c_z @ z* + c_r @ r*`` lies.
     message : str
         The same in a sentence, or the reason why nothing is proved.
     """
@@ -409,6 +411,7 @@ class Certificate:
     error: float
     sides: NDArray[np.int8]
     unique: bool
+    functionals: list[tuple[float, float]]
     message: str
 
     def __bool__(self) -> bool:
@@ -419,6 +422,7 @@ class Certificate:
 
 
 def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
+            functionals: Sequence[tuple[ArrayLike, ArrayLike]] = (),
             maxtime: float | None = None) -> Certificate:
     """Prove that the problem has a solution, and bound its distance from z and r.
 
@@ -429,6 +433,9 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     q, z, r : array_like with n entries
         The right-hand side, and an answer that may come from anywhere. The proof is in double
         precision, in which float32 is exact.
+    functionals : sequence of (c_z, c_r)
+        Coefficients of z and of r, each an array_like with n entries or one number for all: a load,
+        a flow or a price, of which bounds are wanted.
     maxtime : float
         The longest time, in seconds; where it is too short, `message` says so.
 
@@ -455,6 +462,10 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     >>> bound = hlcp.certify(A, None, [-4.0, 3.0], [1.001, 0.0], [0.0, 2.0])
     >>> bool(0.001 <= bound.z[0] < 0.0014), bound.unique, bound.sides.tolist()
     (True, True, [1, -1])
+    >>> bound = hlcp.certify(A, None, [-4.0, 3.0], [1.0, 0.0], [0.0, 2.0], functionals=[(1, 0.5)])
+    >>> lower, upper = bound.functionals[0]
+    >>> lower <= 2 <= upper < 2 + 1e-12
+    True
     """
     if A is None:
         raise ValueError("A is None, but only B may be, for the identity")
@@ -464,15 +475,32 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     entries = [vector(name, exact(name, given), np.float64)
                for name, given in (("q", q), ("z", z), ("r", r))]
     limit = None if maxtime == np.inf else maxtime
-    proof = _hlcp.certify([of_a, of_b], entries, limit)
+    wanted = [_coefficients(f"functionals[{k}]", pair, len(entries[0]))
+              for k, pair in enumerate(functionals)]
+    proof = _hlcp.certify([of_a, of_b], entries, wanted, limit)
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
         open_sides = np.zeros(shape, np.int8)
-        return Certificate(nothing, nothing, np.inf, open_sides, False, f"not proved: {proof}")
-    (of_z, of_r), sides, unique, message = proof
+        return Certificate(nothing, nothing, np.inf, open_sides, False,
+                           [(-np.inf, np.inf)] * len(wanted), f"not proved: {proof}")
+    (of_z, of_r), sides, unique, bounds, message = proof
     error = float(max(np.max(of_z), np.max(of_r)))
     return Certificate(of_z.reshape(shape), of_r.reshape(shape), error, sides.reshape(shape),
-                       unique, message)
+                       unique, [(lower, upper) for lower, upper in bounds], message)
+
+
+def _coefficients(name: str, pair: Any, order: int) -> list[Vector]:
+    if not isinstance(pair, Sequence) or len(pair) != 2:
+        raise ValueError(f"{name} is {pair!r}, but it must be coefficients of z and of r")
+    found = []
+    for given in pair:
+        array = exact(name, given)
+        if array.ndim and array.size != order:
+            raise ValueError(f"{name} has {array.size} coefficients, but it must have {order}")
+        if not np.all(np.isfinite(array)):
+            raise ValueError(f"{name} has a coefficient that is not finite")
+        found.append(vector(name, array if array.ndim else np.full(order, array), np.float64))
+    return found
 
 
 def methods() -> list[str]:

@@ -10,12 +10,12 @@ True
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from hlcp import _hlcp
-from hlcp._operators import FivePoint, count
+from hlcp._operators import FivePoint, count, number, real, stencil, vector
 
-__all__ = ["Scene", "bearing2d", "disc_hlcp", "disc_lcp", "example1", "example2",
+__all__ = ["AmericanPut", "Scene", "bearing2d", "disc_hlcp", "disc_lcp", "example1", "example2",
            "journal_bearing", "obstacle", "slider"]
 
 
@@ -46,13 +46,9 @@ def _scene(posed: Any) -> Scene:
     def field(value: Any) -> Any:
         return value.reshape(grid) if isinstance(value, np.ndarray) else value
 
-    def stencil(coefficients: Any) -> FivePoint:
-        names = "south", "west", "centre", "east", "north"
-        return FivePoint(grid, **dict(zip(names, map(field, coefficients))))
-
     z, r = (None, None) if solution is None else map(field, solution)
-    B = None if of_b is None else stencil(of_b[1])
-    return Scene(stencil(of_a[1]), B, field(q), z, r)
+    B = None if of_b is None else stencil(of_b)
+    return Scene(stencil(of_a), B, field(q), z, r)
 
 
 def example1(m: int, mu: float = 4.0, nu: float = 4.0) -> Scene:
@@ -125,3 +121,100 @@ def bearing2d(nx: int, ny: int, ecc: float = 0.6, aspect: float = 1.0,
         Where the feed groove is, in radians from the widest gap.
     """
     return _scene(_hlcp.bearing2d(count("nx", nx, 0), count("ny", ny, 0), ecc, aspect, groove))
+
+
+class AmericanPut:
+    """An American put by Crank and Nicolson, one LCP with B = None after the other.
+
+    The unknown is the value of waiting, in strikes, on a line of points in log(spot / strike).
+
+    Parameters
+    ----------
+    rate : float
+        The interest rate per year.
+    volatility : float
+        Per square root of a year.
+    maturity : float
+        In years.
+    m : int
+        Points per standard deviation.
+    steps : int
+        Steps in time; the first ones are halved.
+
+    Attributes
+    ----------
+    A : FivePoint
+        That of all LCPs.
+    lcps : int
+        How many there are.
+
+    Raises
+    ------
+    ValueError
+        For numbers that are not positive, and a grid too coarse for the drift.
+
+    Examples
+    --------
+    >>> import numpy as np, hlcp
+    >>> put = hlcp.scenes.AmericanPut(rate=0.06, volatility=0.2, maturity=1.0, m=32, steps=32)
+    >>> solver, z = hlcp.Solver(put.A), np.zeros(put.A.shape[0])
+    >>> for k in range(put.lcps):
+    ...     z = solver.resume(put.q(k, z)).z
+    >>> round(40 * put.price(z, 36 / 40), 3)
+    4.485
+    """
+
+    A: FivePoint
+    lcps: int
+
+    def __init__(self, rate: float, volatility: float, maturity: float, m: int,
+                 steps: int) -> None:
+        numbers = [number(name, value) for name, value in
+                   (("rate", rate), ("volatility", volatility), ("maturity", maturity))]
+        self._given = *numbers, count("m", m, 0), count("steps", steps, 0)
+        shown, self.lcps = _hlcp.put(self._given)
+        self.A = stencil(shown)
+
+    def q(self, k: int, z: ArrayLike) -> NDArray[np.float64]:
+        """Return q of an LCP.
+
+        Parameters
+        ----------
+        k : int
+            The number of the LCP, from 0.
+        z : array_like
+            The z of the LCP before; zeros before the first one.
+        """
+        entries: NDArray[np.float64] = _hlcp.put_q(self._given, count("k", k, 0), self._field(z))
+        return entries
+
+    def price(self, z: ArrayLike, spot: float) -> float:
+        """Return the price, in strikes.
+
+        Parameters
+        ----------
+        z : array_like
+            That of the last LCP, or of one before for an earlier maturity.
+        spot : float
+            In strikes.
+        """
+        place = number("spot", spot)
+        if place is None or not 0.0 < place < np.inf:
+            raise ValueError(f"spot is {spot!r}, but it must be positive")
+        return _hlcp.put_price(self._given, self._field(z), place)[0]
+
+    def exercise(self, z: ArrayLike) -> float:
+        """Return the largest price of the grid, in strikes, at which the put is exercised.
+
+        Parameters
+        ----------
+        z : array_like
+            As for `price`.
+        """
+        return _hlcp.put_price(self._given, self._field(z), 1.0)[1]
+
+    def _field(self, z: ArrayLike) -> Any:
+        entries = vector("z", real("z", z), np.float64)
+        if len(entries) != self.A.shape[0]:
+            raise ValueError(f"z has {len(entries)} entries, but it must have {self.A.shape[0]}")
+        return entries

@@ -12,7 +12,7 @@ use hlcp::film::{
     self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
     Pocket, ProvedFigures, Side, Solved, Supply, TimeStep,
 };
-use hlcp::{Limits, Outcome, Progress, Rows, number};
+use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
 use rayon::ThreadPoolBuilder;
@@ -67,23 +67,7 @@ impl Described<'_> {
     }
 }
 
-/// The arrays of a matrix in compressed rows.
-fn assembled<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Bound<'py, PyAny>> {
-    let (mut pointers, mut indices, mut entries) = (vec![0], vec![], vec![]);
-    for i in 0..operator.order() {
-        operator.visit_row(i, &mut |j, entry| {
-            indices.push(j as i64);
-            entries.push(entry);
-        });
-        pointers.push(indices.len() as i64);
-    }
-    let index = |list| PyArray1::<i64>::from_vec(py, list);
-    let arrays = (PyArray1::from_vec(py, entries), index(indices), index(pointers));
-    Ok(arrays.into_pyobject(py)?.into_any())
-}
-
-/// Poses a film: A and B as five arrays for the grid, or three for compressed rows; q; what
-/// z = 1 stands for, in Pa; and the r of a film that nothing feeds.
+/// Poses a film: A and B; q; what z = 1 stands for, in Pa; and the r of a film that nothing feeds.
 #[pyfunction(name = "film")]
 pub(crate) fn posed_film<'py>(
     py: Python<'py>,
@@ -91,16 +75,9 @@ pub(crate) fn posed_film<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let film = film.film()?;
     let (a, b, q) = film.pose().map_err(wrong)?;
-    let operator = |operator: &dyn Rows<f64>| match operator.as_five_point() {
-        Some(view) if view.round() == [false; 2] => {
-            Ok(shown(py, operator)?.1.into_pyobject(py)?.into_any())
-        }
-        _ => assembled(py, operator),
-    };
-    let (a, b) = (operator(&a)?, operator(&b)?);
     let dry = (!film.is_fed()).then(|| PyArray1::from_vec(py, film.dry()));
-    let posed = (a, b, PyArray1::from_vec(py, q), film.pressure_unit(), dry);
-    Ok(posed.into_pyobject(py)?.into_any())
+    let (a, b, q) = (shown(py, &a)?, shown(py, &b)?, PyArray1::from_vec(py, q));
+    Ok((a, b, q, film.pressure_unit(), dry).into_pyobject(py)?.into_any())
 }
 
 /// Figures by their names.

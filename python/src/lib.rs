@@ -22,7 +22,8 @@ use hlcp::{
     certify_within,
 };
 use hlcp_verify::{
-    Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider, uniqueness_within,
+    AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider,
+    uniqueness_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
 use pyo3::{
@@ -89,8 +90,8 @@ enum Given<'py, T: Element> {
     Identity(usize),
     /// Columns, index pointers, indices and entries of a canonical CSR matrix.
     Csr(usize, Indices<'py>, Indices<'py>, PyReadonlyArray1<'py, T>),
-    /// `(ny, nx)`, and south, west, centre, east, north.
-    FivePoint([usize; 2], [Numbers<'py, T>; 5]),
+    /// `(ny, nx)`; south, west, centre, east, north; and whether the grid closes along y and x.
+    FivePoint([usize; 2], [Numbers<'py, T>; 5], [bool; 2]),
     /// Rows, columns and a function that multiplies.
     Products(usize, usize, Py<PyAny>),
 }
@@ -152,7 +153,7 @@ impl<T: Real> Given<'_, T> {
                 };
                 Box::new(matrix.map_err(|error| wrong(format!("{what}: {error}")))?)
             }
-            Self::FivePoint([ny, nx], [south, west, centre, east, north]) => {
+            Self::FivePoint([ny, nx], [south, west, centre, east, north], [along_y, along_x]) => {
                 let coefficients = [south, west, centre, east, north];
                 let mut views = [Coefficients::Uniform(T::zero()); 5];
                 for (view, coefficient) in views.iter_mut().zip(coefficients) {
@@ -161,7 +162,8 @@ impl<T: Real> Given<'_, T> {
                         Numbers::Constant(value) => Coefficients::Uniform(T::of(*value)),
                     };
                 }
-                Box::new(FivePoint::new(*nx, *ny, views).map_err(wrong)?)
+                let open = FivePoint::new(*nx, *ny, views).map_err(wrong)?;
+                Box::new(open.periodic([*along_x, *along_y]).map_err(wrong)?)
             }
             Self::Products(rows, columns, call) => {
                 let shape = [*rows, *columns];
@@ -511,10 +513,11 @@ fn solve_in<'py, T: Real>(
 }
 
 /// Bounds on the errors of z and r, the side of each unknown, whether the solution is proved to be
-/// the only one, and a sentence; or the sentence that says why there is none.
+/// the only one, bounds on the functionals, and a sentence; or the sentence that says why there is
+/// none.
 #[derive(IntoPyObject)]
 enum Proof<'py> {
-    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, bool, String),
+    Given([Bound<'py, PyArray1<f64>>; 2], Bound<'py, PyArray1<i8>>, bool, Vec<[f64; 2]>, String),
     #[pyo3(transparent)]
     Refused(String),
 }
@@ -524,6 +527,7 @@ fn certify_in<'py>(
     clock: &mut (dyn FnMut() -> bool + Send),
     [a, b]: [&Bound<'py, PyAny>; 2],
     vectors: [&Bound<'py, PyAny>; 3],
+    functionals: &Bound<'py, PyAny>,
 ) -> PyResult<Proof<'py>> {
     let (a, b): (Given<'_, f64>, Given<'_, f64>) = (a.extract()?, b.extract()?);
     let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, f64>>());
@@ -557,14 +561,20 @@ fn certify_in<'py>(
         Branch::Open => 0,
     });
     let sides = PyArray1::from_iter(py, sides);
+    let functionals: Vec<[PyReadonlyArray1<'_, f64>; 2]> = functionals.extract()?;
+    let bounded = |[of_z, of_r]: &[PyReadonlyArray1<'_, f64>; 2]| {
+        PyResult::Ok(certificate.functional([of_z.as_slice()?, of_r.as_slice()?]))
+    };
+    let bounded = functionals.iter().map(bounded).collect::<PyResult<_>>()?;
     let bounds = [certificate.z, certificate.r].map(|v| PyArray1::from_vec(py, v));
-    Ok(Proof::Given(bounds, sides, is_unique, said))
+    Ok(Proof::Given(bounds, sides, is_unique, bounded, said))
 }
 
 // Scenes.
 
-/// An operator as `hlcp/scenes.py` takes it: `(ny, nx)` and five numbers or arrays.
-type Shown<'py> = ([usize; 2], Vec<Bound<'py, PyAny>>);
+/// An operator as `hlcp/_operators.py` takes it: `(ny, nx)`, five numbers or arrays, and whether the
+/// grid closes along y and x.
+type Shown<'py> = ([usize; 2], Vec<Bound<'py, PyAny>>, [bool; 2]);
 
 /// Shows a five-point operator, or a tridiagonal one as one on a line.
 fn shown<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Shown<'py>> {
@@ -576,7 +586,8 @@ fn shown<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Shown<'py>>
             Coefficients::Each(values) => Ok(PyArray1::from_slice(py, values).into_any()),
         };
         let all = view.coefficients().into_iter().map(coefficient).collect::<Result<_, _>>()?;
-        return Ok(([ny, nx], all));
+        let [along_x, along_y] = view.round();
+        return Ok(([ny, nx], all, [along_y, along_x]));
     }
     let mut bands = [(); 3].map(|()| vec![0.0; n]);
     for i in 0..n {
@@ -584,12 +595,19 @@ fn shown<'py>(py: Python<'py>, operator: &dyn Rows<f64>) -> PyResult<Shown<'py>>
     }
     let [west, centre, east] = bands.map(|band| PyArray1::from_vec(py, band).into_any());
     let zero = || 0.0.into_pyobject(py).map(Bound::into_any);
-    Ok(([1, n], vec![zero()?, west, centre, east, zero()?]))
+    Ok(([1, n], vec![zero()?, west, centre, east, zero()?], [false; 2]))
 }
 
 /// A, B unless it is the identity, q, and z and r where they are known.
 type Scene<'py> =
     (Shown<'py>, Option<Shown<'py>>, Bound<'py, PyAny>, Option<[Bound<'py, PyAny>; 2]>);
+
+/// Rate, volatility, maturity, points and steps.
+type Put = (f64, f64, f64, usize, usize);
+
+fn american((rate, volatility, maturity, m, steps): Put) -> AmericanPut {
+    AmericanPut { rate, volatility, maturity, m, steps }
+}
 
 fn posed<'py>(
     py: Python<'py>,
@@ -645,6 +663,7 @@ mod _hlcp {
         py: Python<'_>,
         operators: [Py<PyAny>; 2],
         vectors: [Py<PyAny>; 3],
+        functionals: Py<PyAny>,
         maxtime: Option<f64>,
     ) -> PyResult<Py<PyAny>> {
         let stop = Arc::new(AtomicBool::new(false));
@@ -654,7 +673,7 @@ mod _hlcp {
                 || told.load(Ordering::Relaxed) || time.is_some_and(|time| begun.elapsed() >= time);
             let operators = operators.each_ref().map(|operator| operator.bind(py));
             let vectors = vectors.each_ref().map(|vector| vector.bind(py));
-            let proof = certify_in(py, &mut is_up, operators, vectors);
+            let proof = certify_in(py, &mut is_up, operators, vectors, functionals.bind(py));
             Ok(proof?.into_pyobject(py)?.into_any().unbind())
         })
     }
@@ -709,6 +728,35 @@ mod _hlcp {
         room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
         let (a, _, q) = Obstacle { m }.pose().map_err(wrong)?;
         posed(py, &a, None, q, None)
+    }
+
+    /// Returns A of all LCPs of a put, and how many there are.
+    #[pyfunction]
+    fn put(py: Python<'_>, put: Put) -> PyResult<(Shown<'_>, usize)> {
+        let put = american(put);
+        let (a, _) = put.pose::<f64>().map_err(wrong)?;
+        room(a.order().checked_mul(8))?;
+        Ok((shown(py, &a)?, put.lcps()))
+    }
+
+    /// Returns q of LCP number k of a put, for the z of the one before.
+    #[pyfunction]
+    fn put_q<'py>(
+        py: Python<'py>,
+        put: Put,
+        k: usize,
+        z: PyReadonlyArray1<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut q = vec![0.0; z.as_slice()?.len()];
+        american(put).q(k, z.as_slice()?, &mut q);
+        Ok(PyArray1::from_vec(py, q))
+    }
+
+    /// Returns the price of a put for a spot, in strikes, and up to where it is exercised.
+    #[pyfunction]
+    fn put_price(put: Put, z: PyReadonlyArray1<'_, f64>, spot: f64) -> PyResult<[f64; 2]> {
+        let put = american(put);
+        Ok([put.price(z.as_slice()?, spot), put.exercise(z.as_slice()?)])
     }
 
     /// Poses the journal bearing with mass-conserving cavitation.

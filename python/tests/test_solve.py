@@ -275,7 +275,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", [name for name in scenes.__all__ if name != "Scene"])
+@pytest.mark.parametrize("name", SCENES)
 def test_scenes_have_the_answers_they_come_with(name):
     A, B, q, z, r = getattr(scenes, name)(*SCENES[name])
     result = hlcp.solve(A, B, q, rtol=1e-11)
@@ -283,6 +283,65 @@ def test_scenes_have_the_answers_they_come_with(name):
     assert residual(A, B, q, result) <= 1e-10 * np.linalg.norm(q)
     if z is not None:
         assert np.abs(result.z - z).max() <= 1e-7 and np.abs(result.r - r).max() <= 1e-6
+
+
+def test_every_scene_is_tested():
+    assert {*SCENES, "AmericanPut", "Scene"} == {*scenes.__all__}
+
+
+def test_a_put_has_the_published_price():
+    put = scenes.AmericanPut(rate=0.06, volatility=0.2, maturity=1.0, m=64, steps=64)
+    solver, z = hlcp.Solver(put.A), np.zeros(put.A.shape[0])
+    assert put.exercise(z) == 1.0
+    for k in range(put.lcps):
+        z = solver.resume(put.q(k, z)).z
+    # QuantLib's example: spot 36, strike 40.
+    assert abs(40 * put.price(z, 0.9) - 4.48667344) < 1e-3
+    assert 0.75 < put.exercise(z) < 1.0
+    with pytest.raises(ValueError, match="z has 3 entries, but it must have"):
+        put.q(0, np.zeros(3))
+    with pytest.raises(ValueError, match="spot is -1, but it must be positive"):
+        put.price(z, -1)
+    with pytest.raises(ValueError, match="volatility"):
+        scenes.AmericanPut(0.06, -0.2, 1.0, 32, 32)
+
+
+@pytest.mark.parametrize("periodic", [(False, True), (True, False), (True, True)])
+def test_a_grid_may_close(periodic):
+    rng = np.random.default_rng(4)
+    sides = {name: -rng.random((5, 7)) for name in ("south", "west", "east", "north")}
+    A = FivePoint((5, 7), centre=4.5, periodic=periodic, **sides)
+    matrix, x = A.tocsr(), rng.standard_normal(35)
+    assert matrix.nnz == 35 + 2 * (28 + 7 * periodic[0]) + 2 * (30 + 5 * periodic[1])
+    assert np.allclose(A @ x, matrix @ x, rtol=1e-14)
+    # By hand: the western neighbour of the first column is the last one.
+    last = matrix.toarray()[14, 20]
+    assert last == (sides["west"][2, 0] if periodic[1] else 0)
+    q = rng.standard_normal(35)
+    stencil, assembled = hlcp.solve(A, None, q, "MGS"), hlcp.solve(matrix, None, q, "MGS")
+    assert stencil.nit == assembled.nit and np.allclose(stencil.z, assembled.z, atol=1e-9)
+    assert hlcp.certify(A, None, q, stencil.z, stencil.r).error < 1e-8
+    with pytest.raises(ValueError, match="2 points along x, but it needs three to close"):
+        FivePoint((5, 2), centre=4, periodic=(False, True))
+    with pytest.raises(ValueError, match="periodic is True, but it must be two truths"):
+        FivePoint((5, 5), centre=4, periodic=True)
+
+
+def test_functionals_are_bounded():
+    A, B, q, z, r = scenes.example1(8)
+    rng = np.random.default_rng(1)
+    of_z, of_r = rng.standard_normal((2, 64))
+    result = hlcp.solve(A, B, q)
+    pairs = [(of_z, of_r), (1, np.zeros(64))]
+    proved = hlcp.certify(A, B, q, result.z, result.r, functionals=pairs).functionals
+    for (lower, upper), exact in zip(proved, (of_z @ z.ravel() + of_r @ r.ravel(), z.sum())):
+        assert lower - 1e-12 <= exact <= upper + 1e-12 and upper - lower < 1e-7
+    refused = hlcp.certify(-A.tocsr(), B, q, z, r, functionals=pairs)
+    assert not refused and refused.functionals == [(-np.inf, np.inf)] * 2
+    with pytest.raises(ValueError, match=r"functionals\[0\] has 3 coefficients, but it must have 64"):
+        hlcp.certify(A, B, q, z, r, functionals=[(np.ones(3), 0)])
+    with pytest.raises(ValueError, match=r"functionals\[0\] is 1, but it must be coefficients"):
+        hlcp.certify(A, B, q, z, r, functionals=[1])
 
 
 def test_scenes_agree_with_published_figures():
