@@ -6,6 +6,7 @@ import pickle
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -321,6 +322,26 @@ def test_results_survive_pickling_with_their_coefficients():
     assert close(copy.stiffness, film.stiffness) and copy.bounds == film.bounds
     assert copy.status is hlcp.Status.CONVERGED
     assert pickle.loads(pickle.dumps(journal())).film(**OIL, load=1000).ecc == pytest.approx(film.ecc)
+
+
+def test_ctrl_c_ends_a_search_and_threads_change_nothing():
+    program = """
+        import os, signal, threading, time, hlcp
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=720, ny=240)
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        begun = time.monotonic()
+        try:
+            bearing.sweep(rpm=list(range(1000, 3000, 100)), viscosity=0.02, load=1000)
+        except KeyboardInterrupt:
+            print(time.monotonic() - begun)
+    """
+    run = subprocess.run([sys.executable, "-c", textwrap.dedent(program)], capture_output=True,
+                         text=True)
+    assert run.returncode == 0 and run.stderr == "" and float(run.stdout) < 20
+    wide = pad(nx=160, ny=120)
+    one, two = (wide.film(**SLIDES, method="MGF", threads=threads) for threads in (1, 2))
+    assert np.array_equal(one.pressure, two.pressure)
 
 
 def test_pictures_are_drawn():

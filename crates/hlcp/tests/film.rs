@@ -1,6 +1,10 @@
-//! Walls that move freely, against their equation of motion.
+//! Walls that move freely, against their equation of motion; walls that carry a load, from anywhere;
+//! derivatives against differences.
 
-use hlcp::film::{Bearing, Drive, Film, FilmError, Journal, Motion, Settings, Side, Supply};
+use hlcp::film::{
+    Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Motion, Settings, Side, Solved,
+    Supply,
+};
 use proptest::prelude::*;
 
 /// `HLCP_CASES` cases, or 12.
@@ -67,5 +71,73 @@ proptest! {
         bearing.film.supplies = vec![groove];
         bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
         falls(bearing, vec![along, across], mass, 1e-3 * ms)?;
+    }
+}
+
+/// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
+fn journal(cells: [usize; 2], speed: f64) -> Bearing {
+    let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+    let mut bearing = Bearing::journal(journal, cells);
+    bearing.film.speeds = [speed, 0.0];
+    bearing.film.viscosity = vec![0.02];
+    bearing.film.supplies = vec![Supply { corner: [0.0, 0.0], size: [0.0, 0.05], pressure: 1e5 }];
+    bearing
+}
+
+proptest! {
+    #![proptest_config(config())]
+
+    #[test]
+    fn a_search_that_begins_at_a_neighbour_ends_where_any_does(
+        (load, speed, by) in (500.0..5000.0, 5.0..30.0, 0.8..1.25),
+        direction in prop_oneof![Just(None), Just(Some(std::f64::consts::PI))],
+    ) {
+        let settings = Settings::default();
+        let load = Load { direction, ..Load::of(load) };
+        let begin = |speed| Bearing { position: vec![5e-5, 0.0], ..journal([36, 6], speed) };
+        let mut near = begin(speed);
+        let carried = near.carry(&load, None, &settings).unwrap();
+        prop_assume!(carried.found);
+        near.film.speeds[0] *= by;
+        let warm = near.carry(&load, Some(&carried.solved), &settings).unwrap();
+        let mut far = begin(speed * by);
+        let cold = far.carry(&load, None, &settings).unwrap();
+        prop_assert!(warm.found && cold.found);
+        // Forces are those of the load to 1e-9, and grow with the eccentricity.
+        for (one, other) in near.position.iter().zip(&far.position) {
+            prop_assert!((one - other).abs() <= 1e-4 * 1e-6, "{one} {other}");
+        }
+    }
+}
+
+/// Holds the stiffness of a pad against differences of what it carries.
+fn derives(film: Film) {
+    let (pad, settings) = (Bearing::pad(film), Settings::default());
+    let at = |rise: f64| {
+        let film = pad.at(&[rise, 0.0, 0.0]).unwrap();
+        Solved::new(film, None, &settings).unwrap()
+    };
+    let solved = at(0.0);
+    let found = Coefficients::new(&pad, &solved).unwrap();
+    let by = 1e-9;
+    let [less, more] = [-by, by].map(|rise| {
+        let solved = at(rise);
+        pad.forces(&solved.film, &solved.z)
+    });
+    for k in 0..3 {
+        let difference = (less[k] - more[k]) / (2.0 * by);
+        let off = (found.stiffness[k][0] - difference).abs();
+        let lever = if k == 0 { 1.0 } else { 0.05 };
+        assert!(off <= 1e-5 * lever * found.stiffness[0][0], "{k}: {off} of {difference}");
+    }
+}
+
+#[test]
+fn stiffness_is_the_difference_of_loads_however_wide_the_film_is() {
+    // By the factors of a band, and by multigrid.
+    for cells in [[60, 20], [20, 60], [130, 130]] {
+        let film = Film::new(cells, [0.05, 0.03], 3.0, 0.04);
+        let film = film.with_gap(|x, y| 4e-5 - 4e-4 * x + 1e-5 * (200.0 * y).sin());
+        derives(Film { sides: [Side::Pressure(1e5); 4], ..film });
     }
 }
