@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import hlcp
+from hlcp._bearing import _snake
 
 HERE = Path(__file__).parent
 BEARING = dict(diameter=0.1, length=0.05, clearance=1e-4, nx=60, ny=10)
@@ -227,6 +228,10 @@ def test_a_load_is_carried_and_found_again():
     assert wall.load == pytest.approx(900) and wall.at == pytest.approx([0.029, 0.016], rel=1e-6)
     started = bearing.film(**OIL, load=2100, attitude=0, start=fixed)
     assert started.films < fixed.films and started.load == pytest.approx(2100)
+    # What is not asked for stays.
+    assert bearing.film(**OIL, load=2100, start=fixed).position[1] == 0 != fixed.position[1]
+    level = pad().film(**SLIDES, load=900, start=wall)
+    assert level.position[1:] == [0, 0] != wall.position[1:] and level.load == pytest.approx(900)
 
 
 def test_coefficients_are_differences_of_loads():
@@ -287,6 +292,17 @@ def test_a_rotor_has_its_bearing():
     (along, cross), (back, across) = found.damping[1]
     expected = [[across, -back], [-cross, along]]
     assert np.allclose(bearing.C(found.omega[1])[:2, :2], expected, rtol=1e-6)
+
+
+def test_a_row_of_films_goes_from_neighbour_to_neighbour():
+    assert list(_snake([2, 3])) == [0, 1, 2, 5, 4, 3]
+    assert sorted(_snake([3, 2, 4])) == list(range(24)) and list(_snake([])) == [0]
+    rpm = np.linspace(1000, 5000, 16)
+    found = journal().coefficients(rpm=rpm, viscosity=0.02, load=1000)
+    alone = [journal().film(rpm=speed, viscosity=0.02, load=1000).films for speed in rpm]
+    # Where four films lead, the next one is nearly there.
+    led = [film.films for film in found.films]
+    assert max(led[5:]) <= 3 < min(alone[5:])
 
 
 def test_sweeps_are_films_in_any_number_of_threads(capsys):
@@ -351,8 +367,10 @@ def test_pictures_are_drawn():
     assert ax.get_xlim() == (0, 360) and len(ax.lines) == 2 and len(ax.images) == 2
     assert pad().film(**SLIDES).plot().get_xlim() == pytest.approx((0, 50))
     times = np.linspace(0, 1e-3, 4)
-    orbit = journal().motion(times, **OIL, loads=500, mass=1).plot()
-    assert len(orbit.lines[0].get_xdata()) == 3
+    motion = journal().motion(times, **OIL, loads=500, mass=1)
+    orbit = motion.plot().lines[0]
+    assert np.allclose(orbit.get_xdata(), 1e4 * motion.position[:, 1])
+    assert np.allclose(orbit.get_ydata(), -1e4 * motion.position[:, 0])
     assert pad().motion(times, viscosity=0.04, positions=-1e-3 * times).plot().get_ylabel()
 
 
