@@ -12,6 +12,7 @@ With B the identity this is the linear complementarity problem.
 `FivePoint`        a five-point operator on a grid, its arrays borrowed
 `certify`          proves how far an answer is from the solution
 `film`             pressure and cavitation in a lubricating film, from a map of its gap
+`profile`          the same along a line
 `Journal`          a journal bearing: its equilibrium, coefficients, motion and proved figures
 `Pad`              the same of a pad, a plane, a parabola or a map
 `scenes`           problems with known answers
@@ -31,7 +32,7 @@ from importlib.metadata import version
 
 from hlcp import scenes
 from hlcp._bearing import BearingResult, Coefficients, FilmBounds, Journal, MotionResult, Pad
-from hlcp._film import FilmResult, film
+from hlcp._film import FilmResult, ProfileResult, film, profile
 from hlcp._operators import FivePoint
 from hlcp._plot import plot
 from hlcp._solve import Certificate, Progress, Result, Solver, Status, certify, methods, solve
@@ -48,6 +49,7 @@ __all__ = [
     "Journal",
     "MotionResult",
     "Pad",
+    "ProfileResult",
     "Progress",
     "Result",
     "Solver",
@@ -56,6 +58,7 @@ __all__ = [
     "film",
     "methods",
     "plot",
+    "profile",
     "scenes",
     "solve",
 ]

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from hlcp import _hlcp
 from hlcp._film import (FilmResult, Side, Supply, _is, _number, _numbers, _side, _sides_agree,
                         _supply)
-from hlcp._operators import count, number, real, vector
+from hlcp._operators import count, number, rank, real, vector
 from hlcp._plot import plot
 from hlcp._solve import Result, Status
 
@@ -312,7 +312,8 @@ class _Bearing:
             raise ValueError(f"{name} has the shape {array.shape}, but the film has {self._grid}")
         return vector(name, array, np.float64)
 
-    def _walled(self, speed: Any, viscosity: Any, position: list[float]) -> dict[str, Any]:
+    def _walled(self, speeds: list[float], viscosity: Any, position: list[float]
+                ) -> dict[str, Any]:
         thickness = real("viscosity", viscosity)
         if thickness.shape not in [(), self._grid]:
             raise ValueError(f"viscosity has the shape {thickness.shape}, but the film has"
@@ -322,10 +323,8 @@ class _Bearing:
         if len(unsound):
             at = unsound[0]
             where = f"viscosity[{at // self._grid[1]}, {at % self._grid[1]}]"
-            raise ValueError(f"{where if np.ndim(viscosity) else 'viscosity'} is {thickness[at]},"
+            raise ValueError(f"{where if rank(viscosity) else 'viscosity'} is {thickness[at]},"
                              " but it must be positive, in Pa s")
-        speeds = [_finite("speed", speed), 0.0] if np.ndim(speed) == 0 else [
-            _finite("speed", wall) for wall in _numbers("speed", speed, 2)]
         return {"film": {**self._film, "viscosity": thickness, "speeds": speeds},
                 "ambient": self._ambient, "journal": self._of_journal, "position": position}
 
@@ -483,7 +482,7 @@ class _Bearing:
             if name not in self._of_film + self._of_bearing:
                 known = ", ".join(self._of_film + self._of_bearing)
                 raise ValueError(f"there is no option {name} to sweep; there are {known}")
-            if np.ndim(value) == 1 and name != "at":
+            if rank(value) == 1 and name != "at":
                 lists[name] = real(name, value).tolist()
                 if not lists[name]:
                     raise ValueError(f"{name} is an empty list")
@@ -524,6 +523,10 @@ class _Bearing:
     def _coefficients(self, options: dict[str, Any], clamped: bool, threads: Any,
                       progress: bool | None) -> Coefficients:
         given = {name: real(name, value) for name, value in options.items() if value is not None}
+        for name, array in given.items():
+            if array.ndim > 1:
+                raise ValueError(f"{name} has the shape {array.shape}, but it must be a number or"
+                                 " (n,)")
         try:
             arrays = dict(zip(given, np.broadcast_arrays(*given.values())))
         except ValueError:
@@ -726,26 +729,26 @@ class Journal(_Bearing):
             raise ValueError(f"load is {force} N, but it must be positive")
         assert self._of_journal is not None
         clearance, turn = self._of_journal[2], math.radians(attitude or 0.0)
-        speed = self._speed(given["rpm"], given["speed"])
+        speeds = self._speeds(given["rpm"], given["speed"])
         along = [(0.5 if ecc is None else ecc) * clearance, 0.0]
         if force is None:
-            turn *= -1.0 if np.sum(speed) < 0 else 1.0
+            turn *= -1.0 if sum(speeds) < 0 else 1.0
             along = [along[0] * math.cos(turn), along[0] * math.sin(turn)]
         elif start is not None and ecc is None:
             along = [clearance * at for at in (_relative(start) if guess is None else guess)]
             if attitude is None:
                 along = [math.hypot(*along), 0.0]
         carries = None if force is None else (force, None, attitude)
-        return self._solved(self._walled(speed, given["viscosity"], along), carries, start,
+        return self._solved(self._walled(speeds, given["viscosity"], along), carries, start,
                             given["method"], threads, certify, tolerance)
 
-    def _speed(self, rpm: Any, speed: Any) -> Any:
-        if rpm is not None and speed is not None:
-            raise ValueError("give rpm or speed, not both")
+    def _speeds(self, rpm: Any, speed: Any) -> list[float]:
         if rpm is None:
-            return 0.0 if speed is None else speed
+            return _walls(speed)
+        if speed is not None:
+            raise ValueError("give rpm or speed, not both")
         assert self._of_journal is not None
-        return math.pi * self._of_journal[0] * _finite("rpm", rpm) / 60.0
+        return [math.pi * self._of_journal[0] * _finite("rpm", rpm) / 60.0, 0.0]
 
     def coefficients(
         self,
@@ -839,7 +842,7 @@ class Journal(_Bearing):
         -----
         A film that a wall carries and something feeds has settled before; another one begins full.
         """
-        rows, weight = _driven(positions, loads, mass, np.shape(times), 2)
+        rows, weight = _driven(positions, loads, mass, real("times", times).shape, 2)
         begin = number("ecc", ecc)
         if weight is None and begin is not None:
             raise ValueError("ecc is where the journal is, but positions say that at every time;"
@@ -849,7 +852,7 @@ class Journal(_Bearing):
                              " and below 1")
         assert self._of_journal is not None
         position = [(begin or 0.0) * self._of_journal[2], 0.0]
-        walled = self._walled(self._speed(rpm, speed), viscosity, position)
+        walled = self._walled(self._speeds(rpm, speed), viscosity, position)
         return self._moved(walled, times, rows, weight, _number("attitude", attitude), method,
                            threads)
 
@@ -934,7 +937,7 @@ class Pad(_Bearing):
         if plane is not None:
             shape["plane"] = _numbers("plane", plane, 2)
         if parabola is not None:
-            if np.ndim(parabola) != 1 or len(parabola) not in (2, 3):
+            if rank(parabola) != 1 or len(parabola) not in (2, 3):
                 raise ValueError(f"parabola is {parabola!r}, but it must be its least gap and its"
                                  " radius, and perhaps a place")
             least, radius, *at = _numbers("parabola", parabola, len(parabola))
@@ -1010,9 +1013,8 @@ class Pad(_Bearing):
         position = [0.0, *self._tilt]
         if force is not None and start is not None:
             position = list(start.position) if at is not None else [start.position[0], *self._tilt]
-        speed = 0.0 if given["speed"] is None else given["speed"]
         carries = None if force is None else (force, at, None)
-        return self._solved(self._walled(speed, given["viscosity"], position), carries, start,
+        return self._solved(self._walled(_walls(given["speed"]), given["viscosity"], position), carries, start,
                             given["method"], threads, certify, tolerance)
 
     def coefficients(
@@ -1079,8 +1081,8 @@ class Pad(_Bearing):
         ValueError
             As in `Journal.motion`.
         """
-        rows, weight = _driven(positions, loads, mass, np.shape(times), 1)
-        walled = self._walled(speed, viscosity, [0.0, *self._tilt])
+        rows, weight = _driven(positions, loads, mass, real("times", times).shape, 1)
+        walled = self._walled(_walls(speed), viscosity, [0.0, *self._tilt])
         return self._moved(walled, times, rows, weight, 0.0, method, threads)
 
 
@@ -1228,6 +1230,13 @@ def _finite(name: str, value: Any) -> float:
     return given
 
 
+def _walls(speed: Any) -> list[float]:
+    """Return the speeds of the lower and the upper wall."""
+    if speed is None or rank(speed) == 0:
+        return [0.0 if speed is None else _finite("speed", speed), 0.0]
+    return [_finite("speed", wall) for wall in _numbers("speed", speed, 2)]
+
+
 def _positive(name: str, value: Any) -> float:
     given = _number(name, value)
     if not 0.0 < given < math.inf:
@@ -1242,9 +1251,9 @@ def _listed(name: str, value: Any) -> Sequence[Any]:
 
 
 def _groove(name: str, groove: Any, ambient: Any) -> tuple[float, float]:
-    if np.ndim(groove) == 0:
+    if rank(groove) == 0:
         return _finite(name, groove), _number("ambient", ambient)
-    if len(groove) != 2:
+    if rank(groove) != 1 or len(groove) != 2:
         raise ValueError(f"{name} is {groove!r}, but it must be an angle in degrees, or (angle,"
                          " pressure)")
     return _finite(name, groove[0]), _number(name, groove[1])
@@ -1269,7 +1278,7 @@ def _pocket(name: str, pocket: Any) -> tuple[list[float], list[float], float, bo
 
 def _dimples(name: str, array: Any) -> tuple[list[int], list[float], float, bool]:
     counts, size, depth, is_ellipse = _outline(name, array, "((kx, ky), (lx, ly), depth)")
-    if np.ndim(counts) != 1 or len(counts) != 2:
+    if rank(counts) != 1 or len(counts) != 2:
         raise ValueError(f"{name}: the numbers are {counts!r}, but they must be (kx, ky)")
     many = [count(f"{name}: the number", k, 1) for k in counts]
     if max(many) > 10_000:

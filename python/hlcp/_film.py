@@ -2,13 +2,14 @@
 
 import warnings
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hlcp import _hlcp
-from hlcp._operators import number, real, stencil, vector
+from hlcp._operators import count, number, rank, real, stencil, vector
 from hlcp._solve import Result, Solver
 
 Side = float | str | tuple[str, float]
@@ -187,7 +188,7 @@ def film(
         "size": _numbers("size", size, 2),
         "gap": heights,
         "viscosity": vector("viscosity", np.atleast_1d(thickness), np.float64),
-        "speeds": [_number("speed", speed), 0.0] if np.ndim(speed) == 0
+        "speeds": [_number("speed", speed), 0.0] if rank(speed) == 0
                   else _numbers("speed", speed, 2),
         "sides": [_side(name, side, ambient) for name, side in given.items()],
         "supplies": [_supply(supply) for supply in supplies],
@@ -218,6 +219,121 @@ def film(
                       **figures)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ProfileResult:
+    """The answer of `profile`, in SI units and per metre of width.
+
+    Attributes
+    ----------
+    x, h : ndarray of shape (n,)
+        The points, also those between the given ones, and the gap there.
+    pressure : ndarray of shape (n,)
+    content : ndarray of shape (n,)
+        The part of the gap that oil fills in the piece that begins at a point.
+    flow : ndarray of shape (n - 1,)
+        What flows through each piece, the same but for rounding, in m^2/s.
+    load : float
+        The integral of the pressure above the ambient one, in N/m.
+    friction : float
+        The drag on the plane, in N/m.
+    peak, peak_x : float
+        The largest pressure, and where it is.
+    ruptures, forms_again : list of float
+        Where a full film ruptures and where a broken one forms again, to within a piece.
+    success : bool
+    message : str
+    """
+
+    x: NDArray[np.float64]
+    h: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+    content: NDArray[np.float64]
+    flow: NDArray[np.float64]
+    load: float
+    friction: float
+    peak: float
+    peak_x: float
+    ruptures: list[float]
+    forms_again: list[float]
+    success: bool
+    message: str
+
+
+def profile(
+    x: ArrayLike,
+    h: ArrayLike,
+    *,
+    speed: float,
+    viscosity: float,
+    ambient: float = 0.0,
+    cavitation: float = 0.0,
+    refine: int | None = None,
+) -> ProfileResult:
+    """Compute a film along a line, above a plane that moves in the direction of x.
+
+    Parameters
+    ----------
+    x, h : array_like of shape (m,)
+        Places, which increase, and the gap there, in m; between them it is a straight line. For a
+        step, put two points very close together.
+    speed : float
+        That of the plane, in m/s, positive.
+    viscosity : float
+        In Pa s.
+    ambient, cavitation : float
+        The pressures at both ends and in a broken film, in Pa.
+    refine : int
+        How many pieces each stretch between two points is cut into; without it none is longer than
+        1/400 of the film.
+
+    Returns
+    -------
+    ProfileResult
+
+    Raises
+    ------
+    ValueError
+        For places that do not increase, gaps that are not positive, and so on.
+
+    Examples
+    --------
+    >>> import hlcp
+    >>> line = hlcp.profile([0, 0.02, 0.05], [30e-6, 15e-6, 40e-6], speed=2.0, viscosity=0.03)
+    >>> round(line.load), [round(1e3 * x, 1) for x in line.ruptures]
+    (23458, [24.8])
+    """
+    places, gaps = (vector(name, real(name, value), np.float64)
+                    for name, value in (("x", x), ("h", h)))
+    if len(places) < 2 or len(gaps) != len(places):
+        raise ValueError(f"x has {len(places)} numbers and h {len(gaps)}, but both must have the"
+                         " same, and two or more")
+    at = np.flatnonzero(~(np.diff(places) > 0))
+    if len(at):
+        last, place = places[at[0]], places[at[0] + 1]
+        hint = "; for a step, put two points very close together" if place == last else ""
+        raise ValueError(f"x[{at[0] + 1}] is {place}, which does not exceed the x before it,"
+                         f" {last}{hint}")
+    at = np.flatnonzero(~((gaps > 0) & np.isfinite(gaps)))
+    if len(at):
+        raise ValueError(f"h[{at[0]}] is {gaps[at[0]]}, but it must be positive and finite")
+    conditions = []
+    for name, value, is_positive in (("speed", speed, True), ("viscosity", viscosity, True),
+                                     ("ambient", ambient, False),
+                                     ("cavitation", cavitation, False)):
+        conditions.append(_number(name, value))
+        if is_positive and not 0.0 < conditions[-1] < np.inf:
+            way = "; turn the profile round" if name == "speed" else ""
+            raise ValueError(f"{name} is {value}, but it must be positive{way}")
+    if not conditions[2] >= conditions[3]:
+        raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
+    pieces = None if refine is None else count("refine", refine, 1)
+    if pieces is not None and pieces > 65535:
+        raise ValueError(f"refine is {refine}, but it must be at most 65535")
+    if pieces == 1 and len(places) == 2:
+        raise ValueError("there is no point between the ends to solve for; refine by 2 or more")
+    return ProfileResult(**_hlcp.film_line(places, gaps, conditions, pieces))
+
+
 def _number(name: str, value: Any) -> float:
     given = number(name, value)
     if given is None:
@@ -225,9 +341,9 @@ def _number(name: str, value: Any) -> float:
     return given
 
 
-def _numbers(name: str, values: Any, count: int) -> list[float]:
-    if np.ndim(values) != 1 or len(values) != count:
-        raise ValueError(f"{name} is {values!r}, but it must be {count} numbers")
+def _numbers(name: str, values: Any, many: int) -> list[float]:
+    if rank(values) != 1 or len(values) != many:
+        raise ValueError(f"{name} is {values!r}, but it must be {many} numbers")
     return [_number(name, value) for value in values]
 
 

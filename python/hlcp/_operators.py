@@ -18,10 +18,21 @@ def real(name: str, value: Any) -> NDArray[Any]:
         masked = np.count_nonzero(np.ma.getmaskarray(value))
         raise ValueError(f"{name} is a masked array with {masked} entries masked, but it must have"
                          " them all; fill them first")
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
     if array.dtype.kind not in "biuf":
         raise ValueError(f"{name} has the type {array.dtype}, but it must hold real numbers")
     return array
+
+
+def rank(value: Any) -> int:
+    """Return the dimensions of an array_like; -1 for what is none."""
+    try:
+        return np.ndim(value)
+    except ValueError:
+        return -1
 
 
 def vector(name: str, value: Any, dtype: Any) -> Vector:

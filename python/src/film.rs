@@ -10,7 +10,7 @@ use std::{
 
 use hlcp::film::{
     self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
-    Pocket, ProvedFigures, Side, Solved, Supply, TimeStep,
+    Pocket, Profile, ProvedFigures, Side, Solved, Supply, TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -115,6 +115,45 @@ pub(crate) fn film_figures<'py>(
     ambient: f64,
 ) -> PyResult<Bound<'py, PyDict>> {
     named(py, film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient))
+}
+
+/// Solves for a film along a line, each stretch of which is cut into pieces.
+#[pyfunction]
+pub(crate) fn film_line<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray1<'py, f64>,
+    h: PyReadonlyArray1<'py, f64>,
+    conditions: [f64; 4],
+    refine: Option<u16>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (x, h, [speed, viscosity, ambient, cavitation]) =
+        (x.as_slice()?, h.as_slice()?, conditions);
+    let pieces = Profile::pieces(x, refine);
+    room(
+        pieces.iter().try_fold(0_usize, |n, k| n.checked_add(*k)).and_then(|n| n.checked_mul(25)),
+    )?;
+    let [x, h] = [x, h].map(|v| Profile::cut(v, &pieces));
+    let profile = Profile { x, h, speed, viscosity, ambient, cavitation };
+    let (profile, line) = released(py, move || {
+        let line = profile.solve(&film::Settings::default()).map_err(wrong)?;
+        Ok((profile, line))
+    })?;
+    let named = PyDict::new(py);
+    named.set_item("success", line.outcome.converged())?;
+    named.set_item("message", line.outcome.to_string())?;
+    named.set_item("load", line.load)?;
+    named.set_item("friction", line.friction)?;
+    named.set_item("peak", line.pressure[line.peak])?;
+    named.set_item("peak_x", profile.x[line.peak])?;
+    let places = |fronts: &[usize]| fronts.iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
+    named.set_item("ruptures", places(&line.ruptures))?;
+    named.set_item("forms_again", places(&line.forms_again))?;
+    let content: Vec<f64> = line.void.iter().map(|void| 1.0 - void).collect();
+    let arrays = [("pressure", line.pressure), ("content", content), ("flow", line.flow)];
+    for (name, values) in arrays.into_iter().chain([("x", profile.x), ("h", profile.h)]) {
+        named.set_item(name, PyArray1::from_vec(py, values))?;
+    }
+    Ok(named)
 }
 
 /// The diameter, the length and the clearance of a journal, and its tilt.

@@ -1,5 +1,7 @@
 """Films: the figures of the command, on a NumPy gap map."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -144,3 +146,41 @@ def test_a_time_step_stores_oil_and_starts_from_the_one_before():
 def test_a_wrong_film_is_a_value_error(sentence, options):
     with pytest.raises(ValueError, match=sentence):
         hlcp.film(**{"gap": STEP, **PAD, **options})
+
+
+PROFILE = dict(speed=4.57, viscosity=0.039)
+
+
+def test_a_profile_has_its_closed_form():
+    x, h = [0.0, 0.014, 0.014 + 2e-8, 0.02], [4e-5, 4e-5, 2e-5, 2e-5]
+    line = hlcp.profile(x, h, speed=2.0, viscosity=0.04, ambient=1e5)
+    rise = 6 * 0.04 * 2 * 0.014 * 0.006 * 20e-6 / (0.006 * 64e-15 + 0.014 * 8e-15)
+    assert line.success and line.peak == pytest.approx(1e5 + rise, rel=1e-5)
+    assert line.load == pytest.approx(rise * 0.01, rel=1e-5) and line.ruptures == []
+    assert line.peak_x == pytest.approx(0.014, rel=1e-5) and np.ptp(line.flow) < 1e-9 * line.flow[0]
+
+
+def test_a_profile_is_that_of_the_command():
+    # hlcp film crates/hlcp-cli/data/pad.csv --speed 4.57 --viscosity 0.039 --x-unit mm --h-unit um
+    pad = np.loadtxt(Path(__file__).parents[2] / "crates/hlcp-cli/data/pad.csv", delimiter=",")
+    line = hlcp.profile(1e-3 * pad[:, 0], 1e-6 * pad[:, 1], **PROFILE)
+    assert line.peak == pytest.approx(3.591624e6, rel=1e-6)
+    assert line.peak_x == pytest.approx(24.395975e-3, rel=1e-6)
+    assert line.load == pytest.approx(1.013442e5, rel=1e-6)
+    assert line.friction == pytest.approx(4.210918e2, rel=1e-6)
+    assert line.ruptures == pytest.approx([51.804025e-3], rel=1e-6) and len(line.x) == 465
+    assert len(hlcp.profile([0, 1e-3, 3e-3], [2e-5, 1e-5, 2e-5], **PROFILE, refine=5).x) == 11
+
+
+@pytest.mark.parametrize("sentence, options", [
+    ("x has 2 numbers and h 3", {"h": [1, 2, 3]}),
+    (r"x\[1\] is 0.0, which does not exceed the x before it, 0.0; for a step", {"x": [0, 0]}),
+    (r"h\[1\] is 0.0, but it must be positive", {"h": [1, 0]}),
+    ("speed is -2, but it must be positive; turn the profile round", {"speed": -2}),
+    ("ambient is -1 Pa, below cavitation", {"ambient": -1}),
+    ("no point between the ends", {"refine": 1}),
+    ("refine is 0, but it must be at least 1", {"refine": 0}),
+])
+def test_a_wrong_profile_is_a_value_error(sentence, options):
+    with pytest.raises(ValueError, match=sentence):
+        hlcp.profile(**{"x": [0.0, 0.01], "h": [2e-5, 1e-5], **PROFILE, **options})

@@ -96,24 +96,12 @@ impl Points {
 
     /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of
     /// the film.
-    ///
-    /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane
-    /// wedge is 7e-6 off if the gap narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and
-    /// a rupture is known to 1/400 of the film.
     fn refined(self, refine: Option<u16>) -> Result<Self, String> {
-        let length = self.x[self.x.len() - 1] - self.x[0];
-        let by_length = |x: &[f64]| ((x[1] - x[0]) / length * 400.0).ceil().max(1.0) as usize;
-        let pieces: Vec<usize> =
-            self.x.windows(2).map(|x| refine.map_or_else(|| by_length(x), usize::from)).collect();
+        let pieces = film::Profile::pieces(&self.x, refine);
         let count = pieces.iter().fold(0, |sum: usize, pieces| sum.saturating_add(*pieces));
         memory::check(count, BYTES, "take a smaller --refine, or fewer points")?;
-        let cut = |v: &[f64]| -> Vec<f64> {
-            let inner = v.windows(2).zip(&pieces).flat_map(|(ends, &pieces)| {
-                (0..pieces).map(move |k| ends[0] + (ends[1] - ends[0]) * k as f64 / pieces as f64)
-            });
-            inner.chain(v.last().copied()).collect()
-        };
-        Ok(Self { x: cut(&self.x), h: cut(&self.h) })
+        let [x, h] = [&self.x, &self.h].map(|v| film::Profile::cut(v, &pieces));
+        Ok(Self { x, h })
     }
 }
 
