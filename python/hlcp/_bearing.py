@@ -89,6 +89,9 @@ class BearingResult(FilmResult):
     bounds: FilmBounds | None
     range: FilmBounds | None
     proof: str
+    _walled: dict[str, Any]
+    _how: dict[str, Any]
+    _known: dict[bool, tuple[Floats, Floats]]
 
     @property
     def stiffness(self) -> Floats:
@@ -110,19 +113,19 @@ class BearingResult(FilmResult):
         return self._coefficients(True)
 
     def _coefficients(self, is_clamped: bool) -> tuple[Floats, Floats]:
-        known: dict[bool, tuple[Floats, Floats]] = self.__dict__.setdefault("_known", {})
+        known = self._known
         if is_clamped not in known:
             if not self.success:
                 raise ValueError(f"the film has no coefficients, because it is not solved:"
                                  f" {self.message}")
             stiffness, damping = _hlcp.bearing_coefficients(
-                self._stored(), is_clamped, self.__dict__["_how"])
+                self._stored(), is_clamped, self._how)
             known[is_clamped] = np.array(stiffness), np.array(damping)
         return known[is_clamped]
 
     def _stored(self) -> tuple[Any, Any, Any]:
         """Return the film, z and r, as the compiled half takes them."""
-        return self.__dict__["_walled"], self.z.ravel(), self.r.ravel()
+        return self._walled, self.z.ravel(), self.r.ravel()
 
     def plot(self, ax: Any = None) -> Any:
         """Draw the pressure, the void where the film is broken, and the supplies.
@@ -137,7 +140,7 @@ class BearingResult(FilmResult):
         matplotlib.axes.Axes
             In degrees around a journal, else in mm.
         """
-        walled = self.__dict__["_walled"]
+        walled = self._walled
         film = walled["film"]
         is_journal = walled["journal"] is not None
         by = [360.0 / film["size"][0] if is_journal else 1e3, 1e3]
@@ -212,7 +215,7 @@ class MotionResult:
 
         if ax is None:
             ax = plt.figure(layout="constrained").add_subplot()
-        journal = self.film.__dict__["_walled"]["journal"]
+        journal = self.film._walled["journal"]
         if journal is None:
             ax.plot(self.times, 1e6 * self.position[:, 0])
             ax.set(xlabel="time, s", ylabel="rise, um")
@@ -355,14 +358,15 @@ class _Bearing:
         result = BearingResult(
             found, success=status is Status.CONVERGED, status=status, content=1.0 - found["r"],
             bounds=None, range=None, proof="")
-        result.__dict__.update(_walled=walled, _how=how)
+        # Apart from the entries that are shown.
+        result.__dict__.update(_walled=walled, _how=how, _known={})
         return result
 
     def _start(self, start: Any) -> BearingResult | None:
         if start is None:
             return None
         if not isinstance(start, BearingResult) or start.pressure.shape != self._grid or (
-                start.__dict__["_walled"]["journal"] is None) != (self._of_journal is None):
+                start._walled["journal"] is None) != (self._of_journal is None):
             raise ValueError(f"start must be the answer of a {type(self).__name__} of the shape"
                              f" {self._grid}")
         return start if start.success else None
@@ -550,7 +554,7 @@ class _Bearing:
             return np.array([value(film) for film in films], dtype=np.float64)
 
         def omega(film: BearingResult) -> float:
-            walled = film.__dict__["_walled"]
+            walled = film._walled
             speed = float(walled["film"]["speeds"][0])
             return speed if self._of_journal is None else speed / (self._of_journal[0] / 2)
 
@@ -1112,7 +1116,7 @@ class _Bar:
 
 def _relative(film: BearingResult) -> Floats:
     """Return the position of a journal in clearances."""
-    clearance: float = film.__dict__["_walled"]["journal"][2]
+    clearance: float = film._walled["journal"][2]
     return np.array(film.position, np.float64) / clearance
 
 
@@ -1132,7 +1136,7 @@ def _ahead(past: list[tuple[dict[str, Any], BearingResult]],
     films = [film for _, film in past[::-1]]
     guess = np.sum([weight * _relative(film) for weight, film in zip(weights, films)], axis=0)
     last = films[0]
-    room = last.least_gap / last.__dict__["_walled"]["journal"][2]
+    room = last.least_gap / last._walled["journal"][2]
     return guess if np.hypot(*(guess - _relative(last))) < 0.5 * room else None
 
 
@@ -1172,7 +1176,7 @@ def _driven(positions: Any, loads: Any, mass: Any, shape: tuple[int, ...],
 
 def _warn(film: BearingResult, ambient: float) -> None:
     """Tell what makes a film doubtful, or is hardly meant."""
-    walled = film.__dict__["_walled"]
+    walled = film._walled
     size, is_journal = walled["film"]["size"], walled["journal"] is not None
     told = []
     if film.least_gap > 1e-3 or film.least_gap < 1e-6 * max(size):
