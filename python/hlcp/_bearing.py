@@ -466,7 +466,8 @@ class _Bearing:
         Raises
         ------
         ValueError
-            For an option that is no number and no list of them.
+            For an option that is no number and no list of them, and for what is wrong with all of
+            the films alike.
 
         Examples
         --------
@@ -497,6 +498,9 @@ class _Bearing:
         way = list(_snake([len(values) for values in lists.values()]))
         found = self._row([{**fixed, **runs[k]} for k in way], threads, progress,
                           False if coefficients else None)
+        errors = [film for film in found if isinstance(film, ValueError)]
+        if len(errors) == len(runs) and len({str(error) for error in errors}) == 1:
+            raise errors[0]
         records: list[dict[str, Any]] = [{}] * len(runs)
         for k, film in zip(way, found):
             records[k] = {**runs[k], **self._record(film, coefficients), **runs[k]}

@@ -432,6 +432,7 @@ def test_doubts_are_warned_of():
     ("search for a position that carries 1000000000000 N failed",
      lambda: journal(nx=12, ny=3).film(**OIL, load=1e12)),
     ("there is no option bore to sweep; there are rpm", lambda: journal().sweep(bore=[1, 2])),
+    ("viscosity is missing", lambda: journal().sweep(rpm=[1000, 2000], ecc=0.5)),
     ("load is an empty list", lambda: journal().sweep(**OIL, load=[])),
     ("a motion has positions, or loads", lambda: pad().motion([0, 1], viscosity=1)),
     ("loads move a wall with a mass", lambda: pad().motion([0, 1], viscosity=1, loads=3)),
