@@ -1022,8 +1022,8 @@ class Pad(_Bearing):
         if force is not None and start is not None:
             position = list(start.position) if at is not None else [start.position[0], *self._tilt]
         carries = None if force is None else (force, at, None)
-        return self._solved(self._walled(_walls(given["speed"]), given["viscosity"], position), carries, start,
-                            given["method"], threads, certify, tolerance)
+        walled = self._walled(_walls(given["speed"]), given["viscosity"], position)
+        return self._solved(walled, carries, start, given["method"], threads, certify, tolerance)
 
     def coefficients(
         self,
@@ -1187,8 +1187,8 @@ def _warn(film: BearingResult, ambient: float) -> None:
         told.append(f"the least gap is {film.least_gap} m in a film of {size} m; lengths are in"
                     " metres")
     elif film.peak > 1e10:
-        told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity is"
-                    " in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
+        told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity"
+                    " is in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
     if not film.is_fed:
         way = "grooves=[(0, 2e5)], " if is_journal else ""
         told.append("nothing feeds this film, so it runs dry; feed it above the pressure of"

@@ -572,8 +572,8 @@ fn certify_in<'py>(
 
 // Scenes.
 
-/// An operator as `hlcp/_operators.py` takes it: `(ny, nx)`, five numbers or arrays, and whether the
-/// grid closes along y and x.
+/// An operator as `hlcp/_operators.py` takes it: `(ny, nx)`, five numbers or arrays, and whether
+/// the grid closes along y and x.
 type Shown<'py> = ([usize; 2], Vec<Bound<'py, PyAny>>, [bool; 2]);
 
 /// Shows a five-point operator, or a tridiagonal one as one on a line.

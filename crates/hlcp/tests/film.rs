@@ -1,5 +1,5 @@
-//! Walls that move freely, against their equation of motion; walls that carry a load, from anywhere;
-//! derivatives against differences.
+//! Walls that move freely, against their equation of motion; walls that carry a load, from
+//! anywhere; derivatives against differences.
 
 use hlcp::film::{
     Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Motion, Settings, Side, Solved,

@@ -83,12 +83,12 @@ pub struct Line {
 }
 
 impl Profile {
-    /// Returns into how many pieces each stretch between two places is cut: into so many, or so that
-    /// none is longer than 1/400 of the film.
+    /// Returns into how many pieces each stretch between two places is cut: into so many, or so
+    /// that none is longer than 1/400 of the film.
     ///
     /// Load and peak take the pressures at the points alone. With 400 pieces the load of a plane
-    /// wedge is 7e-6 off if the gap narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and a
-    /// rupture is known to 1/400 of the film.
+    /// wedge is 7e-6 off if the gap narrows to 2/3, 5e-5 for a tenth and 2e-3 for a hundredth, and
+    /// a rupture is known to 1/400 of the film.
     ///
     /// ```
     /// use hlcp::film::Profile;

@@ -311,8 +311,8 @@ impl Bearing {
         if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Returns the angle along x from which a journal's load comes, if x = 0 is so many degrees from
-    /// the place opposite the load, in the direction of the motion.
+    /// Returns the angle along x from which a journal's load comes, if x = 0 is so many degrees
+    /// from the place opposite the load, in the direction of the motion.
     pub fn load_direction(&self, attitude: f64) -> f64 {
         PI - self.direction() * attitude.to_radians()
     }
