@@ -530,7 +530,8 @@ pub(crate) fn bearing_bounds(
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let proved = released(py, || match part {
             Some(part) => {
-                let range = bearing.range(part, &solved).map_err(wrong)?;
+                let Solved { film, z, r, .. } = &solved;
+                let range = bearing.range(part, film, z, r).map_err(wrong)?;
                 Ok(range.map(|proved| (format!("proved within {part}"), proved)))
             }
             None => {

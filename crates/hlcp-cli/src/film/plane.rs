@@ -69,7 +69,8 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     };
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
     let range = arguments.data_tolerance.filter(|_| converged);
-    let range = range.map(|part| bearing.range(part, &solved)).transpose()?;
+    let film = &solved.film;
+    let range = range.map(|part| bearing.range(part, film, &solved.z, &solved.r)).transpose()?;
     let mut figures = solved.film.figures(&solved.z, &solved.r, bearing.ambient);
     figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
     let report = Report {

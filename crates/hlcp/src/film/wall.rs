@@ -3,8 +3,6 @@ use std::f64::consts::{PI, TAU};
 use hlcp_methods::Clock;
 use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side};
 
-use super::Solved;
-
 /// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
 /// eccentricity points to.
 ///
@@ -372,7 +370,7 @@ impl Bearing {
     }
 
     /// Proves the figures of all films in this position whose gap, viscosity, speeds and supplies'
-    /// pressures are, each as a whole, within `part` of these, or says why it cannot.
+    /// pressures are, each as a whole, within `part` of those of its film, or says why it cannot.
     ///
     /// # Errors
     ///
@@ -380,7 +378,9 @@ impl Bearing {
     pub fn range(
         &self,
         part: f64,
-        Solved { film, z, r, .. }: &Solved,
+        film: &Film,
+        z: &[f64],
+        r: &[f64],
     ) -> Result<Result<ProvedFigures, Refusal>, hlcp_core::Error> {
         let range = film.certify_range(part, z, r, &mut Clock::endless())?;
         Ok(range.map(|range| {
