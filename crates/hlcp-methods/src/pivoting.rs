@@ -2,7 +2,10 @@ use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 #[cfg(feature = "direct")]
 use crate::direct::SparseLu;
-use crate::{Clock, Method, Work, amg::Lu};
+use crate::{
+    Clock, Method, Work,
+    amg::{Lu, WARM},
+};
 
 /// The order up to which a full matrix is worth a thought: one of 2 MB.
 pub(crate) const SMALL: usize = 500;
@@ -39,6 +42,8 @@ pub(crate) const CHEAP: usize = 20;
 /// is what the first would leave; both by one factorisation. A front that moves by a point with
 /// each change of signs is found in some twenty steps. Then signs are changed again; if that leads
 /// nowhere, the last wrong one alone, until there are fewer.
+///
+/// The first signs are those of the start, or of 0 where its residual is above a tenth of ‖q‖.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper.
@@ -207,11 +212,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.worth
     }
 
-    /// Chooses the columns of the next step from `x`; whether they are others than before.
-    fn choose(&mut self, x: &[T]) -> bool {
+    /// Chooses the columns of the next step from `x`, or from 0 where that `is_better`; whether they
+    /// are others than before.
+    fn choose(&mut self, x: &[T], is_better: bool) -> bool {
         let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
-            self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = sign(x));
+            let of = |x: T| if is_better { T::one() } else { sign(x) };
+            self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = of(x));
             (self.fewest, self.patience) = (x.len() + 1, PATIENCE[0]);
             return true;
         }
@@ -229,8 +236,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 
     /// Overwrites `y` with what the columns that the signs of `x` select make of it.
-    fn pivot(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) {
-        if self.choose(x) {
+    fn pivot(&mut self, q: &Rhs<'_, T>, norms: Norms, x: &[T], y: &mut [T]) {
+        let is_cold = norms.l2 > WARM * q.norms().l2 && !self.has_been_inside;
+        if self.choose(x, is_cold) {
             self.steps += 1;
             self.factors.factorise(&self.problem, &self.d);
             let factor = self.problem.q_factor();
@@ -387,7 +395,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         if let Some(inside) = self.interior.take() {
             self.step_inside(q, inside, y);
         } else {
-            self.pivot(q, x, y);
+            self.pivot(q, norms, x, y);
             if self.patience == 0 && !self.has_been_inside {
                 self.enter(q, y);
             }

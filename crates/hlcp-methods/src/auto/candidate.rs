@@ -12,6 +12,10 @@ use crate::{
 /// needs.
 const SHRINK: f64 = 0.5;
 
+/// The sweeps of adaptive SOR on a plane, which are fused, in the time of which others take what
+/// counts as one.
+const FUSED: f64 = 4.0;
+
 /// Planes of fewer points leave multigrid for later.
 const FEW: usize = 1500;
 
@@ -41,13 +45,14 @@ impl AutoChoice {
         // In single precision a solve ends before the set-up of algebraic multigrid pays.
         let is_small = plane < FEW && size_of::<T>() >= size_of::<f64>();
         match self {
-            Self::Sor => (0.02, if is_plane { 16 } else { 24 }),
+            Self::Sor if is_plane => (0.16, 16),
+            Self::Sor => (0.02, 24),
             // Coarse grids of some dozen points cost more time than their sweeps are counted for.
             Self::Multigrid if is_plane && is_small => (0.05, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             // Aggregates are for matrices that conduct.
             Self::AmgNewton if is_mixed => (0.01, 500),
-            Self::AmgNewton if is_plane => (0.08, 1000),
+            Self::AmgNewton if is_plane => (0.075, 1000),
             Self::AmgNewton => (0.04, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
             Self::Newton if is_line => (0.01, 1000),
@@ -100,8 +105,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     }
 
     /// Takes in what a window has shown.
-    pub(super) fn judge(&mut self, rate: f64) {
-        self.rate = rate;
+    pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
+        let is_fused = self.choice == AutoChoice::Sor && shape.plane > 0;
+        self.rate = if is_fused { FUSED * rate } else { rate };
         self.promise *= SHRINK;
         self.window = self.window.saturating_mul(2);
     }

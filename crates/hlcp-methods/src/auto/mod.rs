@@ -34,16 +34,17 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.08 on a plane, 0.04 elsewhere; 0.01 where more than a tenth of the couplings are positive | 1000 on a plane, 500 elsewhere |
-/// | adaptive SOR | 0.02 | 16 on a plane, 24 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.075 on a plane, 0.04 elsewhere; 0.01 where more than a tenth of the couplings are positive | 1000 on a plane, 500 elsewhere |
+/// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.01 | 120; 1000 on a line, or 200 steps of elimination |
 /// | pivoting | ten digits in ten eliminations | 36 eliminations |
 ///
-/// where a plane is a grid whose operators are not tridiagonal, as they are on a line,
-/// and after each window of a method its promise is halved and its window doubled. So SOR
-/// that takes ten digits in 230 sweeps is left alone, cycles go on while each halves the residual
-/// or nearly does, and a method that has failed is tried again, for longer, when nothing else does
+/// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
+/// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
+/// time. After each window of a method its promise is halved and its window doubled. So SOR that
+/// takes ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or
+/// nearly does, and a method that has failed is tried again, for longer, when nothing else does
 /// better. Inner linear solves keep to what is left of the window. Where the solver would end with
 /// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
@@ -549,7 +550,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if clock.is_up() {
             return norms;
         }
-        self.candidates[self.at].judge(rate);
+        self.candidates[self.at].judge(rate, self.shape);
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
         // The residual of y is not known, but that of x is.
