@@ -1,4 +1,4 @@
-use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
+use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 #[cfg(feature = "direct")]
 use crate::direct::SparseLu;
@@ -60,9 +60,9 @@ pub(crate) const CHEAP: usize = 20;
 /// Finitely many steps, up to rounding, where `(A, B)` has the column W-property, which is that
 /// solutions are unique for every `q`: `B⁻¹A` is a P-matrix then, its LCP has the same bases, and
 /// changing the last sign alone leaves fewer wrong signs in the end, as it must at most n times.
-/// The same property is that `A D + B E` is regular for all positive diagonals D and E (Sznajder and
-/// Gowda), as the steps through the interior need. No splitting need converge and no sign need be
-/// that of an M-matrix.
+/// The same property is that `A D + B E` is regular for all positive diagonals D and E (Sznajder
+/// and Gowda), as the steps through the interior need. No splitting need converge and no sign need
+/// be that of an M-matrix.
 ///
 /// # Source
 ///
@@ -185,9 +185,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     ///
     /// [`Error::TooLarge`] where sparse factors might take more than 4 GB or 10¹² multiplications,
     /// whichever columns are chosen and pivots are taken; beyond an order of 500 without the
-    /// feature `direct`. [`Error::OneRank`] for a problem that ranks share.
+    /// feature `direct`. [`Error::OneRank`] for a problem that ranks share, and what the
+    /// [`check`](Step::check) of [`Aor`] refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         problem.on_one_rank("elimination")?;
+        Aor::gauss_seidel().check(&problem)?;
         let (factors, worth) = Factors::new(&problem)?;
         let n = problem.order();
         let zeros = || vec![T::zero(); n];
@@ -212,8 +214,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.worth
     }
 
-    /// Chooses the columns of the next step from `x`, or from 0 where that `is_better`; whether they
-    /// are others than before.
+    /// Chooses the columns of the next step from `x`, or from 0 where that `is_better`; whether
+    /// they are others than before.
     fn choose(&mut self, x: &[T], is_better: bool) -> bool {
         let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
@@ -349,8 +351,8 @@ pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
     full
 }
 
-/// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side by side, of
-/// which four take the time of one entry of a row.
+/// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
+/// by side, of which four take the time of one entry of a row.
 pub(crate) fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let (n, mut entries) = (problem.order(), 0);
     for i in 0..n {

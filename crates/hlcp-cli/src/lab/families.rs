@@ -40,12 +40,12 @@ pub(crate) struct Arguments {
     #[arg(conflicts_with_all = ["problems", "seed", "quick"])]
     names: Vec<String>,
     /// How many problems to draw
-    #[arg(long, default_value_t = 500, default_value_if("quick", "true", "25"))]
+    #[arg(long, default_value_t = 500, default_value_if("quick", "true", "15"))]
     problems: u64,
     /// The seed of the first problem of each family; the next ones follow
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// One problem of each family
+    /// One problem of each of the 15 smaller families
     #[arg(long, conflicts_with_all = ["problems", "seed"])]
     quick: bool,
     /// The folder for the table and the list of runs

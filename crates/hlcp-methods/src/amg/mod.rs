@@ -302,8 +302,8 @@ impl<T: Scalar> Amg<T> {
         Some((matrix, scale, dry))
     }
 
-    /// Finds the weights of rows and the order along the flow, once; whether the columns of `A` conduct, or nothing when
-    /// the clock is up.
+    /// Finds the weights of rows and the order along the flow, once; whether the columns of `A`
+    /// conduct, or nothing when the clock is up.
     pub(super) fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,

@@ -33,7 +33,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
+/// | multigrid | 0.1; 0.4 on planes with constant coefficients; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
 /// | Newton's method with algebraic multigrid | 0.075 on a plane, 0.04 elsewhere; 0.01 where more than a tenth of the couplings are positive | 1000 on a plane, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
@@ -41,8 +41,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | pivoting | ten digits in ten eliminations | 36 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
-/// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
-/// time. After each window of a method its promise is halved and its window doubled. So SOR that
+/// of adaptive SOR on a plane counts fourfold, and that of multigrid where coefficients are constant,
+/// for their sweeps are fused and take a quarter of the time. After each window of a method its promise is halved and its window doubled. So SOR that
 /// takes ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or
 /// nearly does, and a method that has failed is tried again, for longer, when nothing else does
 /// better. Inner linear solves keep to what is left of the window. Where the solver would end with
@@ -196,7 +196,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             problem.strip().map_or(problem.order(), |strip| strip.whole().iter().product());
         let plane = if has_grid && !is_line { points } else { 0 };
         let is_mixed = plane == 0 && is_mixed(&problem);
-        let shape = Shape { is_line, plane, worth: worth.unwrap_or(usize::MAX), is_mixed };
+        let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
+            .iter()
+            .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
+        let least_worth = worth.unwrap_or(usize::MAX);
+        let shape = Shape { is_line, plane, is_constant, worth: least_worth, is_mixed };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
             Pivoting => worth.is_some(),
