@@ -182,7 +182,7 @@ fn allowed([numbers, multiplications]: [f64; 2]) -> Result<(), Error> {
     let what = "sparse LU factors";
     let each =
         [(numbers, NUMBERS, "numbers"), (multiplications, MULTIPLICATIONS, "multiplications")];
-    match each.into_iter().find(|(needed, most, _)| !(needed <= most)) {
+    match each.into_iter().find(|(needed, most, _)| needed.is_nan() || needed > most) {
         Some((needed, most, unit)) => Err(Error::TooLarge { what, needed, most, unit }),
         None => Ok(()),
     }

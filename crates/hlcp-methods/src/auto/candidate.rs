@@ -12,8 +12,8 @@ use crate::{
 /// needs.
 const SHRINK: f64 = 0.5;
 
-/// The fused sweeps, of adaptive SOR on a plane and of multigrid where coefficients are constant, in
-/// the time of which others take what counts as one.
+/// The fused sweeps, of adaptive SOR on a plane and of multigrid where coefficients are constant,
+/// in the time of which others take what counts as one.
 const FUSED: f64 = 4.0;
 
 /// Planes of fewer points leave multigrid for later.

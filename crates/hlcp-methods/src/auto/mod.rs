@@ -16,8 +16,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
 ///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
-///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as of
-///   small full matrices.
+///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
+///   of small full matrices.
 /// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
 ///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
@@ -41,23 +41,15 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | pivoting | ten digits in ten eliminations | 36 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
-/// of adaptive SOR on a plane counts fourfold, and that of multigrid where coefficients are constant,
-/// for their sweeps are fused and take a quarter of the time. After each window of a method its promise is halved and its window doubled. So SOR that
-/// takes ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or
-/// nearly does, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Inner linear solves keep to what is left of the window. Where the solver would end with
+/// of adaptive SOR on a plane counts fourfold, and that of multigrid where coefficients are
+/// constant, for their sweeps are fused and take a quarter of the time. After each window of a
+/// method its promise is halved and its window doubled. So SOR that takes ten digits in 900 sweeps
+/// is left alone, cycles go on while each halves the residual or nearly does, and a method that has
+/// failed is tried again, for longer, when nothing else does better. Inner linear solves keep to
+/// what is left of the window. Where the solver would end with
 /// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
-///
-/// # The direct way
-///
-/// [`Pivoting`] is the way out where nothing else converges: with the feature `direct` for sparse
-/// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
-/// 200 sweeps, the price of its analysis; then it is what the analysis says, and out of the
-/// question beyond 4 GB. Once the solve has taken the work of twelve eliminations, promises count
-/// no more, until it has had its turn: whoever has not shown progress that is worth a solve by
-/// elimination gives way to it.
 ///
 /// All work on one iterate. Where a window ends with a larger residual than that of the iterate
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
@@ -74,6 +66,15 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
+///
+/// # The direct way
+///
+/// [`Pivoting`] is the way out where nothing else converges: with the feature `direct` for sparse
+/// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
+/// 200 sweeps, the price of its analysis; then it is what the analysis says, and out of the
+/// question beyond 4 GB. Once the solve has taken the work of twelve eliminations, promises count
+/// no more, until it has had its turn: whoever has not shown progress that is worth a solve by
+/// elimination gives way to it.
 ///
 /// # Cost
 ///
