@@ -125,6 +125,8 @@ pub use adaptive::AdaptiveSor;
 pub use amg::{Amg, AmgNewton};
 pub use anderson::Anderson;
 pub use auto::{Auto, AutoChoice, AutoEnd, AutoTurn};
+#[cfg(feature = "direct")]
+pub use direct::SparseLu;
 pub use jacobian::Jacobian;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Limits, Norm, Tolerance};

@@ -5,10 +5,11 @@ use crate::direct::SparseLu;
 use crate::{
     Clock, Method, Work,
     amg::{Lu, WARM},
+    krylov::dot,
 };
 
 /// The order up to which a full matrix is worth a thought: one of 2 MB.
-pub(crate) const SMALL: usize = 500;
+const SMALL: usize = 500;
 
 /// Steps that may change many signs while they do not leave three quarters of the fewest wrong
 /// ones: before steps inside, and after them or where few are wrong, of so many. A front that has
@@ -88,7 +89,7 @@ pub(crate) const CHEAP: usize = 20;
 #[derive(Debug, Clone)]
 pub struct Pivoting<T, A, B> {
     problem: Hlcp<T, A, B>,
-    /// The last answer, and d for the columns it was solved with: 1 or −1, or between on the path.
+    /// The last answer, and d for the columns it was solved with: 1 or −1, or between inside.
     x: Vec<T>,
     d: Vec<T>,
     factors: Factors<T>,
@@ -130,7 +131,7 @@ impl<T: Scalar> Factors<T> {
         let full = if n <= SMALL { worth(problem) } else { usize::MAX };
         #[cfg(feature = "direct")]
         if full > CHEAP {
-            let sparse = SparseLu::new(problem);
+            let sparse = SparseLu::for_problem(problem);
             match sparse {
                 Ok((lu, worth)) if worth < full => return Ok((Self::Sparse(Box::new(lu)), worth)),
                 Err(error) if n > SMALL => return Err(error),
@@ -281,7 +282,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Interior { mut z, mut r, first, left } = inside;
         let Self { problem, d, f, scratch, factors, x: s, .. } = self;
         let (n, factor) = (y.len(), problem.q_factor());
-        let mu = |z: &[T], r: &[T]| z.iter().zip(r).map(|(z, r)| (*z * *r).wide()).sum::<f64>();
         for ((d, &z), &r) in d.iter_mut().zip(&z).zip(&r) {
             *d = (z - r) / (z + r);
         }
@@ -291,7 +291,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let mut c: Vec<T> = z.iter().zip(&r).map(|(&z, &r)| -z * r).collect();
         let (mut dz, mut dr) = (vec![T::zero(); n], vec![T::zero(); n]);
         let mut length = 0.0;
-        let before = mu(&z, &r);
+        let before = dot(&z, &r);
         for corrects in [false, true] {
             // −(A z − BΩ r + γq) + BΩ (c/z), with one product.
             let (part, product) = scratch.split_at_mut(n);
@@ -318,7 +318,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 let moved = |v: &[T], dv: &[T]| -> Vec<T> {
                     v.iter().zip(dv).map(|(&v, &dv)| v + T::of(length) * dv).collect()
                 };
-                let after = mu(&moved(&z, &dz), &moved(&r, &dr));
+                let after = dot(&moved(&z, &dz), &moved(&r, &dr));
                 let centred = T::of((after / before).powi(3) * before / n as f64);
                 for i in 0..n {
                     c[i] += centred - dz[i] * dr[i];
@@ -334,7 +334,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             y[i] = if is_active { z[i] } else { -r[i] } / T::of(2.0);
         }
         self.fewest = usize::MAX;
-        let part = mu(&z, &r) / (n as f64 * first);
+        let part = dot(&z, &r) / (n as f64 * first);
         let goes_on = left > 1 && part > INSIDE && y.iter().all(|y| y.is_finite());
         self.interior = goes_on.then_some(Interior { z, r, first, left: left - 1 });
     }
@@ -353,7 +353,7 @@ pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
 
 /// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
 /// by side, of which four take the time of one entry of a row.
-pub(crate) fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
+fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let (n, mut entries) = (problem.order(), 0);
     for i in 0..n {
         problem.a().visit_row(i, &mut |_, _| entries += 1);
@@ -432,8 +432,8 @@ mod tests {
         assert!(solver.z().iter().all(|z| (z - 0.4).abs() < 1e-15), "{:?}", solver.z());
     }
 
-    /// Skew parts that outweigh the rest send Newton's method round, of an order that Lemke's
-    /// method settles.
+    /// Skew parts that outweigh the rest send Newton's method round, and the way
+    /// through the interior ends that.
     #[test]
     fn a_matrix_that_is_almost_skew_is_solved() {
         let n = 40;

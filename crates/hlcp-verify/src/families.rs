@@ -3,11 +3,12 @@
 //! Films carry oil along in a gap that is textured, rough, tapered or closed to a ring: `A`
 //! conducts the gap's cube between cells, by the harmonic mean, and `B` carries the gap upwind.
 //! Contacts have diffusion in `A` and, as a rule, the identity in `B`. In the dense family `A` is a
-//! P-matrix and `B` the identity, so that every `q` has one solution and no more. In the others the
-//! columns of `A` and `B` dominate, if weakly, and [`uniqueness`](crate::uniqueness) proves the
-//! same of all but rings. What flows around a ring adds up to nothing: up to rounding its columns
-//! of `B` are dependent, so that some `q` have no solution or several. Nothing is known of the `q`
-//! that is drawn.
+//! P-matrix and `B` the identity, so that every `q` has one solution and no more. In the others of
+//! [`NAMES`] the columns of `A` and `B` dominate, if weakly, and
+//! [`uniqueness`](crate::uniqueness) proves the same of all but rings. What flows around a ring
+//! adds up to nothing: up to rounding its columns of `B` are dependent, so that some `q` have no
+//! solution or several. Nothing is known of the `q` that is drawn, nor of the large families
+//! beyond what each says.
 
 use std::f64::consts::{PI, TAU};
 

@@ -3,13 +3,8 @@
 //! Nothing that is proved rests on a solve: its answers are candidates, and a product that is
 //! rounded outward checks them.
 
-use faer::{
-    Mat,
-    linalg::solvers::Solve,
-    sparse::{SparseColMatRef, SymbolicSparseColMatRef},
-};
 use hlcp_core::{Diagonal, Hlcp, LinearOperator, Omega, Rows};
-use hlcp_methods::{Amg, Clock, Jacobian};
+use hlcp_methods::{Amg, Clock, Jacobian, SparseLu};
 
 /// A square matrix by rows, their entries by increasing column.
 #[derive(Debug, Clone, Default)]
@@ -52,7 +47,12 @@ impl Sparse {
         const STEPS: usize = 60;
         let impossible = || vec![f64::NAN; b.len()];
         if b.len() <= DIRECT {
-            return self.solve_directly(b).unwrap_or_else(impossible);
+            let lu = SparseLu::of(b.len(), |i, each| self.row(i).for_each(|(j, s)| each(j, s)));
+            let mut x = impossible();
+            if let Ok(lu) = lu {
+                lu.solve(b, &mut x);
+            }
+            return x;
         }
         // As a pair with itself, so that no column is that of another operator.
         let Ok(problem) = Hlcp::new(self, self, Omega::Uniform(1.0)) else { return impossible() };
@@ -63,23 +63,6 @@ impl Sparse {
             amg.cycle(&jacobian, rhs, y, clock);
         };
         self.gcr(cycle, b, STEPS, enough, clock)
-    }
-
-    /// The solution of `S x = b` by a sparse LU factorisation; `None` where that is impossible.
-    fn solve_directly(&self, b: &[f64]) -> Option<Vec<f64>> {
-        let n = b.len();
-        let starts: Vec<usize> = std::iter::once(0).chain(self.ends.iter().copied()).collect();
-        let (columns, values): (Vec<usize>, Vec<f64>) =
-            self.entries.iter().map(|&(j, value)| (j as usize, value)).unzip();
-        if !values.iter().all(|value| value.is_finite()) {
-            return None;
-        }
-        // Rows are the columns of the transpose.
-        let pattern = SymbolicSparseColMatRef::new_checked(n, n, &starts, None, &columns);
-        let lu = SparseColMatRef::new(pattern, &values).sp_lu().ok()?;
-        let mut x = Mat::from_fn(n, 1, |i, _| b[i]);
-        lu.solve_transpose_in_place(x.as_mut());
-        Some((0..n).map(|i| x[(i, 0)]).collect())
     }
 
     /// Solves `S x = b` by generalised conjugate residuals until `enough` says so of the residual,

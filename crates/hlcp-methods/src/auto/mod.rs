@@ -78,9 +78,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// # Cost
 ///
-/// Two walks over the rows of `A` and `B` to begin with and three for a pair of the opening, two
-/// where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at work. Storage: `n`
-/// numbers, `2n` of scratch, and that of the methods that have had a turn.
+/// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
+/// of the opening, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
+/// work. Storage: `n` numbers, `2n` of scratch, and that of the methods that have had a turn.
 ///
 /// # Convergence
 ///
@@ -192,7 +192,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
         };
         let alone = problem.strip().is_none();
-        let worth = if alone { pivoting::least_worth(&problem) } else { None };
+        let least_worth = if alone { pivoting::least_worth(&problem) } else { None };
         let points =
             problem.strip().map_or(problem.order(), |strip| strip.whole().iter().product());
         let plane = if has_grid && !is_line { points } else { 0 };
@@ -200,11 +200,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
             .iter()
             .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
-        let least_worth = worth.unwrap_or(usize::MAX);
-        let shape = Shape { is_line, plane, is_constant, worth: least_worth, is_mixed };
+        let worth = least_worth.unwrap_or(usize::MAX);
+        let shape = Shape { is_line, plane, is_constant, worth, is_mixed };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
-            Pivoting => worth.is_some(),
+            Pivoting => least_worth.is_some(),
             AmgNewton | Newton => alone,
             Sor | Anderson => true,
         });

@@ -38,8 +38,11 @@ fn plane(random: &mut Random) -> [usize; 2] {
 fn load(random: &mut Random, [nx, ny]: [usize; 2], size: f64) -> Vec<f64> {
     let (seed, mean) = (random.next() >> 1, random.real(-0.5, 0.5));
     let at = |k: usize| [(k % nx) as f64 / nx as f64, (k / nx) as f64 / ny as f64];
-    let of = |k| at(k).map(|at| at + 1e-3);
-    (0..nx * ny).map(|k| size * (field(seed, 3, of(k)[0], of(k)[1]) - mean)).collect()
+    let of = |k| {
+        let [x, y] = at(k).map(|at| at + 1e-3);
+        size * (field(seed, 3, x, y) - mean)
+    };
+    (0..nx * ny).map(of).collect()
 }
 
 /// A positive definite matrix that is all but skew: `s (R − Rᵀ) + D`, four entries to a row of `R`.

@@ -33,7 +33,6 @@
 //! The problem that is solved, with its figures and the proofs of these, is `Film`, which belongs
 //! to `hlcp-verify`. A wall that moves and what is searched for stand here.
 
-mod band;
 mod carry;
 mod map;
 mod motion;

@@ -3,10 +3,11 @@ use std::ops::ControlFlow;
 use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
 use hlcp_methods::{
     Amg, Jacobian, Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
+    SparseLu,
 };
 use hlcp_verify::{Certificate, Film, Refusal, certify};
 
-use super::{Bearing, band::Band};
+use super::Bearing;
 
 /// What has no answer, and why.
 ///
@@ -242,26 +243,26 @@ impl Solved {
         let x: Vec<f64> = self.r.iter().map(|r| if *r > 0.0 { -r } else { 0.0 }).collect();
         let jacobian = Jacobian::new(&problem, &x);
         let tolerance = if with_speed { 1e-13 } else { SEARCH };
-        let (band, mut amg) = (Band::of(film, &jacobian), None);
+        let row = |k: usize, each: &mut dyn FnMut(usize, f64)| jacobian.visit_row(k, each);
+        // Multigrid takes ten times as long, but no more memory for more than a million cells.
+        let (lu, mut amg) = match SparseLu::of(r.len(), row) {
+            Ok(lu) => (Some(lu), None),
+            Err(_) => (None, Some(Amg::new(&problem)?)),
+        };
         // The changes of z and r that a change of A z − B r + q brings about, full and broken cells
         // staying what they are: [A_F | −B_C] (δz, δr) = −change. J has the columns 2A where a cell
         // is full, and 2ΩB elsewhere.
         let mut response = |change: &[f64]| -> Result<[Vec<f64>; 2], FilmError> {
             let mut s = vec![0.0; change.len()];
-            let reached = match (&band, &mut amg) {
-                (Some(band), _) => {
-                    band.solve(change, &mut s);
-                    if s.iter().all(|s| s.is_finite()) { 0.0 } else { f64::NAN }
-                }
-                (None, amg) => {
-                    if amg.is_none() {
-                        *amg = Some(Amg::new(&problem)?);
-                    }
-                    let amg = amg.as_mut().expect("it is there");
-                    amg.solve_to(&jacobian, change, &mut s, tolerance, 400)
-                }
-            };
-            if reached > tolerance.max(ENOUGH) || reached.is_nan() {
+            let mut reached = 0.0;
+            if let Some(lu) = &lu {
+                lu.solve(change, &mut s);
+            }
+            if let Some(amg) = &mut amg {
+                reached = amg.solve_to(&jacobian, change, &mut s, tolerance, 400);
+            }
+            let is_finite = s.iter().all(|s| s.is_finite());
+            if reached > tolerance.max(ENOUGH) || reached.is_nan() || !is_finite {
                 return Err(FilmError::Derivatives(reached));
             }
             let part = |of_z: bool| {
