@@ -44,7 +44,8 @@ pub(crate) const CHEAP: usize = 20;
 /// each change of signs is found in some twenty steps. Then signs are changed again; if that leads
 /// nowhere, the last wrong one alone, until there are fewer.
 ///
-/// The first signs are those of the start, or of 0 where its residual is above a tenth of ‖q‖.
+/// The first signs are those of the start, and then, before it goes through the interior, of 0; at
+/// once of 0 where the start's residual is above a tenth of ‖q‖.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper.
@@ -96,14 +97,24 @@ pub struct Pivoting<T, A, B> {
     /// The fewest signs that came out wrong, and the steps left to come to fewer.
     fewest: usize,
     patience: usize,
-    /// Where it is inside; and whether it has been there.
+    way: Way,
     interior: Option<Interior<T>>,
-    has_been_inside: bool,
     f: Vec<T>,
     scratch: Vec<T>,
     steps: usize,
     /// A step in sweeps.
     worth: usize,
+}
+
+/// The ways, each of which is gone once, in this order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Way {
+    /// From the signs of the start.
+    Start,
+    /// From the signs of 0.
+    Zero,
+    /// Through the interior, and from the signs there.
+    Inside,
 }
 
 /// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too.
@@ -201,8 +212,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             factors,
             fewest: usize::MAX,
             patience: 0,
+            way: Way::Start,
             interior: None,
-            has_been_inside: false,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
@@ -215,19 +226,19 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.worth
     }
 
-    /// Chooses the columns of the next step from `x`, or from 0 where that `is_better`; whether
-    /// they are others than before.
-    fn choose(&mut self, x: &[T], is_better: bool) -> bool {
+    /// Chooses the columns of the next step from `x`; whether they are others than before.
+    fn choose(&mut self, x: &[T]) -> bool {
         let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
-            let of = |x: T| if is_better { T::one() } else { sign(x) };
+            let from_zero = self.way == Way::Zero;
+            let of = |x: T| if from_zero { T::one() } else { sign(x) };
             self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = of(x));
             (self.fewest, self.patience) = (x.len() + 1, PATIENCE[0]);
             return true;
         }
         let count = x.iter().zip(&self.d).filter(|&(&x, &d)| sign(x) != d).count();
         if count as f64 <= FEWER * self.fewest as f64 {
-            let long = self.has_been_inside || count <= x.len() / FEW;
+            let long = self.way == Way::Inside || count <= x.len() / FEW;
             (self.fewest, self.patience) = (count, PATIENCE[usize::from(long)]);
         } else {
             self.patience = self.patience.saturating_sub(1);
@@ -239,9 +250,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 
     /// Overwrites `y` with what the columns that the signs of `x` select make of it.
-    fn pivot(&mut self, q: &Rhs<'_, T>, norms: Norms, x: &[T], y: &mut [T]) {
-        let is_cold = norms.l2 > WARM * q.norms().l2 && !self.has_been_inside;
-        if self.choose(x, is_cold) {
+    fn pivot(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) {
+        if self.choose(x) {
             self.steps += 1;
             self.factors.factorise(&self.problem, &self.d);
             let factor = self.problem.q_factor();
@@ -274,7 +284,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         });
         let [z, r] = usual.map(|size| vec![T::of(size); x.len()]);
         self.interior = Some(Interior { z, r, first: usual[0] * usual[1], left: STEPS });
-        self.has_been_inside = true;
     }
 
     /// Takes a step inside, and overwrites `y` with what is closest to it on the edge.
@@ -372,7 +381,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     fn restart(&mut self) {
         (self.fewest, self.steps) = (usize::MAX, 0);
-        (self.interior, self.has_been_inside) = (None, false);
+        (self.interior, self.way) = (None, Way::Start);
     }
 
     fn has_memory(&self) -> bool {
@@ -397,15 +406,23 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         if let Some(inside) = self.interior.take() {
             self.step_inside(q, inside, y);
         } else {
-            self.pivot(q, norms, x, y);
-            if self.patience == 0 && !self.has_been_inside {
-                self.enter(q, y);
+            if self.steps == 0 && norms.l2 > WARM * q.norms().l2 {
+                self.way = Way::Zero;
             }
+            self.pivot(q, x, y);
         }
-        if !y.iter().all(|y| y.is_finite()) {
+        let is_finite = y.iter().all(|y| y.is_finite());
+        if !is_finite {
             y.copy_from_slice(x);
-            if !self.has_been_inside {
-                self.enter(q, x);
+        }
+        if self.patience == 0 || !is_finite {
+            match self.way {
+                Way::Start => (self.way, self.fewest) = (Way::Zero, usize::MAX),
+                Way::Zero => {
+                    self.way = Way::Inside;
+                    self.enter(q, y);
+                }
+                Way::Inside => {}
             }
         }
         norms
@@ -449,6 +466,20 @@ mod tests {
         let mut solver = Solver::new(Pivoting::new(problem).unwrap());
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
+    }
+
+    /// Both columns of a singular B, whose residual is a thirtieth of q, have no factors; those of A
+    /// lead to z = (0, 0.05), r = (0.95, 0).
+    #[test]
+    fn singular_columns_of_the_start_are_left_for_those_of_zero() {
+        let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
+        let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
+        let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let start = crate::Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
+        let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
+        assert!((solver.z()[1] - 0.05).abs() + (solver.r()[0] - 0.95).abs() < 1e-14);
     }
 
     /// The signs of a strip under load are right after a few eliminations, from any start.

@@ -54,13 +54,13 @@ impl AutoChoice {
             Self::Multigrid if is_plane && is_small => (0.05, 24),
             Self::Multigrid if is_plane && is_constant => (0.4, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
-            // Aggregates are for matrices that conduct.
-            Self::AmgNewton if is_mixed => (0.01, 500),
+            // Aggregates are for matrices that conduct; elimination is tried before, if it is cheap.
+            Self::AmgNewton if is_mixed => (0.005, 1000),
             Self::AmgNewton if is_plane => (0.075, 1000),
             Self::AmgNewton => (0.04, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
             Self::Newton if is_line => (0.01, 1000),
-            Self::Newton => (0.01, 120),
+            Self::Newton => (0.005, 240),
             Self::Anderson => (0.02, 24),
             // Ten digits in ten eliminations, as a rule; but a front may take thirty.
             Self::Pivoting => (2.3 / worth as f64, 36 * worth),
