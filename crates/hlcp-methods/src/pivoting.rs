@@ -468,8 +468,8 @@ mod tests {
         assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
     }
 
-    /// Both columns of a singular B, whose residual is a thirtieth of q, have no factors; those of A
-    /// lead to z = (0, 0.05), r = (0.95, 0).
+    /// Both columns of a singular B, whose residual is a thirtieth of q, have no factors; those of
+    /// A lead to z = (0, 0.05), r = (0.95, 0).
     #[test]
     fn singular_columns_of_the_start_are_left_for_those_of_zero() {
         let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();

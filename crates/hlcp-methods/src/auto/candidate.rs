@@ -54,7 +54,8 @@ impl AutoChoice {
             Self::Multigrid if is_plane && is_small => (0.05, 24),
             Self::Multigrid if is_plane && is_constant => (0.4, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
-            // Aggregates are for matrices that conduct; elimination is tried before, if it is cheap.
+            // Aggregates are for matrices that conduct; elimination is tried before, if it is
+            // cheap.
             Self::AmgNewton if is_mixed => (0.005, 1000),
             Self::AmgNewton if is_plane => (0.075, 1000),
             Self::AmgNewton => (0.04, 500),
