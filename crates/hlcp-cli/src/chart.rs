@@ -1,7 +1,8 @@
 //! Charts: lines on logarithmic axes and fields as colours, as SVG with the data beside it.
 //!
-//! Every series has a colour, a dash and a marker of its own, so that a chart reads in grey too;
-//! the light background is part of the chart, so that it reads on a dark page.
+//! A figure is 800 pixels wide, and its text has its size at that width. Every series has a colour,
+//! a dash and a marker of its own, so that a chart reads in grey too; the light background is part
+//! of the chart, so that it reads on a dark page.
 
 use std::{error::Error, fs, path::Path, process::Command, sync::Arc};
 
@@ -12,12 +13,12 @@ use kuva::{
         ColorMap, Heatmap, LegendEntry, LinePlot, LineStyle, MarkerShape, ScatterPlot,
         legend::LegendShape,
     },
-    prelude::TickFormat,
+    prelude::{Theme, TickFormat},
     render::{
-        figure::{Figure, FigureLegendPosition},
-        layout::Layout,
+        layout::{ComputedLayout, Layout},
         plots::Plot,
-        render::{Primitive, TextAnchor},
+        render::{Primitive, Scene, TextAnchor, render_legend_at, render_multiple},
+        render_utils::wrap_text,
     },
 };
 
@@ -50,49 +51,107 @@ pub(crate) struct Series {
 pub(crate) struct Point {
     pub(crate) x: f64,
     pub(crate) y: f64,
-    /// The smallest and largest `x` measured, drawn as a bar.
-    pub(crate) spread: Option<[f64; 2]>,
-    /// Whether the point is what it was meant to be; the others are open markers, joined by
-    /// nothing.
-    pub(crate) reached: bool,
-}
-
-impl Point {
-    /// A point without a spread.
-    pub(crate) fn at(x: f64, y: f64) -> Self {
-        Self { x, y, spread: None, reached: true }
-    }
 }
 
 /// A chart in a grid of charts.
 pub(crate) struct Panel {
     plots: Vec<Plot>,
     layout: Layout,
-    legend: Vec<LegendEntry>,
+    /// Whether the axes are of logarithms.
+    has_decades: bool,
+    keys: Vec<Key>,
+    /// The names that stand at the ends of lines in the place of a legend.
+    ends: Vec<End>,
+    /// Places along the top, with their names.
+    places: Vec<(f64, String)>,
+}
+
+/// An entry of the legend: shapes on top of each other, with their colours and dashes.
+#[derive(Clone)]
+struct Key {
+    label: String,
+    shapes: Vec<(LegendShape, String, String)>,
+}
+
+/// The name at the end of a line, and where that is: nowhere for a line that begins above the
+/// panel.
+struct End {
+    label: String,
+    colour: &'static str,
+    at: Option<(f64, f64)>,
+}
+
+impl End {
+    fn of(series: &Series) -> Self {
+        let colour = COLOURS[series.style[0] % COLOURS.len()];
+        Self { label: String::new(), colour, at: None }
+    }
 }
 
 impl Panel {
-    /// Lines on logarithmic axes, named with their units; the ranges grow to whole powers of ten.
+    /// Lines on logarithmic axes, named with their units; the ranges are those of the points, or
+    /// whole decades where two powers of ten would not be in them.
     pub(crate) fn log_log(title: &str, axes: [&str; 2], series: &[Series]) -> Self {
         let points = || series.iter().flat_map(|series| &series.points);
         let range = |coordinate: fn(&Point) -> f64| {
             let logs = points().map(|point| coordinate(point).log10());
             let (low, high) =
                 logs.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
-            (low.floor(), high.ceil().max(low.floor() + 1.0))
+            let (low, high) = (low - 0.1, high + 0.1);
+            if high.floor() > low.ceil() { (low, high) } else { (low.floor(), high.ceil()) }
         };
         let mut panel = Self::new(title, axes, range(|point| point.x), range(|point| point.y));
-        // Decades, thinned where there are many.
-        let step = |(low, high): (f64, f64)| ((high - low) / 8.0).ceil();
-        panel.layout = panel
-            .layout
-            .with_x_tick_step(step(range(|point| point.x)))
-            .with_y_tick_step(step(range(|point| point.y)))
-            .with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
+        panel.layout = panel.layout.with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
+        panel.has_decades = true;
         for series in series {
             panel.draw(series, f64::log10, false);
         }
         panel
+    }
+
+    /// The same panel over other decades along x.
+    pub(crate) fn over(mut self, low: f64, high: f64) -> Self {
+        self.layout.x_range = (low, high);
+        self.layout = self.layout.with_x_axis_min(low).with_x_axis_max(high);
+        self
+    }
+
+    /// Names lines of a [`log_log`](Self::log_log) panel at their ends, each with what `note` says
+    /// of it, in the place of the legend.
+    pub(crate) fn with_names_at_ends(
+        mut self,
+        series: &[Series],
+        note: impl Fn(&Series) -> String,
+    ) -> Self {
+        self.keys.retain(|key| series.iter().all(|series| series.name != key.label));
+        for series in series {
+            let at = series.points.last().map(|point| (point.x.log10(), point.y.log10()));
+            self.ends.push(End {
+                label: series.name.clone() + &note(series),
+                at,
+                ..End::of(series)
+            });
+        }
+        self
+    }
+
+    /// Names a line that begins above the panel at the top of the names.
+    pub(crate) fn with_name_above(mut self, series: &Series, label: String) -> Self {
+        self.ends.push(End { label, ..End::of(series) });
+        self
+    }
+
+    /// Writes the ticks of the axes in other words than powers of ten.
+    pub(crate) fn with_ticks(mut self, words: [fn(f64) -> String; 2]) -> Self {
+        let [x, y] = words.map(|words| TickFormat::Custom(Arc::new(words)));
+        self.layout = self.layout.with_x_tick_format(x).with_y_tick_format(y);
+        self
+    }
+
+    /// Names places along the top.
+    pub(crate) fn with_places_on_top(mut self, places: Vec<(f64, String)>) -> Self {
+        self.places = places;
+        self
     }
 
     /// Steps from the left on plain axes over the given ranges.
@@ -118,33 +177,39 @@ impl Panel {
     pub(crate) fn field(
         title: &str,
         axes: [&str; 2],
-        [x, y]: [(f64, f64); 2],
+        ranges: [(f64, f64); 2],
         rows: &[Vec<f64>],
         (what, low, high): (&str, f64, f64),
     ) -> Self {
-        let rows =
-            rows.iter().map(|row| row.iter().map(|v| v.clamp(low, high)).collect::<Vec<_>>());
-        let rows: Vec<_> = rows.collect();
-        // The chart's own scale would follow the values; this one is the same in all panels.
-        let finite = || rows.iter().flatten().filter(|v| !v.is_nan());
-        let least = finite().fold(high, |least, &v| least.min(v));
-        let most = finite().fold(low, |most, &v| most.max(v));
-        let colour = move |t: f64| {
-            if t.is_nan() {
-                return "#c8c8c8".to_owned();
-            }
-            ColorMap::Cividis.map(1.0 - (least + t * (most - least) - low) / (high - low))
+        let rows = rows.iter().map(|row| row.iter().map(|v| v.clamp(low, high)).collect());
+        let colour = move |v: f64| match v.is_nan() {
+            true => "#c8c8c8".to_owned(),
+            false => shade((v - low) / (high - low)),
         };
-        let heat = Heatmap::new()
-            .with_data(rows)
-            .with_color_map(ColorMap::Custom(Arc::new(colour)))
-            .with_x_range(x.0, x.1)
-            .with_y_range(y.0, y.1)
-            .with_cell_size(1.0);
-        let mut panel = Self::new(title, axes, x, y);
+        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
         panel.layout = panel.layout.with_subtitle(format!("colour: {what}"));
         panel.layout.show_colorbar = true;
-        panel.plots.push(Plot::Heatmap(heat));
+        panel.plots.push(cells(ranges, rows.collect(), colour));
+        panel
+    }
+
+    /// Cells of a rectangle in some colours, each with a name for the legend: the `k`-th where a
+    /// row has `k`.
+    pub(crate) fn classes(
+        title: &str,
+        axes: [&str; 2],
+        ranges: [(f64, f64); 2],
+        rows: Vec<Vec<f64>>,
+        classes: &[(String, String)],
+    ) -> Self {
+        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
+        let colours: Vec<_> = classes.iter().map(|(_, colour)| colour.clone()).collect();
+        let colour = move |k: f64| colours[k.round() as usize].clone();
+        panel.plots.push(cells(ranges, rows, colour));
+        for (label, colour) in classes {
+            let shapes = vec![(LegendShape::Rect, colour.clone(), String::new())];
+            panel.keys.push(Key { label: label.clone(), shapes });
+        }
         panel
     }
 
@@ -155,16 +220,23 @@ impl Panel {
         x_range: (f64, f64),
         y_range: (f64, f64),
     ) -> Self {
-        let layout = Layout::new(x_range, y_range)
+        let mut layout = Layout::new(x_range, y_range)
             .with_title(title)
-            .with_title_size(15)
+            .with_title_size(12)
+            .with_label_size(12)
+            .with_tick_size(11)
+            .with_title_wrap(80) // where it has no lines of its own
+            .with_subtitle_size(SIZE)
             .with_x_label(x)
-            .with_y_label(y)
             .with_x_axis_min(x_range.0)
             .with_x_axis_max(x_range.1)
             .with_y_axis_min(y_range.0)
             .with_y_axis_max(y_range.1);
-        Self { plots: vec![], layout, legend: vec![] }
+        if !y.is_empty() {
+            layout = layout.with_y_label(y);
+        }
+        let (plots, keys, ends, places) = (vec![], vec![], vec![], vec![]);
+        Self { plots, layout, has_decades: false, keys, ends, places }
     }
 
     fn draw(&mut self, series: &Series, scale: fn(f64) -> f64, steps: bool) {
@@ -172,48 +244,38 @@ impl Panel {
         let colour = COLOURS[colour % COLOURS.len()];
         let dash = DASHES[dash % DASHES.len()];
         let marker = MARKERS[marker % MARKERS.len()];
-        let at = |point: &Point| (scale(point.x), scale(point.y));
-        let [reached, missed] = [true, false].map(|reached| {
-            series.points.iter().filter(|point| point.reached == reached).collect::<Vec<_>>()
-        });
-        let points = reached.iter().map(|point| at(point)).collect();
+        let points: Vec<_> =
+            series.points.iter().map(|point| (scale(point.x), scale(point.y))).collect();
+        let markers = ScatterPlot::new()
+            .with_data(points.iter().copied())
+            .with_color(colour)
+            .with_marker(marker)
+            .with_size(3.0);
         let line = line(points, colour, dash, 1.5);
-        self.plots.push(Plot::Line(if steps { line.with_step() } else { line }));
-        let spreads = reached.iter().map(|point| {
-            let [low, high] = point.spread.unwrap_or([point.x; 2]).map(scale);
-            (scale(point.x) - low, high - scale(point.x))
-        });
-        let markers = |points: &[&Point], colour: &str, size: f64| {
-            ScatterPlot::new()
-                .with_data(points.iter().map(|point| at(point)))
-                .with_color(colour)
-                .with_marker(marker)
-                .with_size(size)
-        };
-        let closed = markers(&reached, colour, 4.0).with_x_err_asymmetric(spreads);
-        self.plots.push(Plot::Scatter(closed));
-        // An open marker is one with a smaller white one on top.
-        self.plots.push(Plot::Scatter(markers(&missed, colour, 5.0)));
-        self.plots.push(Plot::Scatter(markers(&missed, "white", 3.2)));
-        self.name(&series.name, colour, LegendShape::Marker(marker), "");
+        if steps {
+            self.plots.push(Plot::Line(line.with_step()));
+            return self.key(&series.name, LegendShape::Line, colour, dash);
+        }
+        self.plots.push(Plot::Line(line));
+        self.plots.push(Plot::Scatter(markers));
+        self.key(&series.name, LegendShape::Marker(marker), colour, "");
     }
 
     /// Marks at points in the axes' own coordinates (logarithms on a [`log_log`](Self::log_log)
-    /// panel).
+    /// panel), of a size in pixels, with a name unless that is empty.
     pub(crate) fn marks(
         mut self,
         name: &str,
-        colour: &str,
-        marker: MarkerShape,
+        (colour, marker, size): (&str, MarkerShape, f64),
         at: &[(f64, f64)],
     ) -> Self {
         let marks = ScatterPlot::new()
             .with_data(at.iter().copied())
             .with_color(colour)
             .with_marker(marker)
-            .with_size(2.5);
+            .with_size(size);
         self.plots.push(Plot::Scatter(marks));
-        self.name(name, colour, LegendShape::Marker(marker), "");
+        self.key(name, LegendShape::Marker(marker), colour, "");
         self
     }
 
@@ -226,18 +288,187 @@ impl Panel {
         through: &[(f64, f64)],
     ) -> Self {
         self.plots.push(Plot::Line(line(through.to_vec(), colour, dash, 2.0)));
-        if !name.is_empty() {
-            self.name(name, colour, LegendShape::Line, dash);
-        }
+        self.key(name, LegendShape::Line, colour, dash);
         self
     }
 
-    /// Adds an entry of the legend.
-    fn name(&mut self, label: &str, colour: &str, shape: LegendShape, dash: &str) {
-        let dasharray = (!dash.is_empty()).then(|| dash.to_owned());
-        let (label, color) = (label.to_owned(), colour.to_owned());
-        self.legend.push(LegendEntry { label, color, shape, dasharray });
+    /// A line in black on white, which shows on light and on dark, through points in the axes' own
+    /// coordinates.
+    pub(crate) fn border(self, name: &str, dash: &str, through: &[(f64, f64)]) -> Self {
+        self.outline("", "white", "", through).outline(name, "black", dash, through)
     }
+
+    /// A broad line below all others, through points in the axes' own coordinates.
+    pub(crate) fn band(mut self, name: &str, colour: &str, through: &[(f64, f64)]) -> Self {
+        self.plots.insert(0, Plot::Line(line(through.to_vec(), colour, "", 9.0)));
+        self.key(name, LegendShape::Rect, colour, "");
+        self
+    }
+
+    /// Adds to the legend, on top of the shapes of the same name, unless that is empty.
+    fn key(&mut self, label: &str, shape: LegendShape, colour: &str, dash: &str) {
+        if label.is_empty() {
+            return;
+        }
+        let shape = (shape, colour.to_owned(), dash.to_owned());
+        match self.keys.iter_mut().find(|key| key.label == label) {
+            Some(key) => key.shapes.push(shape),
+            None => self.keys.push(Key { label: label.to_owned(), shapes: vec![shape] }),
+        }
+    }
+
+    /// The pixels to the left and to the right of what is drawn.
+    fn margins(&self) -> [f64; 2] {
+        let computed = ComputedLayout::from_layout(&self.layout);
+        // The layout leaves room for a name of the axis where there is none.
+        let name = if self.layout.y_label.is_some() { 0.0 } else { 15.0 };
+        let widest = self.ends.iter().map(|end| width(&end.label)).fold(0.0, f64::max);
+        let right = if self.ends.is_empty() { computed.margin_right } else { 10.0 + widest };
+        [computed.margin_left - 8.0 - name, right.max(12.0)]
+    }
+
+    /// Draws a panel of some pixels at a place of a scene.
+    fn render(self, scene: &mut Scene, [x, y]: [f64; 2], [width, height]: [f64; 2]) {
+        let [left, right] = self.margins();
+        let mut layout = self.layout.with_width(width).with_height(height);
+        let ComputedLayout { margin_top, margin_bottom, .. } = ComputedLayout::from_layout(&layout);
+        let margin_top = margin_top + if self.places.is_empty() { 0.0 } else { LINE };
+        layout = layout
+            .with_force_margins(left, right)
+            .with_force_margins_y(margin_top, margin_bottom - 8.0);
+        if self.has_decades {
+            // As many decades apart as their names need.
+            let step = |(low, high): (f64, f64), pixels: f64, name: f64| {
+                let least = (high - low) * name / pixels;
+                [1.0, 2.0, 4.0, 5.0, 8.0].into_iter().find(|step| *step >= least).unwrap_or(10.0)
+            };
+            let x = step(layout.x_range, width - left - right, 34.0);
+            let y = step(layout.y_range, height - margin_top - margin_bottom, 24.0);
+            layout = layout.with_x_tick_step(x).with_y_tick_step(y);
+        }
+        let computed = ComputedLayout::from_layout(&layout);
+        let drawn = render_multiple(self.plots, layout);
+        let transform = Some(format!("translate({x:.1},{y:.1})"));
+        scene.add(Primitive::GroupStart { transform, title: None, extra_attrs: None });
+        scene.defs.extend(drawn.defs);
+        drawn.elements.into_iter().for_each(|element| scene.add(element));
+        for (at, name) in self.places {
+            let (x, y2) = (computed.map_x(at), computed.margin_top);
+            let color = Some("black".into());
+            let stroke = "black".into();
+            scene.add(Primitive::Line {
+                x1: x,
+                y1: y2 - 4.0,
+                x2: x,
+                y2,
+                stroke,
+                stroke_width: 1.0,
+                stroke_dasharray: None,
+            });
+            scene.add(Primitive::Text {
+                x,
+                y: y2 - 6.0,
+                content: name,
+                size: SIZE,
+                anchor: TextAnchor::Middle,
+                rotate: None,
+                bold: false,
+                color,
+            });
+        }
+        let end = width - right;
+        // Where the names stand: near the ends, and a line apart.
+        let mut names = self.ends;
+        let wanted = |end: &End| end.at.map_or(computed.margin_top, |(_, y)| computed.map_y(y));
+        names.sort_by(|one, other| wanted(one).total_cmp(&wanted(other)));
+        let mut places: Vec<f64> = names.iter().map(wanted).collect();
+        for k in 1..places.len() {
+            places[k] = places[k].max(places[k - 1] + LINE);
+        }
+        let mut lowest = height - computed.margin_bottom + LINE / 2.0;
+        for place in places.iter_mut().rev() {
+            *place = place.min(lowest);
+            lowest = *place - LINE;
+        }
+        for (name, place) in names.iter().zip(places) {
+            if let Some((x, y)) = name.at {
+                let (x1, y1) = (computed.map_x(x), computed.map_y(y));
+                let (x2, stroke) = (end + 4.0, name.colour.into());
+                let dash = Some("1 2".to_owned());
+                scene.add(Primitive::Line {
+                    x1,
+                    y1,
+                    x2,
+                    y2: place,
+                    stroke,
+                    stroke_width: 1.0,
+                    stroke_dasharray: dash,
+                });
+            }
+            text(scene, [end + 6.0, place + 4.0], &name.label, &darker(name.colour));
+        }
+        scene.add(Primitive::GroupEnd);
+    }
+}
+
+/// The width of a figure in pixels.
+const WIDTH: f64 = 800.0;
+
+/// The size of small text, and the distance of its lines.
+const SIZE: u32 = 11;
+const LINE: f64 = 13.0;
+
+/// Returns the pixels that small text takes, or some more.
+fn width(text: &str) -> f64 {
+    0.65 * f64::from(SIZE) * text.chars().count() as f64
+}
+
+/// Adds small text that begins at a place.
+fn text(scene: &mut Scene, [x, y]: [f64; 2], text: &str, colour: &str) {
+    let (content, color) = (text.to_owned(), Some(colour.into()));
+    let anchor = TextAnchor::Start;
+    scene.add(Primitive::Text {
+        x,
+        y,
+        content,
+        size: SIZE,
+        anchor,
+        rotate: None,
+        bold: false,
+        color,
+    });
+}
+
+/// Returns a colour that is dark enough for text, of `#` and six hexadecimal digits.
+fn darker(colour: &str) -> String {
+    let part = |k: usize| u8::from_str_radix(&colour[k..k + 2], 16).unwrap_or(0);
+    let [red, green, blue] = [1, 3, 5].map(|k| (0.7 * f64::from(part(k))) as u8);
+    format!("#{red:02x}{green:02x}{blue:02x}")
+}
+
+/// Returns a colour from light, for 0, to dark, for 1.
+pub(crate) fn shade(share: f64) -> String {
+    ColorMap::Cividis.map(1.0 - share)
+}
+
+/// Cells of a rectangle in the colours of their values.
+fn cells(
+    [x, y]: [(f64, f64); 2],
+    rows: Vec<Vec<f64>>,
+    colour: impl Fn(f64) -> String + Send + Sync + 'static,
+) -> Plot {
+    // A map of colours is told where a value lies between the least and the largest.
+    let finite = || rows.iter().flatten().filter(|v| !v.is_nan());
+    let least = finite().fold(f64::MAX, |least, &v| least.min(v));
+    let most = finite().fold(f64::MIN, |most, &v| most.max(v));
+    let map = move |t: f64| colour(least + t * (most - least));
+    let heat = Heatmap::new()
+        .with_data(rows)
+        .with_color_map(ColorMap::Custom(Arc::new(map)))
+        .with_x_range(x.0, x.1)
+        .with_y_range(y.0, y.1)
+        .with_cell_size(1.0);
+    Plot::Heatmap(heat)
 }
 
 /// Draws a line, solid for an empty dash.
@@ -251,7 +482,7 @@ fn line(through: Vec<(f64, f64)>, colour: &str, dash: &str, width: f64) -> LineP
 }
 
 /// `10^v` with the exponent raised.
-fn power_of_ten(v: f64) -> String {
+pub(crate) fn power_of_ten(v: f64) -> String {
     let raised = |c: char| match c {
         '-' => '⁻',
         '1' => '¹',
@@ -267,10 +498,11 @@ fn power_of_ten(v: f64) -> String {
 pub(crate) fn write(
     path: &Path,
     columns: usize,
+    height: f64,
     panels: Vec<Panel>,
     caption: &str,
 ) -> Result<(), Box<dyn Error>> {
-    save(&path.with_extension("svg"), &svg(columns, panels, caption))
+    save(&path.with_extension("svg"), &svg(columns, height, panels, caption))
 }
 
 /// Writes a text to a file, in a folder that is made where there is none.
@@ -282,39 +514,66 @@ pub(crate) fn save(path: &Path, text: &str) -> Result<(), Box<dyn Error>> {
     Ok(files::write_together(&[(path, text)], |text, file| file.write_all(text.as_bytes()))?)
 }
 
-/// Draws `panels`, `columns` to a row, with one legend and a caption of some lines.
-pub(crate) fn svg(columns: usize, panels: Vec<Panel>, caption: &str) -> String {
-    let mut legend: Vec<LegendEntry> = vec![];
-    for entry in panels.iter().flat_map(|panel| &panel.legend) {
-        if legend.iter().all(|known| known.label != entry.label) {
-            legend.push(entry.clone());
+/// Draws panels of a height, `columns` to a row, with one legend and a caption below.
+pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str) -> String {
+    let mut keys: Vec<Key> = vec![];
+    for key in panels.iter().flat_map(|panel| &panel.keys) {
+        if keys.iter().all(|known| known.label != key.label) {
+            keys.push(key.clone());
         }
     }
-    let rows = panels.len().div_ceil(columns);
-    let (mut plots, mut layouts) = (vec![], vec![]);
-    for panel in panels {
-        plots.push(panel.plots);
-        layouts.push(panel.layout);
+    let mut scene = Scene::new(WIDTH, 0.0);
+    scene.font_family = Some("DejaVu Sans, Verdana, Arial, sans-serif".into());
+    let mut panels = panels.into_iter().peekable();
+    while panels.peek().is_some() {
+        let row: Vec<Panel> = panels.by_ref().take(columns).collect();
+        // What is drawn is equally wide, whatever stands beside it.
+        let margins: f64 = row.iter().flat_map(Panel::margins).sum();
+        let share = margins / row.len() as f64 * (columns - row.len()) as f64;
+        let drawn = (WIDTH - margins - share) / columns as f64;
+        let (mut x, y) = (0.0, scene.height);
+        for panel in row {
+            let width = drawn + panel.margins().iter().sum::<f64>();
+            panel.render(&mut scene, [x, y], [width, height]);
+            x += width;
+        }
+        scene.height += height;
     }
-    let figure = Figure::new(rows, columns)
-        .with_cell_size(440.0, 340.0)
-        .with_plots(plots)
-        .with_layouts(layouts)
-        .with_shared_legend_entries(legend)
-        .with_shared_legend_position(FigureLegendPosition::RightTop);
-    let mut scene = figure.render();
-    for line in caption.lines() {
-        scene.height += 16.0;
-        scene.add(Primitive::Text {
-            x: 12.0,
-            y: scene.height - 10.0,
-            content: line.to_owned(),
-            size: 11,
-            anchor: TextAnchor::Start,
-            rotate: None,
-            bold: false,
-            color: None,
-        });
+    scene.height += 12.0;
+    let mut x = 8.0;
+    for Key { label, shapes } in keys {
+        let width = 40.0 + width(&label);
+        if x + width > WIDTH {
+            (x, scene.height) = (8.0, scene.height + 18.0);
+        }
+        for (k, (shape, color, dash)) in shapes.into_iter().enumerate() {
+            let label = if k == 0 { label.clone() } else { String::new() };
+            let dasharray = (!dash.is_empty()).then_some(dash);
+            let (y, theme) = (scene.height, Theme::default());
+            let (mut shape, stroke) = (shape, color.clone().into());
+            if let LegendShape::Line = shape {
+                // Long enough for a dash of any kind.
+                scene.add(Primitive::Line {
+                    x1: x - 4.0,
+                    y1: y + 5.0,
+                    x2: x + 21.0,
+                    y2: y + 5.0,
+                    stroke,
+                    stroke_width: 2.0,
+                    stroke_dasharray: dasharray.clone(),
+                });
+                shape = LegendShape::CircleSize(0.0);
+            }
+            let entry = LegendEntry { label, color, shape, dasharray };
+            render_legend_at(&[entry], None, None, false, &mut scene, x, y, width, SIZE, &theme);
+        }
+        x += width;
+    }
+    scene.height += if x > 8.0 { 24.0 } else { 0.0 };
+    for line in wrap_text(caption, (WIDTH / width("n")) as usize) {
+        scene.height += 15.0;
+        let y = scene.height - 10.0;
+        text(&mut scene, [12.0, y], &line, "black");
     }
     SvgBackend::new().render_scene(&scene)
 }

@@ -56,6 +56,7 @@ enum Command {
     Families(lab::families::Arguments),
     Films(lab::films::Arguments),
     Gallery(lab::gallery::Arguments),
+    Charts(lab::charts::Arguments),
     Scenes(lab::scenes::Arguments),
 }
 
@@ -110,6 +111,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
         Command::Families(arguments) => lab::families::run(&arguments)?,
         Command::Films(arguments) => lab::films::run(&arguments)?,
         Command::Gallery(arguments) => lab::gallery::run(&arguments)?,
+        Command::Charts(arguments) => lab::charts::run(&arguments)?,
         Command::Scenes(_) => lab::scenes::run()?,
     }
     Ok(true)

@@ -1,8 +1,10 @@
-//! The picture of a film: its pressure and its content, with the edge of the broken part.
+//! The picture of a film: its pressure and its content, with the edge of the broken part, the
+//! supplies and the load.
 
 use std::collections::HashMap;
 
-use hlcp::film::Solved;
+use hlcp::film::{Bearing, Solved};
+use kuva::plot::MarkerShape;
 
 use super::{Arguments, unit};
 use crate::chart::{self, Panel};
@@ -10,8 +12,14 @@ use crate::chart::{self, Panel};
 /// Cells along a direction of the picture, at most: more are not seen.
 const CELLS: usize = 160;
 
-/// The picture as SVG.
-pub(super) fn drawn(solved: &Solved, arguments: &Arguments, caption: &str) -> String {
+/// The picture as SVG; the load acts at a place in m, or a journal is pressed there.
+pub(super) fn drawn(
+    bearing: &Bearing,
+    solved: &Solved,
+    load: [f64; 2],
+    arguments: &Arguments,
+    caption: &str,
+) -> String {
     let film = &solved.film;
     let counts = [film.nx, film.ny];
     let pick = [0, 1].map(|axis| {
@@ -47,9 +55,32 @@ pub(super) fn drawn(solved: &Solved, arguments: &Arguments, caption: &str) -> St
         |[i, j]: [usize; 2]| (lx * i as f64 / sizes[0] as f64, ly * j as f64 / sizes[1] as f64);
     for line in edges(sizes, broken) {
         let through: Vec<(f64, f64)> = line.into_iter().map(place).collect();
-        panels = panels.map(|panel| panel.outline("", "#D55E00", "", &through));
+        panels =
+            panels.map(|panel| panel.outline("edge of the full film", "#D55E00", "", &through));
     }
-    chart::svg(2, panels.into(), caption)
+    for supply in &film.supplies {
+        let [[x, y], [dx, dy]] =
+            [supply.corner, supply.size].map(|place| place.map(|v| v / arguments.x_unit));
+        // One that reaches beyond a periodic end begins before the other end as well.
+        for [x, y] in [[x, y], [x - lx, y], [x, y - ly]] {
+            let corners = [(x, y), (x + dx, y), (x + dx, y + dy), (x, y + dy), (x, y)];
+            panels = panels.map(|panel| panel.border("groove or supply", "2 3", &corners));
+        }
+    }
+    let [x, y] = load.map(|place| place / arguments.x_unit);
+    if y.is_finite() {
+        let mark = ("#D55E00", MarkerShape::TriangleDown, 7.0);
+        panels = panels.map(|panel| {
+            let panel = panel.marks("", ("white", MarkerShape::TriangleDown, 9.0), &[(x, y)]);
+            panel.marks("the load presses here", mark, &[(x, y)])
+        });
+    }
+    if bearing.journal.is_some() {
+        let place = |k: u32| (lx * f64::from(k) / 360.0, format!("{k}°"));
+        let angles = || (0..=360).step_by(60).map(place).collect();
+        panels = panels.map(|panel| panel.with_places_on_top(angles()));
+    }
+    chart::svg(2, 300.0, panels.into(), caption)
 }
 
 /// The lines between cells that are inside and cells that are not, through corners of cells.

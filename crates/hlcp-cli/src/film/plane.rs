@@ -90,12 +90,12 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         seconds: begun.elapsed().as_secs_f64(),
     };
 
-    let film = &solved.film;
+    let (film, [_, x, y]) = (&solved.film, report.load());
     let map = |values| Map { columns: film.nx, rows: film.ny, values };
     let pressures = map(film.pressures(&solved.z));
     let contents = map(solved.r.iter().map(|r| 1.0 - r).collect());
     let mut texts = vec![
-        picture::drawn(&solved, arguments, &report.caption()).into_bytes(),
+        picture::drawn(&bearing, &solved, [x, y], arguments, &report.caption()).into_bytes(),
         pressures.csv(),
         pressures.npy(),
         contents.csv(),

@@ -241,7 +241,7 @@ impl<'a> Solved<'a> {
                     &line(&|i| (1.0 - found.void[i]) * points.h[i]),
                 );
         let caption = "Reynolds equation with mass-conserving cavitation";
-        [chart::svg(2, vec![pressure, gaps], caption), csv]
+        [chart::svg(2, 300.0, vec![pressure, gaps], caption), csv]
     }
 
     /// Holds the pad's peak and rupture against those of the continuous problem.

@@ -1,12 +1,15 @@
 //! `hlcp comparison`: every method on every scene over a ladder of grids: iterations, sweeps,
 //! seconds, true error and certified bound.
 //!
-//! Draws cost against n on logarithmic axes and writes everything as CSV to `docs/charts`, and as
-//! tables with fitted slopes to `docs/results/comparison.md`; `docs/results.md` reads them.
-//! Takes some minutes. Ends with an error if a method that reports convergence is further from the
+//! Draws seconds against n on logarithmic axes, on one scene as `cost` and on all as `comparison`,
+//! from the CSV file beside the charts, and writes tables with fitted slopes to
+//! `docs/results/comparison.md`; `docs/results.md` reads them. Takes some minutes. Ends with an error if a method that reports convergence is further from the
 //! solution than is certified, or if a method has no point on a scene that it applies to.
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use clap::Args;
 use hlcp::files::printable;
@@ -49,18 +52,13 @@ pub(crate) struct Arguments {
 /// The longest solve that is waited for.
 const LONGEST: Duration = Duration::from_secs(6);
 
-/// The charts.
-const FAMILIES: [&str; 3] = ["discs", "examples", "applications"];
+/// The scene of the first chart.
+const FIRST: &str = "disc-hlcp";
 
-/// The scenes of a chart.
-fn ladders(family: &str) -> impl Iterator<Item = (&'static Scene, &'static Ladder)> {
-    let scenes = SCENES.iter().filter(move |scene| scene.family == family);
-    scenes.flat_map(|scene| scene.ladders.iter().map(move |ladder| (scene, ladder)))
-}
-
-/// The scenes of all charts.
+/// The scenes with their grids.
 fn all() -> impl Iterator<Item = (&'static Scene, &'static Ladder)> {
-    FAMILIES.into_iter().flat_map(ladders)
+    let scenes = SCENES.iter();
+    scenes.flat_map(|scene| scene.ladders.iter().map(move |ladder| (scene, ladder)))
 }
 
 /// One method on one scene of one size.
@@ -90,9 +88,29 @@ type Cell = fn(&Row, &Run) -> String;
 const CERTIFIED: usize = 70_000;
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
-    let Arguments { charts: Charts { quick, out }, tables } = arguments;
-    let sizes: &[usize] = if *quick { &[7, 15, 31] } else { &[31, 63, 127, 255, 511, 1023] };
+    let Arguments { charts, tables } = arguments;
+    let Charts { quick, out, .. } = charts;
     let repeats = if *quick { 1 } else { 3 };
+    let rules = format!(
+        "From x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ (slider: 10⁻¹⁰ ‖q‖₂), in double precision on one thread; seconds with allocation and coarse operators, \
+         median of {repeats} solves or more."
+    );
+    let measured =
+        charts.measured("comparison", || measure_all(*quick, repeats, &rules, out, tables))?;
+    draw(out, &rules, &measured)?;
+    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
+    Ok(())
+}
+
+/// Measures every method on every scene, and writes the data and the tables.
+fn measure_all(
+    quick: bool,
+    repeats: usize,
+    rules: &str,
+    out: &Path,
+    tables: &Path,
+) -> Fallible<()> {
+    let sizes: &[usize] = if quick { &[7, 15, 31] } else { &[31, 63, 127, 255, 511, 1023] };
     let names: Vec<_> = methods(Chart::Comparison).iter().map(|row| row.name).collect();
     let bar = counting(all().count() * sizes.len() * names.len());
     let mut rows: Vec<Row> = vec![];
@@ -105,27 +123,15 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         }
     }
     bar.finish_and_clear();
-
-    let flags = if *quick { " --quick" } else { "" };
-    let command = format!("cargo run --release -- comparison{flags}");
-    let rules = format!(
-        "From x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ (slider: 10⁻¹⁰ ‖q‖₂), in double precision on one thread; seconds with allocation and coarse operators, \
-         median of {repeats} solves or more. –: longer than {} s.",
-        LONGEST.as_secs()
-    );
-    for family in FAMILIES {
-        let panels = ladders(family).flat_map(|(_, Ladder { title, .. })| {
-            [panel(&rows, title, "seconds", Run::median), panel(&rows, title, "sweeps", sweeps)]
-        });
-        let caption = rules.replacen("; ", ";\n", 1) + "\n" + &provenance(&command);
-        write(&out.join(format!("comparison-{family}")), 2, panels.collect(), &caption)?;
-    }
     data(&rows).write_csv(&out.join("comparison"))?;
+    let flags = if quick { " --quick" } else { "" };
+    let command = format!("cargo run --release -- comparison{flags}");
     let mut text = format!(
-        "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules}\n\
+        "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules} –: longer than {} s.\n\
          Slope: the exponent of n, by least squares over the upper half of the sizes, three at the least. The error is the largest of a component of (z, r), against the\n\
          planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify` proves of it, up to n = 70,000.\n",
-        provenance("").trim_start_matches([' ', '·'])
+        provenance("").trim_start_matches([' ', '·']),
+        LONGEST.as_secs()
     );
     for (_, &Ladder { title, size, .. }) in all() {
         text += &format!("\n## {title}\n\n{size}.\n");
@@ -148,13 +154,46 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
             }
         }
     }
-    print::line(format_args!(
-        "wrote {} rows to {} and {}",
-        rows.len(),
-        printable(out.display()),
-        printable(tables.display())
-    ))?;
+    print::line(format_args!("wrote {} rows to {}", rows.len(), printable(tables.display())))?;
     Ok(())
+}
+
+/// Draws the charts from the data.
+fn draw(out: &Path, rules: &str, measured: &str) -> Fallible<()> {
+    let path = out.join("comparison");
+    let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;
+    let lines = |title: &str, chart| -> Fallible<Vec<Series>> {
+        let mut lines = vec![];
+        for method in methods(chart) {
+            let mut points = vec![];
+            for (_, row) in &rows {
+                let [scene, _, n, name, status, .., median, _, _, _] = row;
+                if scene == title && name == method.name && status == "converged" {
+                    points.push(Point { x: n.parse()?, y: median.parse()? });
+                }
+            }
+            if !points.is_empty() {
+                let name = method.name.to_owned();
+                lines.push(Series { name, style: method.style, points });
+            }
+        }
+        Ok(lines)
+    };
+    let first = lines(FIRST, Chart::Growth)?;
+    let axes = ["unknowns n", "seconds of a solve"];
+    let note = |series: &Series| {
+        let logs: Vec<_> = series.points.iter().map(|p| [p.x.ln(), p.y.ln()]).collect();
+        slope(&logs).map_or(String::new(), |slope| format!(" ∝ n^{slope:.2}"))
+    };
+    let panel = Panel::log_log(FIRST, axes, &first).with_names_at_ends(&first, note);
+    let caption = format!("{rules} Exponents over the upper half of the sizes.\n{measured}");
+    write(&out.join("cost"), 1, 400.0, vec![panel], &caption)?;
+    let mut panels = vec![];
+    for (k, (_, Ladder { title, .. })) in all().enumerate() {
+        let y = if k % 4 == 0 { "seconds" } else { "" };
+        panels.push(Panel::log_log(title, ["n", y], &lines(title, Chart::Comparison)?));
+    }
+    write(&path, 4, 220.0, panels, &format!("{rules}\n{measured}"))
 }
 
 /// Measures the methods on one size of a scene, apart from those that are expected to take too long
@@ -220,49 +259,29 @@ fn expected(rows: &[Row], title: &str, method: &str) -> f64 {
     }
 }
 
-fn sweeps(run: &Run) -> f64 {
-    run.outcome.sweeps.max(1) as f64
-}
-
 /// Returns the rows of one method on one scene, from small to large.
 fn series<'r>(rows: &'r [Row], title: &str, method: &str) -> impl Iterator<Item = &'r Row> {
     rows.iter().filter(move |row| row.title == title && row.method == method)
 }
 
-/// Draws cost against n, with lines of slope 1 and 2 to hold it against.
-fn panel(rows: &[Row], title: &str, what: &str, cost: impl Fn(&Run) -> f64) -> Panel {
-    let line = |method: &&super::methods::Row| {
-        let point = |row: &Row| Some(Point::at(row.n as f64, cost(row.converged()?)));
-        let points = series(rows, title, method.name).filter_map(point).collect();
-        Series { name: method.name.to_owned(), style: method.style, points }
-    };
-    let all: Vec<_> = methods(Chart::Comparison)
-        .iter()
-        .map(line)
-        .filter(|series| !series.points.is_empty())
-        .collect();
-    let points = || all.iter().flat_map(|series| &series.points);
-    let least = |of: fn(&Point) -> f64| points().map(of).fold(f64::MAX, f64::min).log10().floor();
-    let most = |of: fn(&Point) -> f64| points().map(of).fold(f64::MIN, f64::max).log10().ceil();
-    let [x, y] = [least(|p| p.x), least(|p| p.y)];
-    let [right, top] = [most(|p| p.x), most(|p| p.y)];
-    let line = |slope: f64| {
-        let width = (right - x).min((top - y) / slope);
-        [(x, y), (x + width, y + slope * width)]
-    };
-    Panel::log_log(title, ["n", what], &all).outline("∝ n", "grey", "3 3", &line(1.0)).outline(
-        "∝ n²",
-        "grey",
-        "9 4",
-        &line(2.0),
-    )
-}
+const COLUMNS: [&str; 12] = [
+    "scene",
+    "m",
+    "n",
+    "method",
+    "status",
+    "iterations",
+    "sweeps",
+    "seconds min",
+    "seconds median",
+    "seconds max",
+    "true error",
+    "certified bound",
+];
 
 /// Returns everything that was measured.
 fn data(rows: &[Row]) -> Table {
-    let mut table = Table::new(
-        "scene|m|n|method|status|iterations|sweeps|seconds min|seconds median|seconds max|true error|certified bound",
-    );
+    let mut table = Table::new(&COLUMNS.join("|"));
     for Row { title, m, n, method, run, error, bound } in rows {
         let begin = format!("{title}|{m}|{n}|{method}");
         let Some(run) = run else {
@@ -279,12 +298,9 @@ fn data(rows: &[Row]) -> Table {
     table
 }
 
-/// Returns the exponent of n in `cost`, by least squares over the upper half of the sizes that
-/// converged, three at the least.
-fn slope<'r>(rows: impl Iterator<Item = &'r Row>, cost: fn(&Run) -> f64) -> Option<f64> {
-    let logs: Vec<[f64; 2]> = rows
-        .filter_map(|row| Some([(row.n as f64).ln(), cost(row.converged()?).max(1e-9).ln()]))
-        .collect();
+/// Returns the slope of pairs of logarithms, by least squares over their upper half, three at the
+/// least.
+fn slope(logs: &[[f64; 2]]) -> Option<f64> {
     let upper = logs.len().div_ceil(2).max(3);
     let logs = &logs[logs.len().checked_sub(upper)?..];
     let mean = |k: usize| logs.iter().map(|log| log[k]).sum::<f64>() / logs.len() as f64;
@@ -323,7 +339,9 @@ fn by_size(
             line += &format!("|{words}");
         }
         if let Some(cost) = cost {
-            let slope = slope(of_method(), cost);
+            let log =
+                |row: &Row| Some([(row.n as f64).ln(), cost(row.converged()?).max(1e-9).ln()]);
+            let slope = slope(&of_method().filter_map(log).collect::<Vec<_>>());
             line += &slope.map_or("|".to_owned(), |slope| format!("|{slope:.2}"));
         }
         table.row(&line);

@@ -149,7 +149,7 @@ fn fields(
             table.row(&format!("{unknown}|{x:.4}|{y:.4}|{v:.4e}"));
         }
     }
-    write(path, 2, panels, &caption(words))?;
+    write(path, 2, 270.0, panels, &caption(words))?;
     table.write_csv(path)
 }
 
@@ -170,7 +170,7 @@ fn slider(path: &Path) -> Drawn {
     let broken = Panel::new("Void", ["x in mm", "void fraction r"], along, (0.0, 0.5))
         .outline("computed", BLUE, "", &line(&|i| r[i]))
         .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 0.5)]);
-    write(path, 2, vec![full, broken], &caption("Slider, 128 cells."))?;
+    write(path, 2, 270.0, vec![full, broken], &caption("Slider, 128 cells."))?;
     let mut table = Table::new("x in mm | p in MPa | void fraction");
     for (i, r) in r.iter().enumerate() {
         table.row(&format!("{:.4}|{:.5}|{r:.5}", millimetres(i), pressure(i)));
@@ -199,10 +199,10 @@ fn circle([x, y]: [f64; 2], radius: f64) -> Curve {
 fn journal_bearing(path: &Path) -> Drawn {
     let numbers = [("nx", 63.0), ("ny", 63.0), ("ecc", 0.9), ("b-length", 3.0)];
     let [z, r] = solved("journal-bearing", &numbers)?;
-    let field = |values| Field { nx: 63, x: (0.0, TAU), y: (0.0, 6.0), values };
+    let field = |values| Field { nx: 63, x: (0.0, 360.0), y: (0.0, 6.0), values };
     let words = "Journal bearing (LCP), ε = 0.9, b = 3, 63 × 63 points.";
-    let head = "field | xi in rad | length over radius | value";
-    let axes = ["ξ in rad from the widest gap", "length over radius"];
+    let head = "field | xi in degrees | length over radius | value";
+    let axes = ["angle from the widest gap (°)", "length over radius"];
     let edges = field(&z).film();
     let of = [
         ("z", "Pressure", "dimensionless pressure z, grey where it is 0", field(&z)),
@@ -232,12 +232,12 @@ fn obstacle(path: &Path) -> Drawn {
 fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {
     let numbers = [("nx", 95.0), ("ny", 31.0), ("groove", groove.to_degrees())];
     let [z, r] = solved("bearing2d", &numbers)?;
-    let field = |values| Field { nx: 95, x: (0.0, TAU), y: (-1.0, 1.0), values };
+    let field = |values| Field { nx: 95, x: (0.0, 360.0), y: (-1.0, 1.0), values };
     let words = format!(
         "Bearing with mass-conserving cavitation, ε = 0.6, L/D = 1, groove {place}, 95 × 31 points."
     );
-    let head = "field | angle from the groove in rad | axial place | value";
-    let axes = ["angle from the groove in rad", "2 × length from the middle / L"];
+    let head = "field | angle from the groove in degrees | axial place | value";
+    let axes = ["angle from the groove (°)", "2 y / L from the middle"];
     let edges = field(&z).film();
     let of = [
         ("z", "Pressure", "z in 6μΩ(R/c)², grey where it is 0", field(&z)),
@@ -296,11 +296,11 @@ fn american_put(path: &Path) -> Drawn {
         );
     let words =
         "American put: rate 6 %, volatility 20 %, 48 points to a standard deviation, 96 steps.";
-    write(path, 2, vec![values, exercise], &caption(words))?;
+    write(path, 2, 270.0, vec![values, exercise], &caption(words))?;
     table.write_csv(path)
 }
 
 fn caption(words: &str) -> String {
-    let command = "cargo run --release -- gallery --out docs/charts";
+    let command = "hlcp gallery";
     format!("{words}\n{}", provenance(command))
 }

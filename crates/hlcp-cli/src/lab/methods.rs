@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use Chart::{Beyond, Comparison, Families, Paper, Precisions};
+use Chart::{Beyond, Comparison, Families, Glance, Growth, Paper, Precisions};
 use How::{Double, Mixed, Own, Single};
 use hlcp_core::Aor;
 use hlcp_methods::{
@@ -22,7 +22,9 @@ use crate::{
 /// What draws or measures a list of methods.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Chart {
-    /// The paper's methods on `speed-vs-accuracy`, with the outside anchors last.
+    /// Seven methods on the first chart of `speed-vs-accuracy`.
+    Glance,
+    /// The paper's methods there, with the outside anchors last.
     Paper,
     /// There, methods beyond the paper, with the paper's plainest and fastest, and the anchors.
     Beyond,
@@ -30,6 +32,8 @@ pub(crate) enum Chart {
     Precisions,
     /// `comparison`.
     Comparison,
+    /// Seven of these on its first chart.
+    Growth,
     /// The rivals of `AUTO` on `families`.
     Families,
 }
@@ -57,28 +61,28 @@ enum How {
 
 #[rustfmt::skip] // a table
 const METHODS: [Row; 28] = [
-    row("MGS", "MGS", Double, [0, 0, 0], &[Paper, Comparison, Families]),
+    row("MGS", "MGS", Double, [0, 0, 0], &[Paper, Comparison, Families, Growth]),
     row("MSOR, best", "MSOR", Double, [0, 1, 1], &[Paper]),
     row("MAOR, best", "MAOR", Double, [0, 2, 2], &[Paper]),
     row("AMGS", "AMGS", Double, [1, 3, 3], &[Paper, Comparison]),
     row("AMAOR, best", "AMAOR", Double, [1, 1, 5], &[Paper]),
     row("TMSOR, best", "TMSOR", Double, [2, 3, 0], &[Paper]),
     row("TMAOR, best", "TMAOR", Double, [2, 4, 1], &[Paper]),
-    row("TMGS", "TMGS", Double, [2, 2, 6], &[Paper, Beyond, Comparison, Families]),
-    row("AMSOR, best", "AMSOR", Double, [1, 0, 4], &[Paper, Beyond, Comparison]),
-    row("Anderson (10), TMGS", "ANDERSON", Double, [3, 0, 2], &[Beyond, Comparison, Families]),
+    row("TMGS", "TMGS", Double, [2, 2, 6], &[Paper, Beyond, Comparison, Families, Glance, Growth]),
+    row("AMSOR, best", "AMSOR", Double, [1, 0, 4], &[Paper, Beyond, Comparison, Glance, Growth]),
+    row("Anderson (10), TMGS", "ANDERSON", Double, [3, 0, 2], &[Beyond, Comparison, Families, Growth]),
     row("Newton, lines", "", Own(|scene, limits| newton(scene, TridiagonalPart::new(), limits)), [4, 3, 5], &[Beyond]),
-    row("Newton, SSOR", "NEWTON", Own(|scene, limits| newton(scene, Ssor, limits)), [4, 2, 4], &[Beyond, Comparison, Families]),
+    row("Newton, SSOR", "NEWTON", Own(|scene, limits| newton(scene, Ssor, limits)), [4, 2, 4], &[Beyond, Comparison, Families, Growth]),
     row("Newton, AMG", "AMG", Double, [6, 2, 5], &[Beyond, Families]),
-    row("multigrid, W", "MGW", Double, [5, 4, 0], &[Beyond, Comparison, Families]),
+    row("multigrid, W", "MGW", Double, [5, 4, 0], &[Beyond, Comparison, Families, Glance]),
     row("multigrid, F", "MGF", Double, [5, 1, 1], &[Comparison, Families]),
-    row("full multigrid", "FMG", Double, [5, 2, 2], &[Beyond, Comparison, Families]),
-    row("auto", "AUTO", Double, [6, 0, 3], &[Beyond, Comparison]),
+    row("full multigrid", "FMG", Double, [5, 2, 2], &[Beyond, Comparison, Families, Growth]),
+    row("auto", "AUTO", Double, [6, 0, 3], &[Beyond, Comparison, Glance, Growth]),
     row("pivoting", "PIVOTING", Double, [6, 4, 1], &[Families]),
     row("adaptive SOR", "ADAPTIVE", Double, [6, 1, 4], &[Families]),
-    row("projected SOR", "", Own(peers::projected), [3, 1, 3], &[Paper, Beyond]),
-    row("Newton, sparse LU", "", Own(|scene, limits| peers::newton(&scene.wide.problem, limits).map(Some)), [4, 4, 6], &[Paper, Beyond]),
-    row("FBNS, sparse LU", "", Own(|scene, limits| peers::fbns(&scene.wide.problem, limits).map(Some)), [4, 0, 0], &[Paper, Beyond]),
+    row("projected SOR", "", Own(peers::projected), [3, 1, 3], &[Paper, Beyond, Glance]),
+    row("Newton, sparse LU", "", Own(|scene, limits| peers::newton(&scene.wide.problem, limits).map(Some)), [4, 4, 6], &[Paper, Beyond, Glance]),
+    row("FBNS, sparse LU", "", Own(|scene, limits| peers::fbns(&scene.wide.problem, limits).map(Some)), [4, 0, 0], &[Paper, Beyond, Glance]),
     row("TMGS, f64", "TMGS", Double, [2, 2, 6], &[Precisions]),
     row("TMGS, f32", "TMGS", Single, [2, 0, 5], &[Precisions]),
     row("TMGS, mixed", "TMGS", Mixed, [2, 1, 2], &[Precisions]),
@@ -119,6 +123,11 @@ const _: () = {
 /// The methods of a chart.
 pub(crate) fn methods(chart: Chart) -> Vec<&'static Row> {
     const { &METHODS }.iter().filter(|row| row.on.contains(&chart)).collect()
+}
+
+/// Whether a series has the label of a method.
+pub(crate) fn is_listed(label: &str) -> bool {
+    const { &METHODS }.iter().any(|row| row.label == label)
 }
 
 /// A scene of `speed-vs-accuracy` in both precisions.

@@ -5,6 +5,7 @@
 //! by `chart.rs`.
 
 mod added;
+pub(crate) mod charts;
 mod claims;
 pub(crate) mod comparison;
 pub(crate) mod families;
@@ -25,13 +26,51 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use self::{run::Fallible, table::Table};
+use crate::chart::provenance;
+
 /// The options that commands with charts have in common.
 #[derive(Debug, Args)]
 struct Charts {
     /// Small problems, measured once
     #[arg(long)]
     quick: bool,
+    /// Draw the charts anew from the data in their folder, without measuring
+    #[arg(long)]
+    draw: bool,
     /// The folder for the charts and their data
     #[arg(long, default_value = "docs/charts", default_value_if("quick", "true", "target/charts"))]
     out: PathBuf,
+}
+
+/// The columns of `measured.csv`, which says what has measured the data beside it.
+const MEASURED: [&str; 2] = ["data of", "command, machine and day"];
+
+impl Charts {
+    /// Measures the data of a command, unless only to draw them is asked for; returns what the
+    /// captions say of command, machine and day, which `measured.csv` keeps.
+    fn measured(&self, name: &str, measure: impl FnOnce() -> Fallible<()>) -> Fallible<String> {
+        let path = self.out.join("measured.csv");
+        let mut known = match Table::rows_of(&path, MEASURED) {
+            Err(_) if !path.exists() => vec![],
+            rows => rows?.into_iter().map(|(_, row)| row).collect(),
+        };
+        if self.draw {
+            let found = known.into_iter().find(|[of, _]| of == name).map(|[_, words]| words);
+            return Ok(found.ok_or_else(|| {
+                let path = hlcp::files::printable(path.display());
+                format!("{path} has no data of {name} to draw; measure them first, without --draw")
+            })?);
+        }
+        measure()?;
+        let flag = if self.quick { " --quick" } else { "" };
+        let words = provenance(&format!("hlcp {name}{flag}"));
+        known.retain(|[of, _]| of != name);
+        known.push([name.to_owned(), words.clone()]);
+        known.sort();
+        let mut table = Table::new(&MEASURED.join("|"));
+        known.into_iter().for_each(|row| table.push(row.into()));
+        table.write_csv(&path)?;
+        Ok(words)
+    }
 }

@@ -19,21 +19,29 @@ use crate::{
 /// Scans half and twice the predicted `2 − α`, and so many steps between.
 const STEPS: i32 = 12;
 
-/// Draws the chart for scenes of some sizes.
-pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Fallible<()> {
+const COLUMNS: [&str; 8] = [
+    "scene",
+    "m",
+    "predicted alpha",
+    "its sweeps",
+    "best alpha",
+    "its sweeps",
+    "adaptive alpha",
+    "its sweeps",
+];
+
+const SCENES: [(&str, &[(&str, f64)]); 4] = [
+    ("disc-lcp", &[]),
+    ("disc-hlcp", &[]),
+    ("obstacle", &[]),
+    ("example1", &[("mu", 0.0), ("nu", 0.0)]),
+];
+
+/// Measures scenes of some sizes.
+pub(crate) fn measure(out: &Path, quick: bool) -> Fallible<()> {
     let sizes: &[u32] = if quick { &[7, 15] } else { &[15, 23, 31, 47, 63, 95, 128] };
-    let mut panels = vec![];
-    let mut table = Table::new(
-        "scene|m|predicted alpha|its sweeps|best alpha|its sweeps|adaptive alpha|its sweeps",
-    );
-    let scenes: [(&str, &[(&'static str, f64)]); 4] = [
-        ("disc-lcp", &[]),
-        ("disc-hlcp", &[]),
-        ("obstacle", &[]),
-        ("example1", &[("mu", 0.0), ("nu", 0.0)]),
-    ];
-    for (name, given) in scenes {
-        let mut lines = [vec![], vec![], vec![]];
+    let mut table = Table::new(&COLUMNS.join("|"));
+    for (name, given) in SCENES {
         for &m in sizes {
             let problem = Scene::of(name).pose(&[given, &[("m", m.into())]].concat())?;
             let (found, at_found, x) = adaptive(&problem)?;
@@ -49,13 +57,26 @@ pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Fallible<()> {
                     best = (alpha, outcome.sweeps);
                 }
             }
-            for (line, alpha) in lines.iter_mut().zip([predicted, best.0, found]) {
-                line.push(Point::at(m.into(), 2.0 - alpha));
-            }
             table.row(&format!(
                 "{name}|{m}|{predicted:.4}|{at_predicted}|{:.4}|{}|{found:.4}|{at_found}",
                 best.0, best.1
             ));
+        }
+    }
+    table.write_csv(&out.join("optimal-alpha"))
+}
+
+/// Draws the chart from the data.
+pub(crate) fn draw(out: &Path, measured: &str) -> Fallible<()> {
+    let path = out.join("optimal-alpha");
+    let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;
+    let mut panels = vec![];
+    for (k, (scene, _)) in SCENES.into_iter().enumerate() {
+        let mut lines = [vec![], vec![], vec![]];
+        for (_, row) in rows.iter().filter(|(_, row)| row[0] == scene) {
+            for (line, column) in lines.iter_mut().zip([2, 4, 6]) {
+                line.push(Point { x: row[1].parse()?, y: 2.0 - row[column].parse::<f64>()? });
+            }
         }
         let names = ["Young, from J(x*)", "best of a scan", "ADAPTIVE"];
         let line = |(k, (name, points)): (usize, (&str, _))| Series {
@@ -64,14 +85,13 @@ pub(crate) fn draw(out: &Path, quick: bool, provenance: &str) -> Fallible<()> {
             points,
         };
         let series: Vec<_> = names.into_iter().zip(lines).enumerate().map(line).collect();
-        panels.push(Panel::log_log(name, ["points per side", "2 − α"], &series));
+        let y = if k == 0 { "2 − α" } else { "" };
+        panels.push(Panel::log_log(scene, ["points per side", y], &series));
     }
-    let path = out.join("optimal-alpha");
     let caption = format!(
-        "AMSOR with τ = 1, from x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ ‖q‖₂; example1 with μ = ν = 0\n{provenance}"
+        "AMSOR with τ = 1, from x⁰ = e to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ ‖q‖₂; example1 with μ = ν = 0.\n{measured}"
     );
-    write(&path, 2, panels, &caption)?;
-    table.write_csv(&path)
+    write(&path, 4, 240.0, panels, &caption)
 }
 
 fn limits() -> Limits {

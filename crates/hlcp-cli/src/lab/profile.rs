@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::{
     methods::Row,
-    run::{Fallible, Repeats, Run, measure},
+    run::{self, Fallible, Repeats, Run},
     speed_vs_accuracy::{Given, half_steps, limits},
     table::Table,
 };
@@ -36,48 +36,65 @@ fn problems(quick: bool) -> Vec<Given> {
     problems
 }
 
-/// Draws the profile by seconds and by half-steps.
-pub(crate) fn draw(
+const COLUMNS: [&str; 4] = ["problem", "series", "seconds", "half-steps"];
+
+/// The solves of a method on a problem.
+fn repeats(quick: bool) -> usize {
+    if quick { 1 } else { 3 }
+}
+
+/// Measures the seconds and half-steps of each method on each problem, infinite where it fails.
+pub(crate) fn measure(
     out: &Path,
-    file: &str,
     methods: &[&Row],
     quick: bool,
     bar: &ProgressBar,
-    provenance: &str,
 ) -> Fallible<()> {
     let problems = problems(quick);
-    let repeats = if quick { 1 } else { 3 };
     bar.inc_length((problems.len() * methods.len()) as u64);
-    // [by seconds, by half-steps] of each method on each problem; infinite where it fails.
-    let mut costs = vec![];
-    let mut table = Table::new("problem | series | seconds | half-steps");
+    let mut table = Table::new(&COLUMNS.join("|"));
     for problem in &problems {
         let scene = problem.pose()?;
-        let limits = limits(TOLERANCE);
-        let runs = measure(Repeats::least(repeats), methods, |row| row.solve(&scene, &limits))?;
-        let cost = |(row, run): (&&Row, Option<_>)| {
+        let (limits, repeats) = (limits(TOLERANCE), Repeats::least(repeats(quick)));
+        let runs = run::measure(repeats, methods, |row| row.solve(&scene, &limits))?;
+        for (row, run) in methods.iter().zip(runs) {
             let [mut seconds, mut sweeps] = [f64::INFINITY; 2];
             if let Some(run) = run.filter(Run::converged) {
                 seconds = run.quartile(0);
                 sweeps = half_steps(&run).map_or(sweeps, |sweeps| sweeps.max(1) as f64);
             }
             table.row(&format!("{}|{}|{seconds}|{sweeps}", problem.title, row.label));
-            [seconds, sweeps]
-        };
-        costs.push(methods.iter().zip(runs).map(cost).collect::<Vec<_>>());
+        }
         bar.inc(methods.len() as u64);
     }
+    table.write_csv(&out.join("profile"))
+}
+
+/// Draws the profile by seconds and by half-steps from the data.
+pub(crate) fn draw(out: &Path, methods: &[&Row], quick: bool, measured: &str) -> Fallible<()> {
+    let path = out.join("profile");
+    let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;
+    let mut costs = vec![];
+    for (_, [problem, series, seconds, sweeps]) in rows {
+        let cost: [f64; 2] = [seconds.parse()?, sweeps.parse()?];
+        costs.push((problem, series, cost));
+    }
+    let problems = problems(quick);
     let panel = |title: &str, measure: usize| {
-        let best = |of_problem: &Vec<[f64; 2]>| {
-            of_problem.iter().map(|cost| cost[measure]).fold(f64::INFINITY, f64::min)
+        let of_method = |row: &Row, problem: &Given| {
+            let of_problem = costs.iter().filter(|(of, ..)| *of == problem.title);
+            let best = of_problem.clone().map(|(.., cost)| cost[measure]);
+            let mut own = of_problem.filter(|(_, name, _)| name == row.label);
+            let own = own.next().map_or(f64::INFINITY, |(.., cost)| cost[measure]);
+            (own / best.fold(f64::INFINITY, f64::min)).log2()
         };
-        let series = methods.iter().enumerate().map(|(k, row)| {
-            let ratios = costs.iter().map(|of_problem| of_problem[k][measure] / best(of_problem));
-            let mut doublings: Vec<f64> =
-                ratios.map(f64::log2).filter(|&d| d <= DOUBLINGS).collect();
+        let series = methods.iter().map(|row| {
+            let doublings = problems.iter().map(|problem| of_method(row, problem));
+            let mut doublings: Vec<f64> = doublings.filter(|&d| d <= DOUBLINGS).collect();
             doublings.sort_by(f64::total_cmp);
-            let share = |solved: usize| solved as f64 / costs.len() as f64;
-            let points = doublings.iter().zip(1..).map(|(&x, solved)| Point::at(x, share(solved)));
+            let share = |solved: usize| solved as f64 / problems.len() as f64;
+            let points =
+                doublings.iter().zip(1..).map(|(&x, solved)| Point { x, y: share(solved) });
             Series { name: row.label.to_owned(), style: row.style, points: points.collect() }
         });
         let series: Vec<_> = series.filter(|series| !series.points.is_empty()).collect();
@@ -85,10 +102,10 @@ pub(crate) fn draw(
         Panel::steps(title, axes, [(0.0, DOUBLINGS), (0.0, 1.0)], &series)
     };
     let caption = format!(
-        "{} problems to ‖A z − B r + q‖₂ ≤ 10⁻⁸ ‖q‖₂, the fastest of {repeats} runs\n{provenance}",
-        problems.len()
+        "{} problems to ‖A z − B r + q‖₂ ≤ 10⁻⁸ ‖q‖₂, the least of {} solves.\n{measured}",
+        problems.len(),
+        repeats(quick)
     );
     let panels = vec![panel("by seconds", 0), panel("by half-steps", 1)];
-    write(&out.join(file), 2, panels, &caption)?;
-    table.write_csv(&out.join(file))
+    write(&path, 2, 320.0, panels, &caption)
 }

@@ -1,13 +1,16 @@
-//! `hlcp speed-vs-accuracy`: the error that each method reaches, against the time and the
-//! half-steps it takes.
+//! `hlcp speed-vs-accuracy`: the time that each method takes for an error.
 //!
-//! Every method runs over a ladder of tolerances; what is drawn is the largest error of a component
-//! of (z, r) against the known solution, not the residual. Charts and the data of each as CSV go to
-//! `docs/charts`: the methods, those beyond the paper, the precisions, certified bounds against
-//! errors, and performance profiles over many problems. Ends with an error if a series has no point
-//! or a certified bound is below the error it bounds.
+//! Every method runs over a ladder of tolerances; what is drawn is its time against the largest
+//! error of a component of (z, r) to the known solution, not the residual. The charts are drawn
+//! from the CSV files beside them: seven methods on four problems, `speed-vs-accuracy`; all
+//! methods, and two in three precisions, on all problems; certified bounds against errors; a
+//! performance profile over many problems. Ends with an error if a series has no point or a
+//! certified bound is below the error it bounds.
 
-use std::{path::PathBuf, time::Duration};
+use std::{
+    path::{Path, PathBuf},
+    time::Duration,
+};
 
 use clap::Args;
 use hlcp::files::printable;
@@ -18,13 +21,13 @@ use indicatif::ProgressBar;
 use super::{
     Charts,
     added::{self, COLUMNS, Measured},
-    methods::{Chart, Row, Scene, methods},
+    methods::{Chart, Row, Scene, is_listed, methods},
     profile,
     run::{Fallible, Judged, Repeats, Run, measure, to},
     table::Table,
 };
 use crate::{
-    chart::{Panel, Point, Series, provenance, write},
+    chart::{Panel, Point, Series, power_of_ten, write},
     print,
     progress::counting,
     scenes,
@@ -35,13 +38,13 @@ Examples:
   hlcp speed-vs-accuracy --quick
   hlcp speed-vs-accuracy --add mine.csv
 
-A file of --add has the columns of methods.csv, which this command writes, one row for each
-tolerance of a method on a problem:
+A file of --add has the columns of speed-vs-accuracy.csv, which this command writes, one row for
+each tolerance of a method on a problem:
   problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached
 A problem with a comma in its name is in quotes; the half-steps may be left out; reached is true or
-false. The series is drawn on the charts of the methods and of those beyond the paper.";
+false. The series is drawn on all charts of the methods.";
 
-/// Draw the error that each method reaches against its time and half-steps
+/// Draw the time that each method takes for an error
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -55,14 +58,8 @@ pub(crate) struct Arguments {
 /// The tolerances, as exponents of ten.
 const LADDER: [i32; 9] = [1, 2, 4, 6, 8, 10, 12, 13, 14];
 
-/// The seconds of a run that is not repeated.
-const LONG: f64 = 1.0;
-
 /// What is drawn for an error of zero.
-const NOTHING: f64 = 1e-17;
-
-/// The measurements on the problems by their titles.
-type OfProblems = Vec<(String, Vec<Measured>)>;
+const NOTHING: f64 = 1e-16;
 
 /// More sweeps, and more time, than any series needs that gets there at all.
 pub(super) fn limits(tolerance: f64) -> Limits {
@@ -75,13 +72,11 @@ pub(super) fn half_steps(run: &Run) -> Option<usize> {
     (sweeps > 0 || run.outcome.iterations == 0).then_some(sweeps)
 }
 
-pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
-    let Arguments { charts: Charts { quick, out }, add } = arguments;
-    let quick = *quick;
+/// The problems that all methods run on.
+fn problems(quick: bool) -> Vec<Given> {
     let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
-    let repeats = if quick { 1 } else { 3 };
     let paper = |symmetric, generic| Given::example(symmetric, m, [4.0, 4.0], generic);
-    let problems = [
+    vec![
         paper(true, false),
         paper(true, true),
         paper(false, false),
@@ -90,91 +85,135 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         Given::plain("disc-lcp", disc),
         Given::plain("disc-hlcp", disc),
         Given::film(film),
-    ];
+    ]
+}
+
+/// Those of them on the chart for a first look.
+const AT_A_GLANCE: [usize; 4] = [1, 4, 6, 7];
+
+/// How often a solve is repeated: of small problems the least time counts, of others the median.
+fn repeats(quick: bool) -> Repeats {
+    // What takes longer is not repeated.
+    let (least, longest) = if quick { (5, 0.01) } else { (3, 1.0) };
+    Repeats { longest, ..Repeats::least(least) }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
+    let Arguments { charts, add } = arguments;
+    let Charts { quick, out, .. } = charts;
+    let quick = *quick;
+    let problems = problems(quick);
     let titles: Vec<&str> = problems.iter().map(|problem| problem.title.as_str()).collect();
-    let added = added::read(add, &titles)?;
-    let mut own: Vec<&str> = added.iter().map(|(_, run)| run.name.as_str()).collect();
-    own.dedup();
-    let flags = if quick { " --quick" } else { "" };
-    let provenance = provenance(&format!("cargo run --release -- speed-vs-accuracy{flags}"));
-    let caption = format!(
-        "stopping at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; medians of {repeats}, above a second single runs; bars from the fastest to the slowest; \
-         open: tolerance not reached;\nan error of 0 is drawn at 10⁻¹⁷ · {provenance}"
+    let mut added = vec![];
+    for path in add {
+        added.extend(added::read(path, &titles)?);
+    }
+    let file = |name: &str| out.join(name).with_extension("csv");
+    let measured = charts.measured("speed-vs-accuracy", || measure_all(&problems, quick, out))?;
+    let mut rows = added::read(&file("speed-vs-accuracy"), &titles)?;
+    if !added.is_empty() {
+        let is_new = |(of, run): &(String, Measured)| {
+            added.iter().any(|(title, new)| title == of && new.name == run.name)
+        };
+        rows.retain(|row| !is_new(row));
+        rows.extend(added);
+        table(&rows).write_csv(&file("speed-vs-accuracy"))?;
+    }
+    let precise = added::read(&file("precisions"), &titles)?;
+
+    let words = format!(
+        "Each method stops at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; its line ends with the last that it reaches; {}. \
+         An error of 0 is drawn at 10⁻¹⁶.\n{measured}",
+        if quick {
+            "the least time of 5 solves, above 10 ms of one"
+        } else {
+            "the median time of 3 solves, above a second of one"
+        }
     );
+    let lead = "Newton and FBNS factorise by a sparse LU. ".to_owned();
+    let panels = AT_A_GLANCE.map(|k| glance(titles[k], &rows, quick, k == AT_A_GLANCE[0]));
+    write(&out.join("speed-vs-accuracy"), 4, 300.0, panels.into(), &(lead + &words))?;
+    for (name, rows, chart) in [
+        ("methods", &rows, Chart::Paper),
+        ("beyond", &rows, Chart::Beyond),
+        ("precisions", &precise, Chart::Precisions),
+    ] {
+        let panel = |(k, title): (usize, &&str)| {
+            let panel = panel(title, k % 4 == 0, &lines(title, rows, chart, quick));
+            let single = rows.iter().filter(|(of, run)| of == title && run.name.ends_with("f32"));
+            let floor = single.map(|(_, run)| run.error).fold(f64::INFINITY, f64::min);
+            if floor.is_infinite() {
+                return panel;
+            }
+            let x = -floor.max(NOTHING).log10();
+            panel.outline("least error in f32", "grey", "3 3", &[(x, -9.0), (x, 9.0)])
+        };
+        let panels = titles.iter().enumerate().map(panel).collect();
+        write(&out.join(name), 4, 250.0, panels, &words)?;
+    }
+    draw_bounds(out, &titles, &measured)?;
+    profile::draw(out, &methods(Chart::Beyond), quick, &measured)?;
+    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
+    Ok(())
+}
+
+/// Measures what the charts are drawn from.
+fn measure_all(problems: &[Given], quick: bool, out: &Path) -> Fallible<()> {
     let [paper, beyond, precise] = [Chart::Paper, Chart::Beyond, Chart::Precisions].map(methods);
     // What is on both charts is measured once.
     let is_new = |row: &&&Row| paper.iter().all(|known| known.label != row.label);
     let all = [&paper[..], &beyond.iter().filter(is_new).copied().collect::<Vec<_>>()].concat();
     let bar = counting(problems.len() * (all.len() + precise.len()));
-
-    let mut measured: [OfProblems; 3] = Default::default();
-    let mut certified = vec![];
-    for problem in &problems {
+    let mut measured: [Vec<_>; 2] = Default::default();
+    let mut certified = Table::new(&BOUNDS.join("|"));
+    for problem in problems {
         let title = &problem.title;
         bar.set_message(title.clone());
         let scene = problem.pose()?;
-        let runs = ladders(&scene, &all, repeats, &bar)?;
-        let own = added.iter().filter(|(of, _)| of == title).map(|(_, run)| run);
-        for (chart, measured) in [&paper, &beyond].into_iter().zip(&mut measured) {
-            let on_chart = |run: &&Measured| chart.iter().any(|row| row.label == run.name);
-            let runs = runs.iter().filter(on_chart).chain(own.clone()).cloned().collect();
-            measured.push((title.clone(), runs));
+        for (methods, measured) in [&all, &precise].into_iter().zip(&mut measured) {
+            let runs = ladders(&scene, methods, repeats(quick), &bar)?;
+            measured.extend(runs.into_iter().map(|run| (title.clone(), run)));
         }
-        measured[2].push((title.clone(), ladders(&scene, &precise, repeats, &bar)?));
-        certified.push((title.clone(), bounds(title, &scene)?));
+        for [error, bound] in bounds(title, &scene)? {
+            certified.push(vec![title.clone(), format!("{error:e}"), format!("{bound:e}")]);
+        }
     }
-    for ((name, chart), measured) in
-        [("methods", &paper), ("beyond", &beyond), ("precisions", &precise)]
-            .into_iter()
-            .zip(&measured)
-    {
-        let own = if name == "precisions" { &[] } else { &own[..] };
-        let panels = |by_sweeps| {
-            let panel = |(title, runs): &(String, Vec<Measured>)| {
-                work_precision(title, chart, own, runs, by_sweeps)
-            };
-            measured.iter().map(panel).collect()
-        };
-        write(&out.join(format!("{name}-seconds")), 2, panels(false), &caption)?;
-        if name != "precisions" {
-            write(&out.join(format!("{name}-sweeps")), 2, panels(true), &caption)?;
+    for Row { label, .. } in all.iter().chain(&precise) {
+        let mut runs = measured.iter().flatten();
+        if !runs.any(|(_, run)| run.name == *label && run.reached) {
+            return Err(format!("{label} has no point").into());
         }
-        for Row { label, .. } in chart {
-            let mut runs = measured.iter().flat_map(|(_, runs)| runs);
-            if !runs.any(|run| run.name == *label && run.reached) {
-                return Err(format!("{label} has no point").into());
-            }
-        }
-        let mut table = Table::new(&COLUMNS.replace(',', "|"));
-        for (title, run) in
-            measured.iter().flat_map(|(title, runs)| runs.iter().map(move |run| (title, run)))
-        {
-            let Measured { name, tolerance, error, seconds: [low, median, high], sweeps, reached } =
-                run;
-            let [tolerance, error] = [tolerance, error].map(|value| format!("{value:e}"));
-            let [low, median, high] = [low, median, high].map(|value| format!("{value:.6}"));
-            let sweeps = sweeps.map_or(String::new(), |sweeps| sweeps.to_string());
-            let cells = [title, name, &tolerance, &error, &low, &median, &high, &sweeps];
-            table.push(cells.into_iter().cloned().chain([reached.to_string()]).collect());
-        }
-        table.write_csv(&out.join(name))?;
     }
-    draw_bounds(out, &certified, &provenance)?;
-    profile::draw(out, "profile", &paper, quick, &bar, &provenance)?;
-    profile::draw(out, "profile-beyond", &beyond, quick, &bar, &provenance)?;
+    table(&measured[0]).write_csv(&out.join("speed-vs-accuracy"))?;
+    table(&measured[1]).write_csv(&out.join("precisions"))?;
+    certified.write_csv(&out.join("certified"))?;
+    profile::measure(out, &beyond, quick, &bar)?;
     bar.finish_and_clear();
-    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
     Ok(())
+}
+
+/// Returns measurements as a table.
+fn table(rows: &[(String, Measured)]) -> Table {
+    let mut table = Table::new(&COLUMNS.join("|"));
+    for (title, run) in rows {
+        let Measured { name, tolerance, error, seconds: [low, median, high], sweeps, reached } =
+            run;
+        let [tolerance, error] = [tolerance, error].map(|value| format!("{value:e}"));
+        let [low, median, high] = [low, median, high].map(|value| format!("{value:.6}"));
+        let sweeps = sweeps.map_or(String::new(), |sweeps| sweeps.to_string());
+        let cells = [title, name, &tolerance, &error, &low, &median, &high, &sweeps];
+        table.push(cells.into_iter().cloned().chain([reached.to_string()]).collect());
+    }
+    table
 }
 
 /// Runs every method down the ladder until it misses a tolerance, the methods taking turns.
 fn ladders(
     scene: &Scene,
     methods: &[&'static Row],
-    repeats: usize,
+    repeats: Repeats,
     bar: &ProgressBar,
 ) -> Fallible<Vec<Measured>> {
-    let repeats = Repeats { longest: LONG, ..Repeats::least(repeats) };
     let (mut left, mut measured) = (methods.to_vec(), vec![]);
     for tolerance in LADDER.map(|exponent| 10_f64.powi(-exponent)) {
         let runs = measure(repeats, &left, |row| row.solve(scene, &limits(tolerance)))?;
@@ -190,55 +229,96 @@ fn ladders(
         }));
         left = runs.iter().filter(|(_, run)| run.converged()).map(|(row, _)| *row).collect();
     }
+    measured.retain(|run| run.error.is_finite());
     let place = |run: &Measured| methods.iter().position(|row| row.label == run.name);
     measured.sort_by_key(place);
     bar.inc(methods.len() as u64);
     Ok(measured)
 }
 
-/// One panel; tolerances that were not reached are open markers at the right edge.
-fn work_precision(
-    title: &str,
-    methods: &[&Row],
-    own: &[&str],
-    runs: &[Measured],
-    by_sweeps: bool,
-) -> Panel {
-    let work = |run: &Measured| match run.sweeps {
-        Some(sweeps) if by_sweeps => Some(sweeps.max(1) as f64),
-        None if by_sweeps => None,
-        _ => Some(run.seconds[1]),
-    };
-    let most = runs.iter().filter(|run| run.reached).filter_map(work).fold(0.0, f64::max);
-    let edge = 10_f64.powf(most.log10().ceil());
-    let point = |run: &Measured| {
-        let [fastest, _, slowest] = run.seconds;
-        let spread = (!by_sweeps && run.reached).then_some([fastest, slowest]);
-        let x = if run.reached { work(run)? } else { 0.9 * edge };
-        Some(Point { x, y: run.error.max(NOTHING), spread, reached: run.reached })
-    };
-    // Others have a style that no method has.
-    let place = methods.len();
-    let own = own.iter().zip(place..).map(|(name, k)| (*name, [k, k, 7 + k % 2]));
-    let series: Vec<Series> = methods
-        .iter()
-        .map(|row| (row.label, row.style))
-        .chain(own)
-        .map(|(name, style)| {
-            let points = runs.iter().filter(|run| run.name == name).filter_map(point).collect();
-            Series { name: name.to_owned(), style, points }
-        })
-        .filter(|series| !series.points.is_empty())
-        .collect();
-    let x = if by_sweeps { "half-steps" } else { "seconds" };
-    let panel = Panel::log_log(title, [x, "largest error of (z, r)"], &series);
-    let single = runs.iter().filter(|run| run.name.ends_with("f32") && run.error.is_finite());
-    let floor = single.map(|run| run.error).fold(f64::INFINITY, f64::min).max(NOTHING).log10();
-    if floor.is_infinite() || by_sweeps {
-        return panel;
+/// Returns the lines of a chart on a problem, seconds against the inverse of the error: of its
+/// methods, and of all series that are not in the list.
+fn lines(title: &str, rows: &[(String, Measured)], chart: Chart, quick: bool) -> Vec<Series> {
+    let mut known: Vec<_> = methods(chart).iter().map(|row| (row.label, row.style)).collect();
+    for name in rows.iter().map(|(_, run)| run.name.as_str()) {
+        if !is_listed(name) && known.iter().all(|(other, _)| *other != name) {
+            // Others have a style that no method has.
+            let k = known.len();
+            known.push((name, [k, k, 7 + k % 2]));
+        }
     }
-    let least = runs.iter().filter_map(work).fold(f64::INFINITY, f64::min).log10().floor();
-    panel.outline("least error in f32", "grey", "3 3", &[(least, floor), (edge.log10(), floor)])
+    let line = |(name, style): (&str, _)| {
+        let runs = rows.iter().filter(|(of, run)| of == title && run.name == name && run.reached);
+        let point = |(_, run): &(String, Measured)| Point {
+            x: run.error.max(NOTHING).recip(),
+            y: run.seconds[usize::from(!quick)],
+        };
+        Series { name: name.to_owned(), style, points: runs.map(point).collect() }
+    };
+    known.into_iter().map(line).filter(|series| !series.points.is_empty()).collect()
+}
+
+/// Draws seconds against the error, which gets smaller to the right.
+fn panel(title: &str, is_first: bool, series: &[Series]) -> Panel {
+    // The numbers of a problem stand below its name, which may have commas in brackets.
+    let name = title.find("), ").map_or_else(|| title.find(','), |k| Some(k + 1));
+    let (name, numbers) = title.split_at(name.unwrap_or(title.len()));
+    let title = format!("{name}\n{}", numbers.trim_start_matches([',', ' ']));
+    let axes = ["largest error", if is_first { "time" } else { "" }];
+    let panel = Panel::log_log(&title, axes, series).over(-0.2, 16.4);
+    panel.with_ticks([|v| power_of_ten(0.0 - v), duration])
+}
+
+/// Writes 10^v seconds.
+fn duration(v: f64) -> String {
+    let (unit, shift) = match v {
+        ..-4.5 => ("µs", 6.0),
+        ..-1.5 => ("ms", 3.0),
+        _ => ("s", 0.0),
+    };
+    format!("{} {unit}", 10_f64.powf((v + shift).round()))
+}
+
+/// Draws some methods, each with its name at the end of its line, and which is the fastest.
+fn glance(title: &str, rows: &[(String, Measured)], quick: bool, is_first: bool) -> Panel {
+    let mut series = lines(title, rows, Chart::Glance, quick);
+    for series in series.iter_mut().filter(|series| is_listed(&series.name)) {
+        // What the caption says is left out.
+        let name = series.name.split([',', '(']).next().unwrap_or_default().trim();
+        series.name = name.replace("projected", "proj.");
+    }
+    // A line that begins a decade above where all faster ones end would only stretch the axis.
+    let ends = |series: &Series, pick: fn(f64, f64) -> f64, from| {
+        series.points.iter().map(|point| point.y).fold(from, pick)
+    };
+    series.sort_by(|one, other| {
+        ends(one, f64::min, f64::MAX).total_cmp(&ends(other, f64::min, f64::MAX))
+    });
+    let mut top = f64::MAX / 10.0;
+    let mut inside = 0;
+    while inside < series.len() && ends(&series[inside], f64::min, f64::MAX) < 10.0 * top {
+        let end = ends(&series[inside], f64::max, 0.0);
+        top = if inside == 0 { end } else { top.max(end) };
+        inside += 1;
+    }
+    let above = series.split_off(inside);
+    let mut points: Vec<_> = series.iter().flat_map(|series| &series.points).collect();
+    points.sort_by(|one, other| one.y.total_cmp(&other.y));
+    let mut front: Vec<(f64, f64)> = vec![];
+    // Below 1e-13 rounding decides.
+    for (x, y) in points.into_iter().map(|point| (point.x.log10().min(13.0), point.y.log10())) {
+        match front.last() {
+            Some(&(best, _)) if x <= best => (),
+            Some(&(best, _)) => front.extend([(best, y), (x, y)]),
+            None => front.push((x, y)),
+        }
+    }
+    let panel = panel(title, is_first, &series).with_names_at_ends(&series, |_| String::new());
+    let panel = panel.band("fastest so far", "#d0d0d0", &front);
+    above.iter().fold(panel, |panel, series| {
+        let least = ends(series, f64::min, f64::MAX);
+        panel.with_name_above(series, format!("{} ↑ {least:.0} s", series.name))
+    })
 }
 
 /// Returns the error of each answer of AMSOR down the ladder, and the certified bound on it.
@@ -265,20 +345,20 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
     Ok(pairs)
 }
 
-fn draw_bounds(
-    out: &std::path::Path,
-    certified: &[(String, Vec<[f64; 2]>)],
-    provenance: &str,
-) -> Fallible<()> {
-    let (mut series, mut table) = (vec![], Table::new("problem | true error | bound"));
-    for (k, (name, pairs)) in certified.iter().enumerate() {
-        let point = |pair: &[f64; 2]| {
-            let [x, y] = pair.map(|v| v.max(NOTHING));
-            Point::at(x, y)
-        };
-        let points = pairs.iter().map(point).collect();
-        series.push(Series { name: name.clone(), style: [k; 3], points });
-        pairs.iter().for_each(|[error, bound]| table.row(&format!("{name}|{error:e}|{bound:e}")));
+/// The columns of the certified bounds.
+const BOUNDS: [&str; 3] = ["problem", "true error", "bound"];
+
+fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
+    let path = out.join("certified");
+    let rows = Table::rows_of(&path.with_extension("csv"), BOUNDS)?;
+    let mut series = vec![];
+    for (k, title) in titles.iter().enumerate() {
+        let mut points = vec![];
+        for (_, [_, error, bound]) in rows.iter().filter(|(_, row)| row[0] == *title) {
+            let [x, y] = [error.parse::<f64>()?, bound.parse()?].map(|v| v.max(NOTHING));
+            points.push(Point { x, y });
+        }
+        series.push(Series { name: (*title).to_owned(), style: [k; 3], points });
     }
     let axes = ["largest error of (z, r)", "certified bound on it"];
     let panel = Panel::log_log("Certified bounds of AMSOR's answers", axes, &series).outline(
@@ -287,8 +367,7 @@ fn draw_bounds(
         "3 3",
         &[(-17.0, -17.0), (1.0, 1.0)],
     );
-    write(&out.join("certified"), 1, vec![panel], &provenance.replacen(" · ", "\n", 1))?;
-    table.write_csv(&out.join("certified"))
+    write(&path, 1, 400.0, vec![panel], measured)
 }
 
 /// A scene with its numbers.
@@ -320,7 +399,7 @@ impl Given {
     /// Returns a film of m × m cells, with a dimple for each 32 × 32, but 2 × 2 at least.
     fn film(m: usize) -> Self {
         let (side, k) = (m as f64, (m / 31).max(2));
-        let title = format!("film, {m} × {m} cells, {k} × {k} dimples");
+        let title = format!("film, {m} × {m}, {k} × {k} dimples");
         let numbers = vec![("nx", side), ("ny", side), ("dimples", k as f64)];
         Self { title, scene: scenes::Scene::of("film"), numbers, generic: false }
     }

@@ -1,17 +1,19 @@
-//! `hlcp stability-map`: how fast, and whether, each method converges over the plane of α and τ.
+//! `hlcp stability-map`: where each method converges over the plane of α and τ, and how fast.
 //!
-//! For each scene and each of MMS, AMMS and TMMS with β = α and β = α − 0.2, in double and in
-//! single precision, the colour is the asymptotic contraction of the residual, as sweeps for a
-//! digit; marks tell how a solve failed. The solid outline is Theorem 2's region, the dashed one
-//! what a witness proves. One more chart has the α that Young's theory predicts beside the best.
-//! Charts and their numbers as CSV go to `docs/charts`. Ends with an error if a method fails inside
-//! what is proved.
+//! A chart is a scene, a panel of it a method: MMS, AMMS and TMMS with AOR splittings and β = α in
+//! double precision. The colour is the number of sweeps, or the way the solve failed; the outline
+//! is what a witness proves. The numbers, also of β = α − 0.2 and of single precision, go to CSV
+//! files beside the charts. One more chart has the α that Young's theory predicts beside the best.
+//! Ends with an error if a method fails inside what is proved.
+
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use hlcp::files::printable;
 use hlcp_core::{Aor, Scalar};
 use hlcp_methods::{Outcome, Status};
 use hlcp_verify::{Convergence, convergence, theorem_2};
+use indicatif::ProgressBar;
 use kuva::plot::MarkerShape;
 
 use super::{
@@ -22,7 +24,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, provenance, write},
+    chart::{COLOURS, Panel, shade, write},
     print,
     progress::counting,
     scenes::{Problem, Scene},
@@ -41,12 +43,12 @@ pub(crate) struct Arguments {
     charts: Charts,
 }
 
-/// A scene in two precisions.
-struct Posed {
+/// A scene of a map, with the names of its files and of its panels.
+struct Map {
     file: &'static str,
     title: String,
-    wide: Problem<f64>,
-    narrow: Problem<f32>,
+    scene: &'static str,
+    numbers: Vec<(&'static str, f64)>,
 }
 
 /// How a solve ended, and the contraction of its residual by a sweep.
@@ -57,6 +59,13 @@ struct Cell {
     status: Status,
     sweeps: usize,
     contraction: f64,
+}
+
+/// What is drawn of a cell: how the solve ended, and its sweeps.
+struct Drawn {
+    status: String,
+    sweeps: f64,
+    proved: bool,
 }
 
 /// What is known of a cell without a solve.
@@ -76,56 +85,73 @@ struct Plane {
 /// Many times what the best cells need.
 const SWEEPS: usize = 3000;
 
-const METHODS: [&str; 3] = ["MAOR", "AMAOR", "TMAOR"];
+/// The methods, and how the panels call them.
+const METHODS: [(&str, &str); 3] =
+    [("MAOR", "MMS (MAOR)"), ("AMAOR", "AMMS (AMAOR)"), ("TMAOR", "TMMS (TMAOR)")];
+
+const COLUMNS: [&str; 10] = [
+    "method",
+    "precision",
+    "alpha",
+    "beta",
+    "tau",
+    "outcome",
+    "sweeps",
+    "contraction",
+    "theorem 2",
+    "proved by witness",
+];
 
 pub(crate) fn run(Arguments { charts }: &Arguments) -> Fallible<()> {
-    let Charts { quick, out } = charts;
+    let Charts { quick, out, .. } = charts;
     let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
-    let suffix = if *quick { " --quick" } else { "" };
-    let provenance = provenance(&format!("cargo run --release -- stability-map{suffix}"));
-    let scenes = scenes(*quick)?;
-    let bar = counting(scenes.len() * METHODS.len() * 4);
-    for scene in &scenes {
-        let mut panels = vec![];
-        let mut table = Table::new(
-            "method|precision|alpha|beta|tau|outcome|sweeps|contraction|theorem 2|proved by witness",
-        );
-        for (lag, beta) in [(0.0, "α"), (0.2, "α − 0.2")] {
-            for method in METHODS {
-                let known = plane
-                    .cells(|alpha, tau| known(&scene.wide, method, [alpha, alpha - lag, tau]))?;
-                let wide = plane
-                    .cells(|alpha, tau| solve(&scene.wide, method, [alpha, alpha - lag, tau]))?;
-                bar.inc(1);
-                let narrow = plane
-                    .cells(|alpha, tau| solve(&scene.narrow, method, [alpha, alpha - lag, tau]))?;
-                bar.inc(1);
-                contradictions(&scene.title, &wide, &known)?;
-                for (precision, cells) in [("f64", &wide), ("f32", &narrow)] {
-                    let title = format!("{method}, β = {beta}, {precision}");
-                    panels.push(panel(&title, &plane, cells, &known));
-                    for (cell, Known { theorem_2, witness }) in cells.iter().zip(&known) {
-                        let Cell { alpha, tau, status, sweeps, contraction } = cell;
-                        let beta = alpha - lag;
-                        table.row(&format!(
-                            "{method}|{precision}|{alpha}|{beta:.2}|{tau}|{status}|{sweeps}|{contraction:.6}|{theorem_2}|{witness}"
-                        ));
-                    }
+    let maps = maps(*quick);
+    let measured = charts.measured("stability-map", || {
+        let bar = counting(maps.len() * METHODS.len() * 4);
+        for map in &maps {
+            let table = measure(map, &plane, &bar)?;
+            table.write_csv(&map.path(out))?;
+        }
+        bar.finish_and_clear();
+        optimal_alpha::measure(out, *quick)
+    })?;
+    for map in &maps {
+        draw(map, &plane, out, &measured)?;
+    }
+    optimal_alpha::draw(out, &measured)?;
+    print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
+    Ok(())
+}
+
+/// Solves by each method in each cell.
+fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
+    let scene = Scene::of(map.scene);
+    let numbers = scene.numbers(&map.numbers);
+    let (wide, narrow) = ((scene.wide)(&numbers)?, (scene.narrow)(&numbers)?);
+    let mut table = Table::new(&COLUMNS.join("|"));
+    for lag in [0.0, 0.2] {
+        for (method, _) in METHODS {
+            let known =
+                plane.cells(|alpha, tau| known(&wide, method, [alpha, alpha - lag, tau]))?;
+            let in_f64 =
+                plane.cells(|alpha, tau| solve(&wide, method, [alpha, alpha - lag, tau]))?;
+            bar.inc(1);
+            let in_f32 =
+                plane.cells(|alpha, tau| solve(&narrow, method, [alpha, alpha - lag, tau]))?;
+            bar.inc(1);
+            contradictions(&map.title, &in_f64, &known)?;
+            for (precision, cells) in [("f64", &in_f64), ("f32", &in_f32)] {
+                for (cell, Known { theorem_2, witness }) in cells.iter().zip(&known) {
+                    let Cell { alpha, tau, status, sweeps, contraction } = cell;
+                    let beta = alpha - lag;
+                    table.row(&format!(
+                        "{method}|{precision}|{alpha}|{beta:.2}|{tau}|{status}|{sweeps}|{contraction:.6}|{theorem_2}|{witness}"
+                    ));
                 }
             }
         }
-        let caption = format!(
-            "{}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ (f32: 10⁻⁵) within {SWEEPS} sweeps from x⁰ = e\n{provenance}",
-            scene.title
-        );
-        let path = out.join(format!("stability-{}", scene.file));
-        write(&path, 2, panels, &caption)?;
-        table.write_csv(&path)?;
     }
-    bar.finish_and_clear();
-    optimal_alpha::draw(out, *quick, &provenance)?;
-    print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
-    Ok(())
+    Ok(table)
 }
 
 impl Plane {
@@ -139,11 +165,14 @@ impl Plane {
         }
     }
 
-    /// A value for each cell, `α` running fastest.
+    /// `α` and `τ` of each cell, `α` running fastest.
+    fn places(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.axis.iter().flat_map(|&tau| self.axis.iter().map(move |&alpha| (alpha, tau)))
+    }
+
+    /// A value for each cell.
     fn cells<V>(&self, mut value: impl FnMut(f64, f64) -> Fallible<V>) -> Fallible<Vec<V>> {
-        let pairs =
-            self.axis.iter().flat_map(|&tau| self.axis.iter().map(move |&alpha| (alpha, tau)));
-        pairs.map(|(alpha, tau)| value(alpha, tau)).collect()
+        self.places().map(|(alpha, tau)| value(alpha, tau)).collect()
     }
 
     fn range(&self) -> (f64, f64) {
@@ -169,29 +198,31 @@ impl Plane {
     }
 }
 
-fn scenes(quick: bool) -> Result<Vec<Posed>, hlcp_core::Error> {
-    let [m, cells] = if quick { [8, 12] } else { [32, 32] };
-    let posed = |file, title, name, given: &[(&'static str, f64)]| {
-        let scene = Scene::of(name);
-        let numbers = scene.numbers(given);
-        let (wide, narrow) = ((scene.wide)(&numbers)?, (scene.narrow)(&numbers)?);
-        Ok(Posed { file, title, wide, narrow })
-    };
-    let mut scenes = vec![];
-    for (file, number, name, shift) in [
+impl Map {
+    fn path(&self, out: &Path) -> PathBuf {
+        out.join(format!("stability-{}", self.file))
+    }
+}
+
+fn maps(quick: bool) -> Vec<Map> {
+    let [m, cells] = if quick { [8.0, 12.0] } else { [32.0; 2] };
+    let mut maps = vec![];
+    for (file, number, scene, shift) in [
         ("example1", 1, "example1", 4.0),
         ("example1-unshifted", 1, "example1", 0.0),
         ("example2", 2, "example2", 4.0),
     ] {
-        let title = format!("Example {number}, m = {m}, μ = {shift}, ν = {shift}");
-        scenes.push(posed(file, title, name, &[("m", m.into()), ("mu", shift), ("nu", shift)])?);
+        let title = format!("Example {number}, m = {m}, μ = ν = {shift}");
+        let numbers = vec![("m", m), ("mu", shift), ("nu", shift)];
+        maps.push(Map { file, title, scene, numbers });
     }
-    for name in ["disc-lcp", "disc-hlcp"] {
-        scenes.push(posed(name, format!("{name}, m = {m}"), name, &[("m", m.into())])?);
+    for scene in ["disc-lcp", "disc-hlcp"] {
+        let (title, numbers) = (format!("{scene}, m = {m}"), vec![("m", m)]);
+        maps.push(Map { file: scene, title, scene, numbers });
     }
-    let title = format!("slider, N = {cells}");
-    scenes.push(posed("slider", title, "slider", &[("m", cells.into())])?);
-    Ok(scenes)
+    let title = format!("slider, {cells} cells");
+    maps.push(Map { file: "slider", title, scene: "slider", numbers: vec![("m", cells)] });
+    maps
 }
 
 fn solve<T: Scalar>(
@@ -239,43 +270,81 @@ fn contradictions(title: &str, cells: &[Cell], known: &[Known]) -> Fallible<()> 
     Ok(())
 }
 
-/// A map with marks for failures and outlines of what is known.
-fn panel(title: &str, plane: &Plane, cells: &[Cell], known: &[Known]) -> Panel {
-    let runs_on = |cell: &Cell| matches!(cell.status, Status::Converged | Status::IterationLimit);
-    // Sweeps for a digit: 1/(−log₁₀ of the contraction), without bound where there is none.
-    let colour = |cell: &Cell| match cell.contraction {
-        _ if !runs_on(cell) => f64::NAN,
-        rate if rate < 1.0 => (-rate.log10()).recip().log10(),
-        _ => f64::INFINITY,
-    };
-    let rows: Vec<Vec<f64>> =
-        cells.chunks(plane.axis.len()).map(|row| row.iter().map(colour).collect()).collect();
-    let range = plane.range();
-    let mut panel = Panel::field(
-        title,
-        ["α", "τ"],
-        [range, range],
-        &rows,
-        ("log₁₀ of the sweeps for a digit, grey where there is none", 0.0, 3.0),
-    );
-    for (name, colour, marker) in FAILURES {
-        let failed = cells.iter().filter(|cell| cell.status.to_string() == name);
-        let at: Vec<(f64, f64)> = failed.map(|cell| (cell.alpha, cell.tau)).collect();
-        panel = panel.marks(name, colour, marker, &at);
-    }
-    let witness = plane.boundary(|k| known[k].witness);
-    let theorem_2 = plane.boundary(|k| known[k].theorem_2);
-    // Black on white dashes show on light and on dark.
-    panel
-        .outline("", "white", "", &witness)
-        .outline("proved by witness", "black", "4 4", &witness)
-        .outline("Theorem 2", "black", "", &theorem_2)
-}
-
-/// The marks of the ways to fail: name, colour, shape.
-const FAILURES: [(&str, &str, MarkerShape); 4] = [
-    ("diverged", "#D55E00", MarkerShape::Cross),
-    ("cycling", "#000000", MarkerShape::Circle),
-    ("stagnated", "#0072B2", MarkerShape::Triangle),
-    ("iteration limit", "#E69F00", MarkerShape::Plus),
+/// The ways to fail, as in the data and as on the chart, with their colours and marks.
+const FAILURES: [(&str, &str, &str, MarkerShape); 4] = [
+    ("diverged", "diverges", COLOURS[1], MarkerShape::Cross),
+    ("cycling", "cycles", COLOURS[3], MarkerShape::Circle),
+    ("stagnated", "stagnates", COLOURS[2], MarkerShape::Triangle),
+    ("iteration limit", "> 3000", "#b8b8b8", MarkerShape::Plus),
 ];
+
+/// Numbers of sweeps that part the colours.
+const STEPS: [f64; 9] = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0];
+
+/// Draws a map from its data.
+fn draw(map: &Map, plane: &Plane, out: &Path, measured: &str) -> Fallible<()> {
+    let path = map.path(out);
+    let mut panels: Vec<Vec<Drawn>> = METHODS.map(|_| vec![]).into();
+    for (_, row) in Table::rows_of(&path.with_extension("csv"), COLUMNS)? {
+        let [method, precision, alpha, beta, _, status, sweeps, _, _, proved] = row;
+        let panel = METHODS.iter().position(|(name, _)| *name == method);
+        let is_drawn = precision == "f64" && alpha.parse::<f64>()? == beta.parse::<f64>()?;
+        if let Some(panel) = panel.filter(|_| is_drawn) {
+            let (sweeps, proved) = (sweeps.parse()?, proved.parse()?);
+            panels[panel].push(Drawn { status, sweeps, proved });
+        }
+    }
+    let cells = plane.axis.len() * plane.axis.len();
+    if panels.iter().any(|panel| panel.len() != cells) {
+        let path = printable(path.display());
+        return Err(format!("{path}.csv is not of {cells} cells a method; measure it anew").into());
+    }
+    // The colours begin where the fastest cell is and end where the slowest is.
+    let sweeps = || {
+        let converged = panels.iter().flatten().filter(|cell| cell.status == "converged");
+        converged.map(|cell| cell.sweeps)
+    };
+    let [least, most] = [sweeps().fold(f64::MAX, f64::min), sweeps().fold(0.0, f64::max)];
+    let first = STEPS.iter().position(|&step| least <= step).unwrap_or(STEPS.len() - 1);
+    let last = STEPS.iter().position(|&step| most <= step).unwrap_or(STEPS.len() - 1);
+    let steps = &STEPS[first..=last.max(first)];
+    let label = |(k, step): (usize, &f64)| {
+        let unit = if k == 0 { " sweeps" } else { "" };
+        let share = k as f64 / (steps.len() - 1).max(1) as f64;
+        (format!("≤ {step}{unit}"), shade(share))
+    };
+    let mut classes: Vec<_> = steps.iter().enumerate().map(label).collect();
+    let is_seen = |status: &str| panels.iter().flatten().any(|cell| cell.status == status);
+    let failures: Vec<_> = FAILURES.into_iter().filter(|(status, ..)| is_seen(status)).collect();
+    classes
+        .extend(failures.iter().map(|(_, name, colour, _)| (name.to_string(), colour.to_string())));
+    let class = |cell: &Drawn| {
+        let failure = failures.iter().position(|(status, ..)| *status == cell.status);
+        let place = match failure {
+            Some(k) => steps.len() + k,
+            None => steps.iter().position(|&step| cell.sweeps <= step).unwrap_or(steps.len() - 1),
+        };
+        place as f64
+    };
+    let axes = |k| ["relaxation α", if k == 0 { "scaling τ of Ω = τ D_A / D_B" } else { "" }];
+    let range = plane.range();
+    let panel = |(k, cells): (usize, Vec<Drawn>)| {
+        let rows = cells.chunks(plane.axis.len()).map(|row| row.iter().map(class).collect());
+        let (title, ranges) = (METHODS[k].1, [range, range]);
+        let mut panel = Panel::classes(title, axes(k), ranges, rows.collect(), &classes);
+        for (status, name, _, marker) in &failures {
+            let failed =
+                cells.iter().zip(plane.places()).filter(|(cell, _)| cell.status == *status);
+            let at: Vec<_> = failed.map(|(_, place)| place).collect();
+            panel = panel.marks(name, ("white", *marker, 2.5), &at);
+        }
+        let proved = plane.boundary(|k| cells[k].proved);
+        panel.border("convergence proved", "5 3", &proved)
+    };
+    let panels = panels.into_iter().enumerate().map(panel).collect();
+    let caption = format!(
+        "{}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ from x⁰ = e, β = α, in double precision.\n{measured}",
+        map.title
+    );
+    write(&path, 3, 300.0, panels, &caption)
+}

@@ -1,6 +1,8 @@
 //! A table in three formats.
 
-use std::{error::Error, path::Path};
+use std::{error::Error, fs, path::Path};
+
+use hlcp::files::FileError;
 
 use crate::chart::save;
 
@@ -62,4 +64,39 @@ impl Table {
     pub(crate) fn write_csv(&self, path: &Path) -> Result<(), Box<dyn Error>> {
         save(&path.with_extension("csv"), &self.csv())
     }
+
+    /// Returns the rows of a file with these columns between commas, with the numbers of their
+    /// lines; a comma between quotes is part of its cell.
+    pub(crate) fn rows_of<const N: usize>(
+        path: &Path,
+        columns: [&str; N],
+    ) -> Result<Vec<(usize, [String; N])>, FileError> {
+        let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
+        let text = fs::read_to_string(path).map_err(|error| fault(None, error.to_string()))?;
+        let (head, mut rows) = (columns.join(","), vec![]);
+        for (number, line) in (1..).zip(text.lines()) {
+            if line.trim().is_empty() || line == head {
+                continue;
+            }
+            let row = cells(line).try_into().map_err(|cells: Vec<String>| {
+                let reason = format!("{} columns where there must be {N}: {head}", cells.len());
+                fault(Some(number), reason)
+            })?;
+            rows.push((number, row));
+        }
+        Ok(rows)
+    }
+}
+
+/// The cells of a line; a comma between quotes is part of its cell.
+fn cells(line: &str) -> Vec<String> {
+    let mut cells = vec![String::new()];
+    for (k, part) in line.split('"').enumerate() {
+        let mut pieces =
+            if k % 2 == 1 { vec![part] } else { part.split(',').collect() }.into_iter();
+        let last = cells.len() - 1;
+        cells[last] += pieces.next().unwrap_or_default();
+        cells.extend(pieces.map(String::from));
+    }
+    cells
 }

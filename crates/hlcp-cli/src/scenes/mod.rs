@@ -28,8 +28,6 @@ pub(crate) struct Scene {
     tolerance: Tolerance,
     pub(crate) wide: Pose<f64>,
     pub(crate) narrow: Pose<f32>,
-    /// The chart of the comparison that it is drawn on.
-    pub(crate) family: &'static str,
     /// What the comparison solves over a ladder of grids.
     pub(crate) ladders: &'static [Ladder],
 }
@@ -53,7 +51,7 @@ const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
 pub(crate) static SCENES: [Scene; 10] = [
-    Scene { name: "example1", family: "examples", tolerance: ABSOLUTE, wide: example::<_, true>, narrow: example::<_, true>,
+    Scene { name: "example1", tolerance: ABSOLUTE, wide: example::<_, true>, narrow: example::<_, true>,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -62,7 +60,7 @@ pub(crate) static SCENES: [Scene; 10] = [
             Ladder { title: "example1 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.2, 1.0] },
         ] },
-    Scene { name: "example2", family: "examples", tolerance: ABSOLUTE, wide: example::<_, false>, narrow: example::<_, false>,
+    Scene { name: "example2", tolerance: ABSOLUTE, wide: example::<_, false>, narrow: example::<_, false>,
         about: "The paper's Example 2",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -71,53 +69,53 @@ pub(crate) static SCENES: [Scene; 10] = [
             Ladder { title: "example2 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.1, 1.0] },
         ] },
-    Scene { name: "disc-lcp", family: "discs", tolerance: ABSOLUTE, wide: disc::<_, true>, narrow: disc::<_, true>,
+    Scene { name: "disc-lcp", tolerance: ABSOLUTE, wide: disc::<_, true>, narrow: disc::<_, true>,
         about: "A contact in a disc, as a linear complementarity problem",
         numbers: &[("m", 512.0)],
         ladders: &[
             Ladder { title: "disc-lcp", size: "m × m points",
                 numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] },
         ] },
-    Scene { name: "disc-hlcp", family: "discs", tolerance: ABSOLUTE, wide: disc::<_, false>, narrow: disc::<_, false>,
+    Scene { name: "disc-hlcp", tolerance: ABSOLUTE, wide: disc::<_, false>, narrow: disc::<_, false>,
         about: "A contact in a disc with a second operator on r",
         numbers: &[("m", 512.0)],
         ladders: &[
             Ladder { title: "disc-hlcp", size: "m × m points",
                 numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] },
         ] },
-    Scene { name: "journal-bearing", family: "applications", tolerance: ABSOLUTE, wide: journal_bearing, narrow: journal_bearing,
+    Scene { name: "journal-bearing", tolerance: ABSOLUTE, wide: journal_bearing, narrow: journal_bearing,
         about: "The pressure in a journal bearing, cut off at zero",
         numbers: &[("nx", 50.0), ("ny", 50.0), ("ecc", 0.1), ("b-length", 10.0)],
         ladders: &[
             Ladder { title: "journal-bearing", size: "m × m points, ε = 0.1, b = 10",
                 numbers: |m| vec![("nx", m), ("ny", m)], amsor: |m| [2.0 - 11.0 / m, 1.0] },
         ] },
-    Scene { name: "obstacle", family: "applications", tolerance: ABSOLUTE, wide: obstacle, narrow: obstacle,
+    Scene { name: "obstacle", tolerance: ABSOLUTE, wide: obstacle, narrow: obstacle,
         about: "A membrane over a dome",
         numbers: &[("m", 65.0)],
         ladders: &[
             Ladder { title: "obstacle", size: "m × m inner nodes",
                 numbers: |m| vec![("m", m + 2.0)], amsor: |m| [2.0 - 12.0 / m, 1.0] },
         ] },
-    Scene { name: "bearing2d", family: "applications", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
+    Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 63.0), ("ecc", 0.6), ("aspect", 1.0), ("groove", 0.0)],
         ladders: &[
             Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
                 numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] },
         ] },
-    Scene { name: "film", family: "applications", tolerance: RELATIVE, wide: film, narrow: film,
+    Scene { name: "film", tolerance: RELATIVE, wide: film, narrow: film,
         about: "A slider with square dimples and mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
         ladders: &[] },
-    Scene { name: "slider", family: "applications", tolerance: RELATIVE, wide: slider, narrow: slider,
+    Scene { name: "slider", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
         ladders: &[
             Ladder { title: "slider", size: "m + 1 cells, n = m",
                 numbers: |m| vec![("m", m + 1.0)], amsor: |_| [1.4, 0.5] },
         ] },
-    Scene { name: "american-put", family: "applications", tolerance: ABSOLUTE, wide: american_put, narrow: american_put,
+    Scene { name: "american-put", tolerance: ABSOLUTE, wide: american_put, narrow: american_put,
         about: "An American put, one problem per time step",
         numbers: &[("m", 64.0), ("steps", 64.0), ("rate", 0.06), ("volatility", 0.2), ("maturity", 1.0), ("spot", 0.9)],
         ladders: &[

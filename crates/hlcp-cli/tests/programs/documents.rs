@@ -9,8 +9,8 @@ use std::{
 use crate::{command::hlcp, examples, options};
 
 /// Commands whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 6] =
-    ["paper", "speed-vs-accuracy", "stability-map", "comparison", "families", "films"];
+const LONG: [&str; 7] =
+    ["charts", "paper", "speed-vs-accuracy", "stability-map", "comparison", "families", "films"];
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {
@@ -165,11 +165,12 @@ fn charts_name_commands_that_exist() {
             continue;
         }
         let text = fs::read_to_string(&path).expect("a chart is text");
-        for (at, _) in text.match_indices("cargo ") {
-            let command = text[at..].split(['·', '<']).next().unwrap_or_default().trim();
+        // Where a line of the caption begins.
+        for (at, _) in text.match_indices(">cargo ").chain(text.match_indices(">hlcp ")) {
+            let command = text[at + 1..].split(['·', '<']).next().unwrap_or_default().trim();
             let words: Vec<&str> = command.split_whitespace().collect();
             match words[..] {
-                ["cargo", "run", "--release", "--", name, ref rest @ ..] => {
+                ["hlcp", name, ref rest @ ..] => {
                     assert!(all.iter().any(|known| known == name), "{}: {command}", path.display());
                     let known = options::options(name);
                     for option in rest.iter().filter_map(|word| word.strip_prefix("--")) {

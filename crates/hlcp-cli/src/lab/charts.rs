@@ -1,0 +1,123 @@
+//! `hlcp charts`: every chart and table of the documents, by the commands that make some of them.
+//!
+//! Says which command runs and how long the one before took; `charts/took.csv` keeps that for the
+//! next time. Only the cost per point, which `cargo bench --bench sweeps` measures, is drawn from
+//! data that this command does not make.
+
+use std::{path::PathBuf, time::Instant};
+
+use clap::{Args, Parser};
+use hlcp::files::printable;
+
+use super::{run::Fallible, table::Table};
+use crate::{
+    CommandLine,
+    chart::{Panel, Point, Series, write},
+    print,
+};
+
+const EXAMPLES: &str = "\
+Examples:
+  hlcp charts --quick
+  hlcp charts --draw --out docs";
+
+/// Measure and draw all charts and tables of the documents, by the other commands
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// Small problems
+    #[arg(long)]
+    quick: bool,
+    /// Draw the charts anew from the data in their folder, without measuring
+    #[arg(long)]
+    draw: bool,
+    /// The folder for charts and results
+    #[arg(long, default_value = "docs", default_value_if("quick", "true", "target/docs"))]
+    out: PathBuf,
+}
+
+/// A command with what it takes.
+struct Step {
+    name: &'static str,
+    /// Whether it can draw without measuring.
+    draws: bool,
+    /// Whether it has small problems.
+    quick: bool,
+    /// Options with what is in the folder.
+    files: &'static [(&'static str, &'static str)],
+}
+
+#[rustfmt::skip] // a table
+const STEPS: [Step; 8] = [
+    Step { name: "film", draws: false, quick: false, files: &[("--out", "charts/film")] },
+    Step { name: "gallery", draws: false, quick: false, files: &[("--out", "charts")] },
+    Step { name: "stability-map", draws: true, quick: true, files: &[("--out", "charts")] },
+    Step { name: "speed-vs-accuracy", draws: true, quick: true, files: &[("--out", "charts")] },
+    Step { name: "comparison", draws: true, quick: true, files: &[("--out", "charts"), ("--tables", "results")] },
+    Step { name: "paper", draws: false, quick: true, files: &[("--out", "results")] },
+    Step { name: "films", draws: false, quick: true, files: &[("--out", "results/films")] },
+    Step { name: "families", draws: false, quick: true, files: &[("--out", "results/families")] },
+];
+
+pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
+    let took = out.join("charts/took.csv");
+    let mut known: Vec<[String; 2]> = match Table::rows_of(&took, TOOK) {
+        Err(_) if !took.exists() => vec![],
+        rows => rows?.into_iter().map(|(_, row)| row).collect(),
+    };
+    let steps: Vec<_> = STEPS.iter().filter(|step| step.draws || !draw).collect();
+    let begun = Instant::now();
+    for (k, Step { name, quick: has_small, files, .. }) in steps.iter().enumerate() {
+        let mut words = vec!["hlcp".to_owned(), (*name).to_owned()];
+        for (option, path) in *files {
+            words.extend([(*option).to_owned(), out.join(path).display().to_string()]);
+        }
+        words.extend((*quick && *has_small).then(|| "--quick".to_owned()));
+        words.extend(draw.then(|| "--draw".to_owned()));
+        let before = known.iter().find(|[of, _]| of == name).filter(|_| !draw);
+        let before =
+            before.map_or(String::new(), |[_, seconds]| format!(", which took {seconds} s before"));
+        let command = words.join(" ");
+        print::line(format_args!("{} of {}: {command}{before}", k + 1, steps.len()))?;
+        let of_step = Instant::now();
+        let CommandLine { command } = CommandLine::try_parse_from(words)?;
+        crate::run(command)?;
+        known.retain(|[of, _]| of != name);
+        known.push([(*name).to_owned(), of_step.elapsed().as_secs().to_string()]);
+        if !draw {
+            let mut table = Table::new(&TOOK.join("|"));
+            known.iter().for_each(|row| table.push(row.to_vec()));
+            table.write_csv(&took)?;
+        }
+    }
+    let points = out.join("charts/cost-per-point");
+    if points.with_extension("csv").exists() {
+        cost_per_point(&points)?;
+    }
+    let (seconds, out) = (begun.elapsed().as_secs(), printable(out.display()));
+    print::line(format_args!("all charts and tables are in {out} after {seconds} s"))?;
+    Ok(())
+}
+
+const TOOK: [&str; 2] = ["command", "seconds"];
+
+/// Draws the cost of a half-step per point, which `cargo bench --bench sweeps` measures.
+fn cost_per_point(path: &std::path::Path) -> Fallible<()> {
+    let columns = ["m", "kind", "ns per point", "machine and day"];
+    let (mut series, mut machine): (Vec<Series>, _) = (vec![], String::new());
+    for (_, [m, kind, cost, on]) in Table::rows_of(&path.with_extension("csv"), columns)? {
+        let point = Point { x: m.parse()?, y: cost.parse()? };
+        machine = on;
+        match series.iter_mut().find(|series| series.name == kind) {
+            Some(series) => series.points.push(point),
+            None => {
+                series.push(Series { name: kind, style: [series.len(); 3], points: vec![point] });
+            }
+        }
+    }
+    let axes = ["m (the grid has m × m points)", "ns per point"];
+    let panel = Panel::log_log("Cost of a half-step with norms", axes, &series)
+        .with_names_at_ends(&series, |_| String::new());
+    let caption = format!("cargo bench --bench sweeps · {machine}");
+    write(path, 1, 320.0, vec![panel], &caption)
+}
