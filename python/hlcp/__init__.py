@@ -31,7 +31,8 @@ With B the identity this is the linear complementarity problem.
 from importlib.metadata import version
 
 from hlcp import scenes
-from hlcp._bearing import BearingResult, Coefficients, FilmBounds, Journal, MotionResult, Pad
+from hlcp._bearing import (BearingResult, Coefficients, FilmBounds, Journal, MotionResult, Pad,
+                           Sensitivity)
 from hlcp._film import FilmResult, ProfileResult, film, profile
 from hlcp._operators import FivePoint
 from hlcp._plot import plot
@@ -52,6 +53,7 @@ __all__ = [
     "ProfileResult",
     "Progress",
     "Result",
+    "Sensitivity",
     "Solver",
     "Status",
     "certify",

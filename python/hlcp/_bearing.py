@@ -50,6 +50,33 @@ class FilmBounds:
     peak: Interval
 
 
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """The derivative of what a bearing does by a number, in SI units.
+
+    Attributes
+    ----------
+    forces : list of float
+        Of the forces along the coordinates of `position`.
+    load, power, peak : float
+    friction, full_friction, sides, supplies, position : list of float
+    ecc, attitude : float or None
+        As in `BearingResult`; the attitude NaN without a load or an eccentricity.
+    """
+
+    forces: list[float]
+    load: float
+    friction: list[float]
+    full_friction: list[float]
+    power: float
+    sides: list[float]
+    supplies: list[float]
+    peak: float
+    position: list[float]
+    ecc: float | None
+    attitude: float | None
+
+
 class BearingResult(FilmResult):
     """The answer of `Journal.film` and `Pad.film`: a `FilmResult` without x, of which differ or are
     new, in SI units
@@ -92,6 +119,8 @@ class BearingResult(FilmResult):
     _walled: dict[str, Any]
     _how: dict[str, Any]
     _known: dict[bool, tuple[Floats, Floats]]
+    _carries: Any
+    _shape: dict[str, Any]
 
     @property
     def stiffness(self) -> Floats:
@@ -122,6 +151,78 @@ class BearingResult(FilmResult):
                 self._stored(), is_clamped, self._how)
             known[is_clamped] = np.array(stiffness), np.array(damping)
         return known[is_clamped]
+
+    def sensitivities(self, *, gaps: dict[str, ArrayLike] | None = None,
+                      position: bool = False) -> dict[str, Sensitivity]:
+        """Compute the derivatives of the figures by the numbers that the bearing depends on, exact
+        but for rounding, each by one linear solve.
+
+        Parameters
+        ----------
+        gaps : dict of array_like of shape (ny, nx)
+            More numbers, by name: what a unit of each adds to the gap in each cell.
+        position : bool
+            Whether the wall stays where it is though a load was asked for. Without it the position
+            follows that load.
+
+        Returns
+        -------
+        dict of Sensitivity
+            By ``speed`` and ``upper_speed``, of the lower and the upper wall, in m/s;
+            ``viscosity``, of all cells alike; ``clearance``, the eccentricity over it kept;
+            ``ambient``, the pressure from which loads are counted and that of all sides and
+            supplies that are at it; ``cavitation``; ``west`` to ``north``, the pressure or the
+            content there; ``supplies[k]``, a pressure, those of `grooves` after the others;
+            ``pockets[k]`` and ``dimples[k]``, a depth; in a fixed position also ``ecc``, or
+            ``rise``, ``slope_x`` and ``slope_y``.
+
+        Raises
+        ------
+        ValueError
+            For a film that is not solved, that nothing feeds, or arrays of another shape.
+
+        Notes
+        -----
+        A film has kinks where a cell begins to break: the derivatives are those between.
+
+        Examples
+        --------
+        >>> import hlcp
+        >>> bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=60, ny=10)
+        >>> found = bearing.film(rpm=3000, viscosity=0.02, load=1000).sensitivities()
+        >>> round(found["clearance"].ecc * 1e-5, 4)      # with 10 um more
+        0.0416
+        """
+        if not self.success:
+            raise ValueError(f"the film has no derivatives, because it is not solved:"
+                             f" {self.message}")
+        film = self._walled["film"]
+        is_journal, is_held = self._walled["journal"] is not None, self._carries is None or position
+        named: dict[str, tuple[str, int, Any]] = {
+            "speed": ("speed", 0, None), "upper_speed": ("speed", 1, None),
+            "viscosity": ("viscosity", 0, None)}
+        if is_journal:
+            named["clearance"] = "clearance", 0, None
+        if is_journal and is_held:
+            named["ecc"] = "ecc", 0, None
+        elif is_held:
+            named |= {name: ("position", k, None)
+                      for k, name in enumerate(("rise", "slope_x", "slope_y"))}
+        named |= {"ambient": ("ambient", 0, None), "cavitation": ("cavitation", 0, None)}
+        named |= {name: ("side", k, None)
+                  for k, name in enumerate(("west", "east", "south", "north"))
+                  if film["sides"][k][0] in ("pressure", "starved")}
+        named |= {f"supplies[{k}]": ("supply", k, None) for k in range(len(film["supplies"]))}
+        named |= {name: ("gap", 0, gap) for name, gap in _depths(self._shape)}
+        for name, gap in (gaps or {}).items():
+            array = real(f"gaps[{name!r}]", gap)
+            if array.shape != film["grid"]:
+                raise ValueError(f"gaps[{name!r}] has the shape {array.shape}, but the film has"
+                                 f" {film['grid']}")
+            named[name] = "gap", 0, vector(f"gaps[{name!r}]", array, np.float64)
+        carries = None if position else self._carries
+        found = _hlcp.bearing_sensitivities(self._stored(), carries, list(named.values()))
+        return {name: Sensitivity(**slopes) for name, slopes in zip(named, found)}
 
     def _stored(self) -> tuple[Any, Any, Any]:
         """Return the film, z and r, as the compiled half takes them."""
@@ -262,6 +363,7 @@ class _Bearing:
     _gap: Floats
     _of_journal: tuple[float, float, float, list[float]] | None
     _film: dict[str, Any]
+    _shape: dict[str, Any]
     _ambient: float
     # Options that a sweep may give lists of: those of film(), and those of the bearing.
     _of_film: tuple[str, ...]
@@ -292,15 +394,16 @@ class _Bearing:
         self._ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
         if not self._ambient >= cavitation:
             raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
-        whole = {"journal": None, "plane": None, "parabola": None, "map": None}
-        self._gap = _hlcp.film_gap({
-            **whole, **shape, "grid": self._grid, "size": self._size,
+        self._shape = {
+            "journal": None, "plane": None, "parabola": None, "map": None, **shape,
+            "grid": self._grid, "size": self._size,
             "roughness": None if roughness is None else self._map("roughness", roughness),
             "pockets": [_pocket(f"pockets[{k}]", pocket)
                         for k, pocket in enumerate(_listed("pockets", pockets))],
             "dimples": [_dimples(f"dimples[{k}]", array)
                         for k, array in enumerate(_listed("dimples", dimples))],
-        })
+        }
+        self._gap = _hlcp.film_gap(self._shape)
         self._of_journal = shape.get("journal")
         self._film = {
             "grid": self._grid, "size": self._size, "gap": self._gap, "cavitation": cavitation,
@@ -342,6 +445,7 @@ class _Bearing:
         begin = None if start is None else start._stored()
         found = _hlcp.bearing_film(walled, carries, begin, how)
         result = self._result({**walled, "position": found["position"]}, found, how)
+        result.__dict__["_carries"] = carries
         if certify:
             result["proof"], proved = _hlcp.bearing_bounds(result._stored(), None)
             result["bounds"] = None if proved is None else _bounds(proved)
@@ -359,7 +463,8 @@ class _Bearing:
             found, success=status is Status.CONVERGED, status=status, content=1.0 - found["r"],
             bounds=None, range=None, proof="")
         # Apart from the entries that are shown.
-        result.__dict__.update(_walled=walled, _how=how, _known={})
+        result.__dict__.update(_walled=walled, _how=how, _known={}, _carries=None,
+                               _shape=self._shape)
         return result
 
     def _start(self, start: Any) -> BearingResult | None:
@@ -1092,6 +1197,16 @@ class Pad(_Bearing):
         rows, weight = _driven(positions, loads, mass, real("times", times).shape, 1)
         walled = self._walled(_walls(speed), viscosity, [0.0, *self._tilt])
         return self._moved(walled, times, rows, weight, 0.0, method, threads)
+
+
+def _depths(shape: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield what a metre more of depth adds to the gap, for each pocket and each array of
+    dimples."""
+    plain = {**shape, "pockets": [], "dimples": []}
+    for kind in "pockets", "dimples":
+        for k, (place, size, _, is_ellipse) in enumerate(shape[kind]):
+            deep = {**plain, kind: [(place, size, 1.0, is_ellipse)]}
+            yield f"{kind}[{k}]", _hlcp.film_gap(deep) - _hlcp.film_gap(plain)
 
 
 class _Bar:

@@ -10,7 +10,7 @@ use std::{
 
 use hlcp::film::{
     self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
-    Pocket, Profile, ProvedFigures, Side, Solved, Supply, TimeStep,
+    Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -309,6 +309,10 @@ impl How {
 /// What a bearing is to carry: a force, where it acts, and the place of x = 0 of a journal's load.
 type Carries = (f64, Option<[f64; 2]>, Option<f64>);
 
+fn load(bearing: &Bearing, (force, at, attitude): Carries) -> Load {
+    Load { force, at, direction: attitude.map(|attitude| bearing.load_direction(attitude)) }
+}
+
 /// Refuses walls that meet, and supplies outside of the film.
 fn check(bearing: &Bearing) -> PyResult<()> {
     for (k, supply) in bearing.film.supplies.iter().enumerate() {
@@ -374,8 +378,7 @@ fn carried(
         let dry = feeding(bearing);
         return Err(wrong(format!("it carries nothing instead of {} N: {dry}", number(force))));
     }
-    let direction = attitude.map(|attitude| bearing.load_direction(attitude));
-    let load = Load { force, at, direction };
+    let load = load(bearing, (force, at, attitude));
     let Carried { found, solved, films: [films, failed], forces: [least, largest], off } =
         bearing.carry(&load, start, settings).map_err(wrong)?;
     if found || !solved.outcome.converged() {
@@ -497,6 +500,66 @@ pub(crate) fn bearing_coefficients(
             let Coefficients { stiffness, damping } = found.map_err(wrong)?;
             Ok([stiffness, damping])
         })
+    })
+}
+
+/// A kind of parameter, which one of these, and of a gap its pattern.
+type Named<'py> = (String, usize, Option<PyReadonlyArray1<'py, f64>>);
+
+fn parameter((kind, which, pattern): &Named<'_>) -> PyResult<Parameter> {
+    Ok(match (kind.as_str(), pattern) {
+        (_, Some(pattern)) => Parameter::Gap(pattern.as_slice()?.to_vec()),
+        ("speed", _) => Parameter::Speed(*which),
+        ("viscosity", _) => Parameter::Viscosity,
+        ("clearance", _) => Parameter::Clearance,
+        ("ecc", _) => Parameter::Eccentricity,
+        ("position", _) => Parameter::Position(*which),
+        ("ambient", _) => Parameter::Ambient,
+        ("cavitation", _) => Parameter::Cavitation,
+        ("side", _) => Parameter::Side(*which),
+        ("supply", _) => Parameter::Supply(*which),
+        _ => return Err(wrong(format!("there is no parameter {kind}"))),
+    })
+}
+
+/// Returns the derivatives of the figures of a film that is solved by parameters, under a load if
+/// there is one.
+#[pyfunction]
+pub(crate) fn bearing_sensitivities(
+    py: Python<'_>,
+    stored_film: Py<PyAny>,
+    carries: Option<Carries>,
+    parameters: Py<PyAny>,
+) -> PyResult<Vec<Py<PyDict>>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    apart(py, &stop, move |py| {
+        let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
+        let parameters: Vec<Named<'_>> = parameters.bind(py).extract()?;
+        let parameters = parameters.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
+        let found = released(py, || {
+            if !solved.film.is_fed() {
+                let dry = feeding(&bearing);
+                return Err(wrong(format!("it changes with nothing: {dry}")));
+            }
+            let load = carries.map(|carries| load(&bearing, carries));
+            bearing.sensitivities(&solved, &parameters, load.as_ref()).map_err(wrong)
+        })?;
+        let named = |found: Sensitivity| {
+            let named = PyDict::new(py);
+            named.set_item("forces", found.forces)?;
+            named.set_item("load", found.load)?;
+            named.set_item("friction", found.friction)?;
+            named.set_item("full_friction", found.full_friction)?;
+            named.set_item("power", found.power)?;
+            named.set_item("sides", found.sides)?;
+            named.set_item("supplies", found.supplies)?;
+            named.set_item("peak", found.peak)?;
+            named.set_item("position", found.position)?;
+            named.set_item("ecc", found.ecc)?;
+            named.set_item("attitude", found.attitude)?;
+            Ok(named.unbind())
+        };
+        found.into_iter().map(named).collect()
     })
 }
 

@@ -627,8 +627,8 @@ mod _hlcp {
 
     #[pymodule_export]
     use crate::film::{
-        bearing_bounds, bearing_coefficients, bearing_film, bearing_motion, film_figures, film_gap,
-        film_line, posed_film,
+        bearing_bounds, bearing_coefficients, bearing_film, bearing_motion, bearing_sensitivities,
+        film_figures, film_gap, film_line, posed_film,
     };
 
     /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.

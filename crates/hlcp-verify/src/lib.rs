@@ -88,8 +88,8 @@ pub use enclosure::Refusal;
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Disc, Example, Film, FilmFigures, FilmRange, JournalBearing, Obstacle,
-    Posed, ProvedFigures, Side, Slider, Supply, TimeStep,
+    AmericanPut, Bearing2d, Disc, Example, Film, FilmChange, FilmFigures, FilmRange, FilmSlopes,
+    JournalBearing, Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep,
 };
 pub use steps::Contraction;
 pub use theory::{

@@ -2,15 +2,18 @@
 //! anywhere; derivatives against differences.
 
 use hlcp::film::{
-    Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Motion, Settings, Side, Solved,
-    Supply,
+    Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Motion, Parameter, Pocket,
+    Sensitivity, Settings, Side, Solved, Supply,
 };
 use proptest::prelude::*;
 
-/// `HLCP_CASES` cases, or 12.
-fn config() -> ProptestConfig {
+/// `HLCP_CASES` cases, or so many.
+fn config(usual: u32) -> ProptestConfig {
     let wanted = std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok());
-    ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(wanted.unwrap_or(12)) }
+    ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::with_cases(wanted.unwrap_or(usual))
+    }
 }
 
 /// Takes six steps and holds each against `m (v − v₀) = Δt (G(e) − load)`.
@@ -45,7 +48,7 @@ fn falls(bearing: Bearing, load: Vec<f64>, mass: f64, duration: f64) -> Result<(
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(12))]
 
     #[test]
     fn a_free_pad_obeys_its_equation_of_motion(
@@ -85,7 +88,7 @@ fn journal(cells: [usize; 2], speed: f64) -> Bearing {
 }
 
 proptest! {
-    #![proptest_config(config())]
+    #![proptest_config(config(12))]
 
     #[test]
     fn a_search_that_begins_at_a_neighbour_ends_where_any_does(
@@ -138,5 +141,237 @@ fn stiffness_is_the_difference_of_loads() {
         let film = Film::new(cells, [0.05, 0.03], 3.0, 0.04);
         let film = film.with_gap(|x, y| 4e-5 - 4e-4 * x + 1e-5 * (200.0 * y).sin());
         derives(Film { sides: [Side::Pressure(1e5); 4], ..film });
+    }
+}
+
+/// A bearing from the numbers that it depends on, with the parameter of each; the rest is drawn.
+type Built = (Bearing, Vec<Parameter>);
+
+/// A journal by speeds, viscosity, clearance, eccentricity, ambient pressure, cavitation pressure,
+/// those of the north side, of a groove and of a pocket that is kept full, and a pocket's depth.
+fn any_journal(v: &[f64], [turn, around]: [f64; 2]) -> Built {
+    let journal = Journal { diameter: 0.1, length: 0.06, clearance: v[3], tilt: [2e-5, -3e-5] };
+    let mut bearing = Bearing::journal(journal, [36, 6]);
+    let length = bearing.film.lengths[0];
+    bearing.film.speeds = [v[0], v[1]];
+    bearing.film.viscosity = (0..216).map(|k| v[2] + 1e-3 * f64::from(k % 7)).collect();
+    (bearing.film.cavitation, bearing.ambient) = (v[6], v[5]);
+    (bearing.film.sides[2], bearing.film.sides[3]) = (Side::Pressure(v[5]), Side::Pressure(v[7]));
+    bearing.film.supplies = vec![
+        Supply { corner: [around * length, 0.0], size: [0.0, 0.06], pressure: v[8] },
+        Supply { corner: [0.3 * length, 0.02], size: [0.1 * length, 0.02], pressure: v[9] },
+        Supply { corner: [0.8 * length, 0.0], size: [0.0, 0.02], pressure: v[5] },
+    ];
+    let dig = |film: &mut Film, depth: f64| {
+        let corner = [0.55 * length, 0.01];
+        assert!(Pocket { corner, size: [0.02, 0.03], depth, ellipse: true }.dig(film));
+    };
+    let mut zero = Film { gap: vec![0.0; 216], ..bearing.film.clone() };
+    dig(&mut zero, 1.0);
+    dig(&mut bearing.film, v[10]);
+    bearing.position = vec![v[4] * v[3] * turn.cos(), v[4] * v[3] * turn.sin()];
+    let parameters = [
+        Parameter::Speed(0),
+        Parameter::Speed(1),
+        Parameter::Viscosity,
+        Parameter::Clearance,
+        Parameter::Eccentricity,
+        Parameter::Ambient,
+        Parameter::Cavitation,
+        Parameter::Side(3),
+        Parameter::Supply(0),
+        Parameter::Supply(1),
+        Parameter::Gap(zero.gap),
+    ];
+    (bearing, parameters.into())
+}
+
+/// A pad by speed, viscosity, rise, slopes, ambient pressure, content of the oil that enters, and
+/// a groove's pressure.
+fn any_pad(v: &[f64]) -> Built {
+    let mut film = Film::new([30, 8], [0.05, 0.03], v[0], v[1]);
+    film = film.with_gap(|x, y| 3e-5 - 2e-4 * x + 6e-6 * (300.0 * x).sin() * (150.0 * y).cos());
+    film.sides = [Side::Starved(v[6]), Side::Pressure(v[5]), Side::Closed, Side::Pressure(v[5])];
+    film.supplies = vec![Supply { corner: [0.035, 0.0], size: [0.0, 0.012], pressure: v[7] }];
+    let bearing = Bearing { position: v[2..5].to_vec(), ambient: v[5], ..Bearing::pad(film) };
+    let parameters = [
+        Parameter::Speed(0),
+        Parameter::Viscosity,
+        Parameter::Position(0),
+        Parameter::Position(1),
+        Parameter::Position(2),
+        Parameter::Ambient,
+        Parameter::Side(0),
+        Parameter::Supply(0),
+    ];
+    (bearing, parameters.into())
+}
+
+/// The figures that have derivatives, those together whose rounding is of one size.
+fn all_figures(bearing: &Bearing, solved: &Solved) -> Vec<Vec<f64>> {
+    let Solved { film, z, r, .. } = solved;
+    let figures = film.figures(z, r, bearing.ambient);
+    let [load, x, _] = bearing.load(film, &figures, z);
+    let drags = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
+    let angles = bearing.attitude(x).map_or(vec![], Vec::from);
+    vec![
+        [bearing.forces(film, z), vec![load]].concat(),
+        vec![figures.power],
+        vec![figures.peak],
+        drags.concat(),
+        [figures.sides.to_vec(), figures.supplies].concat(),
+        bearing.position.clone(),
+        angles,
+    ]
+}
+
+fn all_slopes(found: &Sensitivity) -> Vec<Vec<f64>> {
+    vec![
+        [found.forces.clone(), vec![found.load]].concat(),
+        vec![found.power],
+        vec![found.peak],
+        [found.friction, found.full_friction].concat(),
+        [found.sides.to_vec(), found.supplies.clone()].concat(),
+        found.position.clone(),
+        found.ecc.into_iter().chain(found.attitude).collect(),
+    ]
+}
+
+/// Holds the sensitivities of a bearing against differences to seven digits, or, under the load
+/// that it carries, to what a search leaves; `steps` are the largest changes.
+fn differ(
+    build: impl Fn(&[f64]) -> Built,
+    v: &[f64],
+    steps: &[f64],
+    load: Option<fn(&[f64]) -> Load>,
+) -> Result<(), TestCaseError> {
+    let (settings, (mut bearing, _)) = (Settings::default(), build(v));
+    let film = bearing.here();
+    prop_assume!(film.is_some());
+    let mut solved = Solved::new(film.unwrap(), None, &settings).unwrap();
+    prop_assume!(solved.outcome.converged());
+    let load = load.map(|load| load(&bearing.forces(&solved.film, &solved.z)));
+    let solve = |v: &[f64], known: &Bearing, start: &Solved| {
+        let (mut bearing, _) = build(v);
+        let Some(load) = &load else {
+            let solved = Solved::new(bearing.here()?, Some(start), &settings).unwrap();
+            return Some((bearing, solved));
+        };
+        bearing.position.clone_from(&known.position);
+        let carried = bearing.carry(load, Some(start), &settings).unwrap();
+        carried.found.then_some((bearing, carried.solved))
+    };
+    let begun = solve(v, &bearing, &solved);
+    prop_assume!(begun.is_some());
+    (bearing, solved) = begun.unwrap();
+    let (_, parameters) = build(v);
+    let found = bearing.sensitivities(&solved, &parameters, load.as_ref());
+    prop_assert!(found.is_ok(), "{found:?}");
+    let found = found.unwrap();
+    let broken = |solved: &Solved| solved.r.iter().map(|r| *r > 0.0).collect::<Vec<_>>();
+    let (here, now, mut held) = (broken(&solved), all_figures(&bearing, &solved), 0);
+    for (k, found) in found.iter().enumerate() {
+        // A film is as smooth as the set of broken cells lasts.
+        let mut tried = [1.0, 0.3, 0.1, 0.03].into_iter().map(|part| {
+            let step = part * steps[k];
+            let at = |by: f64| {
+                let mut v = v.to_vec();
+                v[k] += by * step;
+                let (bearing, solved) = solve(&v, &bearing, &solved)?;
+                (broken(&solved) == here).then(|| all_figures(&bearing, &solved))
+            };
+            let slope = |by: f64| {
+                let (less, more) = (at(-by)?, at(by)?);
+                let pairs = more.concat().into_iter().zip(less.concat()).zip(now.concat());
+                let differences = |((more, less), now)| {
+                    let bend = (more - 2.0 * now + less) / (by * by * step);
+                    [(more - less) / (2.0 * by * step), bend]
+                };
+                Some(pairs.map(differences).collect::<Vec<_>>())
+            };
+            Some((step, [slope(1.0)?, slope(0.5)?, slope(0.25)?]))
+        });
+        let Some((step, [wide, half, near])) = tried.find_map(|tried| tried) else { continue };
+        let sizes = now.iter().flat_map(|group| {
+            vec![group.iter().fold(0.0_f64, |size, v| size.max(v.abs())); group.len()]
+        });
+        for (i, (exact, size)) in all_slopes(found).concat().into_iter().zip(sizes).enumerate() {
+            let [one, other] = [(&wide, &half), (&half, &near)]
+                .map(|(wide, near)| (4.0 * near[i][0] - wide[i][0]) / 3.0);
+            let bends = (wide[i][1] - half[i][1]).abs();
+            // What a solve leaves of the differences.
+            let rounding = if load.is_some() { 1e-9 } else { 1e-11 } * size / step;
+            // Drags have kinks of their own, and the peak jumps from cell to cell.
+            let is_smooth = bends <= 1e-7 * exact.abs() + 10.0 * rounding;
+            if is_smooth && (one - other).abs() <= 1e-8 * exact.abs() + rounding {
+                let off = (exact - other).abs();
+                prop_assert!(
+                    off <= 1e-7 * exact.abs() + 10.0 * rounding,
+                    "{k} {i}: {exact} {other}"
+                );
+                held += 1;
+            }
+        }
+    }
+    prop_assume!(held > 30);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(config(2))]
+
+    #[test]
+    fn a_journals_sensitivities_are_differences_of_its_figures(
+        (speed, other, viscosity, clearance) in (5.0..20.0, -2.0..2.0, 0.01..0.04, 8e-5..1.5e-4),
+        (ecc, turn, around) in (0.1..0.85, 0.0..std::f64::consts::TAU, 0.0..1.0),
+        pressures in [5e4..1e5, 0.0..4e4, 6e4..3e5, 6e4..3e5, 6e4..3e5],
+        depth in 1e-5..1e-4,
+    ) {
+        let [ambient, cavitation, north, groove, pocket] = pressures;
+        let v = [speed, other, viscosity, clearance, ecc, ambient, cavitation, north, groove,
+            pocket, depth];
+        let steps = [0.02, 0.02, 2e-5, 1e-7, 1e-3, 1e3, 1e3, 1e3, 1e3, 1e3, 1e-7];
+        differ(|v| any_journal(v, [turn, around]), &v, &steps, None)?;
+        // Wider, so that what a search leaves does not count.
+        let steps = steps.map(|step| 3.0 * step);
+        differ(|v| any_journal(v, [0.0, around]), &v, &steps, Some(|f| Load::of(f[0].hypot(f[1]))))?;
+        let against = |f: &[f64]| {
+            Load { direction: Some(f[1].atan2(f[0])), ..Load::of(f[0].hypot(f[1])) }
+        };
+        differ(|v| any_journal(v, [turn, around]), &v, &steps, Some(against))?;
+    }
+
+    #[test]
+    fn a_pads_sensitivities_are_differences_of_its_figures(
+        (speed, viscosity, content) in (1.0..5.0, 0.01..0.04, 0.5..0.95),
+        (rise, along, across) in (-2e-6..1e-5, -1e-4..1e-4, -1e-4..1e-4),
+        pressures in [2e3..1e5, 1e4..3e5],
+    ) {
+        let v = [speed, viscosity, rise, along, across, pressures[0], content, pressures[1]];
+        let steps = [3e-3, 2e-5, 1e-8, 1e-6, 1e-6, 500.0, 1e-3, 500.0];
+        differ(any_pad, &v, &steps, None)?;
+        let at = |forces: &[f64]| {
+            let [x, y] = [0.025 + forces[1] / forces[0], 0.015 + forces[2] / forces[0]];
+            Load { at: Some([x, y]), ..Load::of(forces[0]) }
+        };
+        // Wider, so that what a search leaves does not count.
+        let steps = steps.map(|step| 3.0 * step);
+        differ(any_pad, &v, &steps, Some(at))?;
+    }
+}
+
+#[test]
+fn slow_coefficients_are_those_at_no_frequency() {
+    let bearing = Bearing { position: vec![5e-5, 2e-5], ..journal([48, 8], 15.0) };
+    let solved = Solved::new(bearing.here().unwrap(), None, &Settings::default()).unwrap();
+    let slow = Coefficients::new(&bearing, &solved).unwrap();
+    assert_eq!(Coefficients::at(&bearing, &solved, 0.0).unwrap(), slow);
+    // The next term is of second order in the frequency.
+    let found = Coefficients::at(&bearing, &solved, 1e-4 * bearing.running_speed()).unwrap();
+    for (one, other) in [(&slow.stiffness, &found.stiffness), (&slow.damping, &found.damping)] {
+        let size = one.concat().into_iter().map(f64::abs).fold(0.0, f64::max);
+        for (one, other) in one.concat().iter().zip(other.concat()) {
+            assert!((one - other).abs() <= 1e-5 * size, "{one} {other}");
+        }
     }
 }

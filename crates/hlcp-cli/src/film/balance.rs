@@ -7,8 +7,9 @@ use hlcp::film::{Bearing, Carried, Load, Settings, Solved};
 use super::{Arguments, Numbers, doubtful};
 
 /// The load that is asked for, in SI units.
-fn load(bearing: &Bearing, numbers: &[f64], arguments: &Arguments) -> Result<Load, String> {
-    let at = match *numbers {
+pub(super) fn load(bearing: &Bearing, arguments: &Arguments) -> Result<Option<Load>, String> {
+    let Some(Numbers(numbers)) = &arguments.load else { return Ok(None) };
+    let at = match numbers[..] {
         [_] => None,
         [_, x, y] if bearing.journal.is_none() => {
             let (at, ends) = ([x, y].map(|v| v * arguments.x_unit), bearing.film.lengths);
@@ -27,7 +28,7 @@ fn load(bearing: &Bearing, numbers: &[f64], arguments: &Arguments) -> Result<Loa
         return Err(format!("--load is {force} N, but it must be positive"));
     }
     let direction = arguments.attitude.map(|attitude| bearing.load_direction(attitude));
-    Ok(Load { force, at, direction })
+    Ok(Some(Load { force, at, direction }))
 }
 
 /// Moves the wall to where it carries the load of the command line; the solves that it took.
@@ -36,11 +37,10 @@ pub(super) fn equilibrium(
     arguments: &Arguments,
     settings: &Settings<'_>,
 ) -> Result<(Solved, usize), Box<dyn Error>> {
-    let Some(Numbers(numbers)) = &arguments.load else {
+    let Some(load) = load(bearing, arguments)? else {
         let film = bearing.here().expect("the position has been checked");
         return Ok((Solved::new(film, None, settings)?, 1));
     };
-    let load = load(bearing, numbers, arguments)?;
     let gap = bearing.here().map_or(vec![], |film| film.gap);
     let thin = gap.into_iter().fold(f64::INFINITY, f64::min);
     let Carried { found, solved, films: [films, failed], forces, off } =
@@ -56,9 +56,9 @@ pub(super) fn equilibrium(
     } else {
         format!("is off it by {off:.1e} N or more")
     };
-    let place = match numbers[..] {
-        [_, x, y] => format!(" at {x}, {y} in units of --x-unit"),
-        _ => String::new(),
+    let place = match load.at.map(|at| at.map(|v| v / arguments.x_unit)) {
+        Some([x, y]) => format!(" at {x}, {y} in units of --x-unit"),
+        None => String::new(),
     };
     let unsolved =
         if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };

@@ -4,7 +4,7 @@ use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
 
 use hlcp::{
     files::printable,
-    film::{self, Bearing, Film, Journal, Map, Side, Supply},
+    film::{self, Bearing, Film, Journal, Map, Parameter, Side, Supply},
 };
 
 use super::{Arguments, Numbers, Viscosity};
@@ -272,6 +272,60 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     bearing.ambient = ambient;
     check(&bearing, arguments)?;
     Ok(bearing)
+}
+
+/// The numbers that figures have derivatives by, each with its name and its unit.
+pub(super) fn parameters(
+    bearing: &Bearing,
+    arguments: &Arguments,
+) -> Vec<(String, &'static str, Parameter)> {
+    let mut all = vec![
+        ("speed".into(), "m/s", Parameter::Speed(0)),
+        ("upper_speed".into(), "m/s", Parameter::Speed(1)),
+        ("viscosity".into(), "Pa s", Parameter::Viscosity),
+    ];
+    let is_journal = bearing.journal.is_some();
+    if is_journal {
+        all.push(("clearance".into(), "m", Parameter::Clearance));
+    }
+    // Under a load the position is no parameter.
+    match (arguments.load.is_some(), is_journal) {
+        (true, _) => {}
+        (false, true) => all.push(("ecc".into(), "", Parameter::Eccentricity)),
+        (false, false) => {
+            let names = [("rise", "m"), ("slope_x", ""), ("slope_y", "")].into_iter().enumerate();
+            all.extend(names.map(|(k, (name, unit))| (name.into(), unit, Parameter::Position(k))));
+        }
+    }
+    all.push(("ambient".into(), "Pa", Parameter::Ambient));
+    all.push(("cavitation".into(), "Pa", Parameter::Cavitation));
+    for (k, name) in SIDES.into_iter().enumerate() {
+        match bearing.film.sides[k] {
+            Side::Pressure(_) => all.push((name.into(), "Pa", Parameter::Side(k))),
+            Side::Starved(_) => all.push((name.into(), "", Parameter::Side(k))),
+            Side::Closed | Side::Periodic => {}
+        }
+    }
+    for k in 0..bearing.film.supplies.len() {
+        all.push((format!("supplies[{k}]"), "Pa", Parameter::Supply(k)));
+    }
+    let blank = Film { gap: vec![0.0; bearing.film.gap.len()], ..bearing.film.clone() };
+    let deeper = |pockets: &mut dyn Iterator<Item = film::Pocket>| {
+        let mut film = blank.clone();
+        for film::Pocket { corner, size, ellipse, .. } in pockets {
+            let [corner, size] = [corner, size].map(|pair| pair.map(|v| v * arguments.x_unit));
+            film::Pocket { corner, size, depth: 1.0, ellipse }.dig(&mut film);
+        }
+        Parameter::Gap(film.gap)
+    };
+    for (k, Pocket(pocket)) in arguments.pocket.iter().enumerate() {
+        all.push((format!("pockets[{k}]"), "m", deeper(&mut [*pocket].into_iter())));
+    }
+    let ends = bearing.film.lengths.map(|length| length / arguments.x_unit);
+    for (k, Dimples(counts, one)) in arguments.dimples.iter().enumerate() {
+        all.push((format!("dimples[{k}]"), "m", deeper(&mut one.repeated(*counts, ends))));
+    }
+    all
 }
 
 /// Refuses a gap that is not open, and supplies that do not fit.

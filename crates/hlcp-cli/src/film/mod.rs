@@ -164,11 +164,16 @@ pub(crate) struct Arguments {
     /// the load and across it, of anything else for the height and the slopes along x and y
     #[arg(long, help_heading = ASKED, group = "in_plane")]
     coefficients: bool,
+    /// Derivatives of load, friction, power, peak and flows by speed, viscosity, clearance,
+    /// pressures and depths, in SI units: in this position, or with --load under this load, which
+    /// the position then follows
+    #[arg(long, help_heading = ASKED, group = "in_plane")]
+    sensitivities: bool,
     /// Steps in time from a CSV file: the time in s and the position in units of --h-unit, of a
     /// journal its displacement along the load and across it, of anything else its rise, and its
     /// slopes along x and y, which have no unit
     #[arg(long, help_heading = ASKED, value_name = "FILE", group = "in_plane")]
-    #[arg(conflicts_with_all = ["load", "coefficients"])]
+    #[arg(conflicts_with_all = ["load", "coefficients", "sensitivities"])]
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay

@@ -11,15 +11,15 @@ use std::{
 use hlcp::{
     Limits, Named, Parameters, Progress, Status,
     film::{
-        Bearing, Coefficients, Film, FilmError, FilmFigures, Idle, Map, ProvedFigures, Settings,
-        Side, Solved,
+        Bearing, Coefficients, Film, FilmError, FilmFigures, Idle, Map, Parameter, ProvedFigures,
+        Sensitivity, Settings, Side, Solved,
     },
     number,
 };
 use hlcp_verify::{Certificate, Refusal, decimal};
 use serde_json::{Value, json};
 
-use super::{Arguments, Done, balance::equilibrium, doubtful, gap, motion, outputs, picture};
+use super::{Arguments, Done, balance, doubtful, gap, motion, outputs, picture};
 use crate::progress::Way;
 
 /// Solves for a film in two dimensions.
@@ -57,7 +57,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         steps = Some((run.csv, run.imbalance, run.squeezing));
         (run.solved, run.steps, run.all_converged, None)
     } else {
-        let (solved, solves) = equilibrium(&mut bearing, arguments, &settings)?;
+        let (solved, solves) = balance::equilibrium(&mut bearing, arguments, &settings)?;
         let converged = solved.outcome.converged();
         let asked = arguments.coefficients && converged;
         let both = || {
@@ -67,6 +67,9 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         let coefficients = asked.then(both).transpose()?;
         (solved, solves, converged, coefficients)
     };
+    let sensitivities = (arguments.sensitivities && converged)
+        .then(|| sensitivities(&bearing, &solved, arguments))
+        .transpose()?;
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
     let range = arguments.data_tolerance.filter(|_| converged);
     let film = &solved.film;
@@ -84,6 +87,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         solves,
         converged,
         coefficients,
+        sensitivities,
         certificate,
         range,
         run_imbalance: steps.as_ref().map(|(_, imbalance, _)| *imbalance),
@@ -125,6 +129,23 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     })
 }
 
+/// The name and the unit of a number, and what figures gain with it.
+type Derived = (String, &'static str, Sensitivity);
+
+fn sensitivities(
+    bearing: &Bearing,
+    solved: &Solved,
+    arguments: &Arguments,
+) -> Result<Vec<Derived>, Box<dyn Error>> {
+    let named = gap::parameters(bearing, arguments);
+    let parameters: Vec<Parameter> =
+        named.iter().map(|(.., parameter)| parameter.clone()).collect();
+    let load = balance::load(bearing, arguments)?;
+    let found = bearing.sensitivities(solved, &parameters, load.as_ref())?;
+    let pairs = named.into_iter().zip(found);
+    Ok(pairs.map(|((name, unit, _), found)| (name, unit, found)).collect())
+}
+
 /// Refuses a film in which nothing happens, and questions to one that runs dry.
 fn refuse_idle(
     bearing: &Bearing,
@@ -146,6 +167,10 @@ fn refuse_idle(
         ),
         None if arguments.coefficients => {
             "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
+                .into()
+        }
+        None if arguments.sensitivities => {
+            "--sensitivities: nothing feeds this film, so it runs dry and changes with nothing"
                 .into()
         }
         None => return Ok(()),
@@ -195,6 +220,7 @@ struct Report<'r> {
     converged: bool,
     /// Mass-conserving, and by the clamp.
     coefficients: Option<[Coefficients; 2]>,
+    sensitivities: Option<Vec<Derived>>,
     certificate: Option<Result<Certificate, Refusal>>,
     proved: Option<ProvedFigures>,
     /// Of all films within --data-tolerance.
@@ -278,6 +304,26 @@ impl Report<'_> {
         let [full_moving, full_fixed] = bearing.drag(figures.full_friction);
         let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
         let found = self.coefficients.as_ref();
+        let derived = |(name, _, found): &Derived| {
+            let flows = sides(&|k| json!(found.sides[k]), json!(found.supplies));
+            let figures = json!({
+                "load_n": found.load,
+                "forces": found.forces,
+                "friction_moving_n": found.friction[0],
+                "friction_fixed_n": found.friction[1],
+                "full_friction_moving_n": found.full_friction[0],
+                "full_friction_fixed_n": found.full_friction[1],
+                "power_w": found.power,
+                "flow_m3_s": flows,
+                "peak_pressure_pa": found.peak,
+                "position": found.position,
+                "ecc": found.ecc,
+                "attitude_deg": found.attitude,
+            });
+            (name.clone(), figures)
+        };
+        let sensitivities: Option<serde_json::Map<_, _>> =
+            self.sensitivities.as_ref().map(|all| all.iter().map(derived).collect());
         json!({
             "outcome": self.status().replace(' ', "_"),
             "converged": self.converged,
@@ -305,6 +351,7 @@ impl Report<'_> {
             "damping_n_s_m": found.map(|[own, _]| &own.damping),
             "stiffness_clamp_n_m": found.map(|[_, clamped]| &clamped.stiffness),
             "damping_clamp_n_s_m": found.map(|[_, clamped]| &clamped.damping),
+            "sensitivities": sensitivities,
             "bounds": bounds,
             "range": range,
             "unknowns": film.gap.len(),
@@ -407,6 +454,9 @@ impl Report<'_> {
         if let Some(found) = &self.coefficients {
             self.print_coefficients(&mut text, found)?;
         }
+        if let Some(found) = &self.sensitivities {
+            print_sensitivities(&mut text, found, arguments.load.is_some())?;
+        }
         match &self.certificate {
             Some(Ok(certificate)) => writeln!(text, "{certificate}")?,
             Some(Err(refusal)) => {
@@ -489,4 +539,26 @@ impl Report<'_> {
         }
         Ok(())
     }
+}
+
+fn print_sensitivities(text: &mut String, all: &[Derived], is_carrying: bool) -> fmt::Result {
+    let held = if is_carrying { "under this load" } else { "in this position" };
+    writeln!(text, "sensitivities     per unit of each, {held}")?;
+    // The load that is carried does not change.
+    let skip = usize::from(is_carrying);
+    let mut heads = vec!["load, N", "friction, N", "power, W", "peak, Pa", "out, m³/s"];
+    let is_journal = all.iter().any(|(_, _, found)| found.ecc.is_some());
+    heads.extend(if is_journal { &["ecc", "attitude, °"][..] } else { &[] });
+    let heads: String = heads.iter().skip(skip).map(|head| format!("{head:>14}")).collect();
+    writeln!(text, "{:<18}{heads}", "")?;
+    for (name, unit, found) in all {
+        let name = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
+        let out = found.sides.iter().sum::<f64>();
+        let figures = [found.load, found.friction[0], found.power, found.peak, out];
+        let angles = found.ecc.into_iter().chain(found.attitude);
+        let figures: String =
+            figures.into_iter().chain(angles).skip(skip).map(|v| format!("{v:>14.6e}")).collect();
+        writeln!(text, "{name:<18}{figures}")?;
+    }
+    Ok(())
 }

@@ -381,6 +381,56 @@ fn axes_are_along_the_load_and_drags_are_two() {
     assert!(said.contains("if all of the gap is sheared"), "{said}");
 }
 
+/// Each option that is a number, changed by a little, changes the figures as it is said to.
+#[test]
+fn sensitivities_are_differences_of_the_command() {
+    let differs = |shape: &str, options: &[(&str, &str, f64, f64)]| {
+        let command = |changed: usize, by: f64| {
+            let option = |(k, &(_, option, value, _)): (usize, &(_, &str, f64, _))| {
+                format!("{option}{:e}", value + if k == changed { by } else { 0.0 })
+            };
+            let all: Vec<String> = options.iter().enumerate().map(option).collect();
+            format!("{shape} {}", all.join(" "))
+        };
+        let now = json("derived", &format!("{} --sensitivities", command(0, 0.0)));
+        for (k, &(name, .., step)) in options.iter().enumerate() {
+            let [less, more] = [-step, step].map(|by| json("derived", &command(k, by)));
+            for figure in ["load_n", "friction_moving_n", "power_w", "peak_pressure_pa"] {
+                let difference = (number(&more, figure) - number(&less, figure)) / (2.0 * step);
+                let exact = number(&now["sensitivities"][name], figure);
+                // Steps are a thousandth: second differences and rounding are below this.
+                let size = exact.abs().max(1e-6 * number(&now, figure).abs() / step);
+                assert!(
+                    (exact - difference).abs() <= 1e-4 * size,
+                    "{name} {figure}: {exact} {difference}"
+                );
+            }
+        }
+    };
+    let journal = "--journal --diameter 100 --length 60 --x-unit mm --h-unit 1 --nx 40 --ny 8";
+    differs(
+        journal,
+        &[
+            ("speed", "--speed ", 15.0, 1e-2),
+            ("viscosity", "--viscosity ", 0.02, 1e-5),
+            ("clearance", "--clearance ", 1e-4, 1e-7),
+            ("ecc", "--ecc ", 0.6, 1e-4),
+            ("ambient", "--ambient ", 1e5, 100.0),
+            ("supplies[0]", "--supply 150,10,40,30,", 2e5, 100.0),
+            ("pockets[0]", "--pocket 40,10,40,30,", 2e-5, 1e-8),
+        ],
+    );
+    let pad = "--pad plane,40,20 --h-unit um --x-unit mm --lx 50 --ly 30 --nx 40 --ny 24";
+    differs(
+        pad,
+        &[
+            ("speed", "--speed ", 3.0, 1e-3),
+            ("viscosity", "--viscosity ", 0.04, 1e-5),
+            ("west", "--side west=", 3e5, 100.0),
+        ],
+    );
+}
+
 #[test]
 fn a_motion_stays_in_the_bush_and_is_in_its_unit() {
     let bearing = format!("{} --groove 0,1e5 --nx 40 --ny 4 --motion motion.csv", journal(0.1));

@@ -15,7 +15,9 @@ pub use american_put::AmericanPut;
 pub use bearing2d::Bearing2d;
 pub use disc::Disc;
 pub use example::{Example, Posed};
-pub use film::{Film, FilmFigures, FilmRange, ProvedFigures, Side, Supply, TimeStep};
+pub use film::{
+    Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
+};
 pub use journal_bearing::JournalBearing;
 pub use obstacle::Obstacle;
 pub use slider::Slider;

@@ -86,11 +86,11 @@ const PLANES: [[f64; 3]; 9] = [
 ];
 
 /// What a film is asked to carry, as equations for the coordinates that move.
-struct Wanted {
+pub(super) struct Wanted {
     /// The forces, in N.
     forces: Vec<f64>,
     /// The coordinates that move, and a length or a slope of each that leads to the other wall.
-    moving: Vec<usize>,
+    pub(super) moving: Vec<usize>,
     units: Vec<f64>,
     /// Of a moment the lever that makes a force of it.
     levers: Vec<f64>,
@@ -100,7 +100,7 @@ struct Wanted {
 }
 
 impl Wanted {
-    fn new(bearing: &Bearing, load: &Load, thin: f64) -> Self {
+    pub(super) fn new(bearing: &Bearing, load: &Load, thin: f64) -> Self {
         let (lengths, force) = (bearing.film.lengths, load.force);
         if let Some(Journal { clearance, .. }) = bearing.journal {
             let forces = match load.direction {
@@ -156,6 +156,15 @@ impl Wanted {
     fn distance(&self, forces: &[f64]) -> f64 {
         let off = self.forces.iter().zip(forces).map(|(wanted, found)| found - wanted);
         off.fold(0.0, f64::hypot)
+    }
+
+    /// The changes of the forces that are asked for, from those of all of them.
+    pub(super) fn directed(&self, forces: &[f64], changes: &[f64]) -> Vec<f64> {
+        if self.is_size {
+            let along = forces[0] * changes[0] + forces[1] * changes[1];
+            return vec![along / forces[0].hypot(forces[1])];
+        }
+        self.moving.iter().zip(&self.levers).map(|(&k, lever)| changes[k] / lever).collect()
     }
 
     /// The forces that are asked for in a position, from all of them, and their slopes by the

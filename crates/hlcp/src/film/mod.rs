@@ -12,7 +12,9 @@
 //! | pressures and film content | [`Solved`] |
 //! | load, friction, flows, peak | [`Film::figures`], and [`Film::proved_figures`] with a proof |
 //! | the position that carries a load | [`Bearing::carry`] |
-//! | stiffness and damping | [`Coefficients`] |
+//! | stiffness and damping, also at a frequency | [`Coefficients`] |
+//! | the mass at which a rotor begins to whirl | [`Threshold`] |
+//! | derivatives by speed, clearance, viscosity, pressures and depths | [`Bearing::sensitivities`] |
 //! | steps in time, the orbit of a free journal | [`Motion`] |
 //!
 //! ```
@@ -38,13 +40,19 @@ mod map;
 mod motion;
 mod profile;
 mod search;
+mod sensitivity;
 mod solve;
 mod wall;
+mod whirl;
 
 pub use carry::{Carried, Load};
-pub use hlcp_verify::{Film, FilmFigures, FilmRange, ProvedFigures, Side, Supply, TimeStep};
+pub use hlcp_verify::{
+    Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
+};
 pub use map::Map;
 pub use motion::{Drive, Motion};
 pub use profile::{Line, Profile};
+pub use sensitivity::{Parameter, Sensitivity};
 pub use solve::{Coefficients, FilmError, Settings, Solved, Watch};
 pub use wall::{Bearing, Idle, Journal, Pad, Pocket};
+pub use whirl::Threshold;

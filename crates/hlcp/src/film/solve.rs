@@ -5,7 +5,7 @@ use hlcp_methods::{
     Amg, Jacobian, Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
     SparseLu,
 };
-use hlcp_verify::{Certificate, Film, Refusal, certify};
+use hlcp_verify::{Certificate, Film, FilmChange, Refusal, certify};
 
 use super::Bearing;
 
@@ -46,6 +46,16 @@ pub enum FilmError {
     /// A film by the clamp that was not found.
     #[error("the film by the clamp was not found: {0}")]
     Clamp(Outcome),
+    /// A film with more cells than complex numbers are eliminated for.
+    #[error(
+        "coefficients at a frequency take an elimination, for at most {most} cells, but the film has {cells}; take fewer cells, or motions"
+    )]
+    Large {
+        /// How many there are.
+        cells: usize,
+        /// How many there may be.
+        most: usize,
+    },
     /// A step in time after which film, load and inertia are not in balance.
     #[error("the step did not settle; take shorter steps")]
     Unsettled,
@@ -106,6 +116,9 @@ const METHOD: &str = "AMG";
 /// How exact the derivatives are that lead to a position: each step of the search takes off seven
 /// digits at best.
 const SEARCH: f64 = 1e-7;
+
+/// How exact derivatives are that are an answer.
+pub(super) const LINEAR: f64 = 1e-13;
 
 /// What is enough of any derivatives, because rounding ends a solve sooner where the gap jumps.
 const ENOUGH: f64 = 1e-8;
@@ -214,38 +227,25 @@ impl Solved {
         certify(&a, &b, &q, &self.z, &self.r)
     }
 
-    /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
-    /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not
-    /// move.
-    ///
-    /// With `δz + δr` what a change brings about, `J (δz, δr) = −∂(A z − B r + q)/∂h`, the film
-    /// of a wall that moves with speed `v` lags behind by what it stores, `∂t(θh)`: to first order
-    /// in `v` it is the steady one and the answer of `J` to `−v ∂(θh)/∂e`. By the clamp, which
-    /// knows no content, only the gap stores.
-    pub(super) fn derivatives(
+    /// Hands `ask` a function that answers a change of `A z − B r + q` by the changes of `z` and
+    /// `r` that it brings about, by linear solves to the tolerance; also of the film by the clamp.
+    pub(super) fn answers<R>(
         &self,
-        bearing: &Bearing,
-        moving: &[usize],
         is_clamped: bool,
-        with_speed: bool,
-    ) -> Result<[Vec<Vec<f64>>; 2], FilmError> {
-        let (film, count) = (&self.film, bearing.modes.len());
-        let full = vec![0.0; self.r.len()];
-        let r = if is_clamped { &full } else { &self.r };
-        let (a, b, _) = film.pose()?;
-        let operators: Operators = if is_clamped {
-            [Box::new(a), Box::new(Identity { order: r.len() })]
-        } else {
-            [Box::new(a), Box::new(b)]
-        };
+        tolerance: f64,
+        ask: impl FnOnce(&mut Answers<'_>) -> Result<R, FilmError>,
+    ) -> Result<R, FilmError> {
+        let film = &self.film;
+        let mut operators = operators(film)?;
+        if is_clamped {
+            operators[1] = Box::new(Identity { order: self.r.len() });
+        }
         let problem = problem(&operators)?;
-        // Of the modulus variable signs count: it is negative where r is positive.
-        let x: Vec<f64> = self.r.iter().map(|r| if *r > 0.0 { -r } else { 0.0 }).collect();
+        let x = modulus(&self.r);
         let jacobian = Jacobian::new(&problem, &x);
-        let tolerance = if with_speed { 1e-13 } else { SEARCH };
         let row = |k: usize, each: &mut dyn FnMut(usize, f64)| jacobian.visit_row(k, each);
         // Multigrid takes ten times as long, but no more memory for more than a million cells.
-        let (lu, mut amg) = match SparseLu::of(r.len(), row) {
+        let (lu, mut amg) = match SparseLu::of(self.r.len(), row) {
             Ok(lu) => (Some(lu), None),
             Err(_) => (None, Some(Amg::new(&problem)?)),
         };
@@ -275,35 +275,75 @@ impl Solved {
             };
             Ok([part(true), part(false)])
         };
+        ask(&mut response)
+    }
+
+    /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
+    /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not
+    /// move.
+    ///
+    /// With `δz + δr` what a change brings about, `J (δz, δr) = −∂(A z − B r + q)/∂h`, the film
+    /// of a wall that moves with speed `v` lags behind by what it stores, `∂t(θh)`: to first order
+    /// in `v` it is the steady one and the answer of `J` to `−v ∂(θh)/∂e`. By the clamp, which
+    /// knows no content, only the gap stores.
+    pub(super) fn derivatives(
+        &self,
+        bearing: &Bearing,
+        moving: &[usize],
+        is_clamped: bool,
+        with_speed: bool,
+    ) -> Result<[Vec<Vec<f64>>; 2], FilmError> {
+        let (film, count) = (&self.film, bearing.modes.len());
+        let full = vec![0.0; self.r.len()];
+        let r = if is_clamped { &full } else { &self.r };
         let unit = film.pressure_unit() * film.cell();
         let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
-        for &column in moving {
-            let mode = &bearing.modes[column];
-            let [z, mut emptied] = response(&film.widening(&self.z, r, mode))?;
-            let mut answers = vec![z];
-            if with_speed {
-                if is_clamped {
-                    emptied.fill(0.0);
+        self.answers(is_clamped, if with_speed { LINEAR } else { SEARCH }, |response| {
+            for &column in moving {
+                let mode = &bearing.modes[column];
+                let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
+                let [z, mut emptied] = response(&film.rows_change(&self.z, r, &widening))?;
+                let mut answers = vec![z];
+                if with_speed {
+                    if is_clamped {
+                        emptied.fill(0.0);
+                    }
+                    let [z, _] = response(&film.storing(r, mode, &emptied))?;
+                    answers.push(z);
                 }
-                let [z, _] = response(&film.storing(r, mode, &emptied))?;
-                answers.push(z);
-            }
-            for (matrix, z) in found.iter_mut().zip(&answers) {
-                for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
-                    row[column] = unit * z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>();
+                for (matrix, z) in found.iter_mut().zip(&answers) {
+                    for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
+                        let along = z.iter().zip(mode).map(|(z, mode)| z * mode);
+                        row[column] = unit * along.sum::<f64>();
+                    }
                 }
             }
-        }
+            Ok(())
+        })?;
         Ok(found)
     }
 }
 
+/// Returns the changes of `z` and `r` that a change of `A z − B r + q` brings about.
+pub(super) type Answers<'a> = dyn FnMut(&[f64]) -> Result<[Vec<f64>; 2], FilmError> + 'a;
+
 /// A and B, of any kind.
-type Operators = [Box<dyn Rows<f64>>; 2];
+pub(super) type Operators = [Box<dyn Rows<f64>>; 2];
 
-type Problem<'p> = Hlcp<f64, &'p dyn Rows<f64>, &'p dyn Rows<f64>>;
+pub(super) type Problem<'p> = Hlcp<f64, &'p dyn Rows<f64>, &'p dyn Rows<f64>>;
 
-fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
+/// Those of a film.
+pub(super) fn operators(film: &Film) -> Result<Operators, Error> {
+    let (a, b, _) = film.pose()?;
+    Ok([Box::new(a), Box::new(b)])
+}
+
+/// Signs of the modulus variable, which is negative where r is positive.
+pub(super) fn modulus(r: &[f64]) -> Vec<f64> {
+    r.iter().map(|r| if *r > 0.0 { -r } else { 0.0 }).collect()
+}
+
+pub(super) fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
     let (a, b) = (&**a, &**b);
     Hlcp::new(a, b, Omega::diagonal_ratio(1.0, &a, &b)?)
 }
@@ -412,22 +452,29 @@ impl Coefficients {
         found: &Solved,
         is_clamped: bool,
     ) -> Result<Self, FilmError> {
-        let forces = bearing.forces(&solved.film, &solved.z);
-        let turned = |matrix: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
-            if bearing.journal.is_none() {
-                return matrix.iter().map(|row| row.iter().map(|v| -v).collect()).collect();
-            }
-            let (sin, cos) = forces[1].atan2(forces[0]).sin_cos();
-            let sign = bearing.direction();
-            let axes = [[cos, sin], [-sign * sin, sign * cos]];
-            let entry = |one: [f64; 2], other: [f64; 2]| {
-                let terms = [(0, 0), (0, 1), (1, 0), (1, 1)];
-                -terms.map(|(k, l)| one[k] * matrix[k][l] * other[l]).iter().sum::<f64>()
-            };
-            axes.iter().map(|&one| axes.iter().map(|&other| entry(one, other)).collect()).collect()
-        };
         let all: Vec<usize> = (0..bearing.modes.len()).collect();
-        let [stiffness, damping] = found.derivatives(bearing, &all, is_clamped, true)?.map(turned);
+        let [stiffness, damping] = found
+            .derivatives(bearing, &all, is_clamped, true)?
+            .map(|matrix| bearing.against_load(solved, matrix));
         Ok(Self { stiffness, damping })
+    }
+}
+
+impl Bearing {
+    /// Returns a matrix of `∂F/∂e` with the other sign: of a journal along the load of a solved
+    /// film and across it.
+    pub(super) fn against_load(&self, solved: &Solved, matrix: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        if self.journal.is_none() {
+            return matrix.iter().map(|row| row.iter().map(|v| -v).collect()).collect();
+        }
+        let forces = self.forces(&solved.film, &solved.z);
+        let (sin, cos) = forces[1].atan2(forces[0]).sin_cos();
+        let sign = self.direction();
+        let axes = [[cos, sin], [-sign * sin, sign * cos]];
+        let entry = |one: [f64; 2], other: [f64; 2]| {
+            let terms = [(0, 0), (0, 1), (1, 0), (1, 1)];
+            -terms.map(|(k, l)| one[k] * matrix[k][l] * other[l]).iter().sum::<f64>()
+        };
+        axes.iter().map(|&one| axes.iter().map(|&other| entry(one, other)).collect()).collect()
     }
 }

@@ -309,6 +309,12 @@ impl Bearing {
         if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
     }
 
+    /// Returns the angular speed of a journal, in rad/s, that of its bearing added; of anything else
+    /// what the walls' speeds are around its length.
+    pub fn running_speed(&self) -> f64 {
+        self.film.speeds.iter().sum::<f64>().abs() / (self.film.lengths[0] / TAU)
+    }
+
     /// Returns the angle along x from which a journal's load comes, if x = 0 is so many degrees
     /// from the place opposite the load, in the direction of the motion.
     pub fn load_direction(&self, attitude: f64) -> f64 {

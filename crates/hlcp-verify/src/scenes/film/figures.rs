@@ -248,7 +248,7 @@ impl Film {
     }
 
     /// `z` on a face across `x`.
-    fn wall_pressure(&self, frame: &Frame, gate: Gate, z: &[f64], r: &[f64]) -> f64 {
+    pub(super) fn wall_pressure(&self, frame: &Frame, gate: Gate, z: &[f64], r: &[f64]) -> f64 {
         match gate {
             Gate::Out { z, .. } => z,
             Gate::Between([low, high]) if z[low] <= 0.0 && z[high] <= 0.0 => 0.0,

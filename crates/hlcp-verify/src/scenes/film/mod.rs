@@ -8,6 +8,7 @@ mod figures;
 mod gates;
 mod proved;
 
+pub use derivatives::{FilmChange, FilmSlopes};
 pub use figures::FilmFigures;
 pub use proved::{FilmRange, ProvedFigures};
 

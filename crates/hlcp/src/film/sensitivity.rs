@@ -1,0 +1,235 @@
+use hlcp_verify::FilmChange;
+use nalgebra::{DMatrix, DVector};
+
+use super::{Bearing, FilmError, Load, Solved, carry::Wanted, solve::LINEAR};
+
+/// A number that a bearing depends on, in SI units.
+///
+/// ```
+/// use hlcp::film::Parameter;
+///
+/// let deeper = Parameter::Gap(vec![0.0, 1.0, 0.0]);
+/// assert_ne!(deeper, Parameter::Position(0));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub enum Parameter {
+    /// The speed of the lower wall (0) or the upper one (1).
+    Speed(usize),
+    /// The viscosity, of all cells alike.
+    Viscosity,
+    /// The clearance of a journal, its eccentricity over the clearance kept.
+    Clearance,
+    /// The eccentricity of a journal over the clearance, its direction kept.
+    Eccentricity,
+    /// A coordinate of the position.
+    Position(usize),
+    /// The pressure around the film, from which loads are counted, with that of all sides and
+    /// supplies that are at it.
+    Ambient,
+    /// The pressure in the broken film.
+    Cavitation,
+    /// The pressure of a side, or the content of the oil that enters there.
+    Side(usize),
+    /// The pressure of a supply.
+    Supply(usize),
+    /// A number that changes the gap in each cell by so much, as the depth of a pocket does.
+    Gap(Vec<f64>),
+}
+
+/// The derivative of what a bearing does by a [`Parameter`], in SI units.
+///
+/// ```
+/// use hlcp::film::{Bearing, Film, Parameter, Settings, Solved};
+///
+/// let film = Film::new([50, 30], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+/// let pad = Bearing::pad(film);
+/// let solved = Solved::new(pad.here().expect("it is open"), None, &Settings::default())?;
+/// let load = pad.forces(&solved.film, &solved.z)[0];
+/// // A full film carries in proportion to its viscosity, and to the speed.
+/// let found = pad.sensitivities(&solved, &[Parameter::Viscosity, Parameter::Speed(0)], None)?;
+/// assert!((found[0].load - load / 0.04).abs() < 1e-9 * load / 0.04);
+/// assert!((found[1].load - load / 3.0).abs() < 1e-9 * load);
+/// # Ok::<(), hlcp::film::FilmError>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sensitivity {
+    /// Of the forces along the position's coordinates, as [`Bearing::forces`] counts them.
+    pub forces: Vec<f64>,
+    /// Of the load: of a journal the resultant.
+    pub load: f64,
+    /// Of the drag on the wall that moves the faster, and on the other one.
+    pub friction: [f64; 2],
+    /// Of the drag if a broken film were sheared all over.
+    pub full_friction: [f64; 2],
+    /// Of the power that slides the walls.
+    pub power: f64,
+    /// Of what flows out in the west, east, south and north.
+    pub sides: [f64; 4],
+    /// Of what each supply delivers.
+    pub supplies: Vec<f64>,
+    /// Of the largest pressure.
+    pub peak: f64,
+    /// Of the position.
+    pub position: Vec<f64>,
+    /// Of a journal's eccentricity over the clearance.
+    pub ecc: Option<f64>,
+    /// Of a journal's attitude, in degrees; NaN without a load or an eccentricity.
+    pub attitude: Option<f64>,
+}
+
+impl Sensitivity {
+    /// Adds `by` times another one.
+    fn add(&mut self, by: f64, other: &Self) {
+        let add = |one: &mut [f64], other: &[f64]| {
+            one.iter_mut().zip(other).for_each(|(one, other)| *one += by * other);
+        };
+        add(&mut self.forces, &other.forces);
+        add(&mut self.friction, &other.friction);
+        add(&mut self.full_friction, &other.full_friction);
+        add(&mut self.sides, &other.sides);
+        add(&mut self.supplies, &other.supplies);
+        add(&mut self.position, &other.position);
+        self.load += by * other.load;
+        self.power += by * other.power;
+        self.peak += by * other.peak;
+        self.ecc = self.ecc.zip(other.ecc).map(|(one, other)| one + by * other);
+        self.attitude = self.attitude.zip(other.attitude).map(|(one, other)| one + by * other);
+    }
+}
+
+impl Bearing {
+    /// Computes the derivatives of what a solved film does by parameters: in its position, or,
+    /// with a load that the position carries, where the wall goes to carry it.
+    ///
+    /// They are exact but for rounding, one linear solve each with the matrix of the last step of
+    /// Newton's method, as long as no cell is on the edge between full and broken.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Derivatives`] for linear systems that are not solved, also those for the
+    /// position that carries the load.
+    ///
+    /// # Panics
+    ///
+    /// For a [`Parameter::Gap`] without an entry for each cell, and a wall, side, supply or
+    /// coordinate that is not there.
+    pub fn sensitivities(
+        &self,
+        solved: &Solved,
+        parameters: &[Parameter],
+        load: Option<&Load>,
+    ) -> Result<Vec<Sensitivity>, FilmError> {
+        let wanted = load.map(|load| Wanted::new(self, load, 1.0));
+        let moving: &[usize] = wanted.as_ref().map_or(&[], |wanted| &wanted.moving);
+        solved.answers(false, LINEAR, |response| {
+            let mut answer = |parameter: &Parameter| {
+                let (change, position, ambient) = self.change(parameter);
+                let film = &solved.film;
+                let [dz, dr] = response(&film.rows_change(&solved.z, &solved.r, &change))?;
+                let at = [&solved.z[..], &solved.r];
+                let slopes = film.slopes(at, [&dz, &dr], &change, ambient);
+                let unit = film.pressure_unit();
+                let p = |dz: &f64| (change.cavitation - ambient + unit * dz) * film.cell();
+                let along = |mode: &Vec<f64>| dz.iter().zip(mode).map(|(dz, m)| p(dz) * m).sum();
+                let mut found = Sensitivity {
+                    forces: self.modes.iter().map(along).collect(),
+                    load: slopes.load,
+                    friction: self.drag(slopes.friction),
+                    full_friction: self.drag(slopes.full_friction),
+                    power: slopes.power,
+                    sides: slopes.sides,
+                    supplies: slopes.supplies,
+                    peak: slopes.peak,
+                    position,
+                    ecc: None,
+                    attitude: None,
+                };
+                self.turn(solved, parameter, &mut found);
+                Ok(found)
+            };
+            let mut all = parameters.iter().map(&mut answer).collect::<Result<Vec<_>, _>>()?;
+            let Some(wanted) = &wanted else { return Ok(all) };
+            let of_position: Result<Vec<_>, FilmError> =
+                moving.iter().map(|&k| answer(&Parameter::Position(k))).collect();
+            let (of_position, forces) = (of_position?, self.forces(&solved.film, &solved.z));
+            // The change of the forces that are asked for, with a change of all of them.
+            let rows = |changes: &[f64]| wanted.directed(&forces, changes);
+            let slopes: Vec<_> = of_position.iter().map(|found| rows(&found.forces)).collect();
+            let matrix = DMatrix::from_fn(moving.len(), moving.len(), |k, l| slopes[l][k]).lu();
+            for found in &mut all {
+                let off = DVector::from_vec(rows(&found.forces));
+                let ways = matrix.solve(&off).ok_or(FilmError::Derivatives(f64::NAN))?;
+                ways.iter().zip(&of_position).for_each(|(way, other)| found.add(-way, other));
+            }
+            Ok(all)
+        })
+    }
+
+    /// The changes of the film, of the position and of the pressure around.
+    fn change(&self, parameter: &Parameter) -> (FilmChange, Vec<f64>, f64) {
+        let (film, mut change) = (&self.film, FilmChange::default());
+        let (mut position, mut ambient) = (vec![0.0; self.modes.len()], 0.0);
+        change.supplies = vec![0.0; film.supplies.len()];
+        match parameter {
+            Parameter::Speed(wall) => change.speeds[*wall] = 1.0,
+            Parameter::Viscosity => change.viscosity = vec![1.0],
+            Parameter::Clearance => {
+                change.gap = vec![1.0; film.gap.len()];
+                let clearance = self.journal.map_or(f64::INFINITY, |journal| journal.clearance);
+                position = self.position.iter().map(|at| at / clearance).collect();
+            }
+            Parameter::Eccentricity => {
+                let clearance = self.journal.map_or(0.0, |journal| journal.clearance);
+                let size = self.position.iter().copied().fold(0.0, f64::hypot);
+                position = if size > 0.0 {
+                    self.position.iter().map(|at| at / size * clearance).collect()
+                } else {
+                    vec![clearance, 0.0]
+                };
+            }
+            Parameter::Position(k) => position[*k] = 1.0,
+            Parameter::Ambient => {
+                ambient = 1.0;
+                for (side, change) in film.sides.iter().zip(&mut change.sides) {
+                    *change = f64::from(*side == super::Side::Pressure(self.ambient));
+                }
+                for (supply, change) in film.supplies.iter().zip(&mut change.supplies) {
+                    *change = f64::from(supply.pressure == self.ambient);
+                }
+            }
+            Parameter::Cavitation => change.cavitation = 1.0,
+            Parameter::Side(side) => change.sides[*side] = 1.0,
+            Parameter::Supply(supply) => change.supplies[*supply] = 1.0,
+            Parameter::Gap(gap) => change.gap.clone_from(gap),
+        }
+        if position.iter().any(|by| *by != 0.0) {
+            change.gap.resize(film.gap.len(), 0.0);
+            for (by, mode) in position.iter().zip(&self.modes) {
+                change.gap.iter_mut().zip(mode).for_each(|(gap, mode)| *gap += by * mode);
+            }
+        }
+        (change, position, ambient)
+    }
+
+    /// Of a journal the load is that of both forces, and its position an eccentricity and an
+    /// attitude.
+    fn turn(&self, solved: &Solved, parameter: &Parameter, found: &mut Sensitivity) {
+        let Some(journal) = self.journal else { return };
+        // The change of the length of a vector and of its angle.
+        let polar = |[x, y]: [f64; 2], by: &[f64]| {
+            let size = x.hypot(y);
+            if size == 0.0 {
+                return [by[0].hypot(by[1]), f64::NAN];
+            }
+            [(x * by[0] + y * by[1]) / size, (x * by[1] - y * by[0]) / (size * size)]
+        };
+        let forces = self.forces(&solved.film, &solved.z);
+        let [load, load_angle] = polar([forces[0], forces[1]], &found.forces);
+        found.load = load;
+        let at = [self.position[0], self.position[1]];
+        let [size, angle] = polar(at, &found.position);
+        let stretch = f64::from(*parameter == Parameter::Clearance) * at[0].hypot(at[1]);
+        found.ecc = Some((size - stretch / journal.clearance) / journal.clearance);
+        found.attitude = Some(self.direction() * (angle - load_angle).to_degrees());
+    }
+}

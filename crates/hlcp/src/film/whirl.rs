@@ -1,0 +1,265 @@
+use faer::{
+    Mat, c64,
+    linalg::solvers::Solve,
+    sparse::{SparseColMat, Triplet},
+};
+use hlcp_core::Rows;
+use hlcp_methods::Jacobian;
+use hlcp_verify::{Film, FilmChange};
+
+use super::{
+    Bearing, Coefficients, FilmError, Solved,
+    solve::{modulus, operators, problem},
+};
+
+/// The most cells of a film that is eliminated in complex numbers: a grid of so many takes some 3
+/// GB and half a minute.
+const CELLS: usize = 300_000;
+
+/// How near a whirl comes to that of the threshold, over its frequency, and how many films of how
+/// many coefficients that may take.
+const NEAR: f64 = 1e-9;
+const STEPS: usize = 30;
+
+/// The threshold at which a rigid rotor on a journal bearing begins to whirl by itself.
+///
+/// ```
+/// use hlcp::film::Coefficients;
+///
+/// // The short bearing that runs in its middle: it whirls at half the speed, 100 rad/s here.
+/// let found = Coefficients {
+///     stiffness: vec![vec![0.0, 5e6], vec![-5e6, 0.0]],
+///     damping: vec![vec![1e5, 0.0], vec![0.0, 1e5]],
+/// };
+/// assert_eq!(found.threshold().map(|found| (found.omega, found.mass)), Some((50.0, 0.0)));
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold {
+    /// The mass on this bearing, in kg, above which it whirls (critical mass).
+    pub mass: f64,
+    /// The angular frequency of the whirl, in rad/s.
+    pub omega: f64,
+}
+
+impl Threshold {
+    /// Searches for the threshold of a journal with the coefficients at its own frequency, from
+    /// half the running speed; `None` where there is none, or it is not found.
+    ///
+    /// # Errors
+    ///
+    /// As [`Coefficients::at`].
+    pub fn of(bearing: &Bearing, solved: &Solved) -> Result<Option<Self>, FilmError> {
+        let running = bearing.running_speed();
+        let mut last: Option<[f64; 2]> = None;
+        let mut omega = 0.5 * running;
+        for _ in 0..STEPS {
+            let Some(found) = Coefficients::at(bearing, solved, omega)?.threshold() else {
+                return Ok(None);
+            };
+            let off = found.omega - omega;
+            if off.abs() <= NEAR * omega {
+                return Ok(Some(found));
+            }
+            let next = match last {
+                Some([before, far]) if off != far => omega - off * (omega - before) / (off - far),
+                _ => found.omega,
+            };
+            last = Some([omega, off]);
+            omega = next.clamp(0.01 * running, 2.0 * running);
+        }
+        Ok(None)
+    }
+}
+
+impl Coefficients {
+    /// Computes those of a solved film for motions of this angular frequency, in rad/s, which is 0
+    /// or more.
+    ///
+    /// While the wall moves by `δ exp(iωt)` the force against it is `(K + iωC) δ exp(iωt)`. It is
+    /// answered by the matrix of the last step of Newton's method with `iω` times what full and
+    /// broken cells store. For slow motions these are [`new`](Self::new).
+    ///
+    /// # Cost
+    ///
+    /// One complex elimination, and a solve for each coordinate.
+    ///
+    /// # Errors
+    ///
+    /// [`FilmError::Derivatives`] for linear systems that are not solved, and
+    /// [`FilmError::Large`] for more than 300,000 cells.
+    ///
+    /// ```
+    /// use hlcp::film::{Bearing, Coefficients, Film, Settings, Solved};
+    ///
+    /// // A full film stores nothing but its gap: the same at all frequencies.
+    /// let film = Film::new([50, 30], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+    /// let pad = Bearing::pad(film);
+    /// let solved = Solved::new(pad.here().expect("it is open"), None, &Settings::default())?;
+    /// let [slow, fast] = [0.0, 600.0].map(|omega| Coefficients::at(&pad, &solved, omega));
+    /// let (slow, fast) = (slow?.damping[0][0], fast?.damping[0][0]);
+    /// assert!((slow - fast).abs() <= 1e-9 * slow);
+    /// # Ok::<(), hlcp::film::FilmError>(())
+    /// ```
+    pub fn at(bearing: &Bearing, solved: &Solved, omega: f64) -> Result<Self, FilmError> {
+        if omega == 0.0 {
+            return Self::new(bearing, solved);
+        }
+        let found = answer(bearing, solved, c64::new(0.0, omega))?;
+        let part = |of: &dyn Fn(c64) -> f64| {
+            let rows = found.iter().map(|row| row.iter().map(|&entry| of(entry)).collect());
+            bearing.against_load(solved, rows.collect())
+        };
+        Ok(Self { stiffness: part(&|entry| entry.re), damping: part(&|entry| entry.im / omega) })
+    }
+
+    /// Returns the threshold of a rigid rotor on a journal with these coefficients at all
+    /// frequencies; `None` if a rotor of any mass is stable, or the coefficients are no journal's.
+    ///
+    /// # Source
+    ///
+    /// J. W. Lund, *Review of the concept of dynamic coefficients for fluid film journal bearings*,
+    /// J. Tribology 109 (1987) 37–41.
+    pub fn threshold(&self) -> Option<Threshold> {
+        let ([kx, ky], [cx, cy]) = (pair(&self.stiffness)?, pair(&self.damping)?);
+        // Σ K C, crosswise: what the whirl leaves of the stiffness.
+        let crossed = kx[0] * cy[1] + ky[1] * cx[0] - kx[1] * cy[0] - ky[0] * cx[1];
+        let stiffness = crossed / (cx[0] + cy[1]);
+        let determinant = (kx[0] - stiffness) * (ky[1] - stiffness) - kx[1] * ky[0];
+        let square = determinant / (cx[0] * cy[1] - cx[1] * cy[0]);
+        let threshold = Threshold { mass: stiffness / square, omega: square.sqrt() };
+        (square > 0.0 && stiffness >= 0.0).then_some(threshold)
+    }
+}
+
+/// The rows of a matrix of two by two.
+fn pair(matrix: &[Vec<f64>]) -> Option<[[f64; 2]; 2]> {
+    let [x, y] = matrix else { return None };
+    Some([[*x.first()?, *x.get(1)?], [*y.first()?, *y.get(1)?]])
+}
+
+/// The derivatives of the forces for motions that grow as `exp(st)`.
+fn answer(bearing: &Bearing, solved: &Solved, s: c64) -> Result<Vec<Vec<c64>>, FilmError> {
+    let (film, n) = (&solved.film, solved.r.len());
+    if n > CELLS {
+        return Err(FilmError::Large { cells: n, most: CELLS });
+    }
+    let operators = operators(film)?;
+    let problem = problem(&operators)?;
+    let x = modulus(&solved.r);
+    let jacobian = Jacobian::new(&problem, &x);
+    let lu = factors(film, &jacobian, s).ok_or(FilmError::Derivatives(f64::NAN))?;
+    let mut found = vec![vec![c64::new(0.0, 0.0); bearing.modes.len()]; bearing.modes.len()];
+    let unit = film.pressure_unit() * film.cell();
+    for (column, mode) in bearing.modes.iter().enumerate() {
+        let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
+        let steady = film.rows_change(&solved.z, &solved.r, &widening);
+        let stored = film.storing(&solved.r, mode, &vec![0.0; n]);
+        let mut y = Mat::from_fn(n, 1, |k, _| c64::new(steady[k], 0.0) + s * stored[k]);
+        lu.solve_in_place(y.as_mut());
+        for (row, mode) in found.iter_mut().zip(&bearing.modes) {
+            // J has the columns 2A of full cells.
+            let pressed = (0..n).filter(|&k| jacobian.is_active(k));
+            row[column] = pressed.map(|k| y[(k, 0)] * (-2.0 * unit * mode[k])).sum();
+        }
+        if !found[0][column].re.is_finite() {
+            return Err(FilmError::Derivatives(f64::NAN));
+        }
+    }
+    Ok(found)
+}
+
+/// The factors of `J` with `s` times what broken cells store.
+fn factors<A: Rows<f64>, B: Rows<f64>>(
+    film: &Film,
+    jacobian: &Jacobian<'_, f64, A, B>,
+    s: c64,
+) -> Option<faer::sparse::linalg::solvers::Lu<usize, c64>> {
+    let n = film.gap.len();
+    let emptied = film.storing(&vec![0.0; n], &vec![0.0; n], &vec![-1.0; n]);
+    let mut entries = vec![];
+    for (k, emptied) in emptied.into_iter().enumerate() {
+        jacobian.visit_row(k, |j, entry| entries.push(Triplet::new(k, j, c64::new(entry, 0.0))));
+        if !jacobian.is_active(k) {
+            let by = 2.0 * jacobian.problem().omega().entry(k) * emptied;
+            entries.push(Triplet::new(k, k, s * by));
+        }
+    }
+    SparseColMat::try_new_from_triplets(n, n, &entries).ok()?.sp_lu().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use hlcp_verify::Supply;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::film::{Drive, Journal, Motion, Settings};
+
+    /// What the forces gain per displacement along a coordinate in the last of so many turns of
+    /// small whirls, by implicit steps in time.
+    fn transient(
+        bearing: &Bearing,
+        column: usize,
+        omega: f64,
+        turns: usize,
+        steps: usize,
+    ) -> [c64; 2] {
+        let (settings, size) = (Settings::default(), 1e-9);
+        let mut motion = Motion::new(bearing.clone(), &settings).unwrap();
+        let forces = |motion: &Motion| {
+            let solved = motion.solved.as_ref().unwrap();
+            bearing.forces(&solved.film, &solved.z)
+        };
+        let before = forces(&motion);
+        let mut found = [c64::new(0.0, 0.0); 2];
+        for k in 1..=turns * steps {
+            let (sin, cos) = (TAU * (k % steps) as f64 / steps as f64).sin_cos();
+            let mut to = bearing.position.clone();
+            to[column] += size * sin;
+            motion.step(TAU / omega / steps as f64, &Drive::To(to), &settings).unwrap();
+            if k > (turns - 1) * steps {
+                let gains =
+                    forces(&motion).into_iter().zip(&before).map(|(now, before)| now - before);
+                for (found, gain) in found.iter_mut().zip(gains) {
+                    *found += c64::new(sin, cos) * (2.0 * gain / (size * steps as f64));
+                }
+            }
+        }
+        found
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(3) })]
+
+        /// Implicit steps answer as exp(st) does with the `s` of their difference quotient.
+        #[test]
+        fn whirls_in_steps_are_answered_exactly(
+            (ecc, turn, speed) in (0.1..0.8_f64, 0.0..TAU, 8.0..20.0),
+            (ratio, steps) in (0.25..1.5, 16..40_usize),
+        ) {
+            let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+            let mut bearing = Bearing::journal(journal, [36, 6]);
+            bearing.film.speeds = [speed, 0.0];
+            bearing.film.viscosity = vec![0.02];
+            let groove = Supply { corner: [0.0; 2], size: [0.0, 0.05], pressure: 1e5 };
+            bearing.film.supplies = vec![groove];
+            bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
+            let settings = Settings::default();
+            let solved = Solved::new(bearing.here().unwrap(), None, &settings).unwrap();
+            let omega = ratio * bearing.running_speed();
+            let angle = TAU / steps as f64;
+            let s = c64::new(1.0 - angle.cos(), angle.sin()) * (omega / angle);
+            let exact = answer(&bearing, &solved, s).unwrap();
+            let size = exact.concat().into_iter().map(|entry| entry.norm()).fold(0.0, f64::max);
+            for column in 0..2 {
+                for (row, found) in transient(&bearing, column, omega, 8, steps).iter().enumerate() {
+                    // What a solve leaves of a displacement of 1e-5 clearances.
+                    let off = (found - exact[row][column]).norm();
+                    prop_assert!(off <= 1e-6 * size, "{found} {}", exact[row][column]);
+                }
+            }
+        }
+    }
+}
