@@ -3,8 +3,9 @@
 //!
 //! Draws seconds against n on logarithmic axes, on one scene as `cost` and on all as `comparison`,
 //! from the CSV file beside the charts, and writes tables with fitted slopes to
-//! `docs/results/comparison.md`; `docs/results.md` reads them. Takes some minutes. Ends with an error if a method that reports convergence is further from the
-//! solution than is certified, or if a method has no point on a scene that it applies to.
+//! `docs/results/comparison.md`; `docs/results.md` reads them. Takes some minutes. Ends with an
+//! error if a method that reports convergence is further from the solution than is certified, or if
+//! a method has no point on a scene that it applies to.
 
 use std::{
     path::{Path, PathBuf},

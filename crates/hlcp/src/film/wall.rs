@@ -309,8 +309,8 @@ impl Bearing {
         if self.film.speeds.iter().sum::<f64>() < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Returns the angular speed of a journal, in rad/s, that of its bearing added; of anything else
-    /// what the walls' speeds are around its length.
+    /// Returns the angular speed of a journal, in rad/s, that of its bearing added; of anything
+    /// else what the walls' speeds are around its length.
     pub fn running_speed(&self) -> f64 {
         self.film.speeds.iter().sum::<f64>().abs() / (self.film.lengths[0] / TAU)
     }
