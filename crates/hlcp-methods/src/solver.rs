@@ -225,17 +225,19 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 self.advance(q, best);
                 continue;
             };
-            let may_go_on = !cut && k < pace.limits.iterations && status == Status::Stagnated;
-            if may_go_on && self.method.turn() {
-                self.monitor.wait_from(k);
-                test.wait();
-                self.advance(q, best);
-                continue;
-            }
             if !best {
                 std::mem::swap(&mut self.x, &mut self.best);
             }
+            let may_go_on = !cut && k < pace.limits.iterations && status == Status::Stagnated;
             let (status, residual) = self.settle(q, test, status);
+            if may_go_on && status == Status::Stagnated && self.method.turn() {
+                // From the best iterate: `z` and `r` have taken the room of the next one.
+                self.next.copy_from_slice(&self.x);
+                self.monitor.wait_from(k);
+                test.wait();
+                self.advance(q, true);
+                continue;
+            }
             return End { status, iterations: k, answer, work, residual };
         }
         unreachable!("the iteration limit ends the loop")
@@ -336,6 +338,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// which is `Converged` after all if they meet the tolerance, and their residual.
     fn settle(&mut self, q: &Rhs<'_, T>, test: &mut Test, status: Status) -> (Status, Norms) {
         let measured = self.recover(q, None);
+        test.renew(self.method.problem(), q, &self.x);
         if !test.is_near(usize::MAX, measured) {
             return (status, measured);
         }

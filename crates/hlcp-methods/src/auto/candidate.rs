@@ -52,11 +52,11 @@ impl AutoChoice {
             Self::Sor => (0.02, 24),
             // Coarse grids of some dozen points cost more time than their sweeps are counted for.
             Self::Multigrid if is_plane && is_small => (0.05, 24),
-            Self::Multigrid if is_plane && is_constant => (0.4, 24),
+            Self::Multigrid if is_plane && is_constant => (0.2, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             // Aggregates are for matrices that conduct; elimination is tried before, if it is
             // cheap.
-            Self::AmgNewton if is_mixed => (0.005, 1000),
+            Self::AmgNewton if is_mixed => (0.0025, 1000),
             Self::AmgNewton if is_plane => (0.075, 1000),
             Self::AmgNewton => (0.04, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
