@@ -118,7 +118,8 @@ class BearingResult(FilmResult):
     proof: str
     _walled: dict[str, Any]
     _how: dict[str, Any]
-    _known: dict[bool, tuple[Floats, Floats]]
+    # By the frequency over the running speed, and without one by the clamp.
+    _known: dict[float | None, tuple[Floats, Floats]]
     _carries: Any
     _shape: dict[str, Any]
 
@@ -128,29 +129,68 @@ class BearingResult(FilmResult):
         no unit): of a journal along the load and across it, a quarter further in the direction of
         the motion; of a pad for its rise and the slopes along x and y. It is for slow motions, in a
         film that is broken somewhere to about a quarter of the running speed."""
-        return self._coefficients(False)[0]
+        return self._coefficients(0.0)[0]
 
     @property
     def damping(self) -> Floats:
         """Damping, the same by the speed of each coordinate, in N s/m."""
-        return self._coefficients(False)[1]
+        return self._coefficients(0.0)[1]
 
     @property
     def clamped(self) -> tuple[Floats, Floats]:
         """Stiffness and damping by the clamp of published tables, z >= 0 without a balance of
         mass."""
-        return self._coefficients(True)
+        return self._coefficients(None)
 
-    def _coefficients(self, is_clamped: bool) -> tuple[Floats, Floats]:
+    def coefficients(self, frequency: float) -> tuple[Floats, Floats]:
+        """Compute stiffness and damping for motions at a frequency.
+
+        Parameters
+        ----------
+        frequency : float
+            That of the motion over the running speed; 0 for slow motions.
+
+        Returns
+        -------
+        (ndarray, ndarray)
+            Along the coordinates of `stiffness`: K and C of the force against a motion
+            d exp(i w t), which is (K + i w C) d exp(i w t).
+
+        Raises
+        ------
+        ValueError
+            For a film that is not solved, that nothing feeds, or of more than 300,000 cells.
+
+        Examples
+        --------
+        >>> import hlcp
+        >>> bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=60, ny=10)
+        >>> film = bearing.film(rpm=3000, viscosity=0.02, load=1000)
+        >>> film.coefficients(0.5)[0].shape, [round(figure, 3) for figure in film.threshold]
+        ((2, 2), [0, 0])
+        """
+        return self._coefficients(_frequency(frequency))
+
+    @property
+    def threshold(self) -> tuple[float, float] | None:
+        """Of a journal the mass of a rigid rotor on this bearing above which it whirls by itself,
+        in kg (critical mass), and the frequency of that over the running speed (whirl frequency
+        ratio), from the coefficients at this frequency; None where none is found."""
+        if not self.success or self._walled["journal"] is None:
+            raise ValueError("a threshold is that of a journal, solved")
+        mass, ratio = _hlcp.bearing_threshold(self._stored()) or (math.nan, math.nan)
+        return None if math.isnan(mass) else (mass, ratio)
+
+    def _coefficients(self, frequency: float | None) -> tuple[Floats, Floats]:
         known = self._known
-        if is_clamped not in known:
+        if frequency not in known:
             if not self.success:
                 raise ValueError(f"the film has no coefficients, because it is not solved:"
                                  f" {self.message}")
             stiffness, damping = _hlcp.bearing_coefficients(
-                self._stored(), is_clamped, self._how)
-            known[is_clamped] = np.array(stiffness), np.array(damping)
-        return known[is_clamped]
+                self._stored(), frequency, self._how)
+            known[frequency] = np.array(stiffness), np.array(damping)
+        return known[frequency]
 
     def sensitivities(self, *, gaps: dict[str, ArrayLike] | None = None,
                       position: bool = False) -> dict[str, Sensitivity]:
@@ -501,8 +541,9 @@ class _Bearing:
         raise NotImplementedError
 
     def _row(self, runs: list[dict[str, Any]], threads: Any, progress: bool | None,
-             coefficients: bool | None) -> list[BearingResult | ValueError]:
-        """Solve for films, each from the one before, in as many rows as there are threads."""
+             frequencies: list[float | None] | None) -> list[BearingResult | ValueError]:
+        """Solve for films, each from the one before, in as many rows as there are threads; perhaps
+        with coefficients."""
         threads = count("threads", threads, 1)
         done: list[BearingResult | ValueError | None] = [None] * len(runs)
         cuts = np.linspace(0, len(runs), min(threads, len(runs)) + 1).round().astype(int)
@@ -521,8 +562,8 @@ class _Bearing:
                         of = self.replace(**changes) if changes else self
                         film = of._run(options, past[-1][1] if past else None,
                                        _ahead(past, runs[k]))
-                        if coefficients is not None and film.success:
-                            film._coefficients(coefficients)
+                        if frequencies is not None and film.success:
+                            film._coefficients(frequencies[k])
                         done[k] = film
                         past = [*past[-3:], (runs[k], film)] if film.success else []
                     except ValueError as error:
@@ -602,7 +643,7 @@ class _Bearing:
         # A way through all of them on which one option changes at a time, to the next value.
         way = list(_snake([len(values) for values in lists.values()]))
         found = self._row([{**fixed, **runs[k]} for k in way], threads, progress,
-                          False if coefficients else None)
+                          [0.0] * len(runs) if coefficients else None)
         errors = [film for film in found if isinstance(film, ValueError)]
         if len(errors) == len(runs) and len({str(error) for error in errors}) == 1:
             raise errors[0]
@@ -627,14 +668,18 @@ class _Bearing:
             figures = [film.load, *where, film.friction[0], film.power, film.peak, film.least_gap,
                        film.broken_share, sum(film.sides), sum(film.supplies)]
             record = dict(zip(names, figures)) | {"success": film.success, "message": film.message}
-            pair = np.array(film._coefficients(False) if coefficients and film.success
+            pair = np.array(film._coefficients(0.0) if coefficients and film.success
                             else np.full((2, order, order), np.nan))
         if coefficients:
             record |= {"stiffness": pair[0], "damping": pair[1]}
         return record
 
-    def _coefficients(self, options: dict[str, Any], clamped: bool, threads: Any,
+    def _coefficients(self, options: dict[str, Any], frequency: Any, clamped: bool, threads: Any,
                       progress: bool | None) -> Coefficients:
+        options = {**options, "frequency": 0.0 if frequency is None else frequency}
+        if clamped and frequency is not None:
+            raise ValueError("by the clamp coefficients are those for slow motions; leave frequency"
+                             " or clamped out")
         given = {name: real(name, value) for name, value in options.items() if value is not None}
         for name, array in given.items():
             if array.ndim > 1:
@@ -647,7 +692,10 @@ class _Bearing:
             raise ValueError(f"the arrays have shapes that do not fit: {shapes}") from None
         runs = [dict(zip(arrays, values))
                 for values in zip(*(np.atleast_1d(array).tolist() for array in arrays.values()))]
-        found = self._row(runs, threads, progress, clamped)
+        at: list[float | None] = [_frequency(run.pop("frequency")) for run in runs]
+        if clamped:
+            at = [None] * len(runs)
+        found = self._row(runs, threads, progress, at)
         films = []
         for options, film in zip(runs, found):
             if isinstance(film, ValueError):
@@ -656,8 +704,8 @@ class _Bearing:
             films.append(film)
         order = 3 if self._of_journal is None else 2
         nothing = np.full((2, order, order), np.nan)
-        pairs = np.array([film._coefficients(clamped) if film.success else nothing
-                          for film in films])
+        pairs = np.array([film._coefficients(whirl) if film.success else nothing
+                          for film, whirl in zip(films, at)])
 
         def each(value: Any) -> Floats:
             return np.array([value(film) for film in films], dtype=np.float64)
@@ -872,6 +920,7 @@ class Journal(_Bearing):
         load: ArrayLike | None = None,
         ecc: ArrayLike | None = None,
         attitude: ArrayLike | None = None,
+        frequency: ArrayLike | None = None,
         clamped: bool = False,
         threads: int = 1,
         progress: bool | None = None,
@@ -883,8 +932,11 @@ class Journal(_Bearing):
         ----------
         viscosity, rpm, speed, load, ecc, attitude : float or array_like of shape (n,)
             As in `film`.
+        frequency : float or array_like of shape (n,)
+            That of the motion over the running speed; without it they are for slow motions.
         clamped : bool
-            Whether they are by the clamp of published tables, without a balance of mass.
+            Whether they are by the clamp of published tables, for slow motions, without a balance
+            of mass.
         threads, progress
             As in `sweep`.
 
@@ -903,7 +955,7 @@ class Journal(_Bearing):
         """
         options = {"viscosity": viscosity, "rpm": rpm, "speed": speed, "load": load, "ecc": ecc,
                    "attitude": attitude}
-        return self._coefficients(options, clamped, threads, progress)
+        return self._coefficients(options, frequency, clamped, threads, progress)
 
     def motion(
         self,
@@ -1136,6 +1188,7 @@ class Pad(_Bearing):
         viscosity: ArrayLike,
         speed: ArrayLike = 0.0,
         load: ArrayLike | None = None,
+        frequency: ArrayLike | None = None,
         clamped: bool = False,
         threads: int = 1,
         progress: bool | None = None,
@@ -1147,8 +1200,9 @@ class Pad(_Bearing):
         ----------
         viscosity, speed, load : float or array_like of shape (n,)
             As in `film`.
-        clamped, threads, progress
-            As in `Journal.coefficients`.
+        frequency, clamped, threads, progress
+            As in `Journal.coefficients`; the running speed of a wall is 2 pi times how often it
+            passes the film in a second.
 
         Returns
         -------
@@ -1156,7 +1210,7 @@ class Pad(_Bearing):
             For the rise of the upper wall and its slopes along x and y.
         """
         options = {"viscosity": viscosity, "speed": speed, "load": load}
-        return self._coefficients(options, clamped, threads, progress)
+        return self._coefficients(options, frequency, clamped, threads, progress)
 
     def motion(
         self,
@@ -1358,6 +1412,13 @@ def _walls(speed: Any) -> list[float]:
     if speed is None or rank(speed) == 0:
         return [0.0 if speed is None else _finite("speed", speed), 0.0]
     return [_finite("speed", wall) for wall in _numbers("speed", speed, 2)]
+
+
+def _frequency(value: Any) -> float:
+    ratio = _finite("frequency", value)
+    if ratio < 0.0:
+        raise ValueError(f"frequency is {ratio}, but over the running speed it must be 0 or more")
+    return ratio
 
 
 def _positive(name: str, value: Any) -> float:

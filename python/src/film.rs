@@ -2,15 +2,13 @@
 
 use std::{
     ops::ControlFlow,
-    sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 use hlcp::film::{
     self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
-    Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, TimeStep,
+    Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, Threshold,
+    TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -459,13 +457,11 @@ pub(crate) fn bearing_film(
     start: Option<Py<PyAny>>,
     how: Py<PyAny>,
 ) -> PyResult<Py<PyAny>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let told = stop.clone();
-    apart(py, &stop, move |py| {
+    apart(py, move |py, stop| {
         let mut bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
         let start = start.map(|start| stored(&start.bind(py).extract()?)).transpose()?;
         let how: How = how.bind(py).extract()?;
-        let (bearing, solved, films) = how.run(py, &told, move |settings| {
+        let (bearing, solved, films) = how.run(py, &stop, move |settings| {
             let start = start.as_ref().map(|(_, solved)| solved);
             let (solved, films) = carried(&mut bearing, carries, start, settings)?;
             Ok((bearing, solved, films))
@@ -474,32 +470,44 @@ pub(crate) fn bearing_film(
     })
 }
 
-/// Returns stiffness and damping of a film that is solved, for slow motions or by the clamp.
+/// Returns stiffness and damping of a film that is solved, for motions at this frequency over the
+/// running speed, or without one for slow motions by the clamp.
 #[pyfunction]
 pub(crate) fn bearing_coefficients(
     py: Python<'_>,
     stored_film: Py<PyAny>,
-    is_clamped: bool,
+    frequency: Option<f64>,
     how: Py<PyAny>,
 ) -> PyResult<[Vec<Vec<f64>>; 2]> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let told = stop.clone();
-    apart(py, &stop, move |py| {
+    apart(py, move |py, stop| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let how: How = how.bind(py).extract()?;
-        how.run(py, &told, move |settings| {
+        how.run(py, &stop, move |settings| {
             if !solved.film.is_fed() {
                 let dry = feeding(&bearing);
                 return Err(wrong(format!("it answers to no motion: {dry}")));
             }
-            let found = if is_clamped {
-                Coefficients::clamped(&bearing, &solved, settings)
-            } else {
-                Coefficients::new(&bearing, &solved)
+            let found = match frequency {
+                Some(ratio) => Coefficients::at(&bearing, &solved, ratio * bearing.running_speed()),
+                None => Coefficients::clamped(&bearing, &solved, settings),
             };
             let Coefficients { stiffness, damping } = found.map_err(wrong)?;
             Ok([stiffness, damping])
         })
+    })
+}
+
+/// Returns the mass above which a journal whirls by itself, and the frequency of that over the
+/// running speed, if there is such a mass.
+#[pyfunction]
+pub(crate) fn bearing_threshold(
+    py: Python<'_>,
+    stored_film: Py<PyAny>,
+) -> PyResult<Option<[f64; 2]>> {
+    apart(py, move |py, _| {
+        let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
+        let found = released(py, || Threshold::of(&bearing, &solved).map_err(wrong))?;
+        Ok(found.map(|found| [found.mass, found.omega / bearing.running_speed()]))
     })
 }
 
@@ -531,8 +539,7 @@ pub(crate) fn bearing_sensitivities(
     carries: Option<Carries>,
     parameters: Py<PyAny>,
 ) -> PyResult<Vec<Py<PyDict>>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    apart(py, &stop, move |py| {
+    apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let parameters: Vec<Named<'_>> = parameters.bind(py).extract()?;
         let parameters = parameters.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
@@ -588,8 +595,7 @@ pub(crate) fn bearing_bounds(
     stored_film: Py<PyAny>,
     part: Option<f64>,
 ) -> PyResult<(String, Option<Py<PyAny>>)> {
-    let stop = Arc::new(AtomicBool::new(false));
-    apart(py, &stop, move |py| {
+    apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let proved = released(py, || match part {
             Some(part) => {
@@ -712,12 +718,10 @@ pub(crate) fn bearing_motion(
     attitude: f64,
     how: Py<PyAny>,
 ) -> PyResult<Py<PyAny>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let told = stop.clone();
-    apart(py, &stop, move |py| {
+    apart(py, move |py, stop| {
         let bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
         let how: How = how.bind(py).extract()?;
-        let (motion, steps) = how.run(py, &told, move |settings| {
+        let (motion, steps) = how.run(py, &stop, move |settings| {
             moved(bearing, &times, &rows, (mass, attitude), settings)
         })?;
         let Motion { bearing, solved, squeezing, .. } = motion;

@@ -445,17 +445,18 @@ fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) 
 }
 
 /// Runs `work` on a thread of its own, and looks for signals meanwhile: Ctrl-C ends the call at
-/// once and tells `work` to stop, which may take to the end of a sweep or a set-up. It holds the
+/// once and sets the flag of `work`, which may take to the end of a sweep or a set-up. It holds the
 /// arrays that it reads until then.
 fn apart<R: Send + 'static>(
     py: Python<'_>,
-    stop: &AtomicBool,
-    work: impl FnOnce(Python<'_>) -> PyResult<R> + Send + 'static,
+    work: impl FnOnce(Python<'_>, Arc<AtomicBool>) -> PyResult<R> + Send + 'static,
 ) -> PyResult<R> {
     let (sender, receiver) = mpsc::channel();
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = stop.clone();
     thread::Builder::new().spawn(move || {
         // No interpreter: it is about to exit. No receiver: the call was interrupted.
-        let _ = Python::try_attach(work).map(|answer| sender.send(answer));
+        let _ = Python::try_attach(|py| work(py, told)).map(|answer| sender.send(answer));
     })?;
     py.detach(move || {
         loop {
@@ -628,7 +629,7 @@ mod _hlcp {
     #[pymodule_export]
     use crate::film::{
         bearing_bounds, bearing_coefficients, bearing_film, bearing_motion, bearing_sensitivities,
-        film_figures, film_gap, film_line, posed_film,
+        bearing_threshold, film_figures, film_gap, film_line, posed_film,
     };
 
     /// Solves HLCP(A, B, q) in double precision or in single, on a thread of its own if `is_apart`.
@@ -642,19 +643,17 @@ mod _hlcp {
         omega: Py<PyAny>,
         settings: Settings,
     ) -> PyResult<Py<PyAny>> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let told = stop.clone();
-        let work = move |py: Python<'_>| {
+        let work = move |py: Python<'_>, stop| {
             let problem = problem.each_ref().map(|part| part.bind(py));
             let (start, omega) = (start.bind(py), omega.bind(py));
             let answer = if double {
-                solve_in::<f64>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+                solve_in::<f64>(py, stop, problem, start.extract()?, omega.extract()?, &settings)
             } else {
-                solve_in::<f32>(py, told, problem, start.extract()?, omega.extract()?, &settings)
+                solve_in::<f32>(py, stop, problem, start.extract()?, omega.extract()?, &settings)
             };
             answer.map(Bound::unbind)
         };
-        if is_apart { apart(py, &stop, work) } else { work(py) }
+        if is_apart { apart(py, work) } else { work(py, Arc::default()) }
     }
 
     /// Bounds the error of z and r, on a thread of its own.
@@ -666,11 +665,10 @@ mod _hlcp {
         functionals: Py<PyAny>,
         maxtime: Option<f64>,
     ) -> PyResult<Py<PyAny>> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let (told, time, begun) = (stop.clone(), duration(maxtime)?, Instant::now());
-        apart(py, &stop, move |py| {
+        let (time, begun) = (duration(maxtime)?, Instant::now());
+        apart(py, move |py, stop| {
             let mut is_up =
-                || told.load(Ordering::Relaxed) || time.is_some_and(|time| begun.elapsed() >= time);
+                || stop.load(Ordering::Relaxed) || time.is_some_and(|time| begun.elapsed() >= time);
             let operators = operators.each_ref().map(|operator| operator.bind(py));
             let vectors = vectors.each_ref().map(|vector| vector.bind(py));
             let proof = certify_in(py, &mut is_up, operators, vectors, functionals.bind(py));

@@ -333,6 +333,27 @@ def test_coefficients_of_arrays_are_those_of_films():
         bearing.coefficients(rpm=3000, viscosity=0.02, load=-1)
 
 
+def test_whirls_are_those_of_the_command(command, tmp_path):
+    film = journal().film(**OIL, ecc=0.4)
+    assert close(film.coefficients(0)[0], film.stiffness, 0)
+    mass, ratio = film.threshold
+    k, c = film.coefficients(ratio)
+    omega = ratio * 100 * np.pi
+    impedance = k - mass * omega**2 * np.eye(2) + 1j * omega * c
+    assert abs(np.linalg.det(impedance)) <= 1e-8 * np.abs(impedance).max() ** 2
+    found = journal().coefficients(**OIL, ecc=0.4, frequency=[0.5, ratio])
+    assert close(found.stiffness[1], k) and close(found.damping[0], film.coefficients(0.5)[1])
+    assert pad().film(**SLIDES).coefficients(0.5)[0].shape == (3, 3)
+    if command:
+        run = subprocess.run([command, "film", *ROUND.split(), "--groove", "0,1e5", "--ecc", "0.4",
+                              "--whirl", "0.5", "--json", "--out", tmp_path / "f"],
+                             capture_output=True, text=True)
+        told = json.loads(run.stdout)
+        assert close(film.coefficients(0.5)[0], told["whirl"][0]["stiffness_n_m"])
+        assert (mass, ratio) == pytest.approx((told["critical_mass_kg"],
+                                               told["whirl_frequency_ratio"]), rel=1e-12)
+
+
 def test_a_rotor_has_its_bearing():
     ross = pytest.importorskip("ross")
     sys.path.insert(0, str(HERE.parent / "examples"))
@@ -491,6 +512,11 @@ def test_doubts_are_warned_of():
     ("there is no option bore to sweep; there are rpm", lambda: journal().sweep(bore=[1, 2])),
     ("viscosity is missing", lambda: journal().sweep(rpm=[1000, 2000], ecc=0.5)),
     ("load is an empty list", lambda: journal().sweep(**OIL, load=[])),
+    ("frequency is -1.0, but over the running speed", lambda: journal().film(
+        **OIL, ecc=0.5).coefficients(-1)),
+    ("by the clamp coefficients are those for slow motions", lambda: journal().coefficients(
+        **OIL, ecc=0.5, frequency=1, clamped=True)),
+    ("a threshold is that of a journal", lambda: pad().film(**SLIDES).threshold),
     ("a motion has positions, or loads", lambda: pad().motion([0, 1], viscosity=1)),
     ("loads move a wall with a mass", lambda: pad().motion([0, 1], viscosity=1, loads=3)),
     (r"positions has the shape \(2, 3\), but it must be \(n, 2\)",

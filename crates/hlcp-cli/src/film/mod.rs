@@ -160,10 +160,17 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     load: Option<Numbers>,
-    /// Stiffness and damping, mass-conserving and by the clamp of the tables: of a journal along
-    /// the load and across it, of anything else for the height and the slopes along x and y
+    /// Stiffness and damping for slow motions, mass-conserving and by the clamp of the tables: of a
+    /// journal along the load and across it, of anything else for the height and the slopes along x
+    /// and y
     #[arg(long, help_heading = ASKED, group = "in_plane")]
     coefficients: bool,
+    /// Stiffness and damping, mass-conserving, for motions at these frequencies over the running
+    /// speed; and of a journal the mass on this bearing above which it whirls by itself (critical
+    /// mass), and how fast over the running speed (whirl frequency ratio)
+    #[arg(long, help_heading = ASKED, value_name = "RATIO[,RATIO...]", group = "in_plane")]
+    #[arg(allow_hyphen_values = true)]
+    whirl: Option<Numbers>,
     /// Derivatives of load, friction, power, peak and flows by speed, viscosity, clearance,
     /// pressures and depths, in SI units: in this position, or with --load under this load, which
     /// the position then follows
@@ -173,7 +180,7 @@ pub(crate) struct Arguments {
     /// journal its displacement along the load and across it, of anything else its rise, and its
     /// slopes along x and y, which have no unit
     #[arg(long, help_heading = ASKED, value_name = "FILE", group = "in_plane")]
-    #[arg(conflicts_with_all = ["load", "coefficients", "sensitivities"])]
+    #[arg(conflicts_with_all = ["load", "coefficients", "whirl", "sensitivities"])]
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay

@@ -12,14 +12,14 @@ use hlcp::{
     Limits, Named, Parameters, Progress, Status,
     film::{
         Bearing, Coefficients, Film, FilmError, FilmFigures, Idle, Map, Parameter, ProvedFigures,
-        Sensitivity, Settings, Side, Solved,
+        Sensitivity, Settings, Side, Solved, Threshold,
     },
     number,
 };
 use hlcp_verify::{Certificate, Refusal, decimal};
 use serde_json::{Value, json};
 
-use super::{Arguments, Done, balance, doubtful, gap, motion, outputs, picture};
+use super::{Arguments, Done, Numbers, balance, doubtful, gap, motion, outputs, picture};
 use crate::progress::Way;
 
 /// Solves for a film in two dimensions.
@@ -47,6 +47,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         let film = bearing.here().expect("the position has been checked");
         refuse_idle(&bearing, &film, arguments)?;
     }
+    let ratios = whirls(&bearing, arguments)?;
     let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
     ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
     let outputs = outputs(arguments, &ends)?;
@@ -67,6 +68,9 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         let coefficients = asked.then(both).transpose()?;
         (solved, solves, converged, coefficients)
     };
+    let whirl = (!ratios.is_empty() && converged)
+        .then(|| Whirl::of(&bearing, &solved, ratios))
+        .transpose()?;
     let sensitivities = (arguments.sensitivities && converged)
         .then(|| sensitivities(&bearing, &solved, arguments))
         .transpose()?;
@@ -87,6 +91,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         solves,
         converged,
         coefficients,
+        whirl,
         sensitivities,
         certificate,
         range,
@@ -129,6 +134,41 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     })
 }
 
+/// The frequencies of --whirl over the running speed.
+fn whirls(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<f64>, String> {
+    let Some(Numbers(ratios)) = &arguments.whirl else { return Ok(vec![]) };
+    if let Some(ratio) = ratios.iter().find(|&&ratio| ratio < 0.0) {
+        return Err(format!(
+            "--whirl has {ratio}, but a frequency over the running speed is 0 or more"
+        ));
+    }
+    if bearing.running_speed() == 0.0 {
+        return Err("--whirl has frequencies over the running speed, but nothing runs; give \
+                    --rpm or --speed, or take --motion"
+            .into());
+    }
+    Ok(ratios.clone())
+}
+
+/// Coefficients at frequencies.
+struct Whirl {
+    /// The frequency over the running speed, and those at it.
+    at: Vec<(f64, Coefficients)>,
+    /// The running speed, in rad/s.
+    running: f64,
+    /// Of a journal, if there is one.
+    threshold: Option<Threshold>,
+}
+
+impl Whirl {
+    fn of(bearing: &Bearing, solved: &Solved, ratios: Vec<f64>) -> Result<Self, FilmError> {
+        let running = bearing.running_speed();
+        let at = |ratio| Ok((ratio, Coefficients::at(bearing, solved, ratio * running)?));
+        let at = ratios.into_iter().map(at).collect::<Result<_, FilmError>>()?;
+        Ok(Self { at, running, threshold: Threshold::of(bearing, solved)? })
+    }
+}
+
 /// The name and the unit of a number, and what figures gain with it.
 type Derived = (String, &'static str, Sensitivity);
 
@@ -168,6 +208,9 @@ fn refuse_idle(
         None if arguments.coefficients => {
             "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
                 .into()
+        }
+        None if arguments.whirl.is_some() => {
+            "--whirl: nothing feeds this film, so it runs dry and answers to no motion".into()
         }
         None if arguments.sensitivities => {
             "--sensitivities: nothing feeds this film, so it runs dry and changes with nothing"
@@ -220,6 +263,7 @@ struct Report<'r> {
     converged: bool,
     /// Mass-conserving, and by the clamp.
     coefficients: Option<[Coefficients; 2]>,
+    whirl: Option<Whirl>,
     sensitivities: Option<Vec<Derived>>,
     certificate: Option<Result<Certificate, Refusal>>,
     proved: Option<ProvedFigures>,
@@ -322,6 +366,16 @@ impl Report<'_> {
             });
             (name.clone(), figures)
         };
+        let at = |(ratio, found): &(f64, Coefficients)| {
+            json!({
+                "ratio": ratio,
+                "stiffness_n_m": found.stiffness,
+                "damping_n_s_m": found.damping,
+            })
+        };
+        let whirl: Option<Vec<Value>> =
+            self.whirl.as_ref().map(|whirl| whirl.at.iter().map(at).collect());
+        let threshold = self.whirl.as_ref().and_then(|whirl| whirl.threshold);
         let sensitivities: Option<serde_json::Map<_, _>> =
             self.sensitivities.as_ref().map(|all| all.iter().map(derived).collect());
         json!({
@@ -351,6 +405,9 @@ impl Report<'_> {
             "damping_n_s_m": found.map(|[own, _]| &own.damping),
             "stiffness_clamp_n_m": found.map(|[_, clamped]| &clamped.stiffness),
             "damping_clamp_n_s_m": found.map(|[_, clamped]| &clamped.damping),
+            "whirl": whirl,
+            "critical_mass_kg": threshold.map(|found| found.mass),
+            "whirl_frequency_ratio": threshold.map(|found| found.omega / bearing.running_speed()),
             "sensitivities": sensitivities,
             "bounds": bounds,
             "range": range,
@@ -454,6 +511,9 @@ impl Report<'_> {
         if let Some(found) = &self.coefficients {
             self.print_coefficients(&mut text, found)?;
         }
+        if let Some(found) = &self.whirl {
+            self.print_whirl(&mut text, found)?;
+        }
         if let Some(found) = &self.sensitivities {
             print_sensitivities(&mut text, found, arguments.load.is_some())?;
         }
@@ -506,11 +566,7 @@ impl Report<'_> {
         text: &mut String,
         [own, clamped]: &[Coefficients; 2],
     ) -> fmt::Result {
-        let (axes, stiff, damp) = if self.bearing.journal.is_some() {
-            ("along the load and across it", "N/m", "N s/m")
-        } else {
-            ("rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …")
-        };
+        let [axes, stiff, damp] = self.axes();
         writeln!(text, "coefficients      {axes}; for slow motions, then by the clamp")?;
         if self.figures.broken_share > 0.0 {
             let film = &self.solved.film;
@@ -522,11 +578,10 @@ impl Report<'_> {
             };
             writeln!(
                 text,
-                "                  slow is to about {to}; above take --motion, because the film is \
+                "                  slow is to about {to}; above take --whirl, because the film is \
                  broken"
             )?;
         }
-        let row = |row: &Vec<f64>| row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>();
         let pairs = [
             ("stiffness", stiff, &own.stiffness, &clamped.stiffness),
             ("damping", damp, &own.damping, &clamped.damping),
@@ -539,6 +594,50 @@ impl Report<'_> {
         }
         Ok(())
     }
+
+    fn print_whirl(&self, text: &mut String, whirl: &Whirl) -> fmt::Result {
+        let [axes, stiff, damp] = self.axes();
+        for (ratio, found) in &whirl.at {
+            let omega = ratio * whirl.running;
+            writeln!(text, "whirl of {ratio:<9}{axes}; at {omega:.6e} rad/s")?;
+            for (name, unit, matrix) in
+                [("stiffness", stiff, &found.stiffness), ("damping", damp, &found.damping)]
+            {
+                for (k, entries) in matrix.iter().enumerate() {
+                    let name = if k == 0 { format!("{name}, {unit}") } else { String::new() };
+                    writeln!(text, "{name:<16}{}", row(entries))?;
+                }
+            }
+        }
+        if self.bearing.journal.is_none() {
+            return Ok(());
+        }
+        match whirl.threshold {
+            Some(Threshold { mass, omega }) => writeln!(
+                text,
+                "critical mass     {mass:.6e} kg on this bearing; above it whirls at {:.6} of the \
+                 running speed",
+                omega / whirl.running
+            ),
+            None => {
+                writeln!(text, "critical mass     none was found up to twice the running speed")
+            }
+        }
+    }
+
+    /// The coordinates of coefficients, and the units of stiffness and damping.
+    fn axes(&self) -> [&'static str; 3] {
+        if self.bearing.journal.is_some() {
+            ["along the load and across it", "N/m", "N s/m"]
+        } else {
+            ["rise in m, slopes along x and y; forces in N and N m", "N/m …", "N s/m …"]
+        }
+    }
+}
+
+/// The entries of a row of a matrix.
+fn row(entries: &[f64]) -> String {
+    entries.iter().map(|entry| format!("{entry:>14.6e}")).collect()
 }
 
 fn print_sensitivities(text: &mut String, all: &[Derived], is_carrying: bool) -> fmt::Result {

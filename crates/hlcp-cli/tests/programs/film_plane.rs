@@ -381,6 +381,39 @@ fn axes_are_along_the_load_and_drags_are_two() {
     assert!(said.contains("if all of the gap is sheared"), "{said}");
 }
 
+/// A rotor of the critical mass whirls for ever: −mω² + K + iωC is singular at that frequency.
+#[test]
+fn a_critical_mass_whirls() {
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.4", journal(0.05));
+    let found = json("whirl", &format!("{bearing} --coefficients --whirl 0,0.3"));
+    let entries = |found: &Value| {
+        let [k, c] = ["stiffness_n_m", "damping_n_s_m"].map(|name| matrix(found, name).concat());
+        [k, c]
+    };
+    let [slow, slowly] = [entries(&found), entries(&found["whirl"][0])];
+    assert_eq!(slow, slowly);
+    let [mass, ratio] =
+        ["critical_mass_kg", "whirl_frequency_ratio"].map(|key| number(&found, key));
+    assert!(mass > 0.0 && (0.4..0.6).contains(&ratio), "{mass} {ratio}");
+    let there = json("whirl", &format!("{bearing} --whirl {ratio:e}"));
+    let ([k, c], omega) = (entries(&there["whirl"][0]), ratio * 100.0 * std::f64::consts::PI);
+    let entry = |at: usize| {
+        let inert = if at % 3 == 0 { mass * omega * omega } else { 0.0 };
+        [k[at] - inert, omega * c[at]]
+    };
+    let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
+    let (one, other) = (product(entry(0), entry(3)), product(entry(1), entry(2)));
+    let size = one[0].hypot(one[1]) + other[0].hypot(other[1]);
+    // A ratio of 17 digits, found to 1e-9.
+    let off = (one[0] - other[0]).hypot(one[1] - other[1]);
+    assert!(off <= 1e-8 * size, "{off} of {size}");
+    let output = film("whirl", &format!("{bearing} --whirl 0.5,1"));
+    let said = text(&output.stdout);
+    for what in ["whirl of 0.5", "at 3.141593e2 rad/s", "critical mass", "of the running speed"] {
+        assert!(said.contains(what), "{said}");
+    }
+}
+
 /// Each option that is a number, changed by a little, changes the figures as it is said to.
 #[test]
 fn sensitivities_are_differences_of_the_command() {
@@ -853,6 +886,7 @@ fn wrong_films_are_refused_in_one_line() {
             "--map gap.csv --supply 0.001,0.001,0.005,0.006,1e6 --load 1",
             " N or more, also by the pressures of supplies and sides",
         ),
+        ("--map gap.csv --whirl=-1", "--whirl has -1, but a frequency over the running speed is"),
         ("--map gap.csv --load 50kN", "'50kN' is not a number; units are given by their own"),
         (
             "--map gap.csv --load 5 --mass 5",

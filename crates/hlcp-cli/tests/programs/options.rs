@@ -75,7 +75,7 @@ const OF_SOLVE: [(&str, &str); 44] = [
     ("repeats", "2"),
 ];
 
-const OF_FILM: [(&str, &str); 36] = [
+const OF_FILM: [(&str, &str); 37] = [
     ("map", "map.csv"),
     ("pad", "plane,4e-5,2e-5"),
     ("lx", "0.05"),
@@ -103,6 +103,7 @@ const OF_FILM: [(&str, &str); 36] = [
     ("ambient", "1e5"),
     ("cavitation", "-1e4"),
     ("load", "1000"),
+    ("whirl", "0.5,1"),
     ("motion", "motion.csv"),
     ("mass", "1"),
     ("refine", "3"),

@@ -263,4 +263,62 @@ mod tests {
             }
         }
     }
+
+    /// One journal, or `HLCP_CASES` journals.
+    fn config() -> ProptestConfig {
+        let wanted = std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok());
+        ProptestConfig {
+            failure_persistence: None,
+            ..ProptestConfig::with_cases(wanted.unwrap_or(1))
+        }
+    }
+
+    proptest! {
+        #![proptest_config(config())]
+
+        /// A fiftieth of the largest entry is more than whirls in steps, extrapolated, differ by
+        /// from smooth ones: while oil goes round they turn by 15, and errors of third order are
+        /// left.
+        #[test]
+        fn coefficients_at_a_frequency_are_those_of_transients(
+            (ecc, turn, speed, ratio) in (0.1..0.85_f64, 0.0..TAU, 5.0..20.0, 0.25..1.25),
+            (length, at, pressure) in (0.025..0.1, 0.0..1.0, 1e3..2e5),
+            other in prop_oneof![Just(None), (0.0..1.0_f64).prop_map(Some)],
+        ) {
+            let journal = Journal { diameter: 0.1, length, clearance: 1e-4, tilt: [0.0; 2] };
+            let mut bearing = Bearing::journal(journal, [36, 6]);
+            bearing.film.speeds = [speed, 0.0];
+            bearing.film.viscosity = vec![0.02];
+            let around = bearing.film.lengths[0];
+            let groove = |at: f64| {
+                Supply { corner: [at * around, 0.0], size: [0.0, length], pressure }
+            };
+            bearing.film.supplies = [at].into_iter().chain(other).map(groove).collect();
+            bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
+            let solved = Solved::new(bearing.here().unwrap(), None, &Settings::default()).unwrap();
+            let omega = ratio * bearing.running_speed();
+            let found = Coefficients::at(&bearing, &solved, omega).unwrap();
+            // The oil goes round four times.
+            let turns = f64::ceil(8.0 * ratio) as usize;
+            let mut parts = [(); 2].map(|()| vec![vec![0.0; 2]; 2]);
+            for column in 0..2 {
+                let [coarse, half, fine] = [32, 64, 128]
+                    .map(|steps| transient(&bearing, column, omega, turns, steps));
+                for row in 0..2 {
+                    // The errors of first and second order cancel.
+                    let entry = (8.0 * fine[row] - 6.0 * half[row] + coarse[row]) / 3.0;
+                    (parts[0][row][column], parts[1][row][column]) = (entry.re, entry.im);
+                }
+            }
+            let [stiffness, damping] = parts.map(|part| bearing.against_load(&solved, part).concat());
+            let pairs = found.stiffness.concat().into_iter().zip(found.damping.concat());
+            let found: Vec<c64> = pairs.map(|(k, c)| c64::new(k, omega * c)).collect();
+            let size = found.iter().map(|entry| entry.norm()).fold(0.0, f64::max);
+            let transients = stiffness.into_iter().zip(damping).map(|(k, c)| c64::new(k, c));
+            let offs = found.iter().zip(transients).map(|(found, entry)| (found - entry).norm());
+            let off = offs.fold(0.0, f64::max) / size;
+            println!("off by {off:.1e}");
+            prop_assert!(off <= 0.02, "{off}");
+        }
+    }
 }
