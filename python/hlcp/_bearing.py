@@ -21,7 +21,10 @@ from hlcp._plot import plot
 from hlcp._solve import Result, Status
 
 Speed = float | tuple[float, float]
-Groove = float | tuple[float, float]
+Groove = (float | tuple[float, float] | tuple[float, float, float]
+          | tuple[float, float, float, float])
+Dam = tuple[tuple[float, float], float, float]
+Lobes = tuple[int, float] | tuple[int, float, float] | tuple[int, float, float, float]
 Pocket = (tuple[tuple[float, float], tuple[float, float], float]
           | tuple[tuple[float, float], tuple[float, float], float, str])
 Dimples = (tuple[tuple[int, int], tuple[float, float], float]
@@ -167,7 +170,7 @@ class BearingResult(FilmResult):
         >>> bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[0], nx=60, ny=10)
         >>> film = bearing.film(rpm=3000, viscosity=0.02, load=1000)
         >>> film.coefficients(0.5)[0].shape, [round(figure, 3) for figure in film.threshold]
-        ((2, 2), [0, 0])
+        ((2, 2), [667.317, 0.505])
         """
         return self._coefficients(_frequency(frequency))
 
@@ -401,7 +404,7 @@ class _Bearing:
     _grid: tuple[int, int]
     _size: tuple[float, float]
     _gap: Floats
-    _of_journal: tuple[float, float, float, list[float]] | None
+    _of_journal: tuple[float, float, float, list[float], Any] | None
     _film: dict[str, Any]
     _shape: dict[str, Any]
     _ambient: float
@@ -435,7 +438,7 @@ class _Bearing:
         if not self._ambient >= cavitation:
             raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
         self._shape = {
-            "journal": None, "plane": None, "parabola": None, "map": None, **shape,
+            "journal": None, "plane": None, "taper": None, "parabola": None, "map": None, **shape,
             "grid": self._grid, "size": self._size,
             "roughness": None if roughness is None else self._map("roughness", roughness),
             "pockets": [_pocket(f"pockets[{k}]", pocket)
@@ -730,9 +733,18 @@ class Journal(_Bearing):
         Of the journal and of the bearing, in m.
     clearance : float
         The radial clearance, in m.
-    grooves : sequence of float or (float, float)
-        Grooves without width along the whole bearing: the angle from x = 0 in degrees, and the
-        pressure in Pa; without one the ambient pressure.
+    lobes : (int, float), (int, float, float) or (int, float, float, float)
+        A bush of so many arcs with the radius of `clearance`, elliptical (lemon bore), of three or
+        four lobes, or offset halves: their number; how far their centres are from the middle, over
+        the clearance (preload); where each is narrowest, from 0 where it begins to 1 where it ends,
+        0.5 if not given; and the middle of one of them in degrees from x = 0, 0 if not given.
+    grooves : sequence of float or (float, float[, float[, float]])
+        Axial grooves: the angle from x = 0 in degrees; the pressure in Pa, ambient if not given;
+        the width in degrees, none if not given; and the length in m, that of the bearing if not
+        given.
+    dams : sequence of ((float, float), float, float)
+        Pressure dams, pockets in the middle of the bearing that end in a step: the angles in
+        degrees from where to where, in the direction of x, the length and the depth in m.
     supplies : sequence of ((x, y), (lx, ly), pressure)
         Rectangles that are kept full, as in `film`.
     pockets : sequence of ((x, y), (lx, ly), depth) or ((x, y), (lx, ly), depth, "ellipse")
@@ -775,7 +787,9 @@ class Journal(_Bearing):
         length: float,
         clearance: float,
         *,
+        lobes: Lobes | None = None,
         grooves: Sequence[Groove] = (),
+        dams: Sequence[Dam] = (),
         supplies: Sequence[Supply] = (),
         pockets: Sequence[Pocket] = (),
         dimples: Sequence[Dimples] = (),
@@ -797,13 +811,22 @@ class Journal(_Bearing):
         sides: dict[str, Side | None] = {"west": "periodic", "east": "periodic", "south": south,
                                          "north": north}
         _sides_agree(sides)
-        around = [_groove(f"grooves[{k}]", groove, ambient)
+        around = [_groove(f"grooves[{k}]", groove, ambient, sizes[1])
                   for k, groove in enumerate(_listed("grooves", grooves))]
-        cuts = [((angle / 360.0 % 1.0 * self._size[0], 0.0), (0.0, self._size[1]), pressure)
-                for angle, pressure in around]
-        journal = sizes[0], sizes[1], sizes[2], _numbers("tilt", tilt, 2)
+        cuts = [(*self._patch(angle - width / 2.0, width, along), pressure)
+                for angle, pressure, width, along in around]
+        steps = [_dam(f"dams[{k}]", dam) for k, dam in enumerate(_listed("dams", dams))]
+        dug = [(*self._patch(start, end - start, along), depth)
+               for start, end, along, depth in steps]
+        journal = sizes[0], sizes[1], sizes[2], _numbers("tilt", tilt, 2), _lobes(lobes)
         self._build({"journal": journal}, sides, [*_listed("supplies", supplies), *cuts],
-                    roughness, pockets, dimples, ambient, cavitation)
+                    roughness, [*_listed("pockets", pockets), *dug], dimples, ambient, cavitation)
+
+    def _patch(self, start: float, arc: float, along: float
+               ) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the corner and the size of a rectangle from an angle on, in the middle."""
+        width, length = self._size
+        return (start / 360.0 % 1.0 * width, (length - along) / 2.0), (arc / 360.0 * width, along)
 
     def film(
         self,
@@ -891,7 +914,9 @@ class Journal(_Bearing):
         assert self._of_journal is not None
         clearance, turn = self._of_journal[2], math.radians(attitude or 0.0)
         speeds = self._speeds(given["rpm"], given["speed"])
-        along = [(0.5 if ecc is None else ecc) * clearance, 0.0]
+        lobes = self._of_journal[4]
+        half = 0.5 if lobes is None else 0.5 * (1.0 - lobes[1])
+        along = [(half if ecc is None else ecc) * clearance, 0.0]
         if force is None:
             turn *= -1.0 if sum(speeds) < 0 else 1.0
             along = [along[0] * math.cos(turn), along[0] * math.sin(turn)]
@@ -1031,6 +1056,9 @@ class Pad(_Bearing):
         The extents along x and y, in m.
     plane : (float, float)
         A plane, by the gaps at both ends of x, in m.
+    taper : (float, float, float)
+        Instead, a taper and a land: the gaps at the ends of the taper, and its length along x, in
+        m.
     parabola : (float, float) or (float, float, float)
         Instead, a parabola: the least gap, the radius of curvature along x, and the place of the
         least gap, in m; in the middle without one.
@@ -1066,6 +1094,7 @@ class Pad(_Bearing):
         size: tuple[float, float],
         *,
         plane: tuple[float, float] | None = None,
+        taper: tuple[float, float, float] | None = None,
         parabola: tuple[float, float] | tuple[float, float, float] | None = None,
         map: ArrayLike | None = None,
         tilt: tuple[float, float] = (0.0, 0.0),
@@ -1084,8 +1113,8 @@ class Pad(_Bearing):
     ) -> None:
         self._given = {name: value for name, value in locals().items()
                        if name not in ("self", "__class__")}
-        if sum(shape is not None for shape in (plane, parabola, map)) != 1:
-            raise ValueError("a pad has one shape: give plane, parabola or map")
+        if sum(shape is not None for shape in (plane, taper, parabola, map)) != 1:
+            raise ValueError("a pad has one shape: give plane, taper, parabola or map")
         shape: dict[str, Any] = {}
         if map is not None:
             gap = real("map", map)
@@ -1101,6 +1130,9 @@ class Pad(_Bearing):
             self._grid = _cells(60 if ny is None else ny, 180 if nx is None else nx)
         if plane is not None:
             shape["plane"] = _numbers("plane", plane, 2)
+        if taper is not None:
+            west, land, length = _numbers("taper", taper, 3)
+            shape["taper"] = [west, land], _positive("the length of taper", length)
         if parabola is not None:
             if rank(parabola) != 1 or len(parabola) not in (2, 3):
                 raise ValueError(f"parabola is {parabola!r}, but it must be its least gap and its"
@@ -1434,13 +1466,41 @@ def _listed(name: str, value: Any) -> Sequence[Any]:
     return value  # type: ignore[return-value]
 
 
-def _groove(name: str, groove: Any, ambient: Any) -> tuple[float, float]:
-    if rank(groove) == 0:
-        return _finite(name, groove), _number("ambient", ambient)
-    if rank(groove) != 1 or len(groove) != 2:
+def _groove(name: str, groove: Any, ambient: Any, whole: float
+            ) -> tuple[float, float, float, float]:
+    given = [groove] if rank(groove) == 0 else groove
+    if rank(given) != 1 or not 1 <= len(given) <= 4:
         raise ValueError(f"{name} is {groove!r}, but it must be an angle in degrees, or (angle,"
-                         " pressure)")
-    return _finite(name, groove[0]), _number(name, groove[1])
+                         " pressure, width, length) or the first of these")
+    angle, pressure, width, length = [
+        _number(name, number) for number in (*given, *(ambient, 0.0, whole)[len(given) - 1:])]
+    if not 0.0 <= width < 360.0 or not 0.0 < length <= whole * (1.0 + 1e-9):
+        raise ValueError(f"{name} has a width of {width} degrees and a length of {length} m, but it"
+                         f" is below 360 degrees wide, and no longer than the bearing, {whole} m")
+    return _finite(name, angle), pressure, width, length
+
+
+def _dam(name: str, dam: Any) -> tuple[float, float, float, float]:
+    try:
+        around, length, depth = dam
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} is {dam!r}, but it must be ((from, to), length, depth)") from None
+    start, end = _numbers(f"{name}: the angles", around, 2)
+    if not start < end < start + 360.0:
+        raise ValueError(f"{name} is from {start} to {end} degrees, but it ends less than a turn"
+                         " beyond where it begins")
+    return start, end, _positive(f"{name}: the length", length), _finite(name, depth)
+
+
+def _lobes(lobes: Any) -> tuple[int, float, float, float] | None:
+    if lobes is None:
+        return None
+    if rank(lobes) != 1 or not 2 <= len(lobes) <= 4:
+        raise ValueError(f"lobes is {lobes!r}, but it must be (count, preload, offset, degrees), or"
+                         " the first two or three of these")
+    preload, offset, middle = [
+        _finite("lobes", number) for number in (*lobes[1:], *(0.5, 0.0)[len(lobes) - 2:])]
+    return count("lobes: the count", lobes[0], 1), preload, offset, math.radians(middle)
 
 
 def _outline(name: str, given: Any, wanted: str) -> tuple[Any, list[float], float, bool]:

@@ -6,7 +6,7 @@ use std::{
 };
 
 use hlcp::film::{
-    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Motion,
+    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes, Motion,
     Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, Threshold,
     TimeStep,
 };
@@ -154,11 +154,14 @@ pub(crate) fn film_line<'py>(
     Ok(named)
 }
 
-/// The diameter, the length and the clearance of a journal, and its tilt.
-type OfJournal = (f64, f64, f64, [f64; 2]);
+/// The diameter, the length and the clearance of a journal, its tilt, and of lobes how many, their
+/// preload, where they are narrowest and the middle of one, in rad.
+type OfJournal = (f64, f64, f64, [f64; 2], Option<(usize, f64, f64, f64)>);
 
-fn journal_of((diameter, length, clearance, tilt): OfJournal) -> Journal {
-    Journal { diameter, length, clearance, tilt }
+fn journal_of((diameter, length, clearance, tilt, lobes): OfJournal) -> Journal {
+    let lobes =
+        lobes.map(|(count, preload, offset, middle)| Lobes { count, preload, offset, middle });
+    Journal { diameter, length, clearance, tilt, lobes }
 }
 
 /// The shape of a gap, in SI units: one of four, and what is added to it.
@@ -170,6 +173,7 @@ pub(crate) struct Shape<'py> {
     size: [f64; 2],
     journal: Option<OfJournal>,
     plane: Option<[f64; 2]>,
+    taper: Option<([f64; 2], f64)>,
     parabola: Option<(f64, f64, Option<f64>)>,
     map: Option<PyReadonlyArray1<'py, f64>>,
     roughness: Option<PyReadonlyArray1<'py, f64>>,
@@ -189,11 +193,18 @@ pub(crate) fn film_gap<'py>(
     room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
     let flat = Film::new([nx, ny], shape.size, 0.0, 1.0);
     let pad = |pad: film::Pad| Bearing::pad(pad.gap(flat.clone()));
-    let mut bearing = match (shape.journal, shape.plane, shape.parabola) {
-        (Some(journal), ..) => Bearing::journal(journal_of(journal), [nx, ny]),
-        (None, Some(ends), _) => pad(film::Pad::Plane(ends)),
-        (None, None, Some((least, radius, at))) => pad(film::Pad::Parabola { least, radius, at }),
-        (None, None, None) => Bearing::pad(flat),
+    let mut bearing = match (shape.journal, shape.plane, shape.taper, shape.parabola) {
+        (Some(journal), ..) => {
+            let journal = journal_of(journal);
+            journal.lobes.map_or(Ok(()), |lobes| lobes.check()).map_err(wrong)?;
+            Bearing::journal(journal, [nx, ny])
+        }
+        (None, Some(ends), ..) => pad(film::Pad::Plane(ends)),
+        (None, None, Some((ends, length)), _) => pad(film::Pad::Taper(ends, length)),
+        (None, None, None, Some((least, radius, at))) => {
+            pad(film::Pad::Parabola { least, radius, at })
+        }
+        (None, None, None, None) => Bearing::pad(flat),
     };
     if let Some(map) = &shape.map {
         bearing.film.gap = map.as_slice()?.to_vec();

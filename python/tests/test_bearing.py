@@ -63,6 +63,12 @@ FILMS = {
                 lambda: pad(nx=48, ny=24, dimples=[((4, 3), (6e-3, 5e-3), 1e-5, "ellipse")],
                             tilt=(1e-5, 2e-5), ambient=1e5).film(**SLIDES, load=700,
                                                                  at=(0.029, 0.015))),
+    "lobes": (f"{ROUND} --lobes 3,0.4,0.7,20 --groove 80,1e5,12 --groove 200,1e5,12,0.03 --load 900"
+              " --attitude 0 --dam 230,300,0.03,5e-5 --coefficients",
+              lambda: journal(lobes=(3, 0.4, 0.7, 20), grooves=[(80, 1e5, 12), (200, 1e5, 12, 0.03)],
+                              dams=[((230, 300), 0.03, 5e-5)]).film(**OIL, load=900, attitude=0)),
+    "taper": (f"--pad taper,40e-6,20e-6,0.04 {FLAT} --nx 40 --ny 20",
+              lambda: pad(plane=None, taper=(40e-6, 20e-6, 0.04)).film(**SLIDES)),
     "parabola": (f"--pad parabola,2e-5,10,0.03 {FLAT} --nx 40 --ny 20 --load 300 --coefficients",
                  lambda: pad(plane=None, parabola=(2e-5, 10, 0.03)).film(**SLIDES, load=300)),
     "method": (f"--pad plane,40e-6,20e-6 {FLAT} --nx 40 --ny 20 --method AUTO",
@@ -348,6 +354,7 @@ def test_whirls_are_those_of_the_command(command, tmp_path):
         run = subprocess.run([command, "film", *ROUND.split(), "--groove", "0,1e5", "--ecc", "0.4",
                               "--whirl", "0.5", "--json", "--out", tmp_path / "f"],
                              capture_output=True, text=True)
+        assert run.returncode == 0, run.stderr
         told = json.loads(run.stdout)
         assert close(film.coefficients(0.5)[0], told["whirl"][0]["stiffness_n_m"])
         assert (mass, ratio) == pytest.approx((told["critical_mass_kg"],
@@ -468,7 +475,7 @@ def test_doubts_are_warned_of():
     ("clearance is 'thin', but it must be a real number", lambda: journal(clearance="thin")),
     ("nx is 0, but it must be at least 1", lambda: journal(nx=0)),
     (r"grooves is 90, but it must be a list", lambda: journal(grooves=90)),
-    (r"grooves\[1\] is \(1, 2, 3\), but it must be an angle", lambda: journal(grooves=[0, (1, 2, 3)])),
+    (r"grooves\[1\] is \(\), but it must be an angle", lambda: journal(grooves=[0, ()])),
     ("south and north must both be 'periodic'", lambda: journal(south="periodic")),
     ("ambient is -1.0 Pa, below cavitation", lambda: journal(ambient=-1.0)),
     (r"roughness has the shape \(2, 2\), but the film has \(10, 60\)",
@@ -512,6 +519,13 @@ def test_doubts_are_warned_of():
     ("there is no option bore to sweep; there are rpm", lambda: journal().sweep(bore=[1, 2])),
     ("viscosity is missing", lambda: journal().sweep(rpm=[1000, 2000], ecc=0.5)),
     ("load is an empty list", lambda: journal().sweep(**OIL, load=[])),
+    ("the preload of the lobes is 1.5, but it must be from 0 to below 1",
+     lambda: journal(lobes=(2, 1.5))),
+    (r"lobes is \(2,\), but it must be", lambda: journal(lobes=(2,))),
+    (r"grooves\[0\] has a width of 400.0 degrees", lambda: journal(grooves=[(0, 1e5, 400)])),
+    (r"dams\[0\] is from 90.0 to 20.0 degrees", lambda: journal(dams=[((90, 20), 0.03, 1e-5)])),
+    ("the length of taper is 0.0, but it must be positive",
+     lambda: pad(plane=None, taper=(2e-5, 1e-5, 0))),
     ("frequency is -1.0, but over the running speed", lambda: journal().film(
         **OIL, ecc=0.5).coefficients(-1)),
     ("by the clamp coefficients are those for slow motions", lambda: journal().coefficients(

@@ -2,8 +2,8 @@
 //! anywhere; derivatives against differences.
 
 use hlcp::film::{
-    Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Motion, Parameter, Pocket,
-    Sensitivity, Settings, Side, Solved, Supply,
+    Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Lobes, Motion, Pad, Parameter,
+    Pocket, Sensitivity, Settings, Side, Solved, Supply,
 };
 use proptest::prelude::*;
 
@@ -66,7 +66,7 @@ proptest! {
         (along, across, mass) in (500.0..8000.0, -500.0..500.0, prop_oneof![Just(0.0), 0.5..5.0_f64]),
         (ecc, turn, ms) in (0.1..0.8_f64, 0.0..std::f64::consts::TAU, 0.1..1.0),
     ) {
-        let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+        let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
         let mut bearing = Bearing::journal(journal, [36, 6]);
         bearing.film.speeds = [15.7, 0.0];
         bearing.film.viscosity = vec![0.02];
@@ -79,7 +79,8 @@ proptest! {
 
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
 fn journal(cells: [usize; 2], speed: f64) -> Bearing {
-    let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+    let journal =
+        Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
     let mut bearing = Bearing::journal(journal, cells);
     bearing.film.speeds = [speed, 0.0];
     bearing.film.viscosity = vec![0.02];
@@ -144,13 +145,65 @@ fn stiffness_is_the_difference_of_loads() {
     }
 }
 
+/// In the middle of lobes that are alike the journal is pushed alike in all directions.
+#[test]
+fn three_and_four_lobes_have_no_direction() {
+    for (count, offset) in [(3, 0.5), (4, 0.5), (3, 0.9)] {
+        let lobes = Some(Lobes { count, preload: 0.4, offset, middle: 0.7 });
+        let of = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes };
+        let mut bearing = Bearing::journal(of, [72, 8]);
+        bearing.film.speeds = [15.0, 0.0];
+        bearing.film.viscosity = vec![0.02];
+        bearing.film.supplies = (0..count)
+            .map(|k| of.groove(10.0 + 360.0 * (k as f64 + 0.5) / count as f64, [0.0, 0.05], 1e5))
+            .collect();
+        let solved = Solved::new(bearing.here().unwrap(), None, &Settings::default()).unwrap();
+        let found = Coefficients::new(&bearing, &solved).unwrap();
+        for matrix in [found.stiffness, found.damping] {
+            let [along, across] = [&matrix[0], &matrix[1]];
+            let size = along[0].abs().max(along[1].abs());
+            assert!((along[0] - across[1]).abs() <= 1e-7 * size, "{matrix:?}");
+            assert!((along[1] + across[0]).abs() <= 1e-7 * size, "{matrix:?}");
+        }
+        let least = bearing.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+        // The narrowest place is within half a cell of a centre.
+        let half = std::f64::consts::PI / 72.0;
+        assert!((6e-5 - 1e-15..=1e-4 * (1.0 - 0.4 * half.cos()) + 1e-15).contains(&least));
+    }
+}
+
+/// Nothing leaves sideways: the flow is U times half of the gap where the pressure has its peak.
+#[test]
+fn a_taper_and_its_land_have_their_closed_form() {
+    let (west, land, taper, whole): (f64, f64, f64, f64) = (4e-5, 2e-5, 0.04, 0.05);
+    let slope = (west - land) / taper;
+    let rest = whole - taper;
+    let square = (land.recip() - west.recip()) / slope + rest / land.powi(2);
+    let cube = (land.powi(-2) - west.powi(-2)) / (2.0 * slope) + rest / land.powi(3);
+    let (peak_gap, drive) = (square / cube, 6.0 * 0.04 * 3.0);
+    // ∫ (h − h*)/h³ from the west to where h = h*.
+    let peak = drive
+        * ((peak_gap.recip() - west.recip()) / slope
+            - peak_gap * (peak_gap.powi(-2) - west.powi(-2)) / (2.0 * slope));
+    let film = Film::new([500, 1], [whole, 0.01], 3.0, 0.04);
+    let mut film = Pad::Taper([west, land], taper).gap(film);
+    (film.sides[2], film.sides[3]) = (Side::Closed, Side::Closed);
+    let solved = Solved::new(film, None, &Settings::default()).unwrap();
+    let figures = solved.film.figures(&solved.z, &solved.r, 0.0);
+    // Of second order: (cells⁻¹ (west − land)/land)² and less.
+    assert!((figures.sides[1] / (0.01 * 1.5 * peak_gap) - 1.0).abs() <= 4e-6);
+    assert!((figures.peak / peak - 1.0).abs() <= 4e-5, "{} {peak}", figures.peak);
+}
+
 /// A bearing from the numbers that it depends on, with the parameter of each; the rest is drawn.
 type Built = (Bearing, Vec<Parameter>);
 
 /// A journal by speeds, viscosity, clearance, eccentricity, ambient pressure, cavitation pressure,
 /// those of the north side, of a groove and of a pocket that is kept full, and a pocket's depth.
 fn any_journal(v: &[f64], [turn, around]: [f64; 2]) -> Built {
-    let journal = Journal { diameter: 0.1, length: 0.06, clearance: v[3], tilt: [2e-5, -3e-5] };
+    let lobes = Some(Lobes { count: 3, preload: 0.1, offset: 0.8, middle: 0.4 });
+    let tilt = [2e-5, -3e-5];
+    let journal = Journal { diameter: 0.1, length: 0.06, clearance: v[3], tilt, lobes };
     let mut bearing = Bearing::journal(journal, [36, 6]);
     let length = bearing.film.lengths[0];
     bearing.film.speeds = [v[0], v[1]];

@@ -4,7 +4,7 @@ use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
 
 use hlcp::{
     files::printable,
-    film::{self, Bearing, Film, Journal, Map, Parameter, Side, Supply},
+    film::{self, Bearing, Film, Journal, Lobes, Map, Parameter, Side, Supply},
 };
 
 use super::{Arguments, Numbers, Viscosity};
@@ -27,12 +27,15 @@ impl FromStr for Pad {
         let numbers = rest.parse().map(|Numbers(numbers)| numbers).unwrap_or_default();
         Ok(Self(match (name, &numbers[..]) {
             ("plane", &[west, east]) => film::Pad::Plane([west, east]),
+            ("taper", &[west, land, length]) if length > 0.0 => {
+                film::Pad::Taper([west, land], length)
+            }
             ("parabola", &[least, radius]) => film::Pad::Parabola { least, radius, at: None },
             ("parabola", &[least, radius, at]) => {
                 film::Pad::Parabola { least, radius, at: Some(at) }
             }
             _ => {
-                let wanted = "a pad is plane,WEST,EAST or parabola,LEAST,RADIUS[,X], in numbers";
+                let wanted = "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers";
                 return Err(wanted.into());
             }
         }))
@@ -129,6 +132,44 @@ impl FromStr for Sided {
     }
 }
 
+/// The lobes of a bush.
+fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
+    let [count, preload, rest @ ..] = &numbers.0[..] else {
+        return Err("--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]]".into());
+    };
+    if rest.len() > 2 || !(1.0..=1e3).contains(count) || count.fract() != 0.0 {
+        return Err(format!(
+            "--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]], with a whole COUNT from 1 to 1000, \
+             not {count}"
+        ));
+    }
+    let (count, preload) = (*count as usize, *preload);
+    let offset = rest.first().copied().unwrap_or(0.5);
+    let middle = rest.get(1).copied().unwrap_or(0.0).to_radians();
+    let lobes = Lobes { count, preload, offset, middle };
+    lobes.check().map_err(|error| format!("--lobes: {error}"))?;
+    Ok(lobes)
+}
+
+/// The pockets in the user's units, and after them those of pressure dams.
+fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<film::Pocket>, String> {
+    let mut all: Vec<_> = arguments.pocket.iter().map(|Pocket(pocket)| *pocket).collect();
+    for (dam, journal) in arguments.dam.iter().zip(bearing.journal.iter().cycle()) {
+        let [from, to, length, depth] = dam.exactly("dam", "FROM,TO,LENGTH,DEPTH")?;
+        if !(from < to && to < from + 360.0 && length > 0.0) {
+            return Err(format!(
+                "--dam from {from} to {to} degrees with a length of {length}: it ends less than a \
+                 turn beyond where it begins, and its length is positive"
+            ));
+        }
+        let x_unit = arguments.x_unit;
+        let found = journal.dam([from, to], length * x_unit, depth);
+        let [corner, size] = [found.corner, found.size].map(|pair| pair.map(|v| v / x_unit));
+        all.push(film::Pocket { corner, size, ..found });
+    }
+    Ok(all)
+}
+
 /// Digs a pocket, in the user's units, into a film.
 fn dig(bearing: &mut Bearing, pocket: film::Pocket, arguments: &Arguments) -> Result<(), String> {
     let film::Pocket { corner, size, depth, ellipse } = pocket;
@@ -164,6 +205,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;
     let tilt = arguments.tilt.as_ref().map_or(Ok([0.0; 2]), |tilt| tilt.exactly("tilt", "A,B"))?;
     let sizes = (arguments.diameter, arguments.length, arguments.lx, arguments.ly);
+    let lobes = arguments.lobes.as_ref().map(lobed).transpose()?;
     let mut bearing = match (sizes, arguments.clearance) {
         ((Some(diameter), Some(length), None, None), Some(clearance)) => {
             let ecc = match arguments.ecc {
@@ -171,7 +213,9 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
                 Some(ecc) => {
                     return Err(format!("--ecc is {ecc}, but an eccentricity over the clearance is at least 0 and below 1").into());
                 }
-                None if arguments.load.is_some() => 0.5,
+                None if arguments.load.is_some() => {
+                    0.5 * lobes.map_or(1.0, |lobes| 1.0 - lobes.preload)
+                }
                 None if arguments.motion.is_some() => 0.0,
                 None => {
                     return Err("a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion".into());
@@ -179,7 +223,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             };
             let [diameter, length] = [diameter, length].map(|size| size * x_unit);
             let clearance = clearance * h_unit;
-            let journal = Journal { diameter, length, clearance, tilt };
+            let journal = Journal { diameter, length, clearance, tilt, lobes };
             let position = vec![ecc * clearance, 0.0];
             Bearing { position, ..Bearing::journal(journal, [nx, ny]) }
         }
@@ -191,6 +235,9 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
                 }
                 (None, Some(Pad(film::Pad::Plane(ends)))) => {
                     film::Pad::Plane(ends.map(|h| h * h_unit)).gap(film)
+                }
+                (None, Some(Pad(film::Pad::Taper(ends, length)))) => {
+                    film::Pad::Taper(ends.map(|h| h * h_unit), length * x_unit).gap(film)
                 }
                 (None, Some(Pad(film::Pad::Parabola { least, radius, at }))) => {
                     let (least, radius) = (least * h_unit, radius * x_unit);
@@ -214,8 +261,8 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         let gaps = bearing.film.gap.iter_mut().zip(&rough.values);
         gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
-    for pocket in &arguments.pocket {
-        dig(&mut bearing, pocket.0, arguments)?;
+    for pocket in pockets(&bearing, arguments)? {
+        dig(&mut bearing, pocket, arguments)?;
     }
     for Dimples(counts, one) in &arguments.dimples {
         let ends = lengths.map(|length| length / x_unit);
@@ -259,15 +306,24 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         let [corner, size] = [[x, y], [lx, ly]].map(|pair| pair.map(|v| v * x_unit));
         bearing.film.supplies.push(Supply { corner, size, pressure: pressure * p_unit });
     }
-    for groove in &arguments.groove {
-        let (degrees, pressure) = match groove.0[..] {
-            [degrees] => (degrees, ambient),
-            [degrees, pressure] => (degrees, pressure * p_unit),
-            _ => return Err("--groove takes DEGREES or DEGREES,PRESSURE".into()),
-        };
-        let x = (degrees / 360.0).rem_euclid(1.0) * lengths[0];
-        let size = [0.0, lengths[1]];
-        bearing.film.supplies.push(Supply { corner: [x, 0.0], size, pressure });
+    for (groove, journal) in arguments.groove.iter().zip(bearing.journal.iter().cycle()) {
+        let numbers = &groove.0;
+        if numbers.len() > 4 {
+            return Err("--groove takes DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]".into());
+        }
+        let number = |k: usize, unit, usual| numbers.get(k).map_or(usual, |v| v * unit);
+        let (width, length) = (number(2, 1.0, 0.0), number(3, x_unit, journal.length));
+        if !(0.0..360.0).contains(&width) || length <= 0.0 || length > journal.length * (1.0 + 1e-9)
+        {
+            return Err(format!(
+                "--groove: a width of {width} degrees and a length of {length} m, but it is below \
+                 360 degrees wide, and no longer than the bearing, {} m",
+                journal.length
+            )
+            .into());
+        }
+        let pressure = number(1, p_unit, ambient);
+        bearing.film.supplies.push(journal.groove(numbers[0], [width, length], pressure));
     }
     bearing.ambient = ambient;
     check(&bearing, arguments)?;
@@ -318,8 +374,8 @@ pub(super) fn parameters(
         }
         Parameter::Gap(film.gap)
     };
-    for (k, Pocket(pocket)) in arguments.pocket.iter().enumerate() {
-        all.push((format!("pockets[{k}]"), "m", deeper(&mut [*pocket].into_iter())));
+    for (k, pocket) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
+        all.push((format!("pockets[{k}]"), "m", deeper(&mut [pocket].into_iter())));
     }
     let ends = bearing.film.lengths.map(|length| length / arguments.x_unit);
     for (k, Dimples(counts, one)) in arguments.dimples.iter().enumerate() {

@@ -52,8 +52,9 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM)]
     #[arg(requires_all = ["diameter", "length", "clearance", "viscosity"])]
     journal: bool,
-    /// A pad: plane,WEST,EAST with the gaps at both sides, or parabola,LEAST,RADIUS with the least
-    /// gap and the radius of curvature along x; with ,X the place of the least gap
+    /// A pad: plane,WEST,EAST with the gaps at both sides; taper,WEST,LAND,LENGTH that long from
+    /// the west, with a land after it; or parabola,LEAST,RADIUS with the least gap and the radius of
+    /// curvature along x, and with ,X the place of the least gap
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
     pad: Option<gap::Pad>,
     /// The extent along x
@@ -76,8 +77,15 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --h-unit"))]
     clearance: Option<f64>,
+    /// A bush of lobes, elliptical (lemon bore), of three or four, or offset halves: COUNT arcs with
+    /// the radius of --clearance; PRELOAD, how far their centres are from the middle, over the
+    /// clearance; where each is narrowest, from 0 where it begins to 1 where it ends [default:
+    /// 0.5]; and the middle of one of them, in degrees from x = 0 [default: 0]
+    #[arg(long, help_heading = FILM, value_name = "COUNT,PRELOAD[,OFFSET[,DEGREES]]")]
+    #[arg(requires = "journal", allow_hyphen_values = true)]
+    lobes: Option<Numbers>,
     /// The eccentricity over the clearance, with --load where the search begins [default there:
-    /// 0.5]
+    /// 0.5, with lobes of what their preload leaves]
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     ecc: Option<f64>,
     /// The place of x = 0, from where grooves are counted: so many degrees from the place opposite
@@ -113,11 +121,18 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     supply: Vec<Numbers>,
-    /// A groove without width along the whole bearing, in degrees from the widest gap in the
-    /// direction of x, with its pressure [default: that of --ambient]
-    #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE]", requires = "journal")]
+    /// An axial groove, in degrees from x = 0, with its pressure [default: that of --ambient], its
+    /// width in degrees [default: none] and its length, in units of --x-unit [default: that of the
+    /// bearing]
+    #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]")]
+    #[arg(requires = "journal")]
     #[arg(allow_hyphen_values = true)]
     groove: Vec<Numbers>,
+    /// A pressure dam: a pocket FROM,TO,LENGTH,DEPTH in the middle of the bearing, from one angle to
+    /// another in degrees in the direction of x, which ends in a step
+    #[arg(long, help_heading = SHAPE, value_name = "DAM", requires = "journal")]
+    #[arg(allow_hyphen_values = true)]
+    dam: Vec<Numbers>,
     /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
     /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
     #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", group = "in_plane")]

@@ -75,7 +75,7 @@ const OF_SOLVE: [(&str, &str); 44] = [
     ("repeats", "2"),
 ];
 
-const OF_FILM: [(&str, &str); 37] = [
+const OF_FILM: [(&str, &str); 39] = [
     ("map", "map.csv"),
     ("pad", "plane,4e-5,2e-5"),
     ("lx", "0.05"),
@@ -83,6 +83,7 @@ const OF_FILM: [(&str, &str); 37] = [
     ("diameter", "0.1"),
     ("length", "0.05"),
     ("clearance", "1e-4"),
+    ("lobes", "2,0.3"),
     ("ecc", "0.4"),
     ("attitude", "20"),
     ("tilt", "1e-5,1e-5"),
@@ -93,6 +94,7 @@ const OF_FILM: [(&str, &str); 37] = [
     ("roughness", "rough.csv"),
     ("supply", "0.01,0.005,0.01,0.01,1e5"),
     ("groove", "30,2e5"),
+    ("dam", "20,80,0.03,1e-5"),
     ("side", "north=closed"),
     ("x-unit", "1.1"),
     ("h-unit", "1.1"),

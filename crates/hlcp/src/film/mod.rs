@@ -5,7 +5,7 @@
 //! | a gap over a rectangle or a ring | [`Film`], with its [`Side`]s and [`Supply`]s |
 //! | a gap along a line | [`Profile`] |
 //! | a map in a file; a pad; pockets and dimples | [`Map`]; [`Pad`]; [`Pocket`] |
-//! | a journal, or a wall that may rise and tilt | [`Bearing`], [`Journal`] |
+//! | a journal, or a wall that may rise and tilt | [`Bearing`], [`Journal`]; [`Lobes`] |
 //!
 //! | you want | take |
 //! |---|---|
@@ -21,7 +21,7 @@
 //! use hlcp::film::{Bearing, Journal, Load, Settings, Side, Supply};
 //!
 //! // 100 mm by 100 mm, 0.1 mm wide, 3000 turns a minute, fed by a groove at the widest gap.
-//! let journal = Journal { diameter: 0.1, length: 0.1, clearance: 1e-4, tilt: [0.0; 2] };
+//! let journal = Journal { diameter: 0.1, length: 0.1, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
 //! let mut bearing = Bearing::journal(journal, [180, 30]);
 //! bearing.film.speeds = [std::f64::consts::PI * 0.1 * 50.0, 0.0];
 //! bearing.film.viscosity = vec![0.02];
@@ -54,5 +54,5 @@ pub use motion::{Drive, Motion};
 pub use profile::{Line, Profile};
 pub use sensitivity::{Parameter, Sensitivity};
 pub use solve::{Coefficients, FilmError, Settings, Solved, Watch};
-pub use wall::{Bearing, Idle, Journal, Pad, Pocket};
+pub use wall::{Bearing, Idle, Journal, Lobes, Pad, Pocket};
 pub use whirl::Threshold;

@@ -1,7 +1,7 @@
 use hlcp_verify::FilmChange;
 use nalgebra::{DMatrix, DVector};
 
-use super::{Bearing, FilmError, Load, Solved, carry::Wanted, solve::LINEAR};
+use super::{Bearing, FilmError, Load, Solved, carry::Wanted, solve::LINEAR, wall::mode};
 
 /// A number that a bearing depends on, in SI units.
 ///
@@ -17,7 +17,7 @@ pub enum Parameter {
     Speed(usize),
     /// The viscosity, of all cells alike.
     Viscosity,
-    /// The clearance of a journal, its eccentricity over the clearance kept.
+    /// The clearance of a journal, its eccentricity over the clearance and its preload kept.
     Clearance,
     /// The eccentricity of a journal over the clearance, its direction kept.
     Eccentricity,
@@ -174,7 +174,7 @@ impl Bearing {
             Parameter::Speed(wall) => change.speeds[*wall] = 1.0,
             Parameter::Viscosity => change.viscosity = vec![1.0],
             Parameter::Clearance => {
-                change.gap = vec![1.0; film.gap.len()];
+                change.gap = mode(film, |x, _| self.journal.map_or(1.0, |journal| journal.bore(x)));
                 let clearance = self.journal.map_or(f64::INFINITY, |journal| journal.clearance);
                 position = self.position.iter().map(|at| at / clearance).collect();
             }

@@ -1,7 +1,8 @@
 use std::f64::consts::{PI, TAU};
 
+use hlcp_core::Error;
 use hlcp_methods::Clock;
-use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side};
+use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, Supply};
 
 /// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
 /// eccentricity points to.
@@ -9,7 +10,7 @@ use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side};
 /// ```
 /// use hlcp::film::{Bearing, Journal};
 ///
-/// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+/// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
 /// let bearing = Bearing { position: vec![5e-5, 0.0], ..Bearing::journal(journal, [36, 6]) };
 /// let film = bearing.here().expect("half of the clearance is left");
 /// assert!(film.gap.iter().all(|gap| (5e-5..1.5e-4).contains(gap)));
@@ -24,6 +25,118 @@ pub struct Journal {
     pub clearance: f64,
     /// How the eccentricity grows along y, along x = 0 and a quarter further.
     pub tilt: [f64; 2],
+    /// The arcs of a bush that is not round.
+    pub lobes: Option<Lobes>,
+}
+
+impl Journal {
+    /// Returns the extents of the film along x and y, in m.
+    pub fn lengths(&self) -> [f64; 2] {
+        [PI * self.diameter, self.length]
+    }
+
+    /// Returns the gap over the clearance at x, with the journal in the middle.
+    pub(super) fn bore(&self, x: f64) -> f64 {
+        self.lobes.map_or(1.0, |lobes| lobes.gap(x / (self.diameter / 2.0)))
+    }
+
+    /// Returns a groove around an angle from x = 0, so wide, both in degrees, and so long, in m, in
+    /// the middle of the bearing; without a width it is a line.
+    ///
+    /// ```
+    /// use hlcp::film::Journal;
+    ///
+    /// let clearance = 1e-4;
+    /// let round = Journal { diameter: 0.1, length: 0.06, clearance, tilt: [0.0; 2], lobes: None };
+    /// let groove = round.groove(0.0, [20.0, 0.04], 1e5);
+    /// assert!((groove.corner[0] - 350.0 / 360.0 * round.lengths()[0]).abs() < 1e-15);
+    /// assert!((groove.corner[1] - 0.01).abs() < 1e-15);
+    /// ```
+    pub fn groove(&self, angle: f64, [width, length]: [f64; 2], pressure: f64) -> Supply {
+        let (corner, size) = self.patch([angle - width / 2.0, width], length);
+        Supply { corner, size, pressure }
+    }
+
+    /// Returns the pocket of a pressure dam from one angle to another, in degrees in the direction
+    /// of x, so long, in m, in the middle of the bearing, and so deep.
+    pub fn dam(&self, [from, to]: [f64; 2], length: f64, depth: f64) -> Pocket {
+        let (corner, size) = self.patch([from, to - from], length);
+        Pocket { corner, size, depth, ellipse: false }
+    }
+
+    /// The corner and the size of a rectangle from an angle on, in degrees, in the middle.
+    fn patch(&self, [from, arc]: [f64; 2], length: f64) -> ([f64; 2], [f64; 2]) {
+        let [around, along] = self.lengths();
+        let corner = [(from / 360.0).rem_euclid(1.0) * around, (along - length) / 2.0];
+        (corner, [arc / 360.0 * around, length])
+    }
+}
+
+/// Arcs that a bush is made of, each with the radius of the journal and its clearance around a
+/// centre of its own, one after the other along x.
+///
+/// | bearing | count | offset |
+/// |---|---|---|
+/// | elliptical (lemon bore) | 2 | ½ |
+/// | three lobes, four lobes | 3, 4 | ½ |
+/// | offset halves | 2 | 1 |
+///
+/// ```
+/// use hlcp::film::Lobes;
+///
+/// let ellipse = Lobes { count: 2, preload: 0.75, offset: 0.5, middle: 0.0 };
+/// assert_eq!(ellipse.gap(0.0), 0.25);
+/// assert!((ellipse.gap(std::f64::consts::FRAC_PI_2) - 1.0).abs() < 1e-15);
+/// assert!(Lobes { preload: 1.0, ..ellipse }.check().is_err());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lobes {
+    /// How many there are.
+    pub count: usize,
+    /// How far their centres are from the middle, over the clearance (preload): around a journal
+    /// in the middle the least gap is `1 − preload` clearances.
+    pub preload: f64,
+    /// Where a lobe is narrowest, from 0 where it begins to 1 where it ends.
+    pub offset: f64,
+    /// The angle of the middle of one of them from x = 0, in rad.
+    pub middle: f64,
+}
+
+impl Lobes {
+    /// Refuses arcs that are no bush.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for no lobe, a preload of 1 or more, and an offset outside of the lobe.
+    pub fn check(&self) -> Result<(), Error> {
+        let Self { count, preload, offset, middle } = *self;
+        let checks = [
+            ("the number of lobes", count as f64, count > 0, "1 or more"),
+            (
+                "the preload of the lobes",
+                preload,
+                (0.0..1.0).contains(&preload),
+                "from 0 to below 1, where lobes meet the journal",
+            ),
+            (
+                "the offset of the lobes",
+                offset,
+                (0.0..=1.0).contains(&offset),
+                "from 0 to 1; beyond, a lobe would be narrowest in the next one",
+            ),
+            ("the middle of a lobe", middle, middle.is_finite(), "a finite angle"),
+        ];
+        let wrong = checks.into_iter().find(|(_, _, is_right, _)| !is_right);
+        wrong.map_or(Ok(()), |(name, value, _, range)| Err(Error::Parameter { name, value, range }))
+    }
+
+    /// Returns the gap over the clearance at an angle from x = 0, in rad, with the journal in the
+    /// middle.
+    pub fn gap(&self, angle: f64) -> f64 {
+        let arc = TAU / self.count as f64;
+        let along = (angle - self.middle + arc / 2.0).rem_euclid(arc);
+        1.0 - self.preload * (along - self.offset * arc).cos()
+    }
 }
 
 /// The gap of a pad without texture, in SI units.
@@ -49,6 +162,8 @@ pub enum Pad {
         /// The place of the least gap; the middle without one.
         at: Option<f64>,
     },
+    /// A taper and a land: the gaps at the ends of the taper, and how long it is along `x`.
+    Taper([f64; 2], f64),
 }
 
 impl Pad {
@@ -60,6 +175,9 @@ impl Pad {
             Self::Parabola { least, radius, at } => {
                 let at = at.unwrap_or(lx / 2.0);
                 film.with_gap(|x, _| least + (x - at).powi(2) / (2.0 * radius))
+            }
+            Self::Taper([west, land], length) => {
+                film.with_gap(|x, _| land + (west - land) * (1.0 - x / length).max(0.0))
             }
         }
     }
@@ -205,7 +323,7 @@ impl Bearing {
     /// Returns a journal in the middle of its bearing, in cells along `x` and `y`, at rest in a
     /// fluid of 1 Pa s.
     pub fn journal(journal: Journal, cells: [usize; 2]) -> Self {
-        let lengths = [PI * journal.diameter, journal.length];
+        let lengths = journal.lengths();
         let mut film = Film::new(cells, lengths, 0.0, 1.0);
         (film.sides[0], film.sides[1]) = (Side::Periodic, Side::Periodic);
         let angle = |x: f64| x / (lengths[0] / TAU);
@@ -213,7 +331,7 @@ impl Bearing {
         let [a, b] = journal.tilt;
         let film = film.with_gap(|x, y| {
             let (along, across) = (angle(x).cos(), angle(x).sin());
-            journal.clearance + (y - lengths[1] / 2.0) * (a * along + b * across)
+            journal.clearance * journal.bore(x) + (y - lengths[1] / 2.0) * (a * along + b * across)
         });
         Self { film, modes, position: vec![0.0; 2], ambient: 0.0, journal: Some(journal) }
     }
@@ -327,7 +445,7 @@ impl Bearing {
     /// ```
     /// use hlcp::film::{Bearing, Journal};
     ///
-    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
     /// let bearing = Bearing::journal(journal, [36, 6]);
     /// let [load, across] = [bearing.load_direction(0.0), 2e-5];
     /// let turned = bearing.turned(load, [3e-5, across]);
@@ -414,6 +532,6 @@ impl Bearing {
 }
 
 /// A value for each cell.
-fn mode(film: &Film, value: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+pub(super) fn mode(film: &Film, value: impl Fn(f64, f64) -> f64) -> Vec<f64> {
     film.clone().with_gap(value).gap
 }

@@ -239,7 +239,7 @@ mod tests {
             (ecc, turn, speed) in (0.1..0.8_f64, 0.0..TAU, 8.0..20.0),
             (ratio, steps) in (0.25..1.5, 16..40_usize),
         ) {
-            let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2] };
+            let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
             let mut bearing = Bearing::journal(journal, [36, 6]);
             bearing.film.speeds = [speed, 0.0];
             bearing.film.viscosity = vec![0.02];
@@ -285,7 +285,7 @@ mod tests {
             (length, at, pressure) in (0.025..0.1, 0.0..1.0, 1e3..2e5),
             other in prop_oneof![Just(None), (0.0..1.0_f64).prop_map(Some)],
         ) {
-            let journal = Journal { diameter: 0.1, length, clearance: 1e-4, tilt: [0.0; 2] };
+            let journal = Journal { diameter: 0.1, length, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
             let mut bearing = Bearing::journal(journal, [36, 6]);
             bearing.film.speeds = [speed, 0.0];
             bearing.film.viscosity = vec![0.02];
