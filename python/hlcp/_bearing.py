@@ -101,6 +101,18 @@ class BearingResult(FilmResult):
     position : list of float
         Of a journal its eccentricity along x = 0 and a quarter further, from there to the widest
         gap, in m; of a pad its rise in m, and its slopes along x and y.
+    specific_load : float
+        The load over the area, of a journal over its diameter times its length, in Pa.
+    sommerfeld, torque : float or None
+        Of a journal the Sommerfeld number (R/c)^2 mu N/P, and the moment of the drag on the wall
+        that moves the faster, in N m.
+    leakage : float
+        What leaves the film: side leakage, and what supplies draw, in m^3/s.
+    temperature_rise : float
+        How much warmer the oil leaves if it takes all of the power with it, in K.
+    reynolds, laminar : float
+        The Reynolds number of shear, with the clearance of a journal or the mean gap of a pad, and
+        that up to which it is laminar.
     films : int
         How many films the search for the load took.
     bounds : FilmBounds or None
@@ -115,6 +127,13 @@ class BearingResult(FilmResult):
     ecc: float | None
     attitude: float | None
     position: list[float]
+    specific_load: float
+    sommerfeld: float | None
+    torque: float | None
+    leakage: float
+    temperature_rise: float
+    reynolds: float
+    laminar: float
     films: int
     bounds: FilmBounds | None
     range: FilmBounds | None
@@ -408,6 +427,7 @@ class _Bearing:
     _film: dict[str, Any]
     _shape: dict[str, Any]
     _ambient: float
+    _oil: list[float]
     # Options that a sweep may give lists of: those of film(), and those of the bearing.
     _of_film: tuple[str, ...]
     _of_bearing: tuple[str, ...]
@@ -433,7 +453,12 @@ class _Bearing:
         return f"{type(self).__name__}({', '.join(given)})"
 
     def _build(self, shape: dict[str, Any], sides: dict[str, Side | None], supplies: Any,
-               roughness: Any, pockets: Any, dimples: Any, ambient: Any, cavitation: Any) -> None:
+               roughness: Any, pockets: Any, dimples: Any, ambient: Any, cavitation: Any,
+               oil: Any) -> None:
+        self._oil = _numbers("oil", oil, 2)
+        if not all(0.0 < number < math.inf for number in self._oil):
+            raise ValueError(f"oil is {oil!r}, but it must be a density in kg/m^3 and a specific"
+                             " heat in J/(kg K), both positive")
         self._ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
         if not self._ambient >= cavitation:
             raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
@@ -475,7 +500,8 @@ class _Bearing:
             raise ValueError(f"{where if rank(viscosity) else 'viscosity'} is {thickness[at]},"
                              " but it must be positive, in Pa s")
         return {"film": {**self._film, "viscosity": thickness, "speeds": speeds},
-                "ambient": self._ambient, "journal": self._of_journal, "position": position}
+                "ambient": self._ambient, "journal": self._of_journal, "position": position,
+                "oil": self._oil}
 
     def _solved(self, walled: dict[str, Any], carries: Any, start: BearingResult | None,
                 method: Any, threads: Any, certify: bool, tolerance: Any) -> BearingResult:
@@ -754,12 +780,14 @@ class Journal(_Bearing):
     roughness : array_like of shape (ny, nx)
         What is added to the gap, in m: of a bush that is not round, too.
     tilt : (float, float)
-        How the eccentricity grows along y, along x = 0 and a quarter further: a misalignment.
+        How the eccentricity grows along y, along x = 0 and a quarter further (misalignment).
     south, north : float, "closed", "periodic" or ("starved", float)
         The ends of the bearing, as in `film`.
     ambient, cavitation : float
-        The pressure around the film, from which loads are counted, and that in a broken film, in
-        Pa.
+        The pressure around the film, from which loads are counted, and that in a broken
+        (cavitated) film, in Pa.
+    oil : (float, float)
+        Its density in kg/m^3 and specific heat in J/(kg K), for `reynolds` and `temperature_rise`.
     nx, ny : int
         Cells around the journal and along it.
 
@@ -799,6 +827,7 @@ class Journal(_Bearing):
         north: Side | None = None,
         ambient: float = 0.0,
         cavitation: float = 0.0,
+        oil: tuple[float, float] = (870.0, 1950.0),
         nx: int = 360,
         ny: int = 60,
     ) -> None:
@@ -820,7 +849,7 @@ class Journal(_Bearing):
                for start, end, along, depth in steps]
         journal = sizes[0], sizes[1], sizes[2], _numbers("tilt", tilt, 2), _lobes(lobes)
         self._build({"journal": journal}, sides, [*_listed("supplies", supplies), *cuts],
-                    roughness, [*_listed("pockets", pockets), *dug], dimples, ambient, cavitation)
+                    roughness, [*_listed("pockets", pockets), *dug], dimples, ambient, cavitation, oil)
 
     def _patch(self, start: float, arc: float, along: float
                ) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -1066,7 +1095,7 @@ class Pad(_Bearing):
         Instead, the gap in each cell, in m.
     tilt : (float, float)
         Slopes: what the gap gains along x and along y.
-    pockets, dimples, supplies, roughness, ambient, cavitation
+    pockets, dimples, supplies, roughness, ambient, cavitation, oil
         As in `Journal`.
     west, east, south, north : float, "closed", "periodic" or ("starved", float)
         The sides, as in `film`.
@@ -1108,6 +1137,7 @@ class Pad(_Bearing):
         north: Side | None = None,
         ambient: float = 0.0,
         cavitation: float = 0.0,
+        oil: tuple[float, float] = (870.0, 1950.0),
         nx: int | None = None,
         ny: int | None = None,
     ) -> None:
@@ -1145,7 +1175,7 @@ class Pad(_Bearing):
         self._tilt = _numbers("tilt", tilt, 2)
         sides = {"west": west, "east": east, "south": south, "north": north}
         _sides_agree(sides)
-        self._build(shape, sides, supplies, roughness, pockets, dimples, ambient, cavitation)
+        self._build(shape, sides, supplies, roughness, pockets, dimples, ambient, cavitation, oil)
 
     def film(
         self,
@@ -1400,6 +1430,10 @@ def _warn(film: BearingResult, ambient: float) -> None:
                     " along x")
     if film.success and film.doubt:
         told.append(film.doubt)
+    if film.reynolds > film.laminar:
+        told.append(f"the Reynolds number {film.reynolds:.0f} is above {film.laminar:.0f}, up to"
+                    " which shear is laminar; friction and load are above these, which suppose that"
+                    " it is")
     for text in told:
         warnings.warn(text, stacklevel=3)
 

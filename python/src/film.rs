@@ -6,9 +6,9 @@ use std::{
 };
 
 use hlcp::film::{
-    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes, Motion,
-    Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, Threshold,
-    TimeStep,
+    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes,
+    Motion, Oil, Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply,
+    Threshold, TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -264,6 +264,8 @@ struct Walled<'py> {
     ambient: f64,
     journal: Option<OfJournal>,
     position: Vec<f64>,
+    /// Density and specific heat.
+    oil: [f64; 2],
 }
 
 impl Walled<'_> {
@@ -412,19 +414,28 @@ fn carried(
     )))
 }
 
-/// The figures of a bearing with its solution, by name.
+/// The figures of a bearing with its solution, by name; some of the power moves the wall.
 fn reported<'py>(
     py: Python<'py>,
     bearing: &Bearing,
     solved: Solved,
-    films: usize,
+    (films, squeezing, [density, heat]): (usize, f64, [f64; 2]),
 ) -> PyResult<Bound<'py, PyDict>> {
     let Solved { film, z, r, outcome } = solved;
-    let figures = film.figures(&z, &r, bearing.ambient);
+    let mut figures = film.figures(&z, &r, bearing.ambient);
+    figures.power += squeezing;
     let [load, x, y] = bearing.load(&film, &figures, &z);
     let [drag, full] = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
+    let derived = bearing.derived(&film, &figures, load, &Oil { density, heat });
     let found = named(py, figures)?;
     found.set_item("load", load)?;
+    found.set_item("specific_load", derived.specific_load)?;
+    found.set_item("sommerfeld", derived.sommerfeld)?;
+    found.set_item("torque", derived.torque)?;
+    found.set_item("leakage", derived.leakage)?;
+    found.set_item("temperature_rise", derived.temperature_rise)?;
+    found.set_item("reynolds", derived.reynolds)?;
+    found.set_item("laminar", derived.laminar)?;
     found.set_item("at", [x, y])?;
     found.set_item("friction", drag)?;
     found.set_item("full_friction", full)?;
@@ -469,7 +480,8 @@ pub(crate) fn bearing_film(
     how: Py<PyAny>,
 ) -> PyResult<Py<PyAny>> {
     apart(py, move |py, stop| {
-        let mut bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
+        let walled: Walled<'_> = walled.bind(py).extract()?;
+        let (mut bearing, oil) = (walled.bearing()?, walled.oil);
         let start = start.map(|start| stored(&start.bind(py).extract()?)).transpose()?;
         let how: How = how.bind(py).extract()?;
         let (bearing, solved, films) = how.run(py, &stop, move |settings| {
@@ -477,7 +489,7 @@ pub(crate) fn bearing_film(
             let (solved, films) = carried(&mut bearing, carries, start, settings)?;
             Ok((bearing, solved, films))
         })?;
-        Ok(reported(py, &bearing, solved, films)?.into_any().unbind())
+        Ok(reported(py, &bearing, solved, (films, 0.0, oil))?.into_any().unbind())
     })
 }
 
@@ -730,7 +742,8 @@ pub(crate) fn bearing_motion(
     how: Py<PyAny>,
 ) -> PyResult<Py<PyAny>> {
     apart(py, move |py, stop| {
-        let bearing = walled.bind(py).extract::<Walled<'_>>()?.bearing()?;
+        let walled: Walled<'_> = walled.bind(py).extract()?;
+        let (bearing, of_oil) = (walled.bearing()?, walled.oil);
         let how: How = how.bind(py).extract()?;
         let (motion, steps) = how.run(py, &stop, move |settings| {
             moved(bearing, &times, &rows, (mass, attitude), settings)
@@ -738,9 +751,7 @@ pub(crate) fn bearing_motion(
         let Motion { bearing, solved, squeezing, .. } = motion;
         let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
         let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));
-        let last = reported(py, &bearing, solved, steps.load.len())?;
-        let sliding: f64 = last.get_item("power")?.map_or(Ok(0.0), |power| power.extract())?;
-        last.set_item("power", sliding + squeezing)?;
+        let last = reported(py, &bearing, solved, (steps.load.len(), squeezing, of_oil))?;
         last.set_item("step", oil.map(|(time, oil)| (time, PyArray1::from_vec(py, oil))))?;
         let found = PyDict::new(py);
         found.set_item("load", steps.load)?;

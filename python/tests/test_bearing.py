@@ -69,6 +69,8 @@ FILMS = {
                               dams=[((230, 300), 0.03, 5e-5)]).film(**OIL, load=900, attitude=0)),
     "taper": (f"--pad taper,40e-6,20e-6,0.04 {FLAT} --nx 40 --ny 20",
               lambda: pad(plane=None, taper=(40e-6, 20e-6, 0.04)).film(**SLIDES)),
+    "oil": (f"{ROUND} --groove 0,1e5 --ecc 0.3 --oil 950,1800",
+            lambda: journal(oil=(950, 1800)).film(**OIL, ecc=0.3)),
     "parabola": (f"--pad parabola,2e-5,10,0.03 {FLAT} --nx 40 --ny 20 --load 300 --coefficients",
                  lambda: pad(plane=None, parabola=(2e-5, 10, 0.03)).film(**SLIDES, load=300)),
     "method": (f"--pad plane,40e-6,20e-6 {FLAT} --nx 40 --ny 20 --method AUTO",
@@ -143,7 +145,10 @@ def figures(film):
         "full_friction_fixed_n": film.full_friction[1], "power_w": film.power,
         "peak_pressure_pa": film.peak, "least_gap_m": film.least_gap,
         "broken_share": film.broken_share, "least_content": film.least_content, "ecc": film.ecc,
-        "attitude_deg": film.attitude,
+        "attitude_deg": film.attitude, "specific_load_pa": film.specific_load,
+        "sommerfeld": film.sommerfeld, "torque_n_m": film.torque, "leakage_m3_s": film.leakage,
+        "temperature_rise_k": film.temperature_rise, "reynolds": film.reynolds,
+        "reynolds_laminar": film.laminar,
     }
 
 
@@ -466,6 +471,8 @@ def test_doubts_are_warned_of():
         hlcp.Pad((50, 30), plane=(40, 20), nx=20, ny=10).film(**SLIDES)
     with pytest.warns(UserWarning, match="more than lubricants bear"):
         pad().film(speed=3, viscosity=4e4)
+    with pytest.warns(UserWarning, match="the Reynolds number 1367 is above 924"):
+        journal().film(rpm=3000, viscosity=0.001, ecc=0.5)
     with pytest.warns(UserWarning, match="carries nothing"):
         pad(plane=(20e-6, 40e-6)).film(**SLIDES)
 
@@ -526,6 +533,7 @@ def test_doubts_are_warned_of():
     (r"dams\[0\] is from 90.0 to 20.0 degrees", lambda: journal(dams=[((90, 20), 0.03, 1e-5)])),
     ("the length of taper is 0.0, but it must be positive",
      lambda: pad(plane=None, taper=(2e-5, 1e-5, 0))),
+    (r"oil is \(0, 1950\), but it must be a density", lambda: journal(oil=(0, 1950))),
     ("frequency is -1.0, but over the running speed", lambda: journal().film(
         **OIL, ecc=0.5).coefficients(-1)),
     ("by the clamp coefficients are those for slow motions", lambda: journal().coefficients(

@@ -15,7 +15,10 @@ use std::{
 };
 
 use clap::{ArgGroup, Args};
-use hlcp::files::{self, printable};
+use hlcp::{
+    files::{self, printable},
+    film::Oil,
+};
 use serde_json::Value;
 
 use crate::{print, say};
@@ -27,7 +30,8 @@ Examples:
 
 A profile along x needs a speed and a viscosity. A film in two dimensions is a map of the gap, a pad
 or a journal bearing, over cells: x along the motion, y across it, both from 0 at the south-western
-corner. Its exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
+corner. Where it is broken (cavitated) its content (liquid fraction) is below 1, and what flows out at
+the ends of a journal is its side leakage. The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad input.";
 const FILM: &str = "Film in two dimensions";
 const SHAPE: &str = "Texture and supply, in two dimensions";
 const UNITS: &str = "Units";
@@ -94,7 +98,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
-    /// grows along y, and how it is turned aside there
+    /// grows along y, and how it is turned aside there (misalignment)
     #[arg(long, help_heading = FILM, value_name = "A,B", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     tilt: Option<Numbers>,
@@ -134,7 +138,8 @@ pub(crate) struct Arguments {
     #[arg(allow_hyphen_values = true)]
     dam: Vec<Numbers>,
     /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
-    /// between 0 and 1, as in west=starved,0.4 [default: --ambient; around a journal periodic]
+    /// between 0 and 1, as in west=starved,0.4 (starvation) [default: --ambient; around a journal
+    /// periodic]
     #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", group = "in_plane")]
     side: Vec<gap::Sided>,
     /// The unit of x, y and their extents: nm, um, mm, m or km, or so many metres, as 0.0254
@@ -169,6 +174,11 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
     #[arg(requires = "film")]
     cavitation: f64,
+    /// The density of the oil in kg/m³ and its specific heat in J/(kg K), for the Reynolds number
+    /// and for how warm it gets [default: 870,1950]
+    #[arg(long, help_heading = CONDITIONS, value_name = "DENSITY,HEAT", group = "in_plane")]
+    #[arg(allow_hyphen_values = true, value_parser = oil)]
+    oil: Option<Oil>,
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
     /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
     /// this place, in units of --x-unit
@@ -389,6 +399,13 @@ fn mass(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(mass) if mass >= 0.0 && f64::is_finite(mass) => Ok(mass),
         _ => Err("not a number of kilogrammes, 0 or more".into()),
+    }
+}
+
+fn oil(text: &str) -> Result<Oil, String> {
+    match text.parse().map(|Numbers(numbers)| numbers).as_deref() {
+        Ok(&[density, heat]) if density > 0.0 && heat > 0.0 => Ok(Oil { density, heat }),
+        _ => Err("not two positive numbers, in kg/m³ and J/(kg K), e.g. 870,1950".into()),
     }
 }
 

@@ -11,8 +11,8 @@ use std::{
 use hlcp::{
     Limits, Named, Parameters, Progress, Status,
     film::{
-        Bearing, Coefficients, Film, FilmError, FilmFigures, Idle, Map, Parameter, ProvedFigures,
-        Sensitivity, Settings, Side, Solved, Threshold,
+        Bearing, Coefficients, Derived, Film, FilmError, FilmFigures, Idle, Map, Oil, Parameter,
+        ProvedFigures, Sensitivity, Settings, Side, Solved, Threshold,
     },
     number,
 };
@@ -80,9 +80,14 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let range = range.map(|part| bearing.range(part, film, &solved.z, &solved.r)).transpose()?;
     let mut figures = solved.film.figures(&solved.z, &solved.r, bearing.ambient);
     figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
+    let [load, ..] = bearing.load(&solved.film, &figures, &solved.z);
+    let oil = arguments.oil.unwrap_or_default();
+    let derived = bearing.derived(&solved.film, &figures, load, &oil);
     let report = Report {
         bearing: &bearing,
         figures,
+        derived,
+        oil,
         proved: match &certificate {
             Some(Ok(certificate)) => Some(bearing.proved(&solved.film, certificate)),
             _ => None,
@@ -123,6 +128,13 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         warnings.push(idle.into());
     }
     warnings.extend(report.figures.doubt().filter(|_| converged));
+    if !derived.is_laminar() {
+        warnings.push(format!(
+            "the Reynolds number {:.0} is above {:.0}, up to which shear is laminar; friction and \
+             load are above these, which suppose that it is",
+            derived.reynolds, derived.laminar
+        ));
+    }
     warnings.extend(doubtful(report.figures.least_gap, &film.lengths, report.figures.peak));
     Ok(Done {
         outputs,
@@ -170,13 +182,13 @@ impl Whirl {
 }
 
 /// The name and the unit of a number, and what figures gain with it.
-type Derived = (String, &'static str, Sensitivity);
+type Slopes = (String, &'static str, Sensitivity);
 
 fn sensitivities(
     bearing: &Bearing,
     solved: &Solved,
     arguments: &Arguments,
-) -> Result<Vec<Derived>, Box<dyn Error>> {
+) -> Result<Vec<Slopes>, Box<dyn Error>> {
     let named = gap::parameters(bearing, arguments);
     let parameters: Vec<Parameter> =
         named.iter().map(|(.., parameter)| parameter.clone()).collect();
@@ -259,12 +271,14 @@ struct Report<'r> {
     bearing: &'r Bearing,
     solved: &'r Solved,
     figures: FilmFigures,
+    derived: Derived,
+    oil: Oil,
     solves: usize,
     converged: bool,
     /// Mass-conserving, and by the clamp.
     coefficients: Option<[Coefficients; 2]>,
     whirl: Option<Whirl>,
-    sensitivities: Option<Vec<Derived>>,
+    sensitivities: Option<Vec<Slopes>>,
     certificate: Option<Result<Certificate, Refusal>>,
     proved: Option<ProvedFigures>,
     /// Of all films within --data-tolerance.
@@ -348,7 +362,7 @@ impl Report<'_> {
         let [full_moving, full_fixed] = bearing.drag(figures.full_friction);
         let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
         let found = self.coefficients.as_ref();
-        let derived = |(name, _, found): &Derived| {
+        let slopes = |(name, _, found): &Slopes| {
             let flows = sides(&|k| json!(found.sides[k]), json!(found.supplies));
             let figures = json!({
                 "load_n": found.load,
@@ -377,7 +391,7 @@ impl Report<'_> {
             self.whirl.as_ref().map(|whirl| whirl.at.iter().map(at).collect());
         let threshold = self.whirl.as_ref().and_then(|whirl| whirl.threshold);
         let sensitivities: Option<serde_json::Map<_, _>> =
-            self.sensitivities.as_ref().map(|all| all.iter().map(derived).collect());
+            self.sensitivities.as_ref().map(|all| all.iter().map(slopes).collect());
         json!({
             "outcome": self.status().replace(' ', "_"),
             "converged": self.converged,
@@ -390,6 +404,13 @@ impl Report<'_> {
             "full_friction_moving_n": full_moving,
             "full_friction_fixed_n": full_fixed,
             "power_w": figures.power,
+            "specific_load_pa": self.derived.specific_load,
+            "sommerfeld": self.derived.sommerfeld,
+            "torque_n_m": self.derived.torque,
+            "leakage_m3_s": self.derived.leakage,
+            "temperature_rise_k": self.derived.temperature_rise,
+            "reynolds": self.derived.reynolds,
+            "reynolds_laminar": self.derived.laminar,
             "flow_m3_s": sides(&|k| json!(figures.sides[k]), json!(figures.supplies)),
             "mass_imbalance_m3_s": self.imbalance(),
             "peak_pressure_pa": figures.peak,
@@ -497,6 +518,7 @@ impl Report<'_> {
                 "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
             )?;
         }
+        self.print_derived(&mut text)?;
         if let Some([ecc, attitude]) = self.bearing.attitude(x) {
             let at =
                 if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
@@ -532,6 +554,31 @@ impl Report<'_> {
             _ => (),
         }
         Ok(text)
+    }
+
+    fn print_derived(&self, text: &mut String) -> fmt::Result {
+        let Derived { specific_load, leakage, temperature_rise, reynolds, laminar, .. } =
+            self.derived;
+        write!(text, "specific load     {specific_load:.6e} Pa")?;
+        if let Some(sommerfeld) = self.derived.sommerfeld {
+            write!(text, ", Sommerfeld number {sommerfeld:.6}")?;
+        }
+        writeln!(text)?;
+        if let Some(torque) = self.derived.torque {
+            writeln!(text, "torque            {torque:.6e} N m")?;
+        }
+        if leakage > 0.0 && temperature_rise > 0.0 {
+            let Oil { density, heat } = self.oil;
+            writeln!(
+                text,
+                "warmer by         {temperature_rise:.3} K, with {density} kg/m³ and {heat} J/(kg K), \
+                 if all power leaves with {leakage:.6e} m³/s"
+            )?;
+        }
+        if reynolds > 0.0 {
+            writeln!(text, "Reynolds number   {reynolds:.1}; shear is laminar to {laminar:.0}")?;
+        }
+        Ok(())
     }
 
     fn print_range(&self, text: &mut String, range: &ProvedFigures, part: f64) -> fmt::Result {
@@ -640,7 +687,7 @@ fn row(entries: &[f64]) -> String {
     entries.iter().map(|entry| format!("{entry:>14.6e}")).collect()
 }
 
-fn print_sensitivities(text: &mut String, all: &[Derived], is_carrying: bool) -> fmt::Result {
+fn print_sensitivities(text: &mut String, all: &[Slopes], is_carrying: bool) -> fmt::Result {
     let held = if is_carrying { "under this load" } else { "in this position" };
     writeln!(text, "sensitivities     per unit of each, {held}")?;
     // The load that is carried does not change.

@@ -110,16 +110,16 @@ fn an_elliptical_bearing_is_someyas() {
             "someya",
             &format!(
                 "{} --lobes 2,0.66666666666666667 --groove 90,0,10 --groove 270,0,10 --attitude 0 \
-                 --nx 180 --ny 24 --load {load} --coefficients",
+                 --nx 144 --ny 24 --load {load} --coefficients",
                 journal(0.1)
             ),
         );
-        assert!((3.0 * number(&film, "ecc") / ecc - 1.0).abs() <= 0.035, "{s}: {film}");
+        assert!((3.0 * number(&film, "ecc") / ecc - 1.0).abs() <= 0.04, "{s}: {film}");
         assert!((number(&film, "attitude_deg") - attitude).abs() <= 1.3, "{s}: {film}");
         let tables =
             [("stiffness_clamp_n_m", 1e-4, stiff), ("damping_clamp_n_s_m", 1e-4 * speed, damp)];
         for (key, unit, table) in tables {
-            // As his eccentricities, which are uneven from row to row, by 3 %.
+            // As his eccentricities, which are uneven from row to row, by 4 %.
             let size = table.iter().fold(0.0_f64, |size, v| size.max(f64::abs(*v)));
             for (found, table) in matrix(&film, key).concat().into_iter().zip(table) {
                 let found = found * unit / load;
@@ -127,6 +127,30 @@ fn an_elliptical_bearing_is_someyas() {
             }
         }
     }
+}
+
+#[test]
+fn derived_figures_are_those_of_the_trade() {
+    let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.5", journal(0.05));
+    let film = json("derived", &format!("{bearing} --oil 900,2000"));
+    let load = number(&film, "load_n");
+    let leakage = number(&film["flow_m3_s"], "south") + number(&film["flow_m3_s"], "north");
+    let wanted = [
+        ("specific_load_pa", load / (0.1 * 0.05)),
+        ("sommerfeld", sommerfeld(0.05, load)),
+        ("torque_n_m", 0.05 * number(&film, "friction_moving_n")),
+        ("leakage_m3_s", leakage),
+        ("temperature_rise_k", number(&film, "power_w") / (900.0 * 2000.0 * leakage)),
+        ("reynolds", 900.0 * 5.0 * std::f64::consts::PI * 1e-4 / 0.02),
+        ("reynolds_laminar", 1708.0_f64.sqrt() * 500.0_f64.sqrt()),
+    ];
+    for (key, wanted) in wanted {
+        assert_relative_eq!(number(&film, key), wanted, max_relative = 1e-12);
+    }
+    let water = bearing.replace("0.02", "0.001");
+    let output = self::film("derived", &water);
+    let err = text(&output.stderr);
+    assert!(err.contains("the Reynolds number 1367 is above 924"), "{err}");
 }
 
 #[test]

@@ -75,7 +75,7 @@ const OF_SOLVE: [(&str, &str); 44] = [
     ("repeats", "2"),
 ];
 
-const OF_FILM: [(&str, &str); 39] = [
+const OF_FILM: [(&str, &str); 40] = [
     ("map", "map.csv"),
     ("pad", "plane,4e-5,2e-5"),
     ("lx", "0.05"),
@@ -104,6 +104,7 @@ const OF_FILM: [(&str, &str); 39] = [
     ("viscosity", "0.05"),
     ("ambient", "1e5"),
     ("cavitation", "-1e4"),
+    ("oil", "950,1800"),
     ("load", "1000"),
     ("whirl", "0.5,1"),
     ("motion", "motion.csv"),

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | pressures and film content | [`Solved`] |
 //! | load, friction, flows, peak | [`Film::figures`], and [`Film::proved_figures`] with a proof |
+//! | specific load, Sommerfeld and Reynolds number, torque, how warm the oil gets | [`Bearing::derived`] |
 //! | the position that carries a load | [`Bearing::carry`] |
 //! | stiffness and damping, also at a frequency | [`Coefficients`] |
 //! | the mass at which a rotor begins to whirl | [`Threshold`] |
@@ -36,6 +37,7 @@
 //! to `hlcp-verify`. A wall that moves and what is searched for stand here.
 
 mod carry;
+mod derived;
 mod map;
 mod motion;
 mod profile;
@@ -46,6 +48,7 @@ mod wall;
 mod whirl;
 
 pub use carry::{Carried, Load};
+pub use derived::{Derived, Oil};
 pub use hlcp_verify::{
     Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
 };
