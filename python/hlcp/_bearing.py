@@ -545,8 +545,8 @@ class _Bearing:
                              f" {self._grid}")
         return start if start.success else None
 
-    def _moved(self, walled: dict[str, Any], times: Any, rows: Any, mass: Any, attitude: float,
-               method: Any, threads: Any) -> MotionResult:
+    def _moved(self, walled: dict[str, Any], times: Any, rows: Any, driven: Any, method: Any,
+               threads: Any) -> MotionResult:
         at, how = real("times", times), _how(method, threads)
         if at.ndim != 1 or len(at) < 2 or not np.all(np.diff(at) > 0):
             raise ValueError("times must be two numbers or more, each above the one before, in s")
@@ -555,7 +555,7 @@ class _Bearing:
                              " times")
         if not np.all(np.isfinite(rows)):
             raise ValueError("positions and loads must be finite numbers")
-        found = _hlcp.bearing_motion(walled, at.tolist(), rows.tolist(), mass, attitude, how)
+        found = _hlcp.bearing_motion(walled, at.tolist(), rows.tolist(), driven, how)
         last = found.pop("last")
         film = {**walled["film"], "step": last.pop("step")}
         walled = {**walled, "film": film, "position": last["position"]}
@@ -943,9 +943,7 @@ class Journal(_Bearing):
         assert self._of_journal is not None
         clearance, turn = self._of_journal[2], math.radians(attitude or 0.0)
         speeds = self._speeds(given["rpm"], given["speed"])
-        lobes = self._of_journal[4]
-        half = 0.5 if lobes is None else 0.5 * (1.0 - lobes[1])
-        along = [(half if ecc is None else ecc) * clearance, 0.0]
+        along = [(self._half() if ecc is None else ecc) * clearance, 0.0]
         if force is None:
             turn *= -1.0 if sum(speeds) < 0 else 1.0
             along = [along[0] * math.cos(turn), along[0] * math.sin(turn)]
@@ -956,6 +954,12 @@ class Journal(_Bearing):
         carries = None if force is None else (force, None, attitude)
         return self._solved(self._walled(speeds, given["viscosity"], along), carries, start,
                             given["method"], threads, certify, tolerance)
+
+    def _half(self) -> float:
+        """Return half of the way to the bush, in clearances, where searches begin."""
+        assert self._of_journal is not None
+        lobes = self._of_journal[4]
+        return 0.5 if lobes is None else 0.5 * (1.0 - lobes[1])
 
     def _speeds(self, rpm: Any, speed: Any) -> list[float]:
         if rpm is None:
@@ -1019,6 +1023,7 @@ class Journal(_Bearing):
         positions: ArrayLike | None = None,
         loads: ArrayLike | None = None,
         mass: float | None = None,
+        load: float | None = None,
         rpm: float | None = None,
         speed: Speed | None = None,
         ecc: float | None = None,
@@ -1041,8 +1046,11 @@ class Journal(_Bearing):
             Instead, the load on the journal, in its direction and across it, in N.
         mass : float
             With `loads` the mass of the journal, in kg, or 0.
+        load : float
+            With `loads`, the motion begins where this load is carried, in N.
         ecc : float
-            With `loads` the eccentricity at the first time, the widest gap at x = 0; without it 0.
+            With `loads` the eccentricity at the first time, the widest gap at x = 0; without it and
+            `load` 0.
         attitude : float
             How far x = 0 is from the place opposite the load, in degrees in the direction of the
             motion.
@@ -1069,11 +1077,14 @@ class Journal(_Bearing):
         if begin is not None and not 0.0 <= begin < 1.0:
             raise ValueError(f"ecc is {begin}, but an eccentricity over the clearance is at least 0"
                              " and below 1")
+        turn, force = _number("attitude", attitude), _begun(load, weight)
+        if begin is None:
+            begin = 0.0 if force is None else self._half()
         assert self._of_journal is not None
-        position = [(begin or 0.0) * self._of_journal[2], 0.0]
-        walled = self._walled(self._speeds(rpm, speed), viscosity, position)
-        return self._moved(walled, times, rows, weight, _number("attitude", attitude), method,
-                           threads)
+        walled = self._walled(self._speeds(rpm, speed), viscosity,
+                              [begin * self._of_journal[2], 0.0])
+        carries = None if force is None else (force, None, turn)
+        return self._moved(walled, times, rows, (weight, turn, carries), method, threads)
 
 
 class Pad(_Bearing):
@@ -1161,8 +1172,8 @@ class Pad(_Bearing):
         if plane is not None:
             shape["plane"] = _numbers("plane", plane, 2)
         if taper is not None:
-            west, land, length = _numbers("taper", taper, 3)
-            shape["taper"] = [west, land], _positive("the length of taper", length)
+            *gaps, length = _numbers("taper", taper, 3)
+            shape["taper"] = gaps, _positive("the length of taper", length)
         if parabola is not None:
             if rank(parabola) != 1 or len(parabola) not in (2, 3):
                 raise ValueError(f"parabola is {parabola!r}, but it must be its least gap and its"
@@ -1282,6 +1293,7 @@ class Pad(_Bearing):
         positions: ArrayLike | None = None,
         loads: ArrayLike | None = None,
         mass: float | None = None,
+        load: float | None = None,
         speed: Speed = 0.0,
         method: str = "AMG",
         threads: int = 1,
@@ -1300,6 +1312,8 @@ class Pad(_Bearing):
             Instead, the load, in N; the slopes stay.
         mass : float
             With `loads` the mass of the wall, in kg, or 0.
+        load : float
+            With `loads`, the motion begins where this load is carried, in N.
 
         Returns
         -------
@@ -1312,7 +1326,9 @@ class Pad(_Bearing):
         """
         rows, weight = _driven(positions, loads, mass, real("times", times).shape, 1)
         walled = self._walled(_walls(speed), viscosity, [0.0, *self._tilt])
-        return self._moved(walled, times, rows, weight, 0.0, method, threads)
+        force = _begun(load, weight)
+        carries = None if force is None else (force, None, None)
+        return self._moved(walled, times, rows, (weight, 0.0, carries), method, threads)
 
 
 def _depths(shape: dict[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -1407,6 +1423,19 @@ def _driven(positions: Any, loads: Any, mass: Any, shape: tuple[int, ...],
         wanted = f"(n, {width})" if widest == width else f"(n,) to (n, {widest})"
         raise ValueError(f"{name} has the shape {np.shape(rows)}, but it must be {wanted}")
     return rows.astype(np.float64), weight
+
+
+def _begun(load: Any, mass: float | None) -> float | None:
+    """Return the load that is carried where a motion begins."""
+    force = number("load", load)
+    if force is None:
+        return None
+    if mass is None:
+        raise ValueError("load is where a free motion begins, but positions say where the wall is;"
+                         " leave it out, or give loads and mass")
+    if not 0.0 < force < math.inf:
+        raise ValueError(f"load is {force} N, but it must be positive")
+    return force
 
 
 def _warn(film: BearingResult, ambient: float) -> None:

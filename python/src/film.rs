@@ -659,16 +659,19 @@ struct Steps {
     converged: bool,
 }
 
-/// Takes a step from each time to the next one.
+/// Takes a step from each time to the next one, perhaps from where a load is carried.
 ///
 /// A row is a position, of a journal along its load and across it, or with a mass the load.
 fn moved(
     mut bearing: Bearing,
     times: &[f64],
     rows: &[Vec<f64>],
-    (mass, attitude): (Option<f64>, f64),
+    (mass, attitude, begins): (Option<f64>, f64, Option<Carries>),
     settings: &film::Settings<'_>,
 ) -> PyResult<(Motion, Steps)> {
+    if begins.is_some() {
+        carried(&mut bearing, begins, None, settings)?;
+    }
     let (load, is_journal) = (bearing.load_direction(attitude), bearing.journal.is_some());
     let forced = |row: &[f64]| -> Vec<f64> {
         if is_journal {
@@ -737,17 +740,15 @@ pub(crate) fn bearing_motion(
     walled: Py<PyAny>,
     times: Vec<f64>,
     rows: Vec<Vec<f64>>,
-    mass: Option<f64>,
-    attitude: f64,
+    driven: (Option<f64>, f64, Option<Carries>),
     how: Py<PyAny>,
 ) -> PyResult<Py<PyAny>> {
     apart(py, move |py, stop| {
         let walled: Walled<'_> = walled.bind(py).extract()?;
         let (bearing, of_oil) = (walled.bearing()?, walled.oil);
         let how: How = how.bind(py).extract()?;
-        let (motion, steps) = how.run(py, &stop, move |settings| {
-            moved(bearing, &times, &rows, (mass, attitude), settings)
-        })?;
+        let (motion, steps) =
+            how.run(py, &stop, move |settings| moved(bearing, &times, &rows, driven, settings))?;
         let Motion { bearing, solved, squeezing, .. } = motion;
         let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
         let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));

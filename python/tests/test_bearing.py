@@ -283,6 +283,18 @@ def test_a_motion_keeps_its_oil_and_starts_a_film():
     assert constant.position.shape == (5, 2)
 
 
+def test_a_motion_begins_where_a_load_is_carried():
+    rest = journal().film(**OIL, load=2000, attitude=0)
+    still = journal().motion(np.linspace(0, 1e-2, 6), **OIL, loads=2000, mass=3, load=2000)
+    assert still.film.ecc == pytest.approx(rest.ecc, abs=1e-6)
+    assert still.film.attitude == pytest.approx(rest.attitude, abs=1e-4)
+    level = pad().film(**SLIDES, load=900)
+    floating = pad().motion([0, 1e-3, 2e-3], **SLIDES, loads=900, mass=0, load=900)
+    assert np.allclose(floating.position[:, 0], level.position[0], rtol=1e-6)
+    with pytest.raises(ValueError, match="load is where a free motion begins"):
+        pad().motion([0, 1], **SLIDES, positions=[0, 0], load=900)
+
+
 def test_a_load_is_carried_and_found_again():
     bearing = journal()
     fixed = bearing.film(**OIL, load=2000, attitude=0)
@@ -468,7 +480,7 @@ def test_doubts_are_warned_of():
     with pytest.warns(UserWarning, match="nothing feeds this film.*grooves"):
         journal(grooves=[]).film(**OIL, ecc=0.5)
     with pytest.warns(UserWarning, match="lengths are in metres"):
-        hlcp.Pad((50, 30), plane=(40, 20), nx=20, ny=10).film(**SLIDES)
+        hlcp.Pad((50, 30), plane=(40, 20), nx=20, ny=10, oil=(1e-3, 1)).film(**SLIDES)
     with pytest.warns(UserWarning, match="more than lubricants bear"):
         pad().film(speed=3, viscosity=4e4)
     with pytest.warns(UserWarning, match="the Reynolds number 1367 is above 924"):

@@ -16,13 +16,15 @@ fn config(usual: u32) -> ProptestConfig {
     }
 }
 
-/// Takes six steps and holds each against `m (v − v₀) = Δt (G(e) − load)`.
+/// Takes six steps and holds each against `m v̇ = G(e) − load`, with the derivatives of the two-step
+/// backward formula, or, in the first step and where the content does not allow that, of one step.
 fn falls(bearing: Bearing, load: Vec<f64>, mass: f64, duration: f64) -> Result<(), TestCaseError> {
     let (settings, moving) = (Settings::default(), load.len());
     let size = load.iter().copied().fold(0.0, f64::hypot);
     let mut motion = Motion::new(bearing, &settings).unwrap();
-    let mut before = vec![0.0; moving];
-    for _ in 0..6 {
+    let mut velocities = vec![vec![0.0; moving]];
+    let mut positions = vec![motion.bearing.position.clone()];
+    for step in 0..6 {
         let from = motion.bearing.position.clone();
         let drive = Drive::Under { load: load.clone(), mass };
         // Where the film carries nothing, Newton's method has no direction.
@@ -33,14 +35,30 @@ fn falls(bearing: Bearing, load: Vec<f64>, mass: f64, duration: f64) -> Result<(
         let (now, solved) = (&motion.bearing, motion.solved.as_ref().unwrap());
         prop_assert!(solved.outcome.converged());
         let forces = now.forces(&solved.film, &solved.z);
-        for k in 0..moving {
-            let velocity = (now.position[k] - from[k]) / duration;
-            let off = mass * (velocity - before[k]) / duration - forces[k] + load[k];
-            // A step ends at 1e-8 of the largest force.
-            let largest = forces[..moving].iter().fold(size, |most, f| most.max(f.abs()));
-            prop_assert!(off.abs() <= 1.1e-8 * largest, "{off} of {largest}");
-            before[k] = velocity;
-        }
+        positions.push(now.position.clone());
+        let slope = |all: &[Vec<f64>], now: f64, k: usize, is_second: bool| {
+            let last = all[step][k];
+            if is_second {
+                (3.0 * now - 4.0 * last + all[step - 1][k]) / (2.0 * duration)
+            } else {
+                (now - last) / duration
+            }
+        };
+        let orders = if step == 0 { &[false][..] } else { &[true, false] };
+        let tried = orders.iter().map(|&is_second| {
+            let velocity: Vec<f64> =
+                (0..moving).map(|k| slope(&positions, now.position[k], k, is_second)).collect();
+            let off = (0..moving).map(|k| {
+                let gained = mass * slope(&velocities, velocity[k], k, is_second);
+                (gained - forces[k] + load[k]).abs()
+            });
+            (off.fold(0.0, f64::max), velocity)
+        });
+        let (off, velocity) = tried.min_by(|one, other| one.0.total_cmp(&other.0)).unwrap();
+        // A step ends at 1e-8 of the largest force.
+        let largest = forces[..moving].iter().fold(size, |most, f| most.max(f.abs()));
+        prop_assert!(off <= 1.1e-8 * largest, "{off} of {largest}");
+        velocities.push(velocity);
         // What does not move stays.
         prop_assert_eq!(&now.position[moving..], &from[moving..]);
     }
@@ -75,6 +93,35 @@ proptest! {
         bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
         falls(bearing, vec![along, across], mass, 1e-3 * ms)?;
     }
+}
+
+/// A full film is squeezed by a pad that goes up and down: the load is that of its speed, and what
+/// steps are off falls to a quarter as they halve.
+#[test]
+fn steps_are_of_second_order() {
+    let settings = Settings::default();
+    let film = Film::new([12, 8], [0.03, 0.02], 0.0, 0.04);
+    let plates =
+        Bearing { ambient: 1e6, ..Bearing::pad(Film { sides: [Side::Pressure(1e6); 4], ..film }) };
+    let (rise, omega) = (1e-6, 30.0);
+    let at = |time: f64| vec![rise * (omega * time).sin(), 0.0, 0.0];
+    let load = |steps: usize| {
+        let mut motion = Motion::new(plates.clone(), &settings).unwrap();
+        let duration = 0.1 / steps as f64;
+        let mut last = 0.0;
+        for k in 1..=steps {
+            let to = Drive::To(at(duration * k as f64));
+            last = motion.step(duration, &to, &settings).unwrap().load;
+        }
+        last
+    };
+    // By a step so short that its film is that of the speed.
+    let bearing = Bearing { position: at(0.1 - 1e-7), ..plates.clone() };
+    let mut motion = Motion::new(bearing, &settings).unwrap();
+    let exact = motion.step(1e-7, &Drive::To(at(0.1)), &settings).unwrap().load;
+    let [coarse, fine] = [40, 80].map(|steps| load(steps) - exact);
+    let ratio = coarse / fine;
+    assert!((3.7..4.3).contains(&ratio), "{coarse} {fine}");
 }
 
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.

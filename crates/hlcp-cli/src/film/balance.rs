@@ -27,7 +27,9 @@ pub(super) fn load(bearing: &Bearing, arguments: &Arguments) -> Result<Option<Lo
     if force <= 0.0 {
         return Err(format!("--load is {force} N, but it must be positive"));
     }
-    let direction = arguments.attitude.map(|attitude| bearing.load_direction(attitude));
+    // A motion has the attitude 0 if not another one.
+    let attitude = arguments.attitude.or(arguments.motion.as_ref().map(|_| 0.0));
+    let direction = attitude.map(|attitude| bearing.load_direction(attitude));
     Ok(Some(Load { force, at, direction }))
 }
 

@@ -181,7 +181,7 @@ pub(crate) struct Arguments {
     oil: Option<Oil>,
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
     /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
-    /// this place, in units of --x-unit
+    /// this place, in units of --x-unit; with --motion and --mass the motion begins there
     #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     load: Option<Numbers>,
@@ -205,11 +205,11 @@ pub(crate) struct Arguments {
     /// journal its displacement along the load and across it, of anything else its rise, and its
     /// slopes along x and y, which have no unit
     #[arg(long, help_heading = ASKED, value_name = "FILE", group = "in_plane")]
-    #[arg(conflicts_with_all = ["load", "coefficients", "whirl", "sensitivities"])]
+    #[arg(conflicts_with_all = ["coefficients", "whirl", "sensitivities"])]
     motion: Option<PathBuf>,
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay
-    #[arg(long, help_heading = ASKED, requires = "motion", group = "in_plane")]
+    #[arg(long, help_heading = ASKED, group = "in_plane")]
     #[arg(allow_hyphen_values = true)]
     #[arg(value_parser = mass)]
     mass: Option<f64>,
@@ -262,6 +262,9 @@ struct Done {
 pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     if arguments.mass.is_some() && arguments.motion.is_none() {
         return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
+    }
+    if arguments.load.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
+        return Err("--load is where a free motion begins, but --motion says where the wall is at every time; leave --load out, or let the wall move freely by --mass".into());
     }
     if arguments.ecc.is_some() && arguments.motion.is_some() && arguments.mass.is_none() {
         return Err("--ecc is where a journal is, but --motion says that at every time; leave --ecc out, or let the journal move freely by --mass".into());

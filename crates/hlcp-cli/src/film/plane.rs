@@ -43,7 +43,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         watch: Some(&watch),
     };
     let mut bearing = gap::posed(arguments)?;
-    if arguments.motion.is_none() {
+    if arguments.motion.is_none() || arguments.load.is_some() {
         let film = bearing.here().expect("the position has been checked");
         refuse_idle(&bearing, &film, arguments)?;
     }
@@ -53,6 +53,9 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let outputs = outputs(arguments, &ends)?;
     let mut steps = None;
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
+        if arguments.load.is_some() {
+            balance::equilibrium(&mut bearing, arguments, &settings)?;
+        }
         let run = motion::run(path, bearing, arguments, &settings)?;
         bearing = run.bearing;
         steps = Some((run.csv, run.imbalance, run.squeezing));

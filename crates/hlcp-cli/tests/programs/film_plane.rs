@@ -480,7 +480,7 @@ fn a_critical_mass_whirls() {
     let there = json("whirl", &format!("{bearing} --whirl {ratio:e}"));
     let ([k, c], omega) = (entries(&there["whirl"][0]), ratio * 100.0 * std::f64::consts::PI);
     let entry = |at: usize| {
-        let inert = if at % 3 == 0 { mass * omega * omega } else { 0.0 };
+        let inert = if at.is_multiple_of(3) { mass * omega * omega } else { 0.0 };
         [k[at] - inert, omega * c[at]]
     };
     let product = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a * c - b * d, a * d + b * c];
@@ -628,6 +628,12 @@ fn a_free_journal_stays_where_its_load_is_carried() {
     // The position carries 12 kN to 1e-9, and a step ends at 1e-8.
     assert_abs_diff_eq!(number(&film, "ecc"), ecc, epsilon = 1e-6);
     assert_abs_diff_eq!(number(&film, "attitude_deg"), attitude, epsilon = 1e-4);
+    let place = "--load 12000 --mass 5 --motion same.csv";
+    let still = json("free", &format!("{bearing} {place}"));
+    let from = json("free", &format!("{bearing} --load 12000 --attitude 0"));
+    for key in ["ecc", "attitude_deg"] {
+        assert_abs_diff_eq!(number(&still, key), number(&from, key), epsilon = 1e-4);
+    }
     // Under less it rises, and the film carries what is left within the inertia of 5 kg.
     let film = free("less.csv", 8000.0);
     assert!(number(&film, "ecc") < ecc - 1e-3, "{film}");
@@ -991,7 +997,7 @@ fn wrong_films_are_refused_in_one_line() {
             "--map gap.csv --motion meets.csv",
             "meets.csv: row 2: the walls meet; positions are in units of --h-unit",
         ),
-        ("--map gap.csv --motion gap.csv --load 1", "cannot be used with"),
+        ("--map gap.csv --motion gap.csv --load 1", "--load is where a free motion begins, but"),
         ("--map gap.csv --motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
         (
             "--map gap.csv --motion gap.csv --mass 1",

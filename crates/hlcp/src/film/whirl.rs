@@ -250,7 +250,9 @@ mod tests {
             let solved = Solved::new(bearing.here().unwrap(), None, &settings).unwrap();
             let omega = ratio * bearing.running_speed();
             let angle = TAU / steps as f64;
-            let s = c64::new(1.0 - angle.cos(), angle.sin()) * (omega / angle);
+            // (3 − 4 exp(−iφ) + exp(−2iφ))/2 over the length of a step.
+            let [once, twice] = [angle, 2.0 * angle].map(|by| c64::new(by.cos(), -by.sin()));
+            let s = (3.0 - 4.0 * once + twice) * (0.5 * omega / angle);
             let exact = answer(&bearing, &solved, s).unwrap();
             let size = exact.concat().into_iter().map(|entry| entry.norm()).fold(0.0, f64::max);
             for column in 0..2 {
@@ -277,7 +279,7 @@ mod tests {
         #![proptest_config(config())]
 
         /// A fiftieth of the largest entry is more than whirls in steps, extrapolated, differ by
-        /// from smooth ones: while oil goes round they turn by 15, and errors of third order are
+        /// from smooth ones: while oil goes round they turn by 15, and errors of fourth order are
         /// left.
         #[test]
         fn coefficients_at_a_frequency_are_those_of_transients(
@@ -300,17 +302,17 @@ mod tests {
             let found = Coefficients::at(&bearing, &solved, omega).unwrap();
             // The oil goes round four times.
             let turns = f64::ceil(8.0 * ratio) as usize;
-            let mut parts = [(); 2].map(|()| vec![vec![0.0; 2]; 2]);
-            for column in 0..2 {
+            let columns = [0, 1].map(|column| {
                 let [coarse, half, fine] = [32, 64, 128]
                     .map(|steps| transient(&bearing, column, omega, turns, steps));
-                for row in 0..2 {
-                    // The errors of first and second order cancel.
-                    let entry = (8.0 * fine[row] - 6.0 * half[row] + coarse[row]) / 3.0;
-                    (parts[0][row][column], parts[1][row][column]) = (entry.re, entry.im);
-                }
-            }
-            let [stiffness, damping] = parts.map(|part| bearing.against_load(&solved, part).concat());
+                // The errors of second and third order cancel.
+                [0, 1].map(|row| (32.0 * fine[row] - 12.0 * half[row] + coarse[row]) / 21.0)
+            });
+            let part = |of: fn(c64) -> f64| {
+                let matrix = [0, 1].map(|row| columns.map(|column| of(column[row])).to_vec());
+                bearing.against_load(&solved, matrix.to_vec()).concat()
+            };
+            let (stiffness, damping) = (part(|entry| entry.re), part(|entry| entry.im));
             let pairs = found.stiffness.concat().into_iter().zip(found.damping.concat());
             let found: Vec<c64> = pairs.map(|(k, c)| c64::new(k, omega * c)).collect();
             let size = found.iter().map(|entry| entry.norm()).fold(0.0, f64::max);
