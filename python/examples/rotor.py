@@ -1,6 +1,6 @@
 """Stiffness and damping of a journal bearing for a rotor's model in ROSS.
 
-    python python/examples/rotor.py [--nx 180] [--clamped]
+    python python/examples/rotor.py [--nx 180] [--frequency 1]
 
 The bearing is 100 mm by 50 mm with a radial clearance of 100 um, fed by a groove opposite the load
 of 2 kN. For twenty speeds the equilibrium, stiffness and damping are found, each from the speed
@@ -30,14 +30,14 @@ def element(found, node):
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     options.add_argument("--nx", type=int, default=180, help="cells around the journal")
-    options.add_argument("--clamped", action="store_true",
-                         help="by the clamp of tables, for whirls near the running speed")
+    options.add_argument("--frequency", type=float, default=0.0,
+                         help="that of the whirl over the running speed; without it slow motions")
     options = options.parse_args()
 
     bearing = hlcp.Journal(0.1, 0.05, 1e-4, grooves=[(0, 1e5)], nx=options.nx, ny=options.nx // 6)
     begun = time.perf_counter()
     found = bearing.coefficients(rpm=np.linspace(600, 6000, 20), viscosity=0.02, load=2000,
-                                 attitude=0, clamped=options.clamped)
+                                 attitude=0, frequency=options.frequency)
     print(f"{len(found.films)} films with coefficients in {time.perf_counter() - begun:.2f} s")
     print("   rpm    ecc  attitude    K along   K across  C along  C across")
     print("                degrees       N/um       N/um   N s/mm    N s/mm")

@@ -150,7 +150,8 @@ class BearingResult(FilmResult):
         """Stiffness, the change of each force against each coordinate, in N/m (a pad's slopes have
         no unit): of a journal along the load and across it, a quarter further in the direction of
         the motion; of a pad for its rise and the slopes along x and y. It is for slow motions, in a
-        film that is broken somewhere to about a quarter of the running speed."""
+        film that is broken somewhere to about a quarter of the running speed; `coefficients` has it
+        at any frequency."""
         return self._coefficients(0.0)[0]
 
     @property
