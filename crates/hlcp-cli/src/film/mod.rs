@@ -57,8 +57,8 @@ pub(crate) struct Arguments {
     #[arg(requires_all = ["diameter", "length", "clearance", "viscosity"])]
     journal: bool,
     /// A pad: plane,WEST,EAST with the gaps at both sides; taper,WEST,LAND,LENGTH that long from
-    /// the west, with a land after it; or parabola,LEAST,RADIUS with the least gap and the radius of
-    /// curvature along x, and with ,X the place of the least gap
+    /// the west, with a land after it; or parabola,LEAST,RADIUS with the least gap and the radius
+    /// of curvature along x, and with ,X the place of the least gap
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
     pad: Option<gap::Pad>,
     /// The extent along x
@@ -81,8 +81,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
     #[arg(value_parser = positive("in units of --h-unit"))]
     clearance: Option<f64>,
-    /// A bush of lobes, elliptical (lemon bore), of three or four, or offset halves: COUNT arcs with
-    /// the radius of --clearance; PRELOAD, how far their centres are from the middle, over the
+    /// A bush of lobes, elliptical (lemon bore), of three or four, or offset halves: COUNT arcs
+    /// with the radius of --clearance; PRELOAD, how far their centres are from the middle, over the
     /// clearance; where each is narrowest, from 0 where it begins to 1 where it ends [default:
     /// 0.5]; and the middle of one of them, in degrees from x = 0 [default: 0]
     #[arg(long, help_heading = FILM, value_name = "COUNT,PRELOAD[,OFFSET[,DEGREES]]")]
@@ -132,8 +132,8 @@ pub(crate) struct Arguments {
     #[arg(requires = "journal")]
     #[arg(allow_hyphen_values = true)]
     groove: Vec<Numbers>,
-    /// A pressure dam: a pocket FROM,TO,LENGTH,DEPTH in the middle of the bearing, from one angle to
-    /// another in degrees in the direction of x, which ends in a step
+    /// A pressure dam: a pocket FROM,TO,LENGTH,DEPTH in the middle of the bearing, from one angle
+    /// to another in degrees in the direction of x, which ends in a step
     #[arg(long, help_heading = SHAPE, value_name = "DAM", requires = "journal")]
     #[arg(allow_hyphen_values = true)]
     dam: Vec<Numbers>,

@@ -60,8 +60,9 @@ pub struct Derived {
     /// The Reynolds number up to which shear is laminar.
     ///
     /// That of plane walls is 1440 (N. Tillmark and P. H. Alfredsson, J. Fluid Mech. 235 (1992)
-    /// 89–102, where it is 360 for half of the gap and half of the speed). Around a journal vortices
-    /// begin where its square is 1708 R/c (G. I. Taylor, Phil. Trans. R. Soc. A 223 (1923) 289–343).
+    /// 89–102, where it is 360 for half of the gap and half of the speed). Around a journal
+    /// vortices begin where its square is 1708 R/c (G. I. Taylor, Phil. Trans. R. Soc. A 223 (1923)
+    /// 289–343).
     pub laminar: f64,
 }
 

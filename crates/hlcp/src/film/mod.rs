@@ -11,7 +11,7 @@
 //! |---|---|
 //! | pressures and film content | [`Solved`] |
 //! | load, friction, flows, peak | [`Film::figures`], and [`Film::proved_figures`] with a proof |
-//! | specific load, Sommerfeld and Reynolds number, torque, how warm the oil gets | [`Bearing::derived`] |
+//! | Sommerfeld and Reynolds number, torque, how warm the oil gets | [`Bearing::derived`] |
 //! | the position that carries a load | [`Bearing::carry`] |
 //! | stiffness and damping, also at a frequency | [`Coefficients`] |
 //! | the mass at which a rotor begins to whirl | [`Threshold`] |
@@ -22,7 +22,8 @@
 //! use hlcp::film::{Bearing, Journal, Load, Settings, Side, Supply};
 //!
 //! // 100 mm by 100 mm, 0.1 mm wide, 3000 turns a minute, fed by a groove at the widest gap.
-//! let journal = Journal { diameter: 0.1, length: 0.1, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+//! let (clearance, tilt) = (1e-4, [0.0; 2]);
+//! let journal = Journal { diameter: 0.1, length: 0.1, clearance, tilt, lobes: None };
 //! let mut bearing = Bearing::journal(journal, [180, 30]);
 //! bearing.film.speeds = [std::f64::consts::PI * 0.1 * 50.0, 0.0];
 //! bearing.film.viscosity = vec![0.02];

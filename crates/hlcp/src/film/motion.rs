@@ -145,7 +145,8 @@ impl Motion {
         let second = past.as_ref().and_then(|past| {
             let ratio = duration / past.duration;
             let oil = lead(&self.heights, &past.heights, ratio);
-            (ratio <= LONGEST && oil.iter().all(|oil| *oil >= 0.0)).then_some((past, ratio, oil))
+            let is_oil = self.free.iter().all(|&k| oil[k] >= 0.0);
+            (ratio <= LONGEST && is_oil).then_some((past, ratio, oil))
         });
         // Where the step begins as one of first order, and how long it takes as such.
         let (ratio, oil, from) = match second {
@@ -194,8 +195,9 @@ impl Motion {
     }
 
     /// Moves the wall to where film and load leave it after a step of first order from `e₀` with
-    /// `v₀`: `m (v − v₀) = Δt (G(e) − load)` and `e = e₀ + Δt v`, by Newton's method with slopes that C. G. Broyden's update corrects (Math.
-    /// Comp. 19 (1965) 577–593), from where the wall goes on as it did.
+    /// `v₀`: `m (v − v₀) = Δt (G(e) − load)` and `e = e₀ + Δt v`, by Newton's method with slopes
+    /// that C. G. Broyden's update corrects (Math. Comp. 19 (1965) 577–593), from where the wall
+    /// goes on as it did.
     fn fall(
         &mut self,
         step: &TimeStep,

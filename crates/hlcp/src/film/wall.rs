@@ -10,7 +10,8 @@ use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, 
 /// ```
 /// use hlcp::film::{Bearing, Journal};
 ///
-/// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+/// let (clearance, tilt) = (1e-4, [0.0; 2]);
+/// let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
 /// let bearing = Bearing { position: vec![5e-5, 0.0], ..Bearing::journal(journal, [36, 6]) };
 /// let film = bearing.here().expect("half of the clearance is left");
 /// assert!(film.gap.iter().all(|gap| (5e-5..1.5e-4).contains(gap)));
@@ -445,7 +446,8 @@ impl Bearing {
     /// ```
     /// use hlcp::film::{Bearing, Journal};
     ///
-    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+    /// let (clearance, tilt) = (1e-4, [0.0; 2]);
+    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
     /// let bearing = Bearing::journal(journal, [36, 6]);
     /// let [load, across] = [bearing.load_direction(0.0), 2e-5];
     /// let turned = bearing.turned(load, [3e-5, across]);
