@@ -103,7 +103,7 @@ fn steps_are_of_second_order() {
     let settings = Settings::default();
     let mut film = Film::new([12, 8], [0.03, 0.02], 0.0, 0.04);
     film.sides = [Side::Pressure(1e6); 4];
-    film.supplies = vec![Supply { corner: [0.01, 0.005], size: [0.005; 2], pressure: 1e6 }];
+    film.supplies = vec![Supply { corner: [0.01, 0.005], size: [0.005; 2], pressure: 1.1e6 }];
     let plates = Bearing { ambient: 1e6, ..Bearing::pad(film) };
     let (rise, omega) = (1e-6, 30.0);
     let at = |time: f64| vec![rise * (omega * time).sin(), 0.0, 0.0];
