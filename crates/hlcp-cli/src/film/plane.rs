@@ -665,8 +665,8 @@ impl Report<'_> {
         match whirl.threshold {
             Some(Threshold { mass, omega }) => writeln!(
                 text,
-                "critical mass     {mass:.6e} kg on this bearing; above it whirls at {:.6} of the \
-                 running speed",
+                "critical mass     {mass:.6e} kg on this bearing; a heavier rotor whirls at {:.6} of \
+                 the running speed",
                 omega / whirl.running
             ),
             None => {
