@@ -524,6 +524,7 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
     }
     let mut scene = Scene::new(WIDTH, 0.0);
     scene.font_family = Some("DejaVu Sans, Verdana, Arial, sans-serif".into());
+    let left = panels.first().map_or(12.0, |panel| panel.margins()[0]);
     let mut panels = panels.into_iter().peekable();
     while panels.peek().is_some() {
         let row: Vec<Panel> = panels.by_ref().take(columns).collect();
@@ -540,11 +541,13 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
         scene.height += height;
     }
     scene.height += 12.0;
-    let mut x = 8.0;
+    // Its lines begin 4 pixels to the left.
+    let first = left + 4.0;
+    let mut x = first;
     for Key { label, shapes } in keys {
         let width = 40.0 + width(&label);
         if x + width > WIDTH {
-            (x, scene.height) = (8.0, scene.height + 18.0);
+            (x, scene.height) = (first, scene.height + 18.0);
         }
         for (k, (shape, color, dash)) in shapes.into_iter().enumerate() {
             let label = if k == 0 { label.clone() } else { String::new() };
@@ -569,7 +572,7 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
         }
         x += width;
     }
-    scene.height += if x > 8.0 { 24.0 } else { 0.0 };
+    scene.height += if x > first { 24.0 } else { 0.0 };
     for line in wrap_text(caption, (WIDTH / width("n")) as usize) {
         scene.height += 15.0;
         let y = scene.height - 10.0;

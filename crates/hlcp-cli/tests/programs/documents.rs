@@ -88,6 +88,9 @@ fn what_the_documents_say_to_type_works() {
         match words[..] {
             ["cargo", "run", "--release", "--example", "NAME"] => {}
             ["hlcp", "=", ..] => {} // a dependency of a Cargo.toml
+            // `hlcp charts` runs these.
+            ["cargo", "run", "--release", "--", name] | ["hlcp", name]
+                if name != "charts" && LONG.contains(&name) => {}
             ["cargo", "run", "--release", "--example", name] => examples::runs(name),
             ["cargo", "run", "--release", "--", ref rest @ ..] | ["hlcp", ref rest @ ..] => {
                 let mut program = hlcp(rest[0], &rest[1..].join(" "));
