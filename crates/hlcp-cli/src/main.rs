@@ -112,7 +112,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
         Command::Films(arguments) => lab::films::run(&arguments)?,
         Command::Gallery(arguments) => lab::gallery::run(&arguments)?,
         Command::Charts(arguments) => lab::charts::run(&arguments)?,
-        Command::Scenes(_) => lab::scenes::run()?,
+        Command::Scenes(arguments) => lab::scenes::run(&arguments)?,
     }
     Ok(true)
 }

@@ -50,7 +50,8 @@
 //!   from its formulas, and finds all solutions of a small problem.
 //! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2;
 //!   [`Slider`], its Example 3 in kind; [`Disc`], a contact on which splitting methods crawl; and,
-//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Bearing2d`] and [`AmericanPut`];
+//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Membrane`], [`Bearing2d`], [`Dam`] and
+//!   [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
 //! Candidates for witnesses and for corrections come from a sparse LU factorisation or from the
@@ -88,8 +89,9 @@ pub use enclosure::Refusal;
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Disc, Example, Film, FilmChange, FilmFigures, FilmRange, FilmSlopes,
-    JournalBearing, Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep,
+    AmericanPut, Bearing2d, Dam, Disc, Example, Film, FilmChange, FilmFigures, FilmRange,
+    FilmSlopes, JournalBearing, Membrane, Obstacle, Posed, ProvedFigures, Side, Slider, Supply,
+    TimeStep,
 };
 pub use steps::Contraction;
 pub use theory::{

@@ -51,6 +51,8 @@ pub(crate) fn run(Arguments { out }: &Arguments) -> Drawn {
     disc(&out.join("gallery-disc-hlcp"), "disc-hlcp")?;
     journal_bearing(&out.join("gallery-journal-bearing"))?;
     obstacle(&out.join("gallery-obstacle"))?;
+    membranes(&out.join("gallery-membranes"))?;
+    dam(&out.join("gallery-dam"))?;
     bearing2d(&out.join("gallery-bearing2d"), 0.0, "at the widest gap")?;
     bearing2d(&out.join("gallery-bearing2d-groove"), 3.8, "218° after the widest gap")?;
     american_put(&out.join("gallery-american-put"))
@@ -227,6 +229,51 @@ fn obstacle(path: &Path) -> Drawn {
     ];
     let words = "Obstacle, 65 × 65 nodes.";
     fields(path, words, ("field|x|y|value", ["x", "y"]), (CONTACT, RED, "6 4", &edge), of)
+}
+
+fn membranes(path: &Path) -> Drawn {
+    let [spiral, bessel] = ["spiral", "bessel"].map(|name| solved(name, &[("m", 127.0)]));
+    let ([above, _], [below, _]) = (spiral?, bessel?);
+    let field = |low, values| Field { nx: 127, x: (low, 1.0), y: (low, 1.0), values };
+    let what = "z, grey where the membrane rests";
+    let of = [
+        ("spiral", "Height above the spiral", what, field(-1.0, &above)),
+        ("bessel", "Depth below Bessel's functions", what, field(0.0, &below)),
+    ];
+    let words = "Membranes on the obstacles of others, 127 × 127 nodes.";
+    fields(path, words, ("field|x|y|value", ["x", "y"]), ("", BLACK, "", &[]), of)
+}
+
+fn dam(path: &Path) -> Drawn {
+    /// Points of the free boundary by Polubarinova-Kochina's integrals.
+    const BOUNDARY: [[f64; 2]; 11] = [
+        [0.0, 1.0],
+        [0.125, 0.97],
+        [0.25, 0.9311],
+        [0.375, 0.8865],
+        [0.5, 0.8367],
+        [0.625, 0.7811],
+        [0.75, 0.7186],
+        [0.875, 0.6454],
+        [0.9375, 0.601],
+        [0.984375, 0.5583],
+        [1.0, 0.5362],
+    ];
+    let rows = 64;
+    let numbers = [("nx", 63.0), ("ny", rows as f64), ("tail", 0.5), ("length", 1.0)];
+    let upwards = |v: Vec<f64>| v.chunks(63).rev().flatten().copied().collect::<Vec<f64>>();
+    let [z, r] = solved("dam", &numbers)?.map(upwards);
+    // The cells' middles are half a cell from the base.
+    let half = 0.5 / rows as f64;
+    let field = |values| Field { nx: 63, x: (0.0, 1.0), y: (-half, 1.0 + half), values };
+    let exact = [BOUNDARY.map(|[x, y]| (x, y)).to_vec()];
+    let of = [
+        ("z", "Pressure head", "z, grey where it is 0", field(&z)),
+        ("r", "Dry share of the pores", "r, grey where it is 0", field(&r)),
+    ];
+    let words = "Dam with tailwater of half the depth, 63 × 64 cells.";
+    let edges = ("exact free boundary", RED, "6 4", &exact[..]);
+    fields(path, words, ("field|x|y|value", ["x", "height"]), edges, of)
 }
 
 fn bearing2d(path: &Path, groove: f64, place: &str) -> Drawn {

@@ -2,29 +2,36 @@
 //! methods take.
 //!
 //! MGS, AMGS and TMGS with τ = 1 from x⁰ = e to each scene's tolerance, at most 30,000 iterations.
-//! Ends with an error if a figure misses what is published.
+//! Multigrid and `AUTO` on the membranes for which other solvers have published counts, in f64 from
+//! their own start. Ends with an error if a figure misses what is published.
 
 use clap::Args;
-use hlcp_methods::{Outcome, Status};
+use hlcp_methods::{Limits, Options, Outcome, Status};
 
 use super::run::{Fallible, march};
 use crate::{print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
 #[derive(Debug, Args)]
-pub(crate) struct Arguments;
+pub(crate) struct Arguments {
+    /// The most points per side of the spiral and the Bessel obstacle
+    #[arg(long, value_name = "NUMBER", default_value_t = 511,
+        value_parser = clap::value_parser!(u16).range(127..=8191))]
+    largest: u16,
+}
 
 type Given<'g> = &'g [(&'static str, f64)];
 
 const METHODS: [&str; 3] = ["MGS", "AMGS", "TMGS"];
 
-pub(crate) fn run() -> Fallible<()> {
+pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     print::line(format_args!("{:<36} {:<10} ours", "", "published"))?;
     published()?;
     let [what, n] = ["iterations", "n"];
     let [mgs, amgs, tmgs] = METHODS;
     print::line(format_args!("\n{what:<36} {n:>5} {mgs:>8} {amgs:>8} {tmgs:>8}"))?;
-    counts()
+    counts()?;
+    membranes(arguments.largest)
 }
 
 /// What became of a scene, the figures of its answer, and its order.
@@ -70,6 +77,22 @@ fn published() -> Fallible<()> {
         let what = format!("bearing2d ε = {ecc}, Sommerfeld number");
         let agree = (ours / published - 1.0).abs() < 0.015;
         compare(&what, &published.to_string(), &format!("{ours:.4}"), agree)?;
+    }
+    // The free boundary is a cell wide.
+    for (tail, length, published) in
+        [(0.5, 1.0, ["0.375", "0.8367"]), (1.0 / 6.0, 2.0 / 3.0, ["0.729167", "0.8513"])]
+    {
+        let given = [("nx", 127.0), ("ny", 120.0), ("tail", tail), ("length", length)];
+        let problem = Scene::of("dam").pose(&given)?;
+        let mut solver = problem.solver("AUTO")?;
+        march(&problem, &mut solver, &Scene::of("dam").limits(), true)?.ok()?;
+        let figures = (problem.figures)(solver.z(), solver.r());
+        let ours = format!("{:.6}", figures[0].1);
+        let agree = figures[1].1.abs() < 1e-8;
+        compare(&format!("dam 1 × {length:.3}, discharge"), published[0], &ours, agree)?;
+        let agree = (figures[2].1 - published[1].parse::<f64>()?).abs() < 1.0 / 120.0;
+        let ours = format!("{:.4}", figures[2].1);
+        compare("    height of the water in the middle", published[1], &ours, agree)?;
     }
     // For spot 36 and strike 40. The grids converge to the published price: the limit is judged.
     let mut prices = vec![];
@@ -139,6 +162,38 @@ fn counts() -> Fallible<()> {
         for m in [32, 64] {
             let given = [("m", f64::from(m)), ("steps", m.into())];
             count(&format!("put, m = steps = {m}, {name}"), "american-put", &given, warm)?;
+        }
+    }
+    Ok(())
+}
+
+/// Prints iterations and seconds on the spiral and the Bessel obstacle, for grids up to a size.
+fn membranes(largest: u16) -> Fallible<()> {
+    let methods = ["FMG", "MGF", "MGW", "AUTO"];
+    for (name, tolerances) in [("spiral", [1e-8, 1e-12]), ("bessel", [1e-7, 1e-12])] {
+        for tolerance in tolerances {
+            let head: String = methods.iter().map(|name| format!(" {name:>14}")).collect();
+            let what = format!("{name} to {tolerance:.0e} ‖q‖₂: iterations, seconds");
+            print::line(format_args!("\n{what:<45} {:>10}{head}", "n"))?;
+            // 1279 and 5119 are from the cells of the published run on the Bessel obstacle.
+            let sizes = [127, 255, 511, 1023, 1279, 2047, 4095, 5119, 8191];
+            for m in sizes.into_iter().filter(|m| *m <= largest) {
+                let problem = Scene::of(name).pose(&[("m", m.into())])?;
+                let mut cells = String::new();
+                for method in methods {
+                    let mut solver = problem.solver(method)?;
+                    let limits = Limits::relative(tolerance);
+                    let outcome = solver.solve(&problem.q, Options::default().limits(limits))?;
+                    let seconds = outcome.elapsed.as_secs_f64();
+                    let count = match outcome.status {
+                        Status::Converged => outcome.iterations.to_string(),
+                        _ => format!("({:.0e})", outcome.residual.l2),
+                    };
+                    cells += &format!(" {:>14}", format!("{count}, {seconds:.3}"));
+                }
+                let (what, n) = (format!("    {m} × {m}"), problem.q.len());
+                print::line(format_args!("{what:<45} {n:>10}{cells}"))?;
+            }
         }
     }
     Ok(())

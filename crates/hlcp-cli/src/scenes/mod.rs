@@ -15,7 +15,7 @@ use hlcp_methods::{Limits, Tolerance};
 
 pub(crate) use self::problem::{Boxed, Operator, Problem, textured};
 use self::problem::{
-    american_put, bearing2d, disc, example, film, journal_bearing, obstacle, slider,
+    american_put, bearing2d, dam, disc, example, film, journal_bearing, membrane, obstacle, slider,
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -50,7 +50,7 @@ const ABSOLUTE: Tolerance = Tolerance::Absolute(1e-10);
 const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
-pub(crate) static SCENES: [Scene; 10] = [
+pub(crate) static SCENES: [Scene; 13] = [
     Scene { name: "example1", tolerance: ABSOLUTE, wide: example::<_, true>, narrow: example::<_, true>,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
@@ -97,6 +97,14 @@ pub(crate) static SCENES: [Scene; 10] = [
             Ladder { title: "obstacle", size: "m × m inner nodes",
                 numbers: |m| vec![("m", m + 2.0)], amsor: |m| [2.0 - 12.0 / m, 1.0] },
         ] },
+    Scene { name: "spiral", tolerance: ABSOLUTE, wide: membrane::<_, true>, narrow: membrane::<_, true>,
+        about: "A membrane on a spiral",
+        numbers: &[("m", 255.0)],
+        ladders: &[] },
+    Scene { name: "bessel", tolerance: ABSOLUTE, wide: membrane::<_, false>, narrow: membrane::<_, false>,
+        about: "A membrane pressed against a product of Bessel's functions",
+        numbers: &[("m", 255.0)],
+        ladders: &[] },
     Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 63.0), ("ecc", 0.6), ("aspect", 1.0), ("groove", 0.0)],
@@ -107,6 +115,10 @@ pub(crate) static SCENES: [Scene; 10] = [
     Scene { name: "film", tolerance: RELATIVE, wide: film, narrow: film,
         about: "A slider with square dimples and mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
+        ladders: &[] },
+    Scene { name: "dam", tolerance: RELATIVE, wide: dam, narrow: dam,
+        about: "Seepage through a dam of earth",
+        numbers: &[("nx", 63.0), ("ny", 64.0), ("length", 1.0), ("tail", 0.5), ("layer", 1.0)],
         ladders: &[] },
     Scene { name: "slider", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
@@ -133,7 +145,7 @@ enum Kind {
 }
 
 /// The options that define scenes: name, kind and help.
-const OPTIONS: [(&str, Kind, &str); 17] = [
+const OPTIONS: [(&str, Kind, &str); 20] = [
     (
         "m",
         Kind::Whole(1, 32768),
@@ -147,14 +159,25 @@ const OPTIONS: [(&str, Kind, &str); 17] = [
         Kind::Word(&["default", "generic"]),
         "The planted 0, 1, 0, 1, … or generic numbers in the same pattern",
     ),
-    ("nx", Kind::Whole(1, 32768), "Inner grid points around the bearing; the film's cells along x"),
-    ("ny", Kind::Whole(1, 32768), "Inner grid points along the bearing; the film's cells along y"),
+    (
+        "nx",
+        Kind::Whole(1, 32768),
+        "Inner grid points around the bearing; the film's cells along x; the dam's columns",
+    ),
+    (
+        "ny",
+        Kind::Whole(1, 32768),
+        "Inner grid points along the bearing; the film's cells along y; the dam's rows",
+    ),
     ("dimples", Kind::Whole(0, 32768), "Dimples along x, and as many for the same length along y"),
     ("depth", Kind::Real, "The depth of the dimples over the least gap"),
     ("ecc", Kind::Real, "The eccentricity"),
     ("b-length", Kind::Real, "Half the length over the radius"),
     ("aspect", Kind::Real, "The length over the diameter"),
     ("groove", Kind::Real, "The place of the feed groove, in degrees from the widest gap"),
+    ("length", Kind::Real, "The length of the base over the depth of the water upstream"),
+    ("tail", Kind::Real, "The depth of the tailwater over that of the water upstream"),
+    ("layer", Kind::Real, "The conductivity of the lower half over that of the upper half"),
     ("rate", Kind::Real, "The interest rate per year"),
     ("volatility", Kind::Real, "The volatility per square root of a year"),
     ("maturity", Kind::Real, "The time to maturity, in years"),

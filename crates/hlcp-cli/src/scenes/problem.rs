@@ -5,8 +5,8 @@ use std::{error::Error, f64::consts::PI};
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{BoxedMethod, Named, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Disc, Example, Film, JournalBearing, Obstacle,
-    Posed, Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Dam, Disc, Example, Film, JournalBearing,
+    Membrane, Obstacle, Posed, Slider,
 };
 
 use super::Numbers;
@@ -213,6 +213,33 @@ pub(super) fn obstacle<T: Scalar>(numbers: &Numbers) -> Posing<T> {
         vec![("discretisation_error_mean", mean), ("discretisation_error_linf", largest)]
     });
     Ok(problem.with_proofs("contact", |_| vec![]))
+}
+
+pub(super) fn membrane<T: Scalar, const SPIRAL: bool>(numbers: &Numbers) -> Posing<T> {
+    let membrane = Membrane { spiral: SPIRAL, m: numbers.size("m") };
+    let (a, b, q) = membrane.pose_columns::<T>(numbers.columns(membrane.m))?;
+    Ok(Problem::new(a, b, q).with_proofs("contact", |_| vec![]))
+}
+
+pub(super) fn dam<T: Scalar>(numbers: &Numbers) -> Posing<T> {
+    let dam = Dam {
+        nx: numbers.size("nx"),
+        ny: numbers.size("ny"),
+        length: numbers.get("length"),
+        tail: numbers.get("tail"),
+        layer: numbers.get("layer"),
+    };
+    let (a, b, q) = dam.pose_columns::<T>(numbers.columns(dam.nx))?;
+    let problem = Problem::new(a, b, q).with_figures(move |z, r| {
+        let (discharge, heights) = (dam.discharge(z), dam.heights(r));
+        vec![
+            ("discharge", discharge),
+            ("discharge_error", discharge - dam.exact_discharge()),
+            ("height_in_the_middle", heights[dam.nx / 2]),
+            ("height_before_the_face", heights[dam.nx - 1]),
+        ]
+    });
+    Ok(problem.with_proofs("dry", |_| vec![]))
 }
 
 pub(super) fn bearing2d<T: Scalar>(numbers: &Numbers) -> Posing<T> {

@@ -18,6 +18,8 @@ fn the_gallery_is_drawn() {
         "disc-hlcp",
         "journal-bearing",
         "obstacle",
+        "membranes",
+        "dam",
         "bearing2d",
         "bearing2d-groove",
         "american-put",

@@ -4,21 +4,25 @@ use hlcp_core::{Error, FivePoint, Varying};
 
 mod american_put;
 mod bearing2d;
+mod dam;
 mod disc;
 mod example;
 mod film;
 mod journal_bearing;
+mod membrane;
 mod obstacle;
 mod slider;
 
 pub use american_put::AmericanPut;
 pub use bearing2d::Bearing2d;
+pub use dam::Dam;
 pub use disc::Disc;
 pub use example::{Example, Posed};
 pub use film::{
     Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
 };
 pub use journal_bearing::JournalBearing;
+pub use membrane::Membrane;
 pub use obstacle::Obstacle;
 pub use slider::Slider;
 

@@ -5,7 +5,9 @@ mod bearing2d;
 mod certificates;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
+mod dam;
 mod disc;
 mod film;
+mod membrane;
 mod proved_film;
 mod published;
