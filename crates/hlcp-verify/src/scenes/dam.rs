@@ -28,9 +28,9 @@ use super::{Grids, check, positive};
 /// through its floor, so that `B` is `bidiag(−K hx of the cell above; K hx)`.
 ///
 /// Nothing passes the base. Its row of `B` has a diagonal entry all the same, and `q` none: there
-/// `z > 0`, hence `r = 0`, so that no solution sees it. For if `z` were 0 in a cell of the base, the
-/// cell's balance would be a sum of inflows that are not negative, all of them 0: `z` would be 0 in
-/// the cells beside it too, and so on to the face, where water stands.
+/// `z > 0`, hence `r = 0`, so that no solution sees it. For if `z` were 0 in a cell of the base,
+/// the cell's balance would be a sum of inflows that are not negative, all of them 0: `z` would be
+/// 0 in the cells beside it too, and so on to the face, where water stands.
 ///
 /// # Theory
 ///
@@ -55,9 +55,9 @@ use super::{Grids, check, positive};
 ///
 /// H. Brezis, D. Kinderlehrer and G. Stampacchia, *Sur une nouvelle formulation du problème de
 /// l'écoulement à travers une digue*, C. R. Acad. Sci. Paris 287 (1978) 711–714, have the two
-/// unknowns. The free boundary of a dam of one soil in quadratures is that of P. Polubarinova-Kochina,
-/// *Theory of Ground Water Movement*, Princeton 1962, as evaluated by U. Hornung and T. Krueger,
-/// Water Resources Research 21 (1985) 395–398.
+/// unknowns. The free boundary of a dam of one soil in quadratures is that of P.
+/// Polubarinova-Kochina, *Theory of Ground Water Movement*, Princeton 1962, as evaluated by U.
+/// Hornung and T. Krueger, Water Resources Research 21 (1985) 395–398.
 ///
 /// ```
 /// use hlcp_core::LinearOperator;
@@ -206,8 +206,8 @@ impl Dam {
         (held(1.0) - held(self.tail)) / self.length
     }
 
-    /// The height of the free boundary above the base in each column, for the dry share `r`: that of
-    /// the water in it, with the moisture above. In the last column it is near where the free
+    /// The height of the free boundary above the base in each column, for the dry share `r`: that
+    /// of the water in it, with the moisture above. In the last column it is near where the free
     /// boundary meets the downstream face.
     ///
     /// # Panics

@@ -30,18 +30,18 @@ use super::check;
 ///
 /// # Source
 ///
-/// The spiral is that of section 7.1.1 of C. Gräser and R. Kornhuber, *Multigrid methods for obstacle
-/// problems*, J. Comput. Math. 27 (2009) 1–44; E. Bueler and P. Farrell, *A full approximation scheme
-/// multilevel method for nonlinear variational inequalities*, SIAM J. Sci. Comput. 46 (2024), solve
-/// it too. The other is that of section 7.2 of I. Papadopoulos, *Hierarchical proximal Galerkin*,
-/// arXiv:2412.13733.
+/// The spiral is that of section 7.1.1 of C. Gräser and R. Kornhuber, *Multigrid methods for
+/// obstacle problems*, J. Comput. Math. 27 (2009) 1–44; E. Bueler and P. Farrell, *A full
+/// approximation scheme multilevel method for nonlinear variational inequalities*, SIAM J. Sci.
+/// Comput. 46 (2024), solve it too. The other is that of section 7.2 of I. Papadopoulos,
+/// *Hierarchical proximal Galerkin*, arXiv:2412.13733.
 ///
 /// ```
 /// use hlcp_verify::Membrane;
 ///
-/// let (a, _, q) = Membrane { spiral: true, m: 3 }.pose::<f64>()?;
-/// let answer = hlcp_methods::solve(&a, hlcp_core::Identity { order: 9 }, &q)?;
-/// assert!((answer.z[4], answer.r[4]) == (0.0, answer.r[4]) && answer.r[4] > 0.0);
+/// let (a, b, q) = Membrane { spiral: true, m: 3 }.pose::<f64>()?;
+/// let answer = hlcp_methods::solve(&a, &b, &q)?;
+/// assert!(answer.z[4] == 0.0 && answer.r[4] > 0.0); // the centre is the highest node
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::common::{assembled, problem};
-use hlcp_core::Error;
+use hlcp_core::{Aor, Error};
 use hlcp_methods::{Limits, Options, Solver};
-use hlcp_verify::{Dam, classes::is_m, uniqueness};
+use hlcp_verify::{Convergence, Dam, Proof, classes::is_m, convergence, uniqueness};
 use nalgebra::{DMatrix, DVector};
 
 /// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
@@ -65,6 +65,8 @@ fn the_dam_is_its_balance_of_water() {
     assert!((DVector::from_vec(q) - dense_q).amax() <= rounding);
     assert!(is_m(&a).is_yes() && is_m(&b).is_yes());
     assert!(uniqueness(&a, &b).unwrap().is_proved());
+    let found = convergence(&problem(1.0, a, b), &[Aor::gauss_seidel().accelerated()]);
+    assert!(matches!(found, Convergence::Proved(Proof::Columns, _)), "{found}");
 }
 
 /// `z` and `r` by a method, to 1e-12 ‖q‖.

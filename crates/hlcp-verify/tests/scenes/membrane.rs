@@ -1,9 +1,9 @@
 //! The membranes on published obstacles are what their equations say.
 
 use crate::common::{assembled, problem};
-use hlcp_core::Error;
+use hlcp_core::{Aor, Error};
 use hlcp_methods::{Limits, Named, Options, Solver};
-use hlcp_verify::{Membrane, classes::is_m};
+use hlcp_verify::{Convergence, Membrane, classes::is_m, convergence, uniqueness};
 use nalgebra::{DMatrix, DVector};
 
 /// Bessel's J₀ by its power series, whose terms are at most 2e7 for x ≤ 20.
@@ -41,6 +41,9 @@ fn a_membrane_is_free_or_on_its_obstacle() {
         assert_eq!(assembled(&a), dense);
         assert_eq!(assembled(&b), DMatrix::identity(n, n));
         assert!(is_m(&a).is_yes());
+        assert!(uniqueness(&a, &b).unwrap().is_proved());
+        let found = convergence(&problem(1.0, &a, &b), &[Aor::gauss_seidel()]);
+        assert!(matches!(found, Convergence::Proved(..)), "{found}");
 
         let named: Named = "AMGS".parse().unwrap();
         let mut solver = Solver::new(named.on(problem(1.0, &a, &b)).unwrap());
