@@ -28,7 +28,7 @@ pub(crate) fn options(command: &str) -> Vec<(String, bool)> {
 }
 
 /// A value of each option that changes what is computed or printed. Empty for a flag.
-const OF_SOLVE: [(&str, &str); 44] = [
+const OF_SOLVE: [(&str, &str); 47] = [
     ("scene", "disc-lcp"),
     ("m", "7"),
     ("mu", "3"),
@@ -42,6 +42,9 @@ const OF_SOLVE: [(&str, &str); 44] = [
     ("b-length", "8"),
     ("aspect", "2"),
     ("groove", "30"),
+    ("length", "0.7"),
+    ("tail", "0.3"),
+    ("layer", "2"),
     ("rate", "0.05"),
     ("volatility", "0.3"),
     ("maturity", "0.5"),
