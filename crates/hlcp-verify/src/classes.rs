@@ -11,14 +11,14 @@
 
 use std::{cmp::Ordering, fmt};
 
-use hlcp_core::{Rows, Scalar};
+use hlcp_core::{Error, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
     comparison::{Modulus, visit},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
-    rounding::sign,
+    rounding::{Interval, sign},
 };
 
 /// The answer to a question about a problem.
@@ -94,6 +94,8 @@ pub enum Failure {
     },
     /// A spectral radius that would have to be below 1 is at least this.
     Radius(f64),
+    /// The determinants of two choices of columns differ in sign.
+    Signs,
     /// A parameter lies outside the range.
     Parameter(&'static str),
 }
@@ -106,6 +108,7 @@ impl fmt::Display for Failure {
                 let lower = fixed(*lower, 6, false);
                 write!(f, "a spectral radius is at least {lower}, too large for the parameters")
             }
+            Self::Signs => f.write_str("the determinants of two choices of columns differ in sign"),
             Self::Parameter(range) => write!(f, "the parameters are not {range}"),
         }
     }
@@ -216,6 +219,94 @@ pub(crate) fn is_h_plus_within<T: Scalar>(
 /// ```
 pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
     is_z(a).then(|| is_h_plus(a))
+}
+
+/// Returns whether `A` and `B` have the W-property: whichever column of the two is chosen in each
+/// place, the determinant has one sign and is not 0. That is so exactly if `A z − B r + q = 0` has
+/// one solution for every `q` (Sznajder and Gowda, Linear Algebra Appl. 223/224 (1995) 695–715).
+///
+/// All 2ⁿ choices are tried, which have most of an elimination in common, in interval arithmetic.
+/// A determinant of 0 is not told from one near it, and leaves the question undecided unless others
+/// answer it. [`uniqueness`](fn@crate::uniqueness) looks for a proof at any order.
+///
+/// # Errors
+///
+/// What [`LinearOperator::check`](hlcp_core::LinearOperator::check) of `a` or `b` refuses;
+/// [`Error::Order`] when `b` does not fit `a`, [`Error::Parameter`] for an order above 20.
+///
+/// ```
+/// use hlcp_core::RowMajor;
+/// use hlcp_verify::classes::{Answer, Failure, has_w_property, is_h_plus};
+///
+/// // Both are H₊, which the paper takes to suffice.
+/// let a = RowMajor::new(2, &[1.0, -2.0, 0.0, 1.0])?;
+/// let b = RowMajor::new(2, &[1.0, 0.0, -2.0, 1.0])?;
+/// assert!(is_h_plus(&a).is_yes() && is_h_plus(&b).is_yes());
+/// assert_eq!(has_w_property(&a, &b)?, Answer::No(Failure::Signs));
+/// assert!(has_w_property(&a, &a)?.is_yes());
+/// # Ok::<(), hlcp_core::Error>(())
+/// ```
+pub fn has_w_property<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Answer, Error> {
+    a.check("A")?;
+    b.check("B")?;
+    let [found, n] = [b.order(), a.order()];
+    if found != n {
+        return Err(Error::Order { what: "B", found, expected: n });
+    }
+    if n > 20 {
+        let range = "at most 20, for which there are a million choices of columns";
+        return Err(Error::Parameter { name: "the order", value: n as f64, range });
+    }
+    let mut columns = vec![[(); 2].map(|()| vec![Interval::exactly(0.0); n]); n];
+    (0..n).for_each(|row| {
+        visit(a, row, |column, a| columns[column][0][row] = Interval::exactly(a));
+        visit(b, row, |column, b| columns[column][1][row] = Interval::exactly(b));
+    });
+    let mut found = Signs::default();
+    found.add(&columns, true);
+    Ok(match found {
+        Signs { positive: true, negative: true, .. } => Answer::No(Failure::Signs),
+        Signs { open: true, .. } => Answer::Undecided,
+        _ => Answer::Yes(()),
+    })
+}
+
+/// The signs that determinants have; `open` if one was not decided.
+#[derive(Default)]
+struct Signs {
+    positive: bool,
+    negative: bool,
+    open: bool,
+}
+
+impl Signs {
+    /// Adds the signs of all choices from pairs of columns, times a sign. Eliminates either column
+    /// of the first pair from all others, by its largest entry.
+    fn add(&mut self, columns: &[[Vec<Interval>; 2]], is_positive: bool) {
+        let Some((pair, rest)) = columns.split_first() else {
+            return *(if is_positive { &mut self.positive } else { &mut self.negative }) = true;
+        };
+        for column in pair {
+            let size = |k: usize| column[k].mignitude();
+            let pivot = (0..column.len()).max_by(|&j, &k| size(j).total_cmp(&size(k))).unwrap_or(0);
+            if size(pivot) == 0.0 || column[pivot].magnitude().is_infinite() {
+                self.open = true;
+                continue;
+            }
+            let sign = if column[pivot].lower > 0.0 { 1.0 } else { -1.0 };
+            let reciprocal = column[pivot].times(sign).reciprocal().times(sign);
+            let others = || (0..column.len()).filter(|&k| k != pivot);
+            let factors: Vec<_> = others().map(|k| (k, column[k].product(reciprocal))).collect();
+            let eliminated = |other: &Vec<Interval>| {
+                let entry =
+                    |(k, factor): &(usize, Interval)| other[*k].minus(factor.product(other[pivot]));
+                factors.iter().map(entry).collect()
+            };
+            let rest: Vec<_> = rest.iter().map(|pair| pair.each_ref().map(eliminated)).collect();
+            // The sign of its place in the first column, too.
+            self.add(&rest, is_positive == ((sign > 0.0) == (pivot % 2 == 0)));
+        }
+    }
 }
 
 /// Returns whether `part` of every diagonal entry is positive and finite.

@@ -22,6 +22,7 @@
 //! | one call, a solver, the methods | [`solve`](fn@solve), [`Solver`], [`Options`], [`Auto`], [`Named`] | `hlcp-methods` |
 //! | proofs about an answer, a method, all `q` | [`certify`], [`convergence`], [`uniqueness`] | `hlcp-verify` |
 //! | lubricating films, journals, pads, their loads and motions | [`film`] | here |
+//! | time against accuracy of methods of your own | [`ladder`](mod@ladder) | here |
 //! | matrices and vectors in Matrix Market files | [`market`] | here |
 //! | files that are written whole or not at all | [`files`] | here |
 //!
@@ -34,6 +35,7 @@
 
 pub mod files;
 pub mod film;
+pub mod ladder;
 pub mod market;
 
 pub use hlcp_methods::*;

@@ -3,22 +3,12 @@
 
 use std::path::Path;
 
-use hlcp::files::{FileError, excerpt};
+use hlcp::{
+    files::{FileError, excerpt},
+    ladder::COLUMNS,
+};
 
 use super::table::Table;
-
-/// The columns of the data.
-pub(super) const COLUMNS: [&str; 9] = [
-    "problem",
-    "series",
-    "tolerance",
-    "true error",
-    "seconds min",
-    "seconds median",
-    "seconds max",
-    "half-steps",
-    "reached",
-];
 
 /// The runs of one series to one tolerance on one problem.
 #[derive(Clone)]

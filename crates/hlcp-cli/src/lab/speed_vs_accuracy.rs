@@ -13,14 +13,17 @@ use std::{
 };
 
 use clap::Args;
-use hlcp::files::printable;
+use hlcp::{
+    files::printable,
+    ladder::{COLUMNS, TOLERANCES},
+};
 use hlcp_core::LinearOperator;
 use hlcp_methods::Limits;
 use indicatif::ProgressBar;
 
 use super::{
     Charts,
-    added::{self, COLUMNS, Measured},
+    added::{self, Measured},
     methods::{Chart, Row, Scene, is_listed, methods},
     profile,
     run::{Fallible, Judged, Repeats, Run, measure, to},
@@ -54,9 +57,6 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE.csv")]
     add: Vec<PathBuf>,
 }
-
-/// The tolerances, as exponents of ten.
-const LADDER: [i32; 9] = [1, 2, 4, 6, 8, 10, 12, 13, 14];
 
 /// What is drawn for an error of zero.
 const NOTHING: f64 = 1e-16;
@@ -215,7 +215,7 @@ fn ladders(
     bar: &ProgressBar,
 ) -> Fallible<Vec<Measured>> {
     let (mut left, mut measured) = (methods.to_vec(), vec![]);
-    for tolerance in LADDER.map(|exponent| 10_f64.powi(-exponent)) {
+    for tolerance in TOLERANCES {
         let runs = measure(repeats, &left, |row| row.solve(scene, &limits(tolerance)))?;
         let runs: Vec<_> =
             left.iter().zip(runs).filter_map(|(row, run)| Some((*row, run?))).collect();
@@ -327,8 +327,8 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
         methods(Chart::Beyond).into_iter().find(|row| row.name == "AMSOR").ok_or("AMSOR")?;
     let doubt = scene.wide.doubt.ok_or_else(|| format!("no certificate for {title}"))?;
     let mut pairs = vec![];
-    for exponent in LADDER {
-        let Some(run) = amsor.solve(scene, &limits(10_f64.powi(-exponent)))? else {
+    for tolerance in TOLERANCES {
+        let Some(run) = amsor.solve(scene, &limits(tolerance))? else {
             break;
         };
         let error = scene.wide.error(&run.answer);

@@ -2,11 +2,54 @@
 
 use crate::common::Matrix;
 use crate::{any_pair, comparison};
-use hlcp_verify::classes::{Answer, is_h_plus, is_m, is_strictly_dominant, is_z};
-use nalgebra::DVector;
+use hlcp_core::{Error, Identity};
+use hlcp_verify::{
+    Slider,
+    classes::{Answer, Failure, has_w_property, is_h_plus, is_m, is_strictly_dominant, is_z},
+    uniqueness,
+};
+use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
+/// The determinant by the first column, exact for small integers.
+fn determinant(m: &DMatrix<f64>) -> f64 {
+    let minor = |i: usize| determinant(&m.clone().remove_row(i).remove_column(0));
+    let term = |i: usize| (-1.0_f64).powi(i as i32) * m[(i, 0)] * minor(i);
+    if m.is_empty() { 1.0 } else { (0..m.nrows()).map(term).sum() }
+}
+
 proptest! {
+    /// The W-property against the determinants of all choices of columns.
+    #[test]
+    fn the_w_property_is_that_of_all_determinants(
+        n in 1..5_usize,
+        entries in proptest::collection::vec(-3..4_i8, 32),
+        diagonal in 0..9_i8,
+    ) {
+        let of = |part: usize| {
+            let entry = |i: usize, j: usize| {
+                f64::from(entries[part * 16 + i * 4 + j] + if i == j { diagonal } else { 0 })
+            };
+            DMatrix::from_fn(n, n, entry)
+        };
+        let (a, b) = (of(0), of(1));
+        let choice = |k: usize| {
+            let columns: Vec<_> =
+                (0..n).map(|j| if k >> j & 1 == 1 { b.column(j) } else { a.column(j) }).collect();
+            determinant(&DMatrix::from_columns(&columns))
+        };
+        let all: Vec<f64> = (0..1 << n).map(choice).collect();
+        let some = |sign: f64| all.iter().any(|d| d * sign > 0.0);
+        let found = has_w_property(&Matrix(a), &Matrix(b)).unwrap();
+        if some(1.0) && some(-1.0) {
+            prop_assert_eq!(found, Answer::No(Failure::Signs));
+        } else if all.contains(&0.0) {
+            prop_assert_eq!(found, Answer::Undecided);
+        } else {
+            prop_assert_eq!(found, Answer::Yes(()));
+        }
+    }
+
     /// Classes against dense linear algebra, and Lemma 1: |A⁻¹| ≤ ⟨A⟩⁻¹.
     #[test]
     fn classes_are_what_their_definitions_say(p in any_pair(4.0), signs in any::<bool>()) {
@@ -39,4 +82,16 @@ proptest! {
         let product = p.dense.a.clone().try_inverse().unwrap() * &p.dense.b;
         prop_assert!((product.abs() * e).amax() <= quotient * (1.0 + 1e-10));
     }
+}
+
+#[test]
+fn the_w_property_is_one_solution_for_every_q() {
+    let (a, b, _) = Slider { cells: 14 }.pose::<f64>().unwrap();
+    assert!(uniqueness(&a, &b).unwrap().is_proved());
+    assert_eq!(has_w_property(&a, &b).unwrap(), Answer::Yes(()));
+    let fewer = has_w_property(&a, &Identity { order: 12 });
+    assert!(matches!(fewer, Err(Error::Order { what: "B", found: 12, expected: 13 })));
+    let large = Identity { order: 21 };
+    let found = has_w_property::<f64>(&large, &large);
+    assert!(matches!(found, Err(Error::Parameter { name: "the order", .. })));
 }
