@@ -1,0 +1,60 @@
+//! The ladder's rungs are the solves that they say they are.
+
+use hlcp::{
+    Aor, Error, Hlcp, Limits, Method, Mms, Omega, Options, Solver, Tolerance,
+    ladder::{COLUMNS, TOLERANCES, ladder},
+};
+use hlcp_verify::Disc;
+
+/// Accelerated SOR on the scene.
+fn solver(alpha: f64) -> Solver<f64, impl Method<f64>> {
+    let scene = SCENE.pose::<f64>().unwrap();
+    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
+    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
+    Solver::new(Mms::new(problem, Aor::sor(alpha).unwrap().accelerated()).unwrap())
+}
+
+const SCENE: Disc = Disc { lcp: false, m: 12 };
+
+#[test]
+fn a_rung_is_a_solve_to_its_tolerance() {
+    let scene = SCENE.pose::<f64>().unwrap();
+    let (start, truth) = (vec![0.7; 144], [&scene.z[..], &scene.r[..]]);
+    let limits = Limits { rounding: Some(0.0), iterations: 150, ..Limits::default() };
+    let mut methods = [1.0, 1.4].map(|alpha| (format!("SOR {alpha}"), solver(alpha)));
+    let rungs = ladder(&mut methods, &scene.q, &start, truth, limits, 2).unwrap();
+    for (name, alpha) in [("SOR 1", 1.0), ("SOR 1.4", 1.4)] {
+        let of: Vec<_> = rungs.iter().filter(|rung| rung.series == name).collect();
+        for (rung, tolerance) in of.iter().zip(TOLERANCES) {
+            let limits = Limits { tolerance: Tolerance::Relative(tolerance), ..limits };
+            let mut solver = solver(alpha);
+            let outcome = solver.solve(&scene.q, Options::from_x(&start).limits(limits)).unwrap();
+            assert_eq!((rung.tolerance, rung.half_steps), (tolerance, outcome.sweeps));
+            assert_eq!(rung.reached, outcome.converged());
+            let pairs = solver.z().iter().chain(solver.r()).zip(scene.z.iter().chain(&scene.r));
+            let error =
+                pairs.fold(0.0, |most: f64, (found, known)| most.max((found - known).abs()));
+            assert_eq!(rung.error, error);
+            let [least, median, most] = rung.seconds;
+            assert!(0.0 <= least && least <= median && median <= most);
+            let row = rung.row("disc, m = 12");
+            assert_eq!(row.split(',').count(), COLUMNS.len() + 1, "a comma is in quotes: {row}");
+        }
+        // The first tolerance that is missed is the last of its method.
+        let missed = of.iter().position(|rung| !rung.reached);
+        assert!(missed.is_none_or(|k| k + 1 == of.len()));
+        assert!(missed.is_some() || of.len() == TOLERANCES.len());
+    }
+    assert!(rungs.iter().any(|rung| !rung.reached), "150 sweeps are too few for one of them");
+}
+
+#[test]
+fn a_solution_of_another_order_is_refused() {
+    let scene = SCENE.pose::<f64>().unwrap();
+    let mut methods = [("SOR".to_owned(), solver(1.0))];
+    let mut refused =
+        |truth| ladder(&mut methods, &scene.q, &[1.0; 144], truth, Limits::default(), 1);
+    let of = |what| Err(Error::Order { what, found: 1, expected: 144 });
+    assert_eq!(refused([&[1.0], &scene.r]), of("the solution's z"));
+    assert_eq!(refused([&scene.z, &[1.0]]), of("the solution's r"));
+}
