@@ -4,6 +4,7 @@
 //! double precision. The colour is the number of sweeps, or the way the solve failed; the outline
 //! is what a witness proves. The numbers, also of β = α − 0.2 and of single precision, go to CSV
 //! files beside the charts. One more chart has the α that Young's theory predicts beside the best.
+//! A problem of `--scene` has one map, and nothing else is measured.
 //! Ends with an error if a method fails inside what is proved.
 
 use std::path::{Path, PathBuf};
@@ -27,13 +28,13 @@ use crate::{
     chart::{COLOURS, Panel, shade, write},
     print,
     progress::counting,
-    scenes::{Problem, Scene},
+    scenes::{Given, Problem, Scene},
 };
 
 const EXAMPLES: &str = "\
 Examples:
   hlcp stability-map --quick
-  hlcp stability-map --out target/charts";
+  hlcp stability-map --scene bearing2d --nx 31 --ny 15 --out target/charts";
 
 /// Draw where each method converges over the plane of α and τ, and how fast
 #[derive(Debug, Args)]
@@ -41,11 +42,13 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     charts: Charts,
+    #[command(flatten)]
+    given: Given,
 }
 
 /// A scene of a map, with the names of its files and of its panels.
 struct Map {
-    file: &'static str,
+    file: String,
     title: String,
     scene: &'static str,
     numbers: Vec<(&'static str, f64)>,
@@ -102,23 +105,29 @@ const COLUMNS: [&str; 10] = [
     "proved by witness",
 ];
 
-pub(crate) fn run(Arguments { charts }: &Arguments) -> Fallible<()> {
+pub(crate) fn run(Arguments { charts, given }: &Arguments) -> Fallible<()> {
     let Charts { quick, out, .. } = charts;
     let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
-    let maps = maps(*quick);
-    let measured = charts.measured("stability-map", || {
+    let scene = given.scene.name;
+    let (maps, name) = match given.is_asked {
+        true => (vec![Map::of(given)], format!("stability-map --scene {scene}")),
+        false => (maps(*quick), "stability-map".to_owned()),
+    };
+    let measured = charts.measured(&name, || {
         let bar = counting(maps.len() * METHODS.len() * 4);
         for map in &maps {
             let table = measure(map, &plane, &bar)?;
             table.write_csv(&map.path(out))?;
         }
         bar.finish_and_clear();
-        optimal_alpha::measure(out, *quick)
+        if given.is_asked { Ok(()) } else { optimal_alpha::measure(out, *quick) }
     })?;
     for map in &maps {
         draw(map, &plane, out, &measured)?;
     }
-    optimal_alpha::draw(out, &measured)?;
+    if !given.is_asked {
+        optimal_alpha::draw(out, &measured)?;
+    }
     print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
     Ok(())
 }
@@ -199,6 +208,14 @@ impl Plane {
 }
 
 impl Map {
+    /// Returns the map of a problem of the command line.
+    fn of(given: &Given) -> Self {
+        let numbers = given.numbers.all().to_vec();
+        let words: String = numbers.iter().map(|(name, v)| format!(", {name} = {v}")).collect();
+        let scene = given.scene.name;
+        Self { file: format!("own-{scene}"), title: format!("{scene}{words}"), scene, numbers }
+    }
+
     fn path(&self, out: &Path) -> PathBuf {
         out.join(format!("stability-{}", self.file))
     }
@@ -214,14 +231,15 @@ fn maps(quick: bool) -> Vec<Map> {
     ] {
         let title = format!("Example {number}, m = {m}, μ = ν = {shift}");
         let numbers = vec![("m", m), ("mu", shift), ("nu", shift)];
-        maps.push(Map { file, title, scene, numbers });
+        maps.push(Map { file: file.to_owned(), title, scene, numbers });
     }
     for scene in ["disc-lcp", "disc-hlcp"] {
         let (title, numbers) = (format!("{scene}, m = {m}"), vec![("m", m)]);
-        maps.push(Map { file: scene, title, scene, numbers });
+        maps.push(Map { file: scene.to_owned(), title, scene, numbers });
     }
     let title = format!("slider, {cells} cells");
-    maps.push(Map { file: "slider", title, scene: "slider", numbers: vec![("m", cells)] });
+    let numbers = vec![("m", cells)];
+    maps.push(Map { file: "slider".to_owned(), title, scene: "slider", numbers });
     maps
 }
 

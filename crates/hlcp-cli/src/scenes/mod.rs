@@ -200,6 +200,11 @@ impl Numbers {
         number.unwrap_or_else(|| panic!("the scene has no option {name}")).1
     }
 
+    /// All of them.
+    pub(crate) fn all(&self) -> &[(&'static str, f64)] {
+        &self.given
+    }
+
     fn size(&self, name: &str) -> usize {
         self.get(name) as usize
     }
@@ -297,6 +302,8 @@ pub(crate) fn where_it_applies<V>(
 pub(crate) struct Given {
     pub(crate) scene: &'static Scene,
     pub(crate) numbers: Numbers,
+    /// Whether the scene or one of its numbers was typed.
+    pub(crate) is_asked: bool,
 }
 
 /// The scenes that take an option.
@@ -362,7 +369,11 @@ impl clap::Args for Given {
 
 impl FromArgMatches for Given {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let typed = |option| matches.value_source(option) == Some(ValueSource::CommandLine);
+        // Not every command has files.
+        let typed = |option: &str| {
+            matches.ids().any(|id| id == option)
+                && matches.value_source(option) == Some(ValueSource::CommandLine)
+        };
         let scene = *matches.get_one::<&'static Scene>("scene").expect("it has a default");
         let mut given = vec![];
         for (option, ..) in OPTIONS.iter().filter(|(option, ..)| typed(option)) {
@@ -381,7 +392,8 @@ impl FromArgMatches for Given {
             }
             given.extend(matches.get_one::<f64>(option).map(|value| (*option, *value)));
         }
-        Ok(Self { scene, numbers: scene.numbers(&given) })
+        let is_asked = typed("scene") || !given.is_empty();
+        Ok(Self { scene, numbers: scene.numbers(&given), is_asked })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

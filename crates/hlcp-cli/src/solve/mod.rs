@@ -113,7 +113,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
 
 /// The strip of a rank in the scene's grid.
 fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn Error>> {
-    let Given { scene, numbers } = &arguments.given;
+    let Given { scene, numbers, .. } = &arguments.given;
     let refused = |what: &str| Err(format!("{what} works on one process; leave mpirun out").into());
     match scene.grid(numbers) {
         _ if arguments.a.is_some() => refused("a problem from files"),

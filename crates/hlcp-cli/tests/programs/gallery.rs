@@ -34,6 +34,34 @@ fn the_gallery_is_drawn() {
     }
 }
 
+#[test]
+fn a_problem_of_ones_own_has_a_map() {
+    let folder = Folder::new("own-map");
+    let run = |options: &str| {
+        let mut command = hlcp("stability-map", &format!("{options} --out"));
+        command.arg(&folder.0).output().unwrap()
+    };
+    let output = run("--quick --scene dam --nx 5 --ny 6");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let mut names: Vec<_> =
+        fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["measured.csv", "stability-own-dam.csv", "stability-own-dam.svg"]);
+    let read = |name: &str| fs::read_to_string(folder.0.join(name)).unwrap();
+    let svg = read("stability-own-dam.svg");
+    assert!(
+        svg.contains("nx = 5, ny = 6") && svg.contains("hlcp stability-map --scene dam --quick")
+    );
+    // Three methods with two βs in two precisions, α and τ from 0.25 to 2 by 0.25.
+    assert_eq!(read("stability-own-dam.csv").lines().count(), 1 + 3 * 2 * 2 * 8 * 8);
+    // The same data, drawn anew; another scene has none.
+    assert!(run("--draw --quick --scene dam --nx 5 --ny 6").status.success());
+    assert_eq!(read("stability-own-dam.svg"), svg);
+    assert!(
+        text(&run("--draw --scene slider").stderr).contains("no data of stability-map --scene")
+    );
+}
+
 const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached\n";
 
 #[test]
