@@ -50,8 +50,8 @@
 //!   from its formulas, and finds all solutions of a small problem.
 //! * Scenes, each a few numbers, matrix-free: [`Example`], the paper's Examples 1 and 2;
 //!   [`Slider`], its Example 3 in kind; [`Disc`], a contact on which splitting methods crawl; and,
-//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Membrane`], [`Bearing2d`], [`Dam`] and
-//!   [`AmericanPut`];
+//!   with published answers, [`JournalBearing`], [`Obstacle`], [`Membrane`], [`Bearing2d`],
+//!   [`Dam`] and [`AmericanPut`];
 //!   and [`Film`], any lubricating film over a rectangle.
 //!
 //! Candidates for witnesses and for corrections come from a sparse LU factorisation or from the
