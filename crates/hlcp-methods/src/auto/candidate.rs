@@ -13,8 +13,8 @@ use crate::{
 const SHRINK: f64 = 0.5;
 
 /// The fused sweeps, of adaptive SOR on a plane and of multigrid where coefficients are constant,
-/// in the time of which others take what counts as one.
-const FUSED: f64 = 4.0;
+/// in the time of which others take what counts as one; and those of adaptive SOR where they are.
+const FUSED: [f64; 2] = [4.0, 12.0];
 
 /// Planes of fewer points leave multigrid for later.
 const FEW: usize = 1500;
@@ -52,7 +52,7 @@ impl AutoChoice {
             Self::Sor => (0.02, 24),
             // Coarse grids of some dozen points cost more time than their sweeps are counted for.
             Self::Multigrid if is_plane && is_small => (0.05, 24),
-            Self::Multigrid if is_plane && is_constant => (0.2, 24),
+            Self::Multigrid if is_plane && is_constant => (0.4, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             // Aggregates are for matrices that conduct; elimination is tried before, if it is
             // cheap.
@@ -111,12 +111,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
 
     /// Takes in what a window has shown.
     pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
-        let is_fused = match self.choice {
-            AutoChoice::Sor => shape.plane > 0,
-            AutoChoice::Multigrid => shape.plane > 0 && shape.is_constant,
-            _ => false,
+        let fused = match self.choice {
+            AutoChoice::Sor if shape.plane > 0 => FUSED[usize::from(shape.is_constant)],
+            AutoChoice::Multigrid if shape.plane > 0 && shape.is_constant => FUSED[0],
+            _ => 1.0,
         };
-        self.rate = if is_fused { FUSED * rate } else { rate };
+        self.rate = fused * rate;
         self.promise *= SHRINK;
         self.window = self.window.saturating_mul(2);
     }

@@ -41,11 +41,12 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | pivoting | ten digits in ten eliminations | 36 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
-/// of adaptive SOR on a plane counts fourfold, and that of multigrid where coefficients are
-/// constant, for their sweeps are fused and take a quarter of the time. After each window of a
-/// method its promise is halved and its window doubled. So SOR that takes ten digits in 900 sweeps
-/// is left alone, cycles go on while each halves the residual or nearly does, and a method that has
-/// failed is tried again, for longer, when nothing else does better. Inner linear solves keep to
+/// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
+/// time; where coefficients are constant that of multigrid does, and that of SOR counts twelvefold.
+/// After each window of a method its promise is halved and its window doubled. So SOR that takes
+/// ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or nearly
+/// does, and a method that has failed is tried again, for longer, when nothing else does better.
+/// Inner linear solves keep to
 /// what is left of the window. Where the solver would end with
 /// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
