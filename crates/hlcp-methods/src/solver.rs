@@ -231,11 +231,11 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             let may_go_on = !cut && k < pace.limits.iterations && status == Status::Stagnated;
             let (status, residual) = self.settle(q, test, status);
             if may_go_on && status == Status::Stagnated && self.method.turn() {
-                // From the best iterate: `z` and `r` have taken the room of the next one.
-                self.next.copy_from_slice(&self.x);
+                // From the best iterate: `z` and `r` have taken the room of the next one and its
+                // own.
+                self.best.copy_from_slice(&self.x);
                 self.monitor.wait_from(k);
                 test.wait();
-                self.advance(q, true);
                 continue;
             }
             return End { status, iterations: k, answer, work, residual };

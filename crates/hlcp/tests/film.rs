@@ -126,6 +126,30 @@ fn steps_are_of_second_order() {
     assert!((3.7..4.3).contains(&ratio), "{coarse} {fine}");
 }
 
+#[test]
+fn a_step_has_no_derivatives_of_a_bearing() {
+    let settings = Settings::default();
+    let mut motion = Motion::new(journal([24, 4], 10.0), &settings).unwrap();
+    motion.step(1e-3, &Drive::To(vec![1e-6, 0.0]), &settings).unwrap();
+    let (bearing, solved) = (&motion.bearing, motion.solved.as_ref().unwrap());
+    let refused = [
+        Coefficients::new(bearing, solved).err(),
+        Coefficients::at(bearing, solved, 50.0).err(),
+        bearing.sensitivities(solved, &[], None).err(),
+    ];
+    assert!(refused.iter().all(|error| matches!(error, Some(FilmError::Unsteady))), "{refused:?}");
+}
+
+/// Not a number is no load: the search for a position ends.
+#[test]
+fn a_load_that_is_no_number_ends_a_step() {
+    let settings = Settings::default();
+    let mut motion = Motion::new(journal([24, 4], 10.0), &settings).unwrap();
+    let drive = Drive::Under { load: vec![f64::NAN, 0.0], mass: 5.0 };
+    let found = motion.step(1e-3, &drive, &settings);
+    assert!(matches!(found, Err(FilmError::Unsettled)), "{found:?}");
+}
+
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
 fn journal(cells: [usize; 2], speed: f64) -> Bearing {
     let journal =

@@ -33,7 +33,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1; 0.2 on planes with constant coefficients; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
+/// | multigrid | 0.1; 0.4 on planes with constant coefficients; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
 /// | Newton's method with algebraic multigrid | 0.075 on a plane, 0.04 elsewhere; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
@@ -87,13 +87,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
-/// is set going, and let `c` be the least of 0.23 and an eighth of its first promise times its
-/// first window. Then the logarithm of the smallest residual falls by `c/(6W)` a sweep or more in
-/// the mean, apart from at most `2k/c` times `W` sweeps for each method, where `k` is its first
-/// promise times its first window, and from the last window and the first turn of pivoting.
-/// `docs/theory.md` ("Turns that are measured") has
-/// the proof. It needs promise times window to stay what it is, so that no promise
-/// falls below the progress of a good method before the window of that is long enough to show it.
+/// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
+/// that promise times its first window. Then the logarithm of the smallest residual falls by
+/// `c/(6W)` a sweep or more in the mean, apart from at most `2k/c` times `W` sweeps for each
+/// method, where `k` is its first promise times its first window, and from the last window and the
+/// first turn of pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It needs
+/// promise times window to stay what it is, so that no promise falls below the progress of a good
+/// method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
@@ -532,7 +532,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         self.see(residual);
         // Columns that are chosen anew may lead anywhere at first.
-        let runs_away = self.uses() != AutoChoice::Pivoting && self.runs_away(q, y);
+        let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
+        let runs_away = !is_pivoted && self.runs_away(q, y);
         if opened.is_some() {
             if runs_away {
                 // Not even the first sweep's doing: a pivot that is zero.
@@ -541,7 +542,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             return norms;
         }
-        let has_grown = residual > GROWN * self.scale && self.uses() != AutoChoice::Pivoting;
+        let has_grown = residual > GROWN * self.scale && !is_pivoted;
         let grown = residual.is_nan() || has_grown || runs_away;
         let spent = led - self.begun.0;
         let rate = match self.middle {

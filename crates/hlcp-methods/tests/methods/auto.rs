@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::common::{problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
 use approx::assert_abs_diff_eq;
-use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, Rows, Scalar, Tridiagonal};
+use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
     Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options, Outcome,
     Parameters, Solver, Ssor, Status, solve_mixed,
@@ -108,6 +108,22 @@ fn the_slider_gets_newtons_method() {
         let (outcome, solver) = solved(Auto::new(problem(1.0, a, b)).unwrap(), &q);
         assert!(outcome.iterations <= 8, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Newton);
+    }
+}
+
+/// The first sweeps divide by a diagonal that is all but zero, thrice each way: what they lead to
+/// is left alone, and pivoting goes on from the start.
+#[test]
+fn sweeps_before_pivoting_may_run_away() {
+    for d in [1e-4, 1e-8] {
+        let a = RowMajor::new(3, vec![d, 4.0, -3.0, -4.0, d, 5.0, 3.0, -5.0, d]).unwrap();
+        let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(1.0)).unwrap();
+        let mut solver = Solver::new(Auto::new(problem).unwrap());
+        // Entries of z are some 1/d, of which rounding leaves 1e-8 and less.
+        let limits = Limits::relative(1e-6);
+        let outcome = solver.solve(&[-1.0, 2.0, -0.5], Options::default().limits(limits)).unwrap();
+        assert!(outcome.converged(), "{outcome}");
+        assert_eq!(solver.method().uses(), AutoChoice::Pivoting);
     }
 }
 

@@ -25,7 +25,8 @@ use super::{Grids, check, positive};
 /// height `hy = 1/ny`, numbered from the crest down, as the water falls; along a row is the fast
 /// index. The row of a cell is its balance. `A` has the conductances `K hy/hx` to the sides, and
 /// `hx/hy` times the harmonic mean of `K` up and down. Gravity carries `K (1 − r) hx` out of a cell
-/// through its floor, so that `B` is `bidiag(−K hx of the cell above; K hx)`.
+/// through its floor, with the same mean, so that water at rest is at rest on the grid, and `B` is
+/// `bidiag(−K hx of the ceiling; K hx of the floor)`.
 ///
 /// Nothing passes the base. Its row of `B` has a diagonal entry all the same, and `q` none: there
 /// `z > 0`, hence `r = 0`, so that no solution sees it. For if `z` were 0 in a cell of the base,
@@ -113,13 +114,16 @@ impl Dam {
         positive("length", self.length)?;
         positive("layer", self.layer)?;
         check("tail", self.tail, (0.0..=1.0).contains(&self.tail), "from 0 to 1")?;
-        let [hx, _] = self.spacing();
+        let [hx, hy] = self.spacing();
         let a = FivePoint::from_fn(columns.len(), self.ny, |_, j| {
             let [up, side, down] = [self.through(j), self.side(j), self.through(j + 1)];
             [-up, -side, up + down + 2.0 * side, -side, -down].map(T::of)
         })?;
         // What a full cell and the one above it lose through their floors.
-        let falls = |j: usize| hx * self.soil(j);
+        let falls = |j: usize| match j + 1 == self.ny {
+            true => hx * self.soil(j),
+            false => hy * self.through(j + 1),
+        };
         let from_above = |j: usize| if j == 0 { 0.0 } else { falls(j - 1) };
         let b = FivePoint::from_fn(columns.len(), self.ny, |_, j| {
             [-from_above(j), 0.0, falls(j), 0.0, 0.0].map(T::of)

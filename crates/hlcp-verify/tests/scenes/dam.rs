@@ -34,17 +34,20 @@ fn face_by_face(dam: Dam) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
                 a[(k, k + 1)] -= side;
             }
             // Through the floor, of which the base alone has nothing.
-            b[(k, k)] += soil(j) * hx;
-            if j + 1 < ny {
+            if j + 1 == ny {
+                b[(k, k)] += soil(j) * hx;
+            } else {
                 let below = cell(i, j + 1);
                 let drive = hx / (hy / 2.0 / soil(j) + hy / 2.0 / soil(j + 1));
+                let weight = drive * hy;
                 for (one, other) in [(k, below), (below, k)] {
                     a[(one, one)] += drive;
                     a[(one, other)] -= drive;
                 }
-                q[k] += soil(j) * hx;
-                q[below] -= soil(j) * hx;
-                b[(below, k)] -= soil(j) * hx;
+                q[k] += weight;
+                q[below] -= weight;
+                b[(k, k)] += weight;
+                b[(below, k)] -= weight;
             }
         }
     }
@@ -77,6 +80,20 @@ fn solved(dam: Dam, method: &str) -> [Vec<f64>; 2] {
     let outcome = solver.solve(&q, Options::default().limits(Limits::relative(1e-12))).unwrap();
     assert!(outcome.converged(), "{method}: {outcome}");
     [solver.z().to_vec(), solver.r().to_vec()]
+}
+
+/// Between reservoirs of one height the water rests: its pressure is its depth, whatever the soil.
+#[test]
+fn water_at_rest_is_exact() {
+    for (layer, ny) in [(0.05, 8), (3.0, 15)] {
+        let dam = Dam { ny, layer, tail: 1.0, ..LAYERED };
+        let [z, r] = solved(dam, "AMG");
+        for (k, (z, r)) in z.into_iter().zip(r).enumerate() {
+            let depth = ((k / dam.nx) as f64 + 0.5) / ny as f64;
+            // The least eigenvalue of A is above 1e-3.
+            assert!((z - depth).abs() <= 1e-8 && r == 0.0, "{layer}, {k}: {z} for {depth}");
+        }
+    }
 }
 
 /// For one soil and for two, whatever the method; the base is wet, and no cell is drier than dry.

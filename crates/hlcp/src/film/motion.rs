@@ -133,7 +133,7 @@ impl Motion {
     /// # Errors
     ///
     /// As [`Solved::new`]; [`FilmError::Meet`] for walls that meet, and [`FilmError::Unsettled`]
-    /// where film, load and inertia are not brought into balance.
+    /// where film, load and inertia are not brought into balance. The motion is over then.
     pub fn step(
         &mut self,
         duration: f64,
@@ -233,6 +233,9 @@ impl Motion {
                 inertia * (bearing.position[k] - from[k] - duration * begun[k])
             });
             let misses = inert - forces + &load;
+            if misses.iter().any(|off| !off.is_finite()) {
+                return Err(FilmError::Unsettled);
+            }
             let is_balanced = misses.amax() <= BALANCED * forces.amax().max(load.amax());
             if is_balanced || !solved.outcome.converged() {
                 for k in moving {
@@ -257,7 +260,9 @@ impl Motion {
             };
             let matrix = DMatrix::from_diagonal_element(n, n, inertia) - &slopes;
             self.slopes = Some(slopes);
-            let mut way = matrix.lu().solve(&misses).ok_or(FilmError::Unsettled)?;
+            let way = matrix.lu().solve(&misses);
+            let mut way =
+                way.filter(|way| way.iter().all(|w| w.is_finite())).ok_or(FilmError::Unsettled)?;
             let next = loop {
                 let mut next = bearing.position.clone();
                 next.iter_mut().zip(way.iter()).for_each(|(at, by)| *at -= by);

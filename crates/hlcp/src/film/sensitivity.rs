@@ -107,7 +107,7 @@ impl Bearing {
     /// # Errors
     ///
     /// [`FilmError::Derivatives`] for linear systems that are not solved, also those for the
-    /// position that carries the load.
+    /// position that carries the load, and [`FilmError::Unsteady`] for a film in a step of time.
     ///
     /// # Panics
     ///
@@ -119,6 +119,7 @@ impl Bearing {
         parameters: &[Parameter],
         load: Option<&Load>,
     ) -> Result<Vec<Sensitivity>, FilmError> {
+        solved.check_steady()?;
         let wanted = load.map(|load| Wanted::new(self, load, 1.0));
         let moving: &[usize] = wanted.as_ref().map_or(&[], |wanted| &wanted.moving);
         solved.answers(false, LINEAR, |response| {

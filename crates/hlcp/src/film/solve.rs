@@ -56,6 +56,11 @@ pub enum FilmError {
         /// How many there may be.
         most: usize,
     },
+    /// Derivatives of a film in a step of time, which are not those of a bearing.
+    #[error(
+        "the film is one of a step in time, which stores oil while it lasts; take the steady film of that position"
+    )]
+    Unsteady,
     /// A step in time after which film, load and inertia are not in balance.
     #[error("the step did not settle; take shorter steps")]
     Unsettled,
@@ -225,6 +230,11 @@ impl Solved {
     pub fn certificate(&self) -> Result<Result<Certificate, Refusal>, hlcp_core::Error> {
         let (a, b, q) = self.film.pose()?;
         certify(&a, &b, &q, &self.z, &self.r)
+    }
+
+    /// Refuses a film in a step of time.
+    pub(super) fn check_steady(&self) -> Result<(), FilmError> {
+        if self.film.step.is_some() { Err(FilmError::Unsteady) } else { Ok(()) }
     }
 
     /// Hands `ask` a function that answers a change of `A z − B r + q` by the changes of `z` and
@@ -422,7 +432,8 @@ impl Coefficients {
     ///
     /// # Errors
     ///
-    /// [`FilmError::Derivatives`] for linear systems that are not solved.
+    /// [`FilmError::Derivatives`] for linear systems that are not solved, and
+    /// [`FilmError::Unsteady`] for a film in a step of time.
     pub fn new(bearing: &Bearing, solved: &Solved) -> Result<Self, FilmError> {
         Self::of(bearing, solved, solved, false)
     }
@@ -452,6 +463,7 @@ impl Coefficients {
         found: &Solved,
         is_clamped: bool,
     ) -> Result<Self, FilmError> {
+        solved.check_steady()?;
         let all: Vec<usize> = (0..bearing.modes.len()).collect();
         let [stiffness, damping] = found
             .derivatives(bearing, &all, is_clamped, true)?

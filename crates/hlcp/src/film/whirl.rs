@@ -32,10 +32,14 @@ const STEPS: usize = 30;
 ///     damping: vec![vec![1e5, 0.0], vec![0.0, 1e5]],
 /// };
 /// assert_eq!(found.threshold().map(|found| (found.omega, found.mass)), Some((50.0, 0.0)));
+///
+/// // Where the film rather pushes the rotor away, it whirls all the more.
+/// let found = Coefficients { stiffness: vec![vec![-1e5, 5e6], vec![-5e6, -1e5]], ..found };
+/// assert_eq!(found.threshold().map(|found| found.mass), Some(0.0));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
-    /// The mass on this bearing, in kg, above which it whirls (critical mass).
+    /// The mass on this bearing, in kg, above which it whirls (critical mass); 0 where any does.
     pub mass: f64,
     /// The angular frequency of the whirl, in rad/s.
     pub omega: f64,
@@ -85,8 +89,7 @@ impl Coefficients {
     ///
     /// # Errors
     ///
-    /// [`FilmError::Derivatives`] for linear systems that are not solved, and
-    /// [`FilmError::Large`] for more than 300,000 cells.
+    /// As [`new`](Self::new), and [`FilmError::Large`] for more than 300,000 cells.
     ///
     /// ```
     /// use hlcp::film::{Bearing, Coefficients, Film, Settings, Solved};
@@ -104,6 +107,7 @@ impl Coefficients {
         if omega == 0.0 {
             return Self::new(bearing, solved);
         }
+        solved.check_steady()?;
         let found = answer(bearing, solved, c64::new(0.0, omega))?;
         let part = |of: &dyn Fn(c64) -> f64| {
             let rows = found.iter().map(|row| row.iter().map(|&entry| of(entry)).collect());
@@ -113,7 +117,9 @@ impl Coefficients {
     }
 
     /// Returns the threshold of a rigid rotor on a journal with these coefficients at all
-    /// frequencies; `None` if a rotor of any mass is stable, or the coefficients are no journal's.
+    /// frequencies; `None` if no rotor begins to whirl, or the coefficients are no journal's. A
+    /// rotor that the film pushes away without a whirl, by a stiffness with a negative determinant,
+    /// is not told by it.
     ///
     /// # Source
     ///
@@ -126,8 +132,9 @@ impl Coefficients {
         let stiffness = crossed / (cx[0] + cy[1]);
         let determinant = (kx[0] - stiffness) * (ky[1] - stiffness) - kx[1] * ky[0];
         let square = determinant / (cx[0] * cy[1] - cx[1] * cy[0]);
-        let threshold = Threshold { mass: stiffness / square, omega: square.sqrt() };
-        (square > 0.0 && stiffness >= 0.0).then_some(threshold)
+        // Where nothing is left of the stiffness, a rotor of any mass whirls.
+        let mass = (stiffness / square).max(0.0);
+        (square > 0.0).then_some(Threshold { mass, omega: square.sqrt() })
     }
 }
 
