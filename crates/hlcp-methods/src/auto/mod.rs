@@ -46,8 +46,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// After each window of a method its promise is halved and its window doubled. So SOR that takes
 /// ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or nearly
 /// does, and a method that has failed is tried again, for longer, when nothing else does better.
-/// Inner linear solves keep to
-/// what is left of the window. Where the solver would end with
+/// Inner linear solves keep to what is left of the window. Where the solver would end with
 /// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
@@ -542,7 +541,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             return norms;
         }
-        let has_grown = residual > GROWN * self.scale && !is_pivoted;
+        let has_grown = !is_pivoted && residual > GROWN * self.scale;
         let grown = residual.is_nan() || has_grown || runs_away;
         let spent = led - self.begun.0;
         let rate = match self.middle {

@@ -177,7 +177,7 @@ impl Film {
                 (peak, slopes.peak) = (z[k], cavitation + unit * dz[k]);
             }
         }
-        let mut friction = [0.0; 2];
+        let mut turned = 0.0;
         self.gates(&frame, |axis, gate| {
             let flow = self.flow_change(&frame, axis, gate, moved);
             if let Gate::Out { place, .. } = gate {
@@ -197,9 +197,9 @@ impl Film {
                 Gate::Out { cell, outward, .. } => [(cell, outward), (cell, 0.0)],
             };
             for &(cell, sign) in ends {
-                let turned =
+                let pushed =
                     change.gap(cell) * (wall - z[cell]) + self.gap[cell] * (wall_change - dz[cell]);
-                friction[0] += sign * width * turned;
+                turned += sign * width * pushed;
             }
             if let Gate::Between([low, high]) = gate
                 && r[low] <= 0.0
@@ -209,7 +209,6 @@ impl Film {
                 (peak, slopes.peak) = (wall, cavitation + unit * wall_change);
             }
         });
-        let [turned, _] = friction;
         slopes.friction[0] += turned;
         slopes.friction[1] -= turned;
         slopes.full_friction = slopes.friction.map(|friction| friction + void);
