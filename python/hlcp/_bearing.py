@@ -201,8 +201,8 @@ class BearingResult(FilmResult):
         ratio), from the coefficients at this frequency; None where none is found."""
         if not self.success or self._walled["journal"] is None:
             raise ValueError("a threshold is that of a journal, solved")
-        mass, ratio = _hlcp.bearing_threshold(self._stored()) or (math.nan, math.nan)
-        return None if math.isnan(mass) else (mass, ratio)
+        found = _hlcp.bearing_threshold(self._stored())
+        return None if found is None else (found[0], found[1])
 
     def _coefficients(self, frequency: float | None) -> tuple[Floats, Floats]:
         known = self._known
