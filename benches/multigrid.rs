@@ -70,7 +70,7 @@ fn solves(m: usize, pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
     let scene = Disc { lcp: true, m }.pose::<f64>()?;
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(4.0))?;
     let solver = |problem| -> Result<_, Box<dyn Error>> {
-        Ok(Solver::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)))
+        Ok(Solver::new(FullMultigrid::new(Multigrid::new(problem, Cycle::W)?)))
     };
     let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
     let limits = Limits::absolute(1e-10);

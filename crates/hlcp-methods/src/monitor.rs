@@ -17,8 +17,8 @@ pub const PATIENCE: usize = 1000;
 /// The movement `‖x⁺ − x‖∞`, in units of `ε ‖x‖∞`, that rounding alone explains.
 ///
 /// An entry of F is a sum of a dozen terms of the size of ‖x‖, each rounded, over a pivot of that
-/// size.
-const ROUNDING: f64 = 64.0;
+/// size. The same of a backward error, in units of ε.
+pub(crate) const ROUNDING: f64 = 64.0;
 
 /// Why an iteration should go no further.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

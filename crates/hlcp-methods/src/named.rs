@@ -46,7 +46,7 @@ pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
 /// | `AMG` | [`AmgNewton`], Newton's method with algebraic multigrid |
 /// | `ANDERSON` | [`Anderson`] |
 /// | `MGV`, `MGW`, `MGF` | [`Multigrid`] by V-cycles, W-cycles and F-cycles |
-/// | `FMG` | [`FullMultigrid`] with F-cycles |
+/// | `FMG` | [`FullMultigrid`] with W-cycles, or with F-cycles for tridiagonal operators |
 ///
 /// ```
 /// use hlcp_methods::{Named, Parameters};
@@ -496,7 +496,10 @@ impl Named {
             Kind::AmgNewton => Box::new(AmgNewton::new(base(problem)?)?),
             Kind::Pivoting => Box::new(Pivoting::new(problem)?),
             Kind::Multigrid(cycle) => Box::new(Multigrid::new(problem, cycle)?),
-            Kind::FullMultigrid => Box::new(FullMultigrid::new(Multigrid::new(problem, Cycle::F)?)),
+            Kind::FullMultigrid => {
+                let cycle = if TridiagonalPart::is_all(&problem) { Cycle::F } else { Cycle::W };
+                Box::new(FullMultigrid::new(Multigrid::new(problem, cycle)?))
+            }
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),
             Kind::Auto => Box::new(Auto::new(problem)?),
         })

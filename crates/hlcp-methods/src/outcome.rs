@@ -38,7 +38,8 @@ pub enum Status {
     /// residual: the iterates grew so large, or the residual so small, that it consists of
     /// rounding.
     ///
-    /// Cause: the tolerance is below what the precision can reach; or the problem has no solution
+    /// Cause: the tolerance is below what the precision can reach, and
+    /// [`backward_error`](Outcome::backward_error) tells that rounding is the reason; or the problem has no solution
     /// and the iterates run away; or, with a residual far above the tolerance, steps too small to
     /// move x, as an Ω of the wrong size makes them, or an operator of your own whose rows are not
     /// those of its product. Remedy: a looser tolerance, or a wider precision; another τ; a look at
@@ -171,6 +172,12 @@ pub struct Outcome {
     pub residual: Norms,
     /// Each of these over the same norm of `q`; 0 for a residual of 0.
     pub relative: Norms,
+    /// Where rounding is the reason that an answer does not meet the tolerance: how much the
+    /// entries of `A`, `B` and `q` must change, relative to themselves, for the answer to be exact
+    /// (W. Oettli and W. Prager, Numer. Math. 6, 1964), at most 64 ε of the precision. A solution
+    /// may still be far away, if it depends that much on the entries. `None` for every other
+    /// answer, and where an operator does not know its rows.
+    pub backward_error: Option<f64>,
 }
 
 impl Outcome {
@@ -186,6 +193,7 @@ impl Outcome {
             elapsed,
             residual,
             relative: Norms { l2: f64::NAN, linf: f64::NAN },
+            backward_error: None,
         }
     }
 
@@ -271,6 +279,14 @@ impl fmt::Display for Outcome {
             f,
             " after {iterations} ({sweeps}, {seconds:.3} s), residual {:.2e} ({:.1e} of q)",
             residual.l2, relative.l2
-        )
+        )?;
+        match self.backward_error {
+            Some(error) => write!(
+                f,
+                "; the rest is rounding: the answer is exact for entries of A, B and q that differ \
+                 by at most {error:.1e} of themselves"
+            ),
+            None => Ok(()),
+        }
     }
 }

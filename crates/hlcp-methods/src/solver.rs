@@ -4,7 +4,7 @@ use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Strip};
 
 use crate::{
     Clock, Limits, Method, Norm, Options, Outcome, Progress, Status, Tolerance, Work,
-    monitor::{Monitor, Stop},
+    monitor::{Monitor, ROUNDING, Stop},
     options::{Observer, Start},
     tolerance::Test,
 };
@@ -183,6 +183,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);
         let Work { sweeps, linear_iterations } = work;
+        let is_close = !matches!(status, Status::Converged | Status::Diverged(_));
+        let backward_error =
+            if is_close { self.method.problem().backward_error(&q, &self.x) } else { None };
         let (q, elapsed) = (q.norms(), begun.elapsed());
         let over = |residual: f64, q: f64| if residual == 0.0 { 0.0 } else { residual / q };
         let relative = Norms { l2: over(residual.l2, q.l2), linf: over(residual.linf, q.linf) };
@@ -195,6 +198,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             elapsed,
             residual,
             relative,
+            backward_error: backward_error.filter(|&error| is_rounding::<T>(error)),
         })
     }
 
@@ -379,13 +383,13 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         pace.is_up();
     }
 
-    /// Returns whether the iterates have brought nothing for long, and no row of the residual is
-    /// more than the rounding of its terms.
+    /// Returns whether the iterates have brought nothing for long, and rounding explains all of the
+    /// residual.
     fn is_at_rounding(&self, k: usize, q: &Rhs<'_, T>) -> bool {
         let quiet = self.monitor.quiet(k);
         quiet > 0
             && quiet.is_multiple_of(QUIET)
-            && self.method.problem().is_at_rounding(q, &self.x) == Some(true)
+            && self.method.problem().backward_error(q, &self.x).is_some_and(is_rounding::<T>)
     }
 
     /// Completes the iteration that leads to `next`, keeping `x` in `best` when it is that.
@@ -467,6 +471,11 @@ struct End {
     answer: usize,
     work: Work,
     residual: Norms,
+}
+
+/// Returns whether rounding in `T` explains a backward error.
+fn is_rounding<T: Scalar>(backward_error: f64) -> bool {
+    backward_error <= ROUNDING * T::epsilon().wide()
 }
 
 /// The limits and the observer of one solve, and whether one of them has ended it.

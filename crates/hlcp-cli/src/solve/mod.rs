@@ -374,7 +374,7 @@ impl Run<'_> {
                     report::head(self, self.order(given))?;
                 }
                 report::row(method, precision, outcome, error)?;
-                if let Some(advice) = report::advice(outcome.status) {
+                if let Some(advice) = report::advice(outcome) {
                     say(format!("note: {method} did not converge; {advice}"));
                 }
                 let unsettled = if outcome.converged() {

@@ -41,6 +41,7 @@ pub(crate) fn object(
         "linear_iterations": outcome.linear_iterations,
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
+        "backward_error": outcome.backward_error,
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
@@ -99,14 +100,18 @@ pub(crate) fn row(
 }
 
 /// What may help a solve that did not converge.
-pub(crate) fn advice(status: Status) -> Option<&'static str> {
-    Some(match status {
+pub(crate) fn advice(outcome: &Outcome) -> Option<&'static str> {
+    Some(match outcome.status {
         Status::Diverged(_) | Status::Cycling { .. } => {
             "try AUTO, a smaller --alpha or another --tau; the problem may have no solution"
         }
+        Status::Stagnated if outcome.backward_error.is_some() => {
+            "rounding is the reason: the answer is exact for entries of A, B and q that differ in \
+             their last digits; a looser --rtol accepts it"
+        }
         Status::Stagnated => {
-            "a residual near the tolerance is rounding, and a looser --rtol accepts it; one far \
-             above it tells of a problem without a solution, or of a method for other problems"
+            "rounding is not the reason, if the operators know their rows: the problem may have no \
+             solution, or the method be one for other problems; try AUTO"
         }
         Status::IterationLimit | Status::TimeLimit => {
             "try AUTO, ANDERSON or AMG, or more by --max-iterations and --max-seconds; the problem \

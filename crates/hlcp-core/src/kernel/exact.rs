@@ -112,7 +112,7 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
 
 /// Overwrites `to` with `z − r` at the `x` of a row, whose first has the index `from`: the
 /// `z = (|x| + x)/γ` is `2x/γ` for positive `x`, and `r = Ω(|x| − x)/γ` is `−Ω 2x/γ` for others,
-/// with the same roundings.
+/// with the same terms.
 #[inline(always)]
 fn difference<T: Scalar>(
     x: &[T],
@@ -155,16 +155,16 @@ fn measure_block<T: Scalar>(
     for (k, (entries, q)) in entries.chunks_mut(WIDTH).zip(q.chunks(WIDTH)).enumerate() {
         let (first, n) = (k * WIDTH, entries.len());
         let w = w.map(|w| &w[first..first + n]);
-        let [values, slacks, roundings] = sums.each_mut().map(|list| &mut list[..n]);
+        let [values, slacks, terms] = sums.each_mut().map(|list| &mut list[..n]);
         for (i, &q) in q.iter().enumerate() {
             let mut sum = ExactSum::new((sign * q).wide());
             for d in 0..5 {
                 let (w, [a, b]) = (w[d][i], coefficients(d, first + i));
                 sum.add(if w > 0.0 { a } else { b }, w);
             }
-            [values[i], slacks[i], roundings[i]] = sum.around::<T>();
+            [values[i], slacks[i], terms[i]] = sum.around();
         }
-        question.measure([values, slacks, roundings], entries);
+        question.measure([values, slacks, terms], entries);
     }
 }
 

@@ -190,9 +190,15 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         (0..x.len()).map(of_row).fold(0.0, f64::max)
     }
 
-    /// Returns whether no row of the exact residual at `x` exceeds the rounding of its terms in
-    /// `T`, so that no iteration in `T` can be expected to reduce it; `None` if an operator does
-    /// not know its rows.
+    /// Returns how much the entries of `A`, `B` and `q` must change, relative to themselves, for
+    /// the `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x` to solve the
+    /// problem exactly; `None` if an operator does not know its rows.
+    ///
+    /// This is `maxᵢ |A z − B r + q|ᵢ / (|A| z + |B| r + |q|)ᵢ`: no smaller change does, and this one
+    /// does (W. Oettli and W. Prager, *Compatibility of approximate solution of linear equations
+    /// with given error bounds for coefficients and right-hand sides*, Numer. Math. 6, 1964; `z` and
+    /// `r` are complementary whatever the entries). About ε where rounding is all that is left.
+    /// Infinite where an entry overflows.
     ///
     /// # Cost
     ///
@@ -209,14 +215,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// let problem = Hlcp::new(third, Identity { order: 1 }, Omega::Uniform(1.0))?;
     /// let q = Rhs::new(&[-1.0])?;
     /// // z is the double next to 1/3
-    /// assert_eq!(problem.is_at_rounding(&q, &[1.0 / 6.0]), Some(true));
-    /// assert_eq!(problem.is_at_rounding(&q, &[0.17]), Some(false));
+    /// assert!(problem.backward_error(&q, &[1.0 / 6.0]) < Some(1e-16));
+    /// // 3 · 0.34 − 1 = 0.02, of 1.02 + 1
+    /// let error = problem.backward_error(&q, &[0.17]).expect("rows");
+    /// assert!((error - 0.02 / 2.02).abs() < 1e-15);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     #[doc(hidden)]
-    pub fn is_at_rounding(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<bool> {
+    pub fn backward_error(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<f64> {
         let meter = Meter::for_size(1.0, self.whole_order());
-        Some(self.sum_rows(Question::AboveRounding, q, x, meter)?.largest == 0.0)
+        Some(self.sum_rows(Question::Relative, q, x, meter)?.largest)
     }
 
     /// Returns whether all entries of F(x) are proved positive, or negative, `z` and `r` being
@@ -323,7 +331,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let known = (0..x.len()).all(|i| {
             let mut sum = ExactSum::new((sign * q.entries()[i]).wide());
             let known = self.terms(i, x, |entry, value| sum.add(entry.wide(), value.wide()));
-            part.see(meter, question.of_row(sum.around::<T>()));
+            part.see(meter, question.of_row(sum.around()));
             known
         });
         known.then_some(part)

@@ -12,8 +12,8 @@ use crate::{
 pub(crate) enum Question {
     /// What bounds its modulus?
     Bound,
-    /// Is it above the rounding of its terms?
-    AboveRounding,
+    /// How large is it beside the sum of its terms' moduli?
+    Relative,
     /// Is it not proved positive?
     NotPositive,
     /// Is it not proved negative?
@@ -24,12 +24,15 @@ impl Question {
     /// Overwrites `to` with the bounds of some rows, or with 1 for yes and 0 for no, given what
     /// [`ExactSum::around`] returns of them.
     #[inline(always)]
-    pub(crate) fn measure(self, [values, slacks, roundings]: [&[f64]; 3], to: &mut [f64]) {
-        let rows = to.iter_mut().zip(values).zip(slacks).zip(roundings);
+    pub(crate) fn measure(self, [values, slacks, terms]: [&[f64]; 3], to: &mut [f64]) {
+        let rows = to.iter_mut().zip(values).zip(slacks).zip(terms);
         let no = |passes: bool| if passes { 0.0 } else { 1.0 };
         match self {
             Self::Bound => rows.for_each(|(((to, v), s), _)| *to = v.abs() + s),
-            Self::AboveRounding => rows.for_each(|(((to, v), s), r)| *to = no(v.abs() + s <= *r)),
+            Self::Relative => rows.for_each(|(((to, v), s), terms)| {
+                // What overflows is infinite, since the least of ∞ and NaN is ∞.
+                *to = if *terms == 0.0 { 0.0 } else { f64::INFINITY.min((v.abs() + s) / terms) }
+            }),
             Self::NotPositive => rows.for_each(|(((to, v), s), _)| *to = no(v - s > SIGNED)),
             Self::NotNegative => rows.for_each(|(((to, v), s), _)| *to = no(-v - s > SIGNED)),
         }
@@ -37,9 +40,9 @@ impl Question {
 
     /// Returns the measure of one row.
     #[inline(always)]
-    pub(crate) fn of_row(self, [value, slack, rounding]: [f64; 3]) -> f64 {
+    pub(crate) fn of_row(self, [value, slack, terms]: [f64; 3]) -> f64 {
         let mut to = [0.0];
-        self.measure([&[value], &[slack], &[rounding]], &mut to);
+        self.measure([&[value], &[slack], &[terms]], &mut to);
         to[0]
     }
 }
@@ -90,15 +93,14 @@ impl ExactSum {
         self.count += 1.0;
     }
 
-    /// Returns the sum, rounded, how far the exact one is from it at most, and the rounding of its
-    /// terms in `T`. Only the errors are rounded: when the two of a term are added, at most by half
-    /// an ε of the result, and when they are summed.
+    /// Returns the sum, rounded, how far the exact one is from it at most, and the sum of its
+    /// terms' moduli. Only the errors are rounded: when the two of a term are added, at most by
+    /// half an ε of the result, and when they are summed.
     #[inline(always)]
-    pub(crate) fn around<T: Scalar>(&self) -> [f64; 3] {
+    pub(crate) fn around(&self) -> [f64; 3] {
         let value = self.high + self.low;
         let slack = (2.0 * self.count + 4.0) * f64::EPSILON * self.errors;
-        let rounding = (self.count + 8.0) * T::epsilon().wide() * self.terms;
-        [value, 2.0 * f64::EPSILON * value.abs() + slack, rounding]
+        [value, 2.0 * f64::EPSILON * value.abs() + slack, self.terms]
     }
 }
 
@@ -144,7 +146,7 @@ impl<T: Scalar> WithSimd for OfRows<'_, T> {
             let sum = a.fold(i, sum, |sum, j, a| with(sum, a, recovered(T::one(), x[j], gamma)));
             let sum =
                 b.fold(i, sum, |sum, j, b| with(sum, -b, recovered(omega.entry(j), -x[j], gamma)));
-            part.see(meter, question.of_row(sum.around::<T>()));
+            part.see(meter, question.of_row(sum.around()));
         }
         part
     }

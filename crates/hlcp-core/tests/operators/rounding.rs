@@ -47,8 +47,9 @@ fn exact<T: Scalar>(value: T) -> BigRational {
 }
 
 /// The exact norms of `A z − B r + q` (as close as a double comes, and the largest entry), and of
-/// the sums of the moduli of its terms.
-fn norms<T: Scalar>([a, b]: [&Grid<'_, T>; 2], q: &[T], z: &[T], r: &[T]) -> [Norms; 2] {
+/// the sums of the moduli of its terms; and the largest quotient of an entry and that sum.
+fn norms<T: Scalar>([a, b]: [&Grid<'_, T>; 2], q: &[T], z: &[T], r: &[T]) -> ([Norms; 2], f64) {
+    let mut quotient = BigRational::zero();
     let mut squares = [(); 2].map(|()| BigRational::zero());
     let mut largest = squares.clone();
     for (i, &q) in q.iter().enumerate() {
@@ -59,15 +60,19 @@ fn norms<T: Scalar>([a, b]: [&Grid<'_, T>; 2], q: &[T], z: &[T], r: &[T]) -> [No
         };
         a.visit_row(i, &mut |j, a| add(exact(a) * exact(z[j])));
         b.visit_row(i, &mut |j, b| add(-exact(b) * exact(r[j])));
+        if !row[1].is_zero() {
+            quotient = quotient.max(row[0].abs() / &row[1]);
+        }
         for ((row, squares), largest) in row.into_iter().zip(&mut squares).zip(&mut largest) {
             *squares += &row * &row;
             *largest = row.abs().max(largest.clone());
         }
     }
-    [0, 1].map(|k| Norms {
+    let norms = [0, 1].map(|k| Norms {
         l2: squares[k].to_f64().unwrap().sqrt(),
         linf: largest[k].to_f64().unwrap(),
-    })
+    });
+    (norms, quotient.to_f64().unwrap())
 }
 
 /// Numbers of either sign whose sizes spread over these powers of two.
@@ -102,7 +107,7 @@ fn holds<T: Scalar>(
     for round in 0..3 {
         problem.solution_from_x(&x, &mut z, &mut r);
         let q = Rhs::new(&q).unwrap();
-        let [truth, terms] = norms([&a, &b], q.entries(), &z, &r);
+        let ([truth, terms], quotient) = norms([&a, &b], q.entries(), &z, &r);
         let Some(bound) = problem.exact_residual(&q, &x) else {
             prop_assert_eq!(shown, Shown::Products);
             let computed = problem.residual(&q, &z, &r, &mut scratch);
@@ -123,6 +128,10 @@ fn holds<T: Scalar>(
             let excess = truth * 64.0 * f64::EPSILON + terms.l2 * 512.0 * f64::EPSILON.powi(2);
             prop_assert!(bound <= truth + excess, "{bound:e} {truth:e}");
         }
+        let error = problem.backward_error(&q, &x).unwrap();
+        // A quotient of two rounded sums of fewer than 16 moduli, and what is left of the slack.
+        let excess = quotient * 64.0 * f64::EPSILON + 512.0 * f64::EPSILON.powi(2);
+        prop_assert!((error - quotient).abs() <= excess, "{error:e} {quotient:e}");
         // Once more where the terms of A and B are far below q, or far above it no longer.
         x.iter_mut().for_each(|x| *x /= T::from(1 << 20).unwrap());
     }

@@ -2,7 +2,7 @@
 //! iterate handed back. `outcomes.rs` has the ends of a solve that no scene has.
 
 use crate::common::{Matrix, posed, problem, tmgs};
-use hlcp_core::{Aor, Error, Identity, Norms, Rows};
+use hlcp_core::{Aor, Error, FivePoint, Identity, Norms, Rows};
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,
     Status, Tmms,
@@ -219,4 +219,32 @@ fn underflow() {
         assert_eq!(outcome.status, expected, "{scale:e}");
         assert!(outcome.iterations < 60 && outcome.residual.l2 <= 1e-3 * 7.0 * scale + 5e-323);
     }
+}
+
+/// Springs whose stiffness varies by 10⁸: the answer meets no tolerance, and solves a problem that
+/// differs in the last digits. A pair without a solution has no such excuse.
+#[test]
+fn rounding_is_named_as_the_reason() {
+    let n = 2000;
+    let stiffness = |i: usize| 10_f64.powf(4.0 * (1.7 * i as f64).sin());
+    let row = |i, _| {
+        let [left, right] = [stiffness(i), stiffness(i + 1)];
+        [0.0, -left, left + right, -right, 0.0]
+    };
+    let a = FivePoint::from_fn(n, 1, row).unwrap();
+    let q: Vec<f64> = (0..n).map(|i| (0.37 * i as f64).cos() - 0.3).collect();
+    let auto = |a: &dyn Rows<f64>, q: &[f64]| {
+        let method = Named::parse("AUTO", Parameters::default()).unwrap();
+        let method = method.on(problem(1.0, a, Identity { order: q.len() })).unwrap();
+        Solver::new(method).solve(q, Limits::relative(1e-13)).unwrap()
+    };
+    let outcome = auto(&a, &q);
+    let error = outcome.backward_error.expect("rounding");
+    assert!(!outcome.converged() && outcome.relative.l2 > 1e-10, "{outcome}");
+    assert!(error <= 64.0 * f64::EPSILON && outcome.to_string().contains("rounding"), "{outcome}");
+
+    // z₁ − 2 z₂ ≥ 1 and z₂ − 2 z₁ ≥ 1 would add up to z₁ + z₂ ≤ −2.
+    let a = FivePoint::new(2, 1, [0.0, -2.0, 1.0, -2.0, 0.0]).unwrap();
+    let outcome = auto(&a, &[-1.0, -1.0]);
+    assert!(!outcome.converged() && outcome.backward_error.is_none(), "{outcome}");
 }
