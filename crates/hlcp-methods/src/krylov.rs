@@ -70,10 +70,9 @@ impl<T: Scalar, A, B, S: Splitting<T>> Preconditioner<T, A, B> for SplittingStep
 /// Two walks over the rows of `A` and of `B`; no storage.
 ///
 /// ```
-/// use hlcp_methods::{FivePoint, Hlcp, Identity, Jacobian, Omega, Preconditioner, Ssor};
+/// use hlcp_methods::{FivePoint, Hlcp, Jacobian, Preconditioner, Ssor};
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// let mut y = [0.0; 2];
 /// Ssor.solve(&Jacobian::new(&problem, &[1.0, 1.0]), &[4.0, 15.0], &mut y);
 /// assert_eq!(y, [1.0, 2.0]); // 2A(1, 2) = (4, 14), to whose second LD⁻¹U adds 2·2·2/8
@@ -146,10 +145,9 @@ impl<T: Scalar> TridiagonalPart<T> {
     /// A walk over rows, up to the first that has one.
     ///
     /// ```
-    /// use hlcp_methods::{FivePoint, Hlcp, Identity, Omega, TridiagonalPart};
+    /// use hlcp_methods::{FivePoint, Hlcp, TridiagonalPart};
     ///
-    /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
     /// assert!(!TridiagonalPart::is_all(&problem));
     /// # Ok::<(), hlcp_methods::Error>(())
     /// ```

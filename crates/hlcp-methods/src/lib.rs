@@ -58,10 +58,9 @@
 //! * `f32` is the same code; [`solve_mixed`] takes the first digits in single precision.
 //!
 //! ```
-//! use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
+//! use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
 //!
-//! let a = FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?;
-//! let problem = Hlcp::new(a, Identity { order: 1024 }, Omega::Uniform(4.5))?;
+//! let problem = Hlcp::lcp(FivePoint::new(32, 32, [-1.0, -1.0, 4.5, -1.0, -1.0_f32])?)?;
 //! let mut solver = Solver::new(Mms::new(problem, Aor::sor(1.3)?.accelerated())?);
 //! let mut iterations = vec![];
 //! for day in 0..4 {

@@ -10,19 +10,16 @@ use crate::{
 /// Any method on a problem with operators `A` and `B`.
 ///
 /// ```
-/// use hlcp_methods::{BoxedMethod, FivePoint, Hlcp, Named, Omega, Parameters, Solver};
+/// use hlcp_methods::{BoxedMethod, FivePoint, Hlcp, Identity, Limits, Named, Solver};
 ///
 /// type Stencil = FivePoint<f64>;
 /// struct Simulation {
-///     solver: Solver<f64, BoxedMethod<'static, f64, Stencil, Stencil>>,
+///     solver: Solver<f64, BoxedMethod<'static, f64, Stencil, Identity>>,
 /// }
 ///
-/// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, a, Omega::Uniform(1.0))?;
-/// let method = Named::parse("AUTO", Parameters::default())?.on(problem)?;
-/// let mut simulation = Simulation { solver: Solver::new(method) };
-/// # let options = hlcp_methods::Options::from_x(&[1.0; 16]);
-/// # assert!(simulation.solver.solve(&[-1.0; 16], options)?.converged());
+/// let problem = Hlcp::lcp(FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?)?;
+/// let mut simulation = Simulation { solver: Solver::new("AUTO".parse::<Named>()?.on(problem)?) };
+/// assert!(simulation.solver.solve(&[-1.0; 16], Limits::default())?.converged());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;

@@ -7,21 +7,18 @@ use crate::Work;
 /// How an iteration ended.
 ///
 /// ```
-/// use hlcp_methods::{
-///     Aor, Divergence, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status,
-/// };
+/// use hlcp_methods::{Aor, Divergence, Error, Hlcp, Identity, Mms, Options, Solver, Status};
 ///
 /// // One unknown, z − r = 3: a sweep of SOR multiplies the error of x by 1 − α.
-/// let one = Identity { order: 1 };
-/// let ends = |alpha| -> Result<Status, hlcp_methods::Error> {
-///     let problem = Hlcp::new(one, one, Omega::Uniform(1.0))?;
+/// let ends = |alpha| -> Result<Status, Error> {
+///     let problem = Hlcp::lcp(Identity { order: 1 })?;
 ///     let mut solver = Solver::new(Mms::new(problem, Aor::sor(alpha)?)?);
 ///     Ok(solver.solve(&[-3.0], Options::from_x(&[1.0]))?.status)
 /// };
 /// assert_eq!(ends(1.5)?, Status::Converged);
 /// assert_eq!(ends(2.0)?, Status::Cycling { period: 2 });
 /// assert_eq!(ends(3.0)?, Status::Diverged(Divergence::Growth));
-/// # Ok::<(), hlcp_methods::Error>(())
+/// # Ok::<(), Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
@@ -69,17 +66,13 @@ pub enum Status {
 /// The way in which an iteration diverged.
 ///
 /// ```
-/// use hlcp_methods::{Divergence, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
+/// use hlcp_methods::{Divergence, Hlcp, Identity, Limits, Mms, Solver, Status};
 ///
 /// // A splitting of one's own whose second pivot is zero.
-/// let splitting = |rhs: &[f64], y: &mut [f64]| {
-///     for ((y, rhs), pivot) in y.iter_mut().zip(rhs).zip([2.0, 0.0]) {
-///         *y = rhs / pivot;
-///     }
-/// };
-/// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
+/// let splitting = |rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 0.0);
+/// let problem = Hlcp::lcp(Identity { order: 2 })?;
 /// let mut solver = Solver::new(Mms::with_splitting(problem, splitting)?);
-/// let outcome = solver.solve(&[-3.0, -3.0], Options::from_x(&[0.0; 2]))?;
+/// let outcome = solver.solve(&[-3.0, -3.0], Limits::default())?;
 /// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
@@ -131,20 +124,13 @@ impl fmt::Display for Status {
 /// with the smallest residual otherwise.
 ///
 /// ```
-/// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
+/// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Options, Solver, Status};
 ///
-/// // One unknown, z − r = 3, with α = 3: the error of x doubles in every sweep, and the start is
-/// // the best iterate.
-/// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
-/// let mut solver = Solver::new(Mms::new(problem, Aor::sor(3.0)?)?);
-/// let outcome = solver.solve(
-///     &[-3.0],
-///     Options::from_x(&[1.0]).limits(Limits { iterations: 4, ..Limits::default() }),
-/// )?;
-/// assert_eq!(
-///     (outcome.status, outcome.iterations, outcome.answer),
-///     (Status::IterationLimit, 4, 0)
-/// );
+/// // z − r = 3 with α = 3: the error of x doubles in every sweep, and the start is the best.
+/// let mut solver = Solver::new(Mms::new(Hlcp::lcp(Identity { order: 1 })?, Aor::sor(3.0)?)?);
+/// let limits = Limits { iterations: 4, ..Limits::default() };
+/// let outcome = solver.solve(&[-3.0], Options::from_x(&[1.0]).limits(limits))?;
+/// assert_eq!((outcome.status, outcome.answer), (Status::IterationLimit, 0));
 /// assert_eq!((solver.z(), outcome.residual.linf), (&[2.0][..], 1.0));
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
@@ -216,17 +202,13 @@ impl Outcome {
     /// both.
     ///
     /// ```
-    /// use hlcp_methods::{
-    ///     Aor, Hlcp, Identity, Limits, Mms, Newton, Omega, Options, Outcome, Solver, Ssor,
-    /// };
+    /// use hlcp_methods::{Aor, Hlcp, Identity, Limits, Mms, Newton, Options, Solver, Ssor};
     ///
-    /// let problem = Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0))?;
-    /// let base = Mms::new(problem, Aor::sor(0.5)?)?;
+    /// let base = Mms::new(Hlcp::lcp(Identity { order: 1 })?, Aor::sor(0.5)?)?;
     /// let mut sweeps = Solver::new(base.clone());
     /// let rough = sweeps.solve(&[-3.0], Limits::relative(1e-3))?;
-    /// assert_eq!(rough.linear_iterations, None);
     /// let mut newton = Solver::new(Newton::new(base, Ssor));
-    /// let fine: Outcome = newton.solve(&[-3.0], Options::from_x(sweeps.x()))?;
+    /// let fine = newton.solve(&[-3.0], Options::from_x(sweeps.x()))?;
     ///
     /// let both = rough.then(fine);
     /// assert_eq!(both.iterations, rough.iterations + fine.iterations);

@@ -43,14 +43,9 @@ fn parts(matrix: &DMatrix<f64>) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
 /// use hlcp_verify::oracle::Dense;
 /// use nalgebra::{dmatrix, dvector};
 ///
-/// let problem = Dense {
-///     a: dmatrix![4.0, -1.0; -1.0, 4.0],
-///     b: dmatrix![1.0, 0.0; 0.0, 1.0],
-///     q: dvector![-4.0, 3.0],
-///     omega: dvector![4.0, 4.0],
-///     gamma: 1.0,
-/// };
-/// let solutions = problem.solutions();
+/// let (a, b) = (dmatrix![4.0, -1.0; -1.0, 4.0], dmatrix![1.0, 0.0; 0.0, 1.0]);
+/// let (q, omega) = (dvector![-4.0, 3.0], dvector![4.0, 4.0]);
+/// let solutions = Dense { a, b, q, omega, gamma: 1.0 }.solutions();
 /// assert_eq!(solutions, [(dvector![1.0, 0.0], dvector![0.0, 2.0])]);
 /// ```
 #[derive(Debug, Clone)]
@@ -145,15 +140,9 @@ impl Dense {
     /// use hlcp_verify::oracle::{Dense, aor_splitting};
     /// use nalgebra::{dmatrix, dvector};
     ///
-    /// let (a, b) = (dmatrix![4.0], dmatrix![1.0]);
-    /// let problem = Dense {
-    ///     a: a.clone(),
-    ///     b: b.clone(),
-    ///     q: dvector![-8.0],
-    ///     omega: dvector![4.0],
-    ///     gamma: 1.0,
-    /// };
-    /// let [of_a, of_b] = [a, b].map(|matrix| aor_splitting(&matrix, [1.0, 1.0], false));
+    /// let (a, b, q, omega) = (dmatrix![4.0], dmatrix![1.0], dvector![-8.0], dvector![4.0]);
+    /// let [of_a, of_b] = [&a, &b].map(|matrix| aor_splitting(matrix, [1.0, 1.0], false));
+    /// let problem = Dense { a, b, q, omega, gamma: 1.0 };
     /// assert_eq!(problem.mms(of_a, of_b).step(&dvector![0.5]), dvector![1.0]);
     /// ```
     pub fn mms(
@@ -184,15 +173,10 @@ impl Dense {
     /// use hlcp_verify::oracle::Dense;
     /// use nalgebra::{dmatrix, dvector};
     ///
-    /// let problem = Dense {
-    ///     a: dmatrix![4.0, 0.0; -1.0, 4.0],
-    ///     b: dmatrix![1.0, 0.0; 0.0, 1.0],
-    ///     q: dvector![-8.0, 2.0],
-    ///     omega: dvector![4.0, 4.0],
-    ///     gamma: 1.0,
-    /// };
+    /// let (a, b) = (dmatrix![4.0, 0.0; -1.0, 4.0], dmatrix![1.0, 0.0; 0.0, 1.0]);
+    /// let (q, omega) = (dvector![-8.0, 2.0], dvector![4.0, 4.0]);
     /// // The second row meets |x₁⁺| = 1 where Method 1 would still meet |x₁| = 0.
-    /// let amgs = problem.amms([1.0, 1.0], [1.0, 1.0], false);
+    /// let amgs = Dense { a, b, q, omega, gamma: 1.0 }.amms([1.0; 2], [1.0; 2], false);
     /// assert_eq!(amgs.step(&dvector![0.0, 0.0]), dvector![1.0, 0.0]);
     /// ```
     pub fn amms(&self, of_a: [f64; 2], of_b: [f64; 2], backward: bool) -> Iteration {
@@ -230,14 +214,9 @@ impl Dense {
     /// use nalgebra::{dmatrix, dvector};
     ///
     /// // Both matrices are H₊, and yet there are three solutions.
-    /// let pair = Dense {
-    ///     a: dmatrix![1.0, -2.0; 0.0, 1.0],
-    ///     b: dmatrix![1.0, 0.0; -2.0, 1.0],
-    ///     q: dvector![1.0, -1.0],
-    ///     omega: dvector![1.0, 1.0],
-    ///     gamma: 1.0,
-    /// };
-    /// assert_eq!(pair.solutions().len(), 3);
+    /// let (a, b) = (dmatrix![1.0, -2.0; 0.0, 1.0], dmatrix![1.0, 0.0; -2.0, 1.0]);
+    /// let (q, omega) = (dvector![1.0, -1.0], dvector![1.0, 1.0]);
+    /// assert_eq!(Dense { a, b, q, omega, gamma: 1.0 }.solutions().len(), 3);
     /// ```
     pub fn solutions(&self) -> Vec<(DVector<f64>, DVector<f64>)> {
         let n = self.q.len();

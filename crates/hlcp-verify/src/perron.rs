@@ -33,11 +33,10 @@ const SMALL: f64 = 16.0 * f64::from_bits(1);
 /// so they hold for real numbers, however `x` was found.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_core::{FivePoint, Hlcp};
 /// use hlcp_verify::alpha_bound;
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// let bracket = alpha_bound(&problem); // of the rows (4, 1) and (1, 4), over 8: 5/8
 /// assert!(
 ///     bracket.lower <= 0.625 && 0.625 <= bracket.upper && bracket.upper - bracket.lower < 1e-6

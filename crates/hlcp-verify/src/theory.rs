@@ -18,11 +18,10 @@ use crate::{
 /// The hypotheses of Theorem 1 of the paper, each with its own answer.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_core::{Aor, FivePoint, Hlcp};
 /// use hlcp_verify::{classes::{Answer, Failure}, theorem_1};
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// let msor = theorem_1(&problem, &[Aor::new(1.2, 1.2)?]);
 /// assert!(msor.a_is_h_plus.is_yes() && msor.signs_and_sizes.is_yes() && msor.omega.is_yes());
 /// // What fails: a splitting is H-compatible on the diagonal for α ≤ 1 alone.
@@ -92,11 +91,10 @@ fn theorem_1_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// The hypotheses of Theorem 2 and Corollary 1 of the paper, each with its own answer.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_core::{Aor, FivePoint, Hlcp};
 /// use hlcp_verify::theorem_2;
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// // The bound (16) is 8/(4 + 1) = 1.6.
 /// assert!(theorem_2(&problem, &[Aor::new(1.5, 1.0)?]).applies());
 /// let large = theorem_2(&problem, &[Aor::new(1.7, 1.0)?]);
@@ -388,13 +386,12 @@ pub fn convergence<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// As [`convergence`], with what is proved until the clock is up.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
+/// use hlcp_core::{Aor, FivePoint, Hlcp};
 /// use hlcp_methods::Clock;
 /// use hlcp_verify::{Convergence, convergence_within};
 ///
 /// // Ones are no witness, so one has to be searched for.
-/// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
 /// let mut late = || true;
 /// let found = convergence_within(&problem, &[Aor::gauss_seidel()], &mut Clock::new(&mut late));
 /// assert!(matches!(found, Convergence::NotProved(_)));

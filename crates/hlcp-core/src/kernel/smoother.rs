@@ -29,23 +29,6 @@ use crate::{
 ///
 /// Everything walks the grid once and allocates nothing but what threads take, with the same bits
 /// for any number of them.
-///
-/// ```
-/// use hlcp_core::{FivePoint, Hlcp, Norms, Smoother};
-///
-/// let problem = Hlcp::lcp(FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
-/// let omega = Smoother::scaling(&problem)?;
-/// let smoother = Smoother::new(&problem, Some(&omega), false)?;
-/// let (f, mut x, mut y) = ([-1.0, 2.0, -3.0, 4.0, -5.0, 6.0], [0.0; 6], [0.0; 6]);
-/// for _ in 0..20 {
-///     smoother.relax(false, (1.0, &f), &x, &mut y);
-///     smoother.relax(true, (1.0, &f), &y, &mut x);
-/// }
-/// let mut defect = f.map(|f| -f);
-/// smoother.subtract(&x, &mut defect);
-/// assert!(Norms::of(&defect).linf < 1e-14);
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Smoother<'a, T> {
     sweep: Sweep<'a, T>,
@@ -75,17 +58,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// # Panics
     ///
     /// Unless the vectors have the grid's order.
-    ///
-    /// ```
-    /// use hlcp_core::{Hlcp, Identity, Omega, Rhs, Smoother};
-    ///
-    /// let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0))?;
-    /// let smoother = Smoother::new(&problem, None, false)?;
-    /// let (q, mut y) = (Rhs::new(&[-6.0, 8.0])?, [f64::NAN; 2]);
-    /// assert_eq!(smoother.relax_measured(&q, &[0.0; 2], &mut y).l2, 10.0);
-    /// assert_eq!((y, smoother.norms(&q, &y).l2), ([3.0, -4.0], 0.0));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     pub fn relax_measured(&self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
         self.sweep.run(true, gauss_seidel(), q, x, y)
@@ -115,17 +87,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// # Panics
     ///
     /// Unless the vectors have the grid's order.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Smoother};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
-    /// let mut f = [5.0; 3];
-    /// // x = (1, 1, −1) is z = (2, 2, 0), r = (0, 0, 4).
-    /// Smoother::new(&problem, None, false)?.subtract(&[1.0, 1.0, -1.0], &mut f);
-    /// assert_eq!(f, [5.0 - 2.0, 5.0 - 2.0, 5.0 - (-2.0 - 4.0)]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
         SUBTRACT.of::<Subtracted<T>>()(self, x, f);
@@ -142,18 +103,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// # Panics
     ///
     /// Unless the vectors have the grids' orders.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Smoother, Transfer};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
-    /// let smoother = Smoother::new(&problem, None, false)?;
-    /// let mut coarse = [f64::NAN];
-    /// let f = [1.0, 2.0, 4.0];
-    /// smoother.restrict((1.0, &f), &[0.0; 3], &Transfer::new([3, 1], [false; 2]), &mut coarse);
-    /// assert_eq!(coarse, [(0.5 * 1.0 + 2.0 + 0.5 * 4.0) / 2.0]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());

@@ -177,16 +177,6 @@ impl<T: Scalar> Axis<T> {
 /// Eight numbers for each column and each row of the fine grid. What works on vectors walks them
 /// once, on the threads of the current pool if it is told `parallel` and the grid has 16384 points
 /// or more, with the same bits for any number of them.
-///
-/// ```
-/// use hlcp_core::Transfer;
-///
-/// let transfer = Transfer::<f64>::new([5, 3], [false; 2]);
-/// assert_eq!(transfer.coarse(), [2, 1]);
-/// let mut fine = [0.0; 15];
-/// transfer.interpolate(&[1.0, 2.0], &mut fine, false);
-/// assert_eq!(fine[5..10], [0.5, 1.0, 1.5, 2.0, 1.0]); // the middle row
-/// ```
 #[derive(Debug, Clone)]
 pub struct Transfer<T> {
     axes: [Axis<T>; 2],
@@ -210,23 +200,6 @@ impl<T: Scalar> Transfer<T> {
     ///
     /// A coarse column belongs to the rank that has the nearest fine one, and what works on vectors
     /// fetches the columns that it needs of others: all ranks make the same calls.
-    ///
-    /// ```
-    /// use hlcp_core::{Strip, Transfer, ranks_as_threads};
-    ///
-    /// let interpolated = |ranks| {
-    ///     let whole = ranks_as_threads(ranks, |ranks| {
-    ///         let strip = Strip::new(ranks, [600, 1]).expect("a grid");
-    ///         let transfer = Transfer::shared_by(&strip);
-    ///         let coarse = transfer.strip().expect("ranks").vector(|i, _| (i as f64).sin());
-    ///         let mut fine = strip.vector(|_, _| 0.0);
-    ///         transfer.interpolate(&coarse, &mut fine, false);
-    ///         strip.gather(&fine)
-    ///     });
-    ///     whole.into_iter().next().expect("rank 0")
-    /// };
-    /// assert_eq!(interpolated(2), interpolated(1));
-    /// ```
     pub fn shared_by(strip: &Strip) -> Self {
         let Self { axes: [x_axis, y_axis], .. } = Self::new(strip.whole(), [false; 2]);
         if !x_axis.halves() {
@@ -254,21 +227,11 @@ impl<T: Scalar> Transfer<T> {
     }
 
     /// Returns the fine spacing over the coarse one, along a row and along a column: `(h/H)`.
-    ///
-    /// ```
-    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
-    /// assert_eq!(transfer.ratio(), [3.0 / 6.0, 3.0 / 7.0]);
-    /// ```
     pub fn ratio(&self) -> [T; 2] {
         self.axes.each_ref().map(|axis| axis.ratio)
     }
 
     /// Returns for each coarse column the nearest fine one, and for each coarse row.
-    ///
-    /// ```
-    /// let transfer = hlcp_core::Transfer::<f64>::new([5, 6], [false; 2]);
-    /// assert_eq!(transfer.nearest(), [&[1, 3], &[1, 4]]);
-    /// ```
     pub fn nearest(&self) -> [&[usize]; 2] {
         self.axes.each_ref().map(|axis| &axis.nearest[..])
     }
@@ -279,13 +242,6 @@ impl<T: Scalar> Transfer<T> {
     /// # Panics
     ///
     /// When `fine` is shorter than the fine grid.
-    ///
-    /// ```
-    /// let transfer = hlcp_core::Transfer::new([3, 3], [false; 2]);
-    /// transfer.inject(&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0], |_, fine| {
-    ///     assert_eq!(fine, 4.0);
-    /// });
-    /// ```
     #[inline]
     pub fn inject(&self, fine: &[T], mut each: impl FnMut(usize, T)) {
         let [x_axis, y_axis] = &self.axes;
@@ -313,13 +269,6 @@ impl<T: Scalar> Transfer<T> {
     /// # Panics
     ///
     /// Unless the vectors have the grids' orders.
-    ///
-    /// ```
-    /// let transfer = hlcp_core::Transfer::new([5, 1], [false; 2]);
-    /// let mut fine = [f64::NAN; 5];
-    /// transfer.interpolate_smooth(&[1.0, 2.0], &mut fine, false);
-    /// assert_eq!(fine, [0.5, 1.0, 1.5, 2.0, 2.5]);
-    /// ```
     pub fn interpolate_smooth(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
         INTERPOLATE.of::<Interpolate<T>>()(self, Degree::Cubic, coarse, fine, parallel);

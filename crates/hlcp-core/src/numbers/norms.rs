@@ -44,12 +44,6 @@ impl Norms {
 
     /// Returns the norms of the vector divided by γ: those of `A z − B r + q` from those of
     /// `F(x) = γ(A z − B r + q)`.
-    ///
-    /// ```
-    /// use hlcp_core::Norms;
-    ///
-    /// assert_eq!(Norms::of(&[3.0, -4.0]).divided_by(2.0), Norms { l2: 2.5, linf: 2.0 });
-    /// ```
     #[doc(hidden)]
     pub fn divided_by<T: Scalar>(self, gamma: T) -> Self {
         let gamma = gamma.wide();
@@ -371,14 +365,6 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 /// # Errors
 ///
 /// [`Error::NotFinite`] with `what`, the index and the value.
-///
-/// ```
-/// use hlcp_core::all_finite;
-///
-/// assert_eq!(all_finite("x0", &[0.0, -1.5]), Ok(()));
-/// let error = all_finite("x0", &[0.0, f64::INFINITY]).unwrap_err();
-/// assert_eq!(error.to_string(), "x0[1] is inf, which is not a finite number");
-/// ```
 pub fn all_finite<T: Scalar>(what: &'static str, v: &[T]) -> Result<(), Error> {
     match v.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite { what, index, value: v[index].wide() }),

@@ -7,28 +7,13 @@ use crate::numbers::{Error, Scalar};
 /// operators whenever `O` is, also for `O = dyn LinearOperator<T>`.
 ///
 /// ```
-/// use hlcp_core::LinearOperator;
+/// use hlcp_core::{FivePoint, LinearOperator};
 ///
-/// /// The second difference with zero boundary values.
-/// struct SecondDifference(usize);
-///
-/// impl LinearOperator<f64> for SecondDifference {
-///     fn order(&self) -> usize {
-///         self.0
-///     }
-///
-///     fn apply(&self, x: &[f64], y: &mut [f64]) {
-///         for i in 0..self.0 {
-///             let west = if i > 0 { x[i - 1] } else { 0.0 };
-///             let east = x.get(i + 1).copied().unwrap_or(0.0);
-///             y[i] = 2.0 * x[i] - west - east;
-///         }
-///     }
-/// }
-///
+/// // The second difference with zero boundary values; the crate's page has an operator of one's own.
 /// let mut y = [f64::NAN; 3];
-/// SecondDifference(3).apply(&[1.0, 2.0, 4.0], &mut y);
+/// FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?.apply(&[1.0, 2.0, 4.0], &mut y);
 /// assert_eq!(y, [0.0, -1.0, 6.0]);
+/// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a linear operator",
@@ -115,30 +100,11 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 /// Entry by entry, so that an operator with a constant diagonal stores one number.
 ///
 /// ```
-/// use hlcp_core::{Diagonal, Identity, LinearOperator, Omega};
+/// use hlcp_core::{Diagonal, FivePoint, Identity, Omega};
 ///
-/// /// `2I + eeᵀ`, a full matrix in one number, with e the vector of ones.
-/// struct TwoAndOnes(usize);
-///
-/// impl LinearOperator<f64> for TwoAndOnes {
-///     fn order(&self) -> usize {
-///         self.0
-///     }
-///
-///     fn apply(&self, x: &[f64], y: &mut [f64]) {
-///         let sum: f64 = x.iter().sum();
-///         y.iter_mut().zip(x).for_each(|(y, x)| *y = 2.0 * x + sum);
-///     }
-/// }
-///
-/// impl Diagonal<f64> for TwoAndOnes {
-///     fn diagonal_entry(&self, _: usize) -> f64 {
-///         3.0
-///     }
-/// }
-///
-/// let omega = Omega::diagonal_ratio(0.5, &TwoAndOnes(1000), &Identity { order: 1000 })?;
-/// assert_eq!(omega, Omega::Uniform(1.5));
+/// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// assert_eq!(a.diagonal_entry(5), 4.0);
+/// assert_eq!(Omega::diagonal_ratio(0.5, &a, &Identity { order: 6 })?, Omega::Uniform(2.0));
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[diagnostic::on_unimplemented(

@@ -227,15 +227,6 @@ impl Strip {
     }
 
     /// Returns the fewest columns that a rank has.
-    ///
-    /// ```
-    /// use hlcp_core::{Strip, ranks_as_threads};
-    ///
-    /// let fewest = ranks_as_threads(2, |ranks| {
-    ///     Strip::new(ranks, [600, 4]).map(|strip| strip.narrowest())
-    /// });
-    /// assert_eq!(fewest, [Ok(256), Ok(256)]);
-    /// ```
     #[doc(hidden)]
     pub fn narrowest(&self) -> usize {
         self.cuts.windows(2).map(|cuts| cuts[1] - cuts[0]).min().unwrap_or(0)
@@ -283,19 +274,6 @@ impl Strip {
     /// # Panics
     ///
     /// Unless each vector has an entry for each point of the whole grid.
-    ///
-    /// ```
-    /// use hlcp_core::{Strip, ranks_as_threads};
-    ///
-    /// let whole = ranks_as_threads(2, |ranks| {
-    ///     let strip = Strip::new(ranks, [600, 2]).expect("a grid");
-    ///     let mut whole = strip.vector(|i, j| (i + 600 * j) as f64);
-    ///     whole.resize(1200, 0.0);
-    ///     strip.complete([&mut whole]);
-    ///     whole
-    /// });
-    /// assert_eq!(whole, [(); 2].map(|()| (0..1200).map(f64::from).collect::<Vec<_>>()));
-    /// ```
     #[doc(hidden)]
     pub fn complete<T: Scalar, const K: usize>(&self, mut vectors: [&mut [T]; K]) {
         let [nx, ny] = self.whole;
@@ -328,18 +306,6 @@ impl Strip {
     /// Returns the `width` columns of a vector west of this rank's and those east of them, row by
     /// row; fewer of a rank that has fewer, and nothing beyond the grid. `entry(k)` is that at this
     /// rank's point `k`. Neighbours call it together.
-    ///
-    /// ```
-    /// use hlcp_core::{Strip, ranks_as_threads};
-    ///
-    /// let beside = ranks_as_threads(2, |ranks| {
-    ///     let strip = Strip::new(ranks, [600, 2]).expect("a grid");
-    ///     let own = strip.vector(|i, j| (i + 1000 * j) as f64);
-    ///     strip.beside(2, |k| own[k])
-    /// });
-    /// assert_eq!(beside[0], [vec![], vec![256.0, 257.0, 1256.0, 1257.0]]);
-    /// assert_eq!(beside[1], [vec![254.0, 255.0, 1254.0, 1255.0], vec![]]);
-    /// ```
     #[doc(hidden)]
     pub fn beside<T: Scalar>(&self, width: usize, entry: impl Fn(usize) -> T) -> [Vec<T>; 2] {
         let [nx, ny] = self.grid();

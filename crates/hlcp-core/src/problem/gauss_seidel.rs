@@ -15,17 +15,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q` and `x` have length `n`; where ranks share the problem.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?)?;
-    /// let (q, mut x) = ([-4.0, 4.0, 0.0], [0.0; 3]);
-    /// problem.solve_rows(&q, &mut x, false);
-    /// // 2z₁ = 4; −2 + 2z₂ + 4 > 0 for all z₂ ≥ 0, so that r₂ = 2 with Ω = 2; 2z₃ = 0
-    /// assert_eq!(x, [1.0, -0.5, 0.0]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn solve_rows(&self, q: &[T], x: &mut [T], backward: bool) {
         self.assert_orders([q.len(), x.len()]);

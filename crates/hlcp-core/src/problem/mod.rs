@@ -275,10 +275,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// closes in the same directions.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
+    /// use hlcp_core::{FivePoint, Hlcp};
     ///
-    /// let a = FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 6 }, Omega::Uniform(4.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 2, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
     /// assert_eq!(problem.grid()?, [3, 2]);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```

@@ -33,17 +33,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q` and `x` have length `n`.
-    ///
-    /// ```
-    /// use hlcp_core::{Hlcp, Identity, Omega, Rhs};
-    ///
-    /// let identity = Identity { order: 1 };
-    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0))?;
-    /// // At z = 2e16 the residual 2e16 − r + 1 is known to within a few units, no better.
-    /// let rounding = problem.estimated_rounding(&Rhs::new(&[1.0])?, &[1e16], &mut vec![]);
-    /// assert!((4.0..100.0).contains(&rounding.linf));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
@@ -81,16 +70,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `x` has length `n`.
-    ///
-    /// ```
-    /// use hlcp_core::{Hlcp, Identity, Omega};
-    ///
-    /// let identity = Identity { order: 2 };
-    /// let problem = Hlcp::new(identity, identity, Omega::Uniform(1.5))?;
-    /// let [z, r] = problem.factor_norms(&[1.0, -2.0]);
-    /// assert_eq!((z.l2, r.l2), (2.0, 6.0));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
@@ -124,18 +103,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q` and `x` have length `n`.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs};
-    ///
-    /// // At z = (1e16, 1e16) both rows are 1e16 − 1e16 + 0.75; double precision drops 0.75 where
-    /// // it is added to 1e16.
-    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 1.0, -1.0, 0.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
-    /// let exact = problem.exact_residual(&Rhs::new(&[0.75, 0.75])?, &[5e15, 5e15]);
-    /// assert!((exact.expect("rows").linf - 0.75).abs() < 1e-12);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let n = self.whole_order() as f64;
@@ -153,14 +120,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
     /// read the same rows: of five-point operators, and of those that have theirs in arrays. The
     /// product of another operator may contradict its rows.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
-    /// assert!(problem.has_known_rows());
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
         self.sweep().is_some() || self.known().is_some()
@@ -207,20 +166,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q` and `x` have length `n`.
-    ///
-    /// ```
-    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega, Rhs};
-    ///
-    /// let third = DiagonalMatrix::new(vec![3.0])?;
-    /// let problem = Hlcp::new(third, Identity { order: 1 }, Omega::Uniform(1.0))?;
-    /// let q = Rhs::new(&[-1.0])?;
-    /// // z is the double next to 1/3
-    /// assert!(problem.backward_error(&q, &[1.0 / 6.0]) < Some(1e-16));
-    /// // 3 · 0.34 − 1 = 0.02, of 1.02 + 1
-    /// let error = problem.backward_error(&q, &[0.17]).expect("rows");
-    /// assert!((error - 0.02 / 2.02).abs() < 1e-15);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn backward_error(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<f64> {
         let meter = Meter::for_size(1.0, self.whole_order());
@@ -242,17 +187,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Panics
     ///
     /// Unless `q` and `x` have length `n`.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Rhs};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
-    /// let q = Rhs::new(&[-3.0, -3.0])?; // z* = (1, 1)
-    /// assert_eq!(problem.has_sign(&q, &[0.51, 0.51], true), Some(true));
-    /// assert_eq!(problem.has_sign(&q, &[0.49, 0.49], false), Some(true));
-    /// assert_eq!(problem.has_sign(&q, &[0.5, 0.5], true), Some(false));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
@@ -266,16 +200,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Cost
     ///
     /// One product with `A`, one with `B`; `2n` numbers of `scratch`.
-    ///
-    /// ```
-    /// use hlcp_core::{DiagonalMatrix, Hlcp, Identity, Omega};
-    ///
-    /// let a = DiagonalMatrix::new(vec![3.0, 4.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(1.0))?;
-    /// let [a, b] = problem.row_lengths(&mut vec![]);
-    /// assert!((a * a - 12.5).abs() < 1e-12 && (b - 1.0).abs() < 1e-15);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();

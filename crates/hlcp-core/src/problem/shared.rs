@@ -153,14 +153,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Errors
     ///
     /// [`Error::OneRank`].
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
-    /// assert_eq!(problem.on_one_rank("a method"), Ok(()));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     #[doc(hidden)]
     pub fn on_one_rank(&self, what: &'static str) -> Result<(), Error> {
         match self.strip() {

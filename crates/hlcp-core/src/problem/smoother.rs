@@ -12,15 +12,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     ///
     /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the first diagonal
     /// entry of `A` or `B`, or ratio of both, that is not positive and finite.
-    ///
-    /// ```
-    /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Smoother};
-    ///
-    /// let a = FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 9 }, Omega::Uniform(0.3))?;
-    /// assert_eq!(Smoother::scaling(&problem)?, Omega::Uniform(4.0));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {

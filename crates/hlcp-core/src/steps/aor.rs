@@ -157,10 +157,9 @@ impl<T: Scalar> Aor<T> {
     /// [`Error::Parameter`] for rows without points.
     ///
     /// ```
-    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Step};
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Rhs, Step};
     ///
-    /// let a = FivePoint::new(3, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(3.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?)?;
     /// let (q, mut y) = ([-6.0, 0.0, -12.0], [0.0; 3]);
     /// let red_black = Aor::gauss_seidel().red_black(3)?;
     /// red_black.step(&problem, &Rhs::new(&q)?, &[0.0; 3], &mut y, &mut vec![]);
@@ -202,10 +201,9 @@ impl<T: Scalar> Aor<T> {
     /// Backward, `U` takes the place of `L` throughout. The cost is that of the plain step.
     ///
     /// ```
-    /// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Step};
+    /// use hlcp_core::{Aor, FivePoint, Hlcp, Rhs, Step};
     ///
-    /// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 2 }, Omega::Uniform(4.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
     /// let (q, mut y) = ([-8.0, 2.0], [0.0; 2]);
     /// let amgs = Aor::gauss_seidel().accelerated();
     /// amgs.step(&problem, &Rhs::new(&q)?, &[0.0; 2], &mut y, &mut vec![]);

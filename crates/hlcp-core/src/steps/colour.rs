@@ -26,10 +26,9 @@ use crate::{
 /// on one thread costs more than the order of the rows.
 ///
 /// ```
-/// use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, Step};
+/// use hlcp_core::{Aor, FivePoint, Hlcp, Multicolour, Rhs, Step};
 ///
-/// let a = FivePoint::new(3, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(3.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?)?;
 /// let coloured = Multicolour::new(Aor::gauss_seidel(), &problem);
 /// assert_eq!(coloured.colours(), 2);
 /// let (q, mut y) = ([-6.0, 0.0, -12.0], [0.0; 3]);

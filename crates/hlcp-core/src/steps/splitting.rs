@@ -166,19 +166,11 @@ forward_step!(&P, Box<P>);
 /// One product with `A`, one with `B`, one solve with `M`; `2n` numbers of scratch.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Omega, Rhs, SplittingStep, Step};
+/// use hlcp_core::{FivePoint, Hlcp, Rhs, SplittingStep, Step};
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
-/// let problem = Hlcp::new(a, b, Omega::Uniform(4.0))?;
-/// let eighth = |rhs: &[f64], y: &mut [f64]| {
-///     for (y, rhs) in y.iter_mut().zip(rhs) {
-///         *y = rhs / 8.0;
-///     }
-/// };
-///
-/// let (q, mut y) = ([-3.0, -3.0], [0.0; 2]);
-/// let (step, q) = (SplittingStep(eighth), Rhs::new(&q)?);
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
+/// let eighth = |rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 8.0, rhs[1] / 8.0);
+/// let (step, q, mut y) = (SplittingStep(eighth), Rhs::new(&[-3.0, -3.0])?, [0.0; 2]);
 /// let norms = step.step(&problem, &q, &[0.5, 0.5], &mut y, &mut vec![]);
 /// assert_eq!((y, norms.linf), ([0.5, 0.5], 0.0)); // z = (1, 1), r = 0 is the solution
 /// # Ok::<(), hlcp_core::Error>(())
@@ -244,12 +236,9 @@ fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
 /// One product with `A`, one with `B`; `2n` numbers of scratch, none for the diagonal.
 ///
 /// ```
-/// use hlcp_core::{FivePoint, Hlcp, Jacobi, Omega, Rhs, Step};
+/// use hlcp_core::{FivePoint, Hlcp, Jacobi, Rhs, Step};
 ///
-/// let a = FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?;
-/// let b = FivePoint::new(2, 1, [0.0, 0.0, 1.0, 0.0, 0.0])?;
-/// let problem = Hlcp::new(a, b, Omega::Uniform(3.0))?;
-///
+/// let problem = Hlcp::lcp(FivePoint::new(2, 1, [0.0, -1.0, 3.0, -1.0, 0.0])?)?;
 /// let (q, mut y) = ([-6.0, 3.0], [0.0; 2]);
 /// Jacobi.step(&problem, &Rhs::new(&q)?, &[0.0, 0.0], &mut y, &mut vec![]);
 /// assert_eq!(y, [1.0, -0.5]);

@@ -201,17 +201,13 @@ impl Bearing2d {
     /// As [`load`](Self::load).
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp};
-    /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 47, ny: 11, ecc: 0.6, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let problem = Hlcp::from_pair(&a, &b)?;
-    /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
+    /// let found = hlcp_methods::solve(&a, &b, &q)?;
     /// // Raimondi and Boyd's table has 0.121
-    /// assert!((scene.sommerfeld(solver.z()) / 0.121 - 1.0).abs() < 0.03);
+    /// assert!((scene.sommerfeld(&found.z) / 0.121 - 1.0).abs() < 0.03);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn sommerfeld<T: Scalar>(&self, z: &[T]) -> f64 {
@@ -248,17 +244,12 @@ impl Bearing2d {
     /// Unless `z` and `r` have `nx·ny` entries.
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp};
-    /// use hlcp_methods::{Limits, Options, Solver, Tmms};
     /// use hlcp_verify::Bearing2d;
     ///
     /// let scene = Bearing2d { nx: 15, ny: 5, ecc: 0.5, aspect: 1.0, groove: 0.0 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let problem = Hlcp::from_pair(&a, &b)?;
-    /// let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    /// assert!(solver.solve(&q, Options::from_x(&[1.0; 75]))?.converged());
-    /// let [drawn, returned, ends] = scene.flows(solver.z(), solver.r());
-    /// // 75 residuals of 2-norm 1e-10
+    /// let found = hlcp_methods::solve(&a, &b, &q)?;
+    /// let [drawn, returned, ends] = scene.flows(&found.z, &found.r);
     /// assert!(ends > 0.1 && (drawn - returned - ends).abs() <= 1e-9);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```

@@ -126,18 +126,9 @@ impl Obstacle {
     /// Unless `z` has `(m − 2)²` entries.
     ///
     /// ```
-    /// use hlcp_core::{Aor, Hlcp, Omega};
-    /// use hlcp_methods::{Limits, Options, Solver, Tmms};
-    /// use hlcp_verify::Obstacle;
-    ///
-    /// let scene = Obstacle { m: 9 };
+    /// let scene = hlcp_verify::Obstacle { m: 9 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let mut solver = Solver::new(Tmms::mirrored(
-    ///     Hlcp::new(a, b, Omega::Uniform(4.0))?,
-    ///     Aor::gauss_seidel(),
-    /// )?);
-    /// assert!(solver.solve(&q, Options::from_x(&[1.0; 49]))?.converged());
-    /// let [mean, largest] = scene.errors(solver.z());
+    /// let [mean, largest] = scene.errors(&hlcp_methods::solve(&a, &b, &q)?.z);
     /// // PETSc's recorded output
     /// assert!((mean - 3.076e-3).abs() < 5e-7 && (largest - 1.334e-2).abs() < 5e-6);
     /// # Ok::<(), hlcp_core::Error>(())

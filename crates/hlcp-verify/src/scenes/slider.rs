@@ -108,17 +108,13 @@ impl Slider {
     /// When `z` has another length.
     ///
     /// ```
-    /// use hlcp_core::Hlcp;
-    /// use hlcp_methods::{Auto, Limits, Options, Solver};
     /// use hlcp_verify::Slider;
     ///
     /// let scene = Slider { cells: 500 };
     /// let (a, b, q) = scene.pose::<f64>()?;
-    /// let mut solver =
-    ///     Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
-    /// assert!(solver.solve(&q, Options::from_x(&vec![1.0; q.len()]))?.converged());
-    /// assert!((scene.peak(solver.z()) / Slider::PEAK - 1.0).abs() < 0.01);
-    /// assert!((scene.rupture(solver.z()) / Slider::RUPTURE - 1.0).abs() < 0.01);
+    /// let z = hlcp_methods::solve(&a, &b, &q)?.z;
+    /// assert!((scene.peak(&z) / Slider::PEAK - 1.0).abs() < 0.01);
+    /// assert!((scene.rupture(&z) / Slider::RUPTURE - 1.0).abs() < 0.01);
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
