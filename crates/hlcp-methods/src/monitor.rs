@@ -140,10 +140,10 @@ impl<T: Scalar> Monitor<T> {
         let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
             if k == at + 1 {
-                self.moved = !moves_by_rounding(problem, &self.anchor, x, ROUNDING);
+                self.moved = !moves_by_rounding(problem, &self.anchor, x);
             }
             // Also within an iteration: two steps may undo each other.
-            let resting = || !self.moved && moves_by_rounding(problem, x, next, ROUNDING);
+            let resting = || !self.moved && moves_by_rounding(problem, x, next);
             let back = !problem.any(x != self.anchor);
             if back && resting() {
                 return Some(Stop::Resting);
@@ -168,17 +168,15 @@ impl<T: Scalar> Monitor<T> {
     }
 }
 
-/// Returns whether `units` of rounding, ε times the largest unknown, explain the step from `x` to
-/// `next`.
+/// Returns whether rounding alone explains the step from `x` to `next`.
 pub(crate) fn moves_by_rounding<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
     x: &[T],
     next: &[T],
-    units: f64,
 ) -> bool {
     let largest = |max: T, v: T| max.max(v.abs());
     let moved = x.iter().zip(next).map(|(&x, &next)| next - x).fold(T::zero(), largest);
     let size = x.iter().copied().fold(T::zero(), largest);
     let [moved, size] = problem.largest([moved.wide(), size.wide()]);
-    T::of(moved) <= T::of(units) * T::epsilon() * T::of(size)
+    T::of(moved) <= T::of(ROUNDING) * T::epsilon() * T::of(size)
 }

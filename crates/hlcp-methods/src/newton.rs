@@ -1,18 +1,15 @@
 use hlcp_core::{Hlcp, Norms, Rhs, Scalar};
 
 use crate::{
-    Clock, Jacobian, Method, Preconditioner, Work, krylov::BiCgStab, method::iterate,
-    safeguard::Safeguard,
+    Clock, Jacobian, Method, Preconditioner, Work,
+    krylov::BiCgStab,
+    method::iterate,
+    safeguard::{PATIENCE, Safeguard},
 };
 
-/// Newton steps without progress that end a phase.
-const PATIENCE: usize = 6;
-
-/// The most iterations of one inner solve, the sweeps that one is worth, and the iterations that
-/// every inner solve may take, whatever work was granted.
+/// The most iterations of one inner solve, and the sweeps that one is worth.
 const INNER: usize = 1000;
 const WORTH: usize = 4;
-const LEAST: usize = 100;
 
 /// The inner tolerance of a phase's first step, and the largest one of its later steps.
 const FORCING: [f64; 2] = [0.01, 0.1];
@@ -143,8 +140,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
     /// many unknowns it makes active, and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[usize; 2]> {
-        let limit = INNER.min((clock.granted / WORTH).max(LEAST));
-        let goal = (forcing.max(T::epsilon().wide()), limit);
+        let goal = (forcing.max(T::epsilon().wide()), clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);

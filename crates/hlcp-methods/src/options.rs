@@ -10,16 +10,12 @@ use crate::Limits;
 ///
 /// ```
 /// use std::ops::ControlFlow;
-/// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Limits, Mms, Omega, Options, Solver, Status};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Limits, Mms, Options, Solver, Status};
 ///
-/// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
 /// let q = [-2.0, 5.0, -6.0];
-///
 /// let outcome = solver.solve(&q, Options::default())?;
-/// assert!(outcome.converged());
-///
 /// // The next of a sequence of problems that change little, from the last answer.
 /// assert!(solver.solve(&[-2.0, 5.0, -6.1], Options::resume())?.iterations < outcome.iterations);
 ///
@@ -170,6 +166,12 @@ impl<'c> Clock<'c> {
     /// A clock that is never up.
     pub fn endless() -> Self {
         Self { ask: None, up: false, goal: 0.0, granted: usize::MAX }
+    }
+
+    /// The iterations that an inner solve may take, of which one is worth `worth` sweeps: what the
+    /// step was granted, but `most` at most, and a tenth of that at least.
+    pub(crate) fn iterations(&self, worth: usize, most: usize) -> usize {
+        (self.granted / worth).clamp(most / 10, most)
     }
 
     /// The same clock of a solve that ends at this residual.

@@ -6,15 +6,11 @@ use crate::{
     Clock, Limits, Method, Norm, Options, Outcome, Progress, Status, Tolerance, Work,
     monitor::{Monitor, ROUNDING, Stop},
     options::{Observer, Start},
-    tolerance::Test,
+    tolerance::{QUIET, Test},
 };
 
 /// How often an observer is asked within one long step.
 const BEAT: Duration = Duration::from_millis(20);
-
-/// Iterations without a smaller residual after which, again and again, it is compared with the
-/// rounding of its terms.
-const QUIET: usize = 25;
 
 /// The norms of a residual that was not measured.
 const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
@@ -29,10 +25,9 @@ const UNKNOWN: Norms = Norms { l2: f64::NAN, linf: f64::NAN };
 /// vector only where the iterates are suspected to repeat.
 ///
 /// ```
-/// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
+/// use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
 ///
-/// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
 /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
 ///
 /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], Options::default())?;
@@ -75,10 +70,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// here.
     ///
     /// ```
-    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
+    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
     ///
-    /// let a = FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(4.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(3, 1, [0.0, -1.0, 4.0, -1.0, 0.0])?)?;
     /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?).with_history(100);
     /// let outcome = solver.solve(&[-2.0, 5.0, -6.0], Options::default())?;
     /// assert_eq!(solver.history().len(), outcome.iterations + 1);
@@ -131,10 +125,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// is no error: read the [`Outcome`].
     ///
     /// ```
-    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Identity, Mms, Omega, Options, Solver};
+    /// use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
     ///
-    /// let a = FivePoint::new(20, 1, [0.0, -1.0, 2.1, -1.0, 0.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 20 }, Omega::Uniform(2.1))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(20, 1, [0.0, -1.0, 2.1, -1.0, 0.0])?)?;
     /// let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel())?);
     /// let load = |time: f64| (0..20).map(|i| (0.3 * i as f64 + time).sin()).collect::<Vec<_>>();
     /// let cold = solver.solve(&load(0.0), Options::default())?;

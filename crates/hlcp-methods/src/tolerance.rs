@@ -5,8 +5,9 @@ use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar};
 use crate::{Limits, Norm, limits::FRACTION};
 
 /// Iterates that seem to meet the tolerance while rounding hides their residual, before the solve
-/// ends as stagnated.
-const HIDDEN: usize = 24;
+/// ends as stagnated; and iterations without a smaller residual after which, again and again, it is
+/// compared with the rounding of its terms.
+pub(crate) const QUIET: usize = 25;
 
 /// A residual is near rounding if it is at most this many times the bound on it.
 const NEAR: f64 = 100.0;
@@ -191,6 +192,6 @@ impl Test {
     /// Returns whether rounding has hidden the residual of so many iterates that no answer is to be
     /// expected.
     pub(crate) fn is_hidden(&self) -> bool {
-        self.hidden >= HIDDEN
+        self.hidden >= QUIET
     }
 }

@@ -11,18 +11,19 @@ use crate::{
     krylov::{add, dot},
 };
 
-/// The order up to which a matrix is factorised.
-const SMALL: usize = 100;
-
-/// Sweeps on a coarsest level that is larger: its unknowns hang together too little to be joined.
-const LAST: usize = 4;
+/// The order up to which a matrix is factorised, and half of that up to which a problem is solved
+/// from 0.
+pub(super) const SMALL: usize = 100;
 
 /// Rows that take long enough to walk over to look at the clock before.
 const LONG: usize = 4096;
 
-/// Symmetric Gauss–Seidel passes that find a near-kernel vector, and what bounds its entries.
+/// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level that
+/// is large, whose unknowns hang together too little to be joined.
 const PASSES: usize = 6;
-const SPREAD: f64 = 1e3;
+
+/// Bounds the entries of a near-kernel vector.
+pub(super) const SPREAD: f64 = 1e3;
 
 /// A coarse step that leaves this part of the residual is enough.
 const GAIN: f64 = 0.25;
@@ -202,7 +203,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
                 matrix.product(y, product);
             } else {
                 matrix.sweep_from_zero(rhs, y, product);
-                (0..LAST).for_each(|_| matrix.sweep(rhs, y, product));
+                (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product));
             }
             return;
         }

@@ -13,7 +13,7 @@ pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
 pub(crate) use self::newton::WARM;
 use self::{
-    cycle::{Cycle, Hierarchy, bounded, near_kernel},
+    cycle::{Cycle, Hierarchy, SPREAD, bounded, near_kernel},
     matrix::Matrix,
     order::Flow,
 };
@@ -22,29 +22,23 @@ use crate::{
     krylov::{Inner, add, dot},
 };
 
-/// Gauss–Seidel passes over the rows of the void.
-const VOID: usize = 3;
-
-/// An unknown of the void is dry, and joins no aggregate, where its scale, in units of diagonal
-/// entries, is below this.
-const DRY: f64 = 1e-6;
+/// Gauss–Seidel passes over the rows of the void, and symmetric ones over columns that find the
+/// weights of rows.
+const PASSES: usize = 3;
 
 /// Rows are weighted where more than the latter part of the columns lose more than the former of
-/// their diagonal, by so many symmetric Gauss–Seidel passes.
+/// their diagonal.
 const LOSS: [f64; 2] = [0.01, 0.1];
-const BALANCE: usize = 3;
 
 /// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
-/// since they were built, and until a linear solve takes so many iterations.
+/// since they were built, and until a linear solve takes half of `KEPT` iterations.
 const FEW: f64 = 0.003;
-const STALE: usize = 10;
 
-/// The directions that the outer iteration keeps.
+/// The directions that the outer iteration keeps, and the iterations after which a hierarchy is
+/// built anew around what they leave.
 const KEPT: usize = 20;
 
-/// The iterations after which a hierarchy is built anew around what they leave, how often, and the
-/// iterations that find that.
-const BOOTSTRAP: usize = 20;
+/// How often that is done, and the iterations that find what they leave.
 const BOOTSTRAPS: usize = 2;
 const ROUGH: usize = 8;
 
@@ -109,12 +103,9 @@ const ROUGH: usize = 8;
 /// The scaling of the void is our own.
 ///
 /// ```
-/// use hlcp_methods::{
-///     Amg, FivePoint, Hlcp, Identity, Jacobian, LinearOperator, Norms, Omega, Preconditioner,
-/// };
+/// use hlcp_methods::{Amg, FivePoint, Hlcp, Jacobian, LinearOperator, Norms, Preconditioner};
 ///
-/// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
 /// let x: Vec<f64> = (0..1600).map(|k| if k % 40 < 25 { 1.0 } else { -1.0 }).collect();
 /// let jacobian = Jacobian::new(&problem, &x);
 ///
@@ -297,7 +288,7 @@ impl<T: Scalar> Amg<T> {
         let matrix = self.assemble(jacobian, clock)?;
         let void = |at| jacobian.is_active(self.at(at)) != a_conducts;
         let void: Vec<bool> = (0..self.rhs.len()).map(void).collect();
-        self.walks += VOID as f64;
+        self.walks += PASSES as f64;
         let (scale, dry) = void_scale(&matrix, &void, clock);
         Some((matrix, scale, dry))
     }
@@ -424,10 +415,9 @@ impl<T: Scalar> Amg<T> {
     /// [`new`](Self::new).
     ///
     /// ```
-    /// use hlcp_methods::{Amg, FivePoint, Hlcp, Identity, Jacobian, Omega};
+    /// use hlcp_methods::{Amg, FivePoint, Hlcp, Jacobian};
     ///
-    /// let a = FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 1600 }, Omega::Uniform(4.0))?;
+    /// let problem = Hlcp::lcp(FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
     /// let (x, rhs, mut y) = ([1.0; 1600], [1.0; 1600], [0.0; 1600]);
     /// let jacobian = Jacobian::new(&problem, &x);
     /// let mut amg = Amg::new(&problem)?;
@@ -476,8 +466,8 @@ impl<T: Scalar> Amg<T> {
             let left = limit.saturating_sub(inner.iterations);
             let steps = match bootstraps {
                 BOOTSTRAPS => left,
-                _ if self.stale > 0 => left.min(STALE),
-                _ => left.min(BOOTSTRAP),
+                _ if self.stale > 0 => left.min(KEPT / 2),
+                _ => left.min(KEPT),
             };
             inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
             inner.residual = dot(&residual, &residual).sqrt();
@@ -573,7 +563,7 @@ fn void_scale<T: Scalar>(
     let of_void = || (0..void.len()).filter(|&i| void[i]);
     let mut scale: Vec<T> =
         void.iter().map(|&void| if void { T::zero() } else { T::one() }).collect();
-    for _ in 0..VOID {
+    for _ in 0..PASSES {
         for (k, i) in of_void().enumerate() {
             if clock.is_up_at(k) {
                 break;
@@ -585,7 +575,8 @@ fn void_scale<T: Scalar>(
     let (sum, count) = full.fold((T::zero(), 0.0), |(sum, count), d| (sum + d, count + 1.0));
     // The mean diagonal entry elsewhere.
     let unit = if count > 0.0 { sum / T::of(count) } else { T::one() };
-    let least = T::of(DRY);
+    // Dry is what is farther from the rest than vectors of two levels may be.
+    let least = T::of((SPREAD * SPREAD).recip());
     let mut dry = vec![false; void.len()];
     for i in of_void() {
         let alike = unit / matrix.diagonal[i];
@@ -612,7 +603,7 @@ fn balance<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Optio
     }
     let columns = matrix.transpose(clock)?;
     let mut weights: Vec<T> = matrix.diagonal.iter().map(|d| d.recip()).collect();
-    for pass in 0..2 * BALANCE {
+    for pass in 0..2 * PASSES {
         for k in 0..n {
             if clock.is_up_at(k) {
                 return None;

@@ -4,17 +4,14 @@ use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
 
 use super::{
     coarsen::pairs,
+    cycle::SMALL,
     matrix::{Matrix, NONE, members},
     newton::Steps,
 };
-use crate::Clock;
+use crate::{Clock, limits::FRACTION};
 
-/// The order up to which a problem is solved from 0.
-const SMALL: usize = 200;
-
-/// The most steps on a coarser problem, and the part of ‖q‖ that is near enough to its solution.
+/// The most steps on a coarser problem; what may be a residual of an answer ends them too.
 const STEPS: usize = 4;
-const NEAR: f64 = 1e-3;
 
 /// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
 /// positive diagonals; `weights` are factors of the rows. Returns the work in walks over the rows.
@@ -46,10 +43,10 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let coarse = Hlcp::new(a, b, Omega::Each(omega))?;
     let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
     let mut walks = 0.0;
-    if count > SMALL {
+    if count > 2 * SMALL {
         walks += start(&coarse, &coarse_q, None, &mut coarse_x, clock)?;
     }
-    let near = NEAR * Norms::of(&coarse_q).l2;
+    let near = FRACTION * Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
         let solved = steps.step(&coarse, &coarse_q, &mut coarse_x, clock);
         if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {

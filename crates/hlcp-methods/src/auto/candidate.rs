@@ -8,10 +8,6 @@ use crate::{
     Preconditioner, Ssor, Tmms, TridiagonalPart, Work,
 };
 
-/// The factor of a promise after a window: promise times window stays the same, as AUTO's guarantee
-/// needs.
-const SHRINK: f64 = 0.5;
-
 /// The fused sweeps, of adaptive SOR on a plane and of multigrid where coefficients are constant,
 /// in the time of which others take what counts as one; and those of adaptive SOR where they are.
 const FUSED: [f64; 2] = [4.0, 12.0];
@@ -117,7 +113,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             _ => 1.0,
         };
         self.rate = fused * rate;
-        self.promise *= SHRINK;
+        // Promise times window stays the same, as AUTO's guarantee needs.
+        self.promise /= 2.0;
         self.window = self.window.saturating_mul(2);
     }
 }

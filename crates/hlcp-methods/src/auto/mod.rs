@@ -55,7 +55,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// that is kept, the next method goes on from the latter; the residual of that one is at most ten
 /// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
 /// one ends the window, but that of pivoting, whose first columns may be all but singular; entries
-/// of 10⁸ times the usual size make `Auto` look before the solver does. One exception:
+/// of 10⁶ times the usual size make `Auto` look before the solver does. One exception:
 /// [`AmgNewton`] starts on coarser problems, unless the solve set out from an iterate with a
 /// residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their error is not,
 /// and from there Newton's method may take many times as long.
@@ -103,12 +103,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// [`Ssor`]: crate::Ssor
 ///
 /// ```
-/// use hlcp_methods::{
-///     Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Identity, Omega, Options, Solver,
-/// };
+/// use hlcp_methods::{Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Options, Solver};
 ///
-/// let a = FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 10_000 }, Omega::Uniform(4.0))?;
+/// let problem = Hlcp::lcp(FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
 /// let q: Vec<f64> = (0..10_000).map(|k| if k % 100 < 60 { -1e-3 } else { 2e-3 }).collect();
 ///
 /// let mut solver = Solver::new(Auto::new(problem)?);
@@ -158,12 +155,10 @@ const GAIN: f64 = 0.1;
 /// residual: where sweeps alone do, fused ones cost less.
 const OPENING: f64 = 0.01;
 
-/// A residual of this many times the larger of ‖q‖ and the first residual has grown.
-/// The [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
+/// A residual of this many times the larger of ‖q‖ and the first residual has grown, and entries of
+/// this many times those of a sweep from 0 are looked at more closely. The
+/// [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
-
-/// An iterate with entries of this many times those of a sweep from 0 is looked at more closely.
-const USUAL: f64 = 1e8;
 
 /// Where one of Newton's methods has come to rest, the solve ends after so many times the work
 /// until then, or until the residual was halved last, and so many sweeps.
@@ -522,7 +517,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.history.len() == 1 && led == 0 {
             self.scale = residual.max(q.norms().l2);
             self.cold = residual > amg::WARM * q.norms().l2;
-            self.usual = USUAL * self.size(q, x);
+            self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
         }
         if residual < GAIN * self.kept_residual {
