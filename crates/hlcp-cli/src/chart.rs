@@ -246,18 +246,14 @@ impl Panel {
         let marker = MARKERS[marker % MARKERS.len()];
         let points: Vec<_> =
             series.points.iter().map(|point| (scale(point.x), scale(point.y))).collect();
-        let markers = ScatterPlot::new()
-            .with_data(points.iter().copied())
-            .with_color(colour)
-            .with_marker(marker)
-            .with_size(3.0);
+        let markers = dots(&points, colour, marker, 3.0);
         let line = line(points, colour, dash, 1.5);
         if steps {
             self.plots.push(Plot::Line(line.with_step()));
             return self.key(&series.name, LegendShape::Line, colour, dash);
         }
         self.plots.push(Plot::Line(line));
-        self.plots.push(Plot::Scatter(markers));
+        self.plots.push(markers);
         self.key(&series.name, LegendShape::Marker(marker), colour, "");
     }
 
@@ -269,12 +265,7 @@ impl Panel {
         (colour, marker, size): (&str, MarkerShape, f64),
         at: &[(f64, f64)],
     ) -> Self {
-        let marks = ScatterPlot::new()
-            .with_data(at.iter().copied())
-            .with_color(colour)
-            .with_marker(marker)
-            .with_size(size);
-        self.plots.push(Plot::Scatter(marks));
+        self.plots.push(dots(at, colour, marker, size));
         self.key(name, LegendShape::Marker(marker), colour, "");
         self
     }
@@ -354,27 +345,8 @@ impl Panel {
         drawn.elements.into_iter().for_each(|element| scene.add(element));
         for (at, name) in self.places {
             let (x, y2) = (computed.map_x(at), computed.margin_top);
-            let color = Some("black".into());
-            let stroke = "black".into();
-            scene.add(Primitive::Line {
-                x1: x,
-                y1: y2 - 4.0,
-                x2: x,
-                y2,
-                stroke,
-                stroke_width: 1.0,
-                stroke_dasharray: None,
-            });
-            scene.add(Primitive::Text {
-                x,
-                y: y2 - 6.0,
-                content: name,
-                size: SIZE,
-                anchor: TextAnchor::Middle,
-                rotate: None,
-                bold: false,
-                color,
-            });
+            rule(scene, [x, y2 - 4.0, x, y2], "black", 1.0, None);
+            text(scene, [x, y2 - 6.0], &name, "black", TextAnchor::Middle);
         }
         let end = width - right;
         // Where the names stand: near the ends, and a line apart.
@@ -392,20 +364,11 @@ impl Panel {
         }
         for (name, place) in names.iter().zip(places) {
             if let Some((x, y)) = name.at {
-                let (x1, y1) = (computed.map_x(x), computed.map_y(y));
-                let (x2, stroke) = (end + 4.0, name.colour.into());
-                let dash = Some("1 2".to_owned());
-                scene.add(Primitive::Line {
-                    x1,
-                    y1,
-                    x2,
-                    y2: place,
-                    stroke,
-                    stroke_width: 1.0,
-                    stroke_dasharray: dash,
-                });
+                let ends = [computed.map_x(x), computed.map_y(y), end + 4.0, place];
+                rule(scene, ends, name.colour, 1.0, Some("1 2".to_owned()));
             }
-            text(scene, [end + 6.0, place + 4.0], &name.label, &darker(name.colour));
+            let (at, colour) = ([end + 6.0, place + 4.0], darker(name.colour));
+            text(scene, at, &name.label, &colour, TextAnchor::Start);
         }
         scene.add(Primitive::GroupEnd);
     }
@@ -423,20 +386,23 @@ fn width(text: &str) -> f64 {
     0.65 * f64::from(SIZE) * text.chars().count() as f64
 }
 
-/// Adds small text that begins at a place.
-fn text(scene: &mut Scene, [x, y]: [f64; 2], text: &str, colour: &str) {
-    let (content, color) = (text.to_owned(), Some(colour.into()));
-    let anchor = TextAnchor::Start;
-    scene.add(Primitive::Text {
-        x,
-        y,
-        content,
-        size: SIZE,
-        anchor,
-        rotate: None,
-        bold: false,
-        color,
-    });
+/// Adds small text at a place.
+fn text(scene: &mut Scene, [x, y]: [f64; 2], text: &str, colour: &str, anchor: TextAnchor) {
+    let (content, color, size) = (text.to_owned(), Some(colour.into()), SIZE);
+    let (rotate, bold) = (None, false);
+    scene.add(Primitive::Text { x, y, content, size, anchor, rotate, bold, color });
+}
+
+/// Adds a straight line between two places, solid without a dash.
+fn rule(
+    scene: &mut Scene,
+    [x1, y1, x2, y2]: [f64; 4],
+    colour: &str,
+    stroke_width: f64,
+    stroke_dasharray: Option<String>,
+) {
+    let stroke = colour.into();
+    scene.add(Primitive::Line { x1, y1, x2, y2, stroke, stroke_width, stroke_dasharray });
 }
 
 /// Returns a colour that is dark enough for text, of `#` and six hexadecimal digits.
@@ -469,6 +435,12 @@ fn cells(
         .with_y_range(y.0, y.1)
         .with_cell_size(1.0);
     Plot::Heatmap(heat)
+}
+
+/// Draws a marker at each point.
+fn dots(at: &[(f64, f64)], colour: &str, marker: MarkerShape, size: f64) -> Plot {
+    let dots = ScatterPlot::new().with_data(at.iter().copied()).with_color(colour);
+    Plot::Scatter(dots.with_marker(marker).with_size(size))
 }
 
 /// Draws a line, solid for an empty dash.
@@ -549,22 +521,14 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
         if x + width > WIDTH {
             (x, scene.height) = (first, scene.height + 18.0);
         }
-        for (k, (shape, color, dash)) in shapes.into_iter().enumerate() {
+        for (k, (mut shape, color, dash)) in shapes.into_iter().enumerate() {
             let label = if k == 0 { label.clone() } else { String::new() };
             let dasharray = (!dash.is_empty()).then_some(dash);
             let (y, theme) = (scene.height, Theme::default());
-            let (mut shape, stroke) = (shape, color.clone().into());
             if let LegendShape::Line = shape {
                 // Long enough for a dash of any kind.
-                scene.add(Primitive::Line {
-                    x1: x - 4.0,
-                    y1: y + 5.0,
-                    x2: x + 21.0,
-                    y2: y + 5.0,
-                    stroke,
-                    stroke_width: 2.0,
-                    stroke_dasharray: dasharray.clone(),
-                });
+                let ends = [x - 4.0, y + 5.0, x + 21.0, y + 5.0];
+                rule(&mut scene, ends, &color, 2.0, dasharray.clone());
                 shape = LegendShape::CircleSize(0.0);
             }
             let entry = LegendEntry { label, color, shape, dasharray };
@@ -576,7 +540,7 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
     for line in wrap_text(caption, (WIDTH / width("n")) as usize) {
         scene.height += 15.0;
         let y = scene.height - 10.0;
-        text(&mut scene, [12.0, y], &line, "black");
+        text(&mut scene, [12.0, y], &line, "black", TextAnchor::Start);
     }
     SvgBackend::new().render_scene(&scene)
 }

@@ -26,7 +26,7 @@ pub(super) struct Measured {
 
 /// Returns the rows of a file with their problems, which must be among `titles`.
 pub(crate) fn read(path: &Path, titles: &[&str]) -> Result<Vec<(String, Measured)>, FileError> {
-    let rows = Table::rows_of(path, COLUMNS)?.into_iter();
+    let rows = Table::rows_of(path, &COLUMNS.join("|"))?.into_iter();
     let measured = |(line, cells)| {
         row(cells, titles).map_err(|reason| FileError {
             path: path.to_owned(),

@@ -61,10 +61,7 @@ const STEPS: [Step; 8] = [
 
 pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
     let took = out.join("charts/took.csv");
-    let mut known: Vec<[String; 2]> = match Table::rows_of(&took, TOOK) {
-        Err(_) if !took.exists() => vec![],
-        rows => rows?.into_iter().map(|(_, row)| row).collect(),
-    };
+    let mut known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
     let steps: Vec<_> = STEPS.iter().filter(|step| step.draws || !draw).collect();
     let begun = Instant::now();
     for (k, Step { name, quick: has_small, files, .. }) in steps.iter().enumerate() {
@@ -85,7 +82,7 @@ pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
         known.retain(|[of, _]| of != name);
         known.push([(*name).to_owned(), of_step.elapsed().as_secs().to_string()]);
         if !draw {
-            let mut table = Table::new(&TOOK.join("|"));
+            let mut table = Table::new(TOOK);
             known.iter().for_each(|row| table.push(row.to_vec()));
             table.write_csv(&took)?;
         }
@@ -99,11 +96,11 @@ pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
     Ok(())
 }
 
-const TOOK: [&str; 2] = ["command", "seconds"];
+const TOOK: &str = "command|seconds";
 
 /// Draws the cost of a half-step per point, which `cargo bench --bench sweeps` measures.
 fn cost_per_point(path: &std::path::Path) -> Fallible<()> {
-    let columns = ["m", "kind", "ns per point", "machine and day"];
+    let columns = "m|kind|ns per point|machine and day";
     let (mut series, mut machine): (Vec<Series>, _) = (vec![], String::new());
     for (_, [m, kind, cost, on]) in Table::rows_of(&path.with_extension("csv"), columns)? {
         let point = Point { x: m.parse()?, y: cost.parse()? };

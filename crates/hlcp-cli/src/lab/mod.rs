@@ -44,17 +44,14 @@ struct Charts {
 }
 
 /// The columns of `measured.csv`, which says what has measured the data beside it.
-const MEASURED: [&str; 2] = ["data of", "command, machine and day"];
+const MEASURED: &str = "data of|command, machine and day";
 
 impl Charts {
     /// Measures the data of a command, unless only to draw them is asked for; returns what the
     /// captions say of command, machine and day, which `measured.csv` keeps.
     fn measured(&self, name: &str, measure: impl FnOnce() -> Fallible<()>) -> Fallible<String> {
         let path = self.out.join("measured.csv");
-        let mut known = match Table::rows_of(&path, MEASURED) {
-            Err(_) if !path.exists() => vec![],
-            rows => rows?.into_iter().map(|(_, row)| row).collect(),
-        };
+        let mut known: Vec<[String; 2]> = Table::kept(&path, MEASURED)?;
         if self.draw {
             let found = known.into_iter().find(|[of, _]| of == name).map(|[_, words]| words);
             return Ok(found.ok_or_else(|| {
@@ -68,7 +65,7 @@ impl Charts {
         known.retain(|[of, _]| of != name);
         known.push([name.to_owned(), words.clone()]);
         known.sort();
-        let mut table = Table::new(&MEASURED.join("|"));
+        let mut table = Table::new(MEASURED);
         known.into_iter().for_each(|row| table.push(row.into()));
         table.write_csv(&path)?;
         Ok(words)

@@ -19,16 +19,8 @@ use crate::{
 /// Scans half and twice the predicted `2 − α`, and so many steps between.
 const STEPS: i32 = 12;
 
-const COLUMNS: [&str; 8] = [
-    "scene",
-    "m",
-    "predicted alpha",
-    "its sweeps",
-    "best alpha",
-    "its sweeps",
-    "adaptive alpha",
-    "its sweeps",
-];
+const COLUMNS: &str = "scene|m|predicted alpha|its sweeps|best alpha|its sweeps|adaptive alpha|\
+                       its sweeps";
 
 const SCENES: [(&str, &[(&str, f64)]); 4] = [
     ("disc-lcp", &[]),
@@ -40,7 +32,7 @@ const SCENES: [(&str, &[(&str, f64)]); 4] = [
 /// Measures scenes of some sizes.
 pub(crate) fn measure(out: &Path, quick: bool) -> Fallible<()> {
     let sizes: &[u32] = if quick { &[7, 15] } else { &[15, 23, 31, 47, 63, 95, 128] };
-    let mut table = Table::new(&COLUMNS.join("|"));
+    let mut table = Table::new(COLUMNS);
     for (name, given) in SCENES {
         for &m in sizes {
             let problem = Scene::of(name).pose(&[given, &[("m", m.into())]].concat())?;
@@ -69,7 +61,7 @@ pub(crate) fn measure(out: &Path, quick: bool) -> Fallible<()> {
 /// Draws the chart from the data.
 pub(crate) fn draw(out: &Path, measured: &str) -> Fallible<()> {
     let path = out.join("optimal-alpha");
-    let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;
+    let rows = Table::rows_of::<8>(&path.with_extension("csv"), COLUMNS)?;
     let mut panels = vec![];
     for (k, (scene, _)) in SCENES.into_iter().enumerate() {
         let mut lines = [vec![], vec![], vec![]];

@@ -36,7 +36,7 @@ fn problems(quick: bool) -> Vec<Given> {
     problems
 }
 
-const COLUMNS: [&str; 4] = ["problem", "series", "seconds", "half-steps"];
+const COLUMNS: &str = "problem|series|seconds|half-steps";
 
 /// The solves of a method on a problem.
 fn repeats(quick: bool) -> usize {
@@ -52,7 +52,7 @@ pub(crate) fn measure(
 ) -> Fallible<()> {
     let problems = problems(quick);
     bar.inc_length((problems.len() * methods.len()) as u64);
-    let mut table = Table::new(&COLUMNS.join("|"));
+    let mut table = Table::new(COLUMNS);
     for problem in &problems {
         let scene = problem.pose()?;
         let (limits, repeats) = (limits(TOLERANCE), Repeats::least(repeats(quick)));

@@ -85,10 +85,8 @@ fn published() -> Fallible<()> {
         [(0.5, 1.0, ["0.375", "0.8367"]), (1.0 / 6.0, 2.0 / 3.0, ["0.729167", "0.8513"])]
     {
         let given = [("nx", 127.0), ("ny", 120.0), ("tail", tail), ("length", length)];
-        let problem = Scene::of("dam").pose(&given)?;
-        let mut solver = problem.solver("AUTO")?;
-        march(&problem, &mut solver, &Scene::of("dam").limits(), true)?.ok()?;
-        let figures = (problem.figures)(solver.z(), solver.r());
+        let (outcome, figures, _) = solved("AUTO", "dam", &given, true)?;
+        outcome.ok()?;
         let ours = format!("{:.6}", figures[0].1);
         let agree = figures[1].1.abs() < 1e-8;
         compare(&format!("dam 1 × {length:.3}, discharge"), published[0], &ours, agree)?;

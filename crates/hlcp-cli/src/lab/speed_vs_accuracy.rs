@@ -165,7 +165,7 @@ fn measure_all(problems: &[Given], quick: bool, out: &Path) -> Fallible<()> {
     let all = [&paper[..], &beyond.iter().filter(is_new).copied().collect::<Vec<_>>()].concat();
     let bar = counting(problems.len() * (all.len() + precise.len()));
     let mut measured: [Vec<_>; 2] = Default::default();
-    let mut certified = Table::new(&BOUNDS.join("|"));
+    let mut certified = Table::new(BOUNDS);
     for problem in problems {
         let title = &problem.title;
         bar.set_message(title.clone());
@@ -346,7 +346,7 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
 }
 
 /// The columns of the certified bounds.
-const BOUNDS: [&str; 3] = ["problem", "true error", "bound"];
+const BOUNDS: &str = "problem|true error|bound";
 
 fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
     let path = out.join("certified");

@@ -92,18 +92,8 @@ const SWEEPS: usize = 3000;
 const METHODS: [(&str, &str); 3] =
     [("MAOR", "MMS (MAOR)"), ("AMAOR", "AMMS (AMAOR)"), ("TMAOR", "TMMS (TMAOR)")];
 
-const COLUMNS: [&str; 10] = [
-    "method",
-    "precision",
-    "alpha",
-    "beta",
-    "tau",
-    "outcome",
-    "sweeps",
-    "contraction",
-    "theorem 2",
-    "proved by witness",
-];
+const COLUMNS: &str =
+    "method|precision|alpha|beta|tau|outcome|sweeps|contraction|theorem 2|proved by witness";
 
 pub(crate) fn run(Arguments { charts, given }: &Arguments) -> Fallible<()> {
     let Charts { quick, out, .. } = charts;
@@ -137,7 +127,7 @@ fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
     let scene = Scene::of(map.scene);
     let numbers = scene.numbers(&map.numbers);
     let (wide, narrow) = ((scene.wide)(&numbers)?, (scene.narrow)(&numbers)?);
-    let mut table = Table::new(&COLUMNS.join("|"));
+    let mut table = Table::new(COLUMNS);
     for lag in [0.0, 0.2] {
         for (method, _) in METHODS {
             let known =

@@ -65,15 +65,24 @@ impl Table {
         save(&path.with_extension("csv"), &self.csv())
     }
 
-    /// Returns the rows of a file with these columns between commas, with the numbers of their
-    /// lines; a comma between quotes is part of its cell.
+    /// Returns the rows of a file with these columns, none of one that is not there.
+    pub(crate) fn kept<const N: usize>(
+        path: &Path,
+        columns: &str,
+    ) -> Result<Vec<[String; N]>, FileError> {
+        let rows = if path.exists() { Self::rows_of(path, columns)? } else { vec![] };
+        Ok(rows.into_iter().map(|(_, row)| row).collect())
+    }
+
+    /// Returns the rows of a file with these columns, which stand between `|`, between commas, with
+    /// the numbers of their lines; a comma between quotes is part of its cell.
     pub(crate) fn rows_of<const N: usize>(
         path: &Path,
-        columns: [&str; N],
+        columns: &str,
     ) -> Result<Vec<(usize, [String; N])>, FileError> {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let text = fs::read_to_string(path).map_err(|error| fault(None, error.to_string()))?;
-        let (head, mut rows) = (columns.join(","), vec![]);
+        let (head, mut rows) = (columns.replace('|', ","), vec![]);
         for (number, line) in (1..).zip(text.lines()) {
             if line.trim().is_empty() || line == head {
                 continue;
