@@ -10,9 +10,9 @@ mod common;
 
 use std::{cell::RefCell, error::Error};
 
-use common::{against, done, machine, seconds};
+use common::{against, done, machine, seconds, solved_on};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Smoother, Step, Transfer};
-use hlcp_methods::{Cycle, FullMultigrid, Limits, Multigrid, Options, Solver};
+use hlcp_methods::{Cycle, FullMultigrid, Multigrid, Solver};
 use hlcp_verify::Disc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
@@ -72,20 +72,9 @@ fn solves(m: usize, pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
     let solver = |problem| -> Result<_, Box<dyn Error>> {
         Ok(Solver::new(FullMultigrid::new(Multigrid::new(problem, Cycle::W)?)))
     };
-    let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
-    let limits = Limits::absolute(1e-10);
-    let (q, start) = (&scene.q, vec![1.0; m * m]);
-    let options = || Options::from_x(&start).limits(limits);
-    let (ratio, time) = against(
-        || alone.solve(q, options()).expect("valid input").elapsed.as_secs_f64(),
-        || {
-            let outcome = pool.install(|| together.solve(q, options()));
-            outcome.expect("valid input").elapsed.as_secs_f64()
-        },
-    );
-    assert!(alone.x() == together.x(), "the same bits");
+    let solvers = [solver(problem.clone())?, solver(problem.in_parallel())?];
     let what = format!("disc-lcp by FMG, one thread, m = {m}");
-    row(&what, "2 threads", "≥ 1.6", m * m, (ratio, time));
+    row(&what, "2 threads", "≥ 1.6", m * m, solved_on(pool, solvers, &scene.q));
     Ok(())
 }
 

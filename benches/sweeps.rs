@@ -14,7 +14,7 @@ mod counting;
 
 use std::{cell::RefCell, error::Error, fs, hint::black_box, path::Path, time::Instant};
 
-use common::{TURNS, against, done, machine, median, seconds};
+use common::{TURNS, against, done, machine, median, seconds, solved_on};
 use hlcp_core::{Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step};
 use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
@@ -341,29 +341,12 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
 /// that time.
 fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error>> {
     let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let start = vec![1.0; m * m];
     let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
     let solver = |problem| -> Result<_, Box<dyn Error>> {
         Ok(Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?))
     };
-    let (mut alone, mut together) = (solver(problem.clone())?, solver(problem.in_parallel())?);
-    let limits = Limits::absolute(1e-10);
-    let (ratio, time) = against(
-        || {
-            alone
-                .solve(&scene.q, Options::from_x(&start).limits(limits))
-                .expect("valid input")
-                .elapsed
-                .as_secs_f64()
-        },
-        || {
-            pool.install(|| together.solve(&scene.q, Options::from_x(&start).limits(limits)))
-                .expect("valid input")
-                .elapsed
-                .as_secs_f64()
-        },
-    );
-    assert!(alone.x() == together.x(), "the same bits");
+    let solvers = [solver(problem.clone())?, solver(problem.in_parallel())?];
+    let (ratio, time) = solved_on(pool, solvers, &scene.q);
     Ok((ratio, time / ratio))
 }
 

@@ -4,6 +4,9 @@
 
 use std::{hint::black_box, time::Instant};
 
+use hlcp_methods::{Limits, Method, Options, Solver};
+use rayon::ThreadPool;
+
 pub(crate) const TURNS: usize = 11;
 
 /// What a sweep returns is used.
@@ -32,6 +35,23 @@ pub(crate) fn against(
     let turns: Vec<[f64; 2]> = (0..TURNS).map(|_| [ours(), theirs()]).collect();
     let ratio = median(turns.iter().map(|[ours, theirs]| ours / theirs).collect());
     (ratio, median(turns.iter().map(|[ours, _]| *ours).collect()))
+}
+
+/// Solves from x⁰ = e to 10⁻¹⁰ on one thread and, by the second solver, on those of `pool`, with the
+/// same bits: the ratio of the seconds, and those of one thread.
+pub(crate) fn solved_on<M: Method<f64> + Send>(
+    pool: &ThreadPool,
+    [mut alone, mut together]: [Solver<f64, M>; 2],
+    q: &[f64],
+) -> (f64, f64) {
+    let start = vec![1.0; q.len()];
+    let seconds = |solver: &mut Solver<f64, M>| {
+        let options = Options::from_x(&start).limits(Limits::absolute(1e-10));
+        solver.solve(q, options).expect("valid input").elapsed.as_secs_f64()
+    };
+    let times = against(|| seconds(&mut alone), || pool.install(|| seconds(&mut together)));
+    assert!(alone.x() == together.x(), "the same bits");
+    times
 }
 
 /// The processor, the compiler and the day.
