@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Matrix, permuted, planted, posed, red_black};
+use common::{permuted, planted, posed, red_black};
 use hlcp_core::{Aor, Jacobi, Rhs, Step};
 use hlcp_methods::{Clock, Method, Mms, Tmms};
 use hlcp_verify::oracle::{Dense, Iteration, aor_splitting};
@@ -185,7 +185,7 @@ proptest! {
         let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
         let (mut y, mut scratch) = (vec![f64::NAN; x.len()], vec![]);
         let (plain, accelerated) = (aor.library(), aor.library().accelerated());
-        let steps: [&dyn Step<f64, Matrix, Matrix>; 3] = [&plain, &accelerated, &Jacobi];
+        let steps: [&dyn Step<f64, DMatrix<f64>, DMatrix<f64>>; 3] = [&plain, &accelerated, &Jacobi];
         let mut all = steps.map(|s| s.step(&problem, &q, x.as_slice(), &mut y, &mut scratch)).to_vec();
         all.push(problem.residual(&q, z.as_slice(), r.as_slice(), &mut scratch));
         for norms in all {

@@ -12,41 +12,10 @@ use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
 
-/// A dense matrix as a user's operator.
-#[derive(Debug, Clone)]
-pub(crate) struct Matrix(pub(crate) DMatrix<f64>);
-
-impl LinearOperator<f64> for Matrix {
-    fn order(&self) -> usize {
-        self.0.nrows()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.copy_from_slice((&self.0 * DVector::from_column_slice(x)).as_slice());
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
-        self.visit_row(i, visit);
-        true
-    }
-}
-
-impl Diagonal<f64> for Matrix {
-    fn diagonal_entry(&self, i: usize) -> f64 {
-        self.0[(i, i)]
-    }
-}
-
-impl Rows<f64> for Matrix {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        self.0.row(i).iter().enumerate().for_each(|(j, &a)| visit(j, a));
-    }
-}
-
 /// The dense problem as the library sees it.
-pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, Matrix, Matrix> {
+pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, DMatrix<f64>, DMatrix<f64>> {
     let omega = Omega::Each(dense.omega.iter().copied().collect());
-    Hlcp::new(Matrix(dense.a.clone()), Matrix(dense.b.clone()), omega)
+    Hlcp::new(dense.a.clone(), dense.b.clone(), omega)
         .and_then(|problem| problem.with_gamma(dense.gamma))
         .expect("generators make valid problems")
 }

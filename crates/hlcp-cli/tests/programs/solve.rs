@@ -9,29 +9,6 @@ use crate::{
 };
 
 #[test]
-fn every_method_of_the_paper_by_name() {
-    let fixed = "MJ MGS AMJ AMGS TMJ TMGS MSOR1 MSOR2 MSOR3 MAOR1 MAOR2 MAOR3 AMSOR1 AMSOR2 AMSOR3 AMAOR1 AMAOR2 \
-                 AMAOR3 TMSOR1 TMSOR2 TMSOR3 TMAOR1 TMAOR2 TMAOR3 TMJSOR1 TMJSOR2 TMJSOR3 TMJSOR4 TMGSJ TMGSSOR1 \
-                 TMGSSOR2 TMGSSOR3"
-        .split_whitespace()
-        .map(String::from);
-    let open = ["M", "AM", "TM"].into_iter().flat_map(|family| {
-        [format!("{family}SOR --alpha 1.1"), format!("{family}AOR --alpha 1.1 --beta 0.9")]
-    });
-    for method in fixed.chain(open) {
-        for scene in ["example1", "example2"] {
-            let (report, status) =
-                json(&format!("--scene {scene} --m 12 --json --method {method}"));
-            assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0), "{method}");
-            assert!(report["error_linf"].as_f64().unwrap() <= 1e-10);
-            let two = i64::from(method.starts_with("TM")) + 1;
-            let count = |key: &str| report[key].as_i64().unwrap();
-            assert_eq!(count("sweeps"), two * count("iterations"));
-        }
-    }
-}
-
-#[test]
 fn the_report_has_its_keys_and_numbers() {
     let arguments = "--scene example2 --m 9 --mu 3 --nu 2.5 --method tmaor --alpha 1.1 --beta 0.8 --tau 0.9 \
                      --gamma 2.5 --json";
@@ -303,16 +280,4 @@ fn long_numbers_and_long_times_are_short() {
     assert!(out.contains("mu = 4, nu = 4, tau = 1, gamma = 1e-300\n"), "{out}");
     let (report, status) = json("--m 8 --method MGS --max-seconds 1e308 --json");
     assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0));
-}
-
-#[test]
-fn threads_change_the_time_alone() {
-    let arguments = "--scene example2 --m 150 --method TMAOR --alpha 1.1 --beta 0.9 --json";
-    let reports = ["1", "2", "5"].map(|threads| {
-        let (mut report, status) = json(&format!("{arguments} --threads {threads}"));
-        assert_eq!((status, &report["threads"]), (0, &threads.parse::<i64>().unwrap().into()));
-        (report["threads"], report["seconds"]) = (Value::Null, Value::Null);
-        report
-    });
-    assert!(reports[0] == reports[1] && reports[0] == reports[2], "{reports:?}");
 }

@@ -6,7 +6,6 @@ use hlcp_core::{
 };
 use hlcp_methods::{Mms, NameError, Named, Parameters, Tmms};
 
-use crate::common::Matrix;
 use nalgebra::{DMatrix, dmatrix};
 
 fn stencil(centre: f64) -> FivePoint<f64> {
@@ -68,7 +67,7 @@ fn empty_problems_are_refused() {
         assert_eq!(refused, Err(Error::Grid { nx, ny }));
     }
     assert!(matches!(Rhs::<f64>::new(&[]), Err(Error::Empty { .. })));
-    let none = || Matrix(DMatrix::zeros(0, 0));
+    let none = || DMatrix::zeros(0, 0);
     assert!(matches!(Hlcp::new(none(), none(), Omega::Uniform(1.5)), Err(Error::Empty { .. })));
     assert!(matches!(Omega::diagonal_ratio(1.5, &none(), &none()), Err(Error::Empty { .. })));
 }
@@ -96,10 +95,11 @@ fn numbers_that_are_not_finite_are_refused() {
             other => panic!("{other:?}"),
         }
 
-        let spoilt = Matrix(dmatrix![4.0, 0.5, 0.2; 0.3, 5.0, 0.1; 0.7, bad, 6.0]);
-        let sound = Matrix(dmatrix![3.0, 0.5, 0.2; 0.3, 2.0, 0.1; 0.7, 0.4, 2.5]);
-        let pair =
-            |a: &Matrix, b: &Matrix| Hlcp::new(a.clone(), b.clone(), Omega::Uniform(1.2)).unwrap();
+        let spoilt = dmatrix![4.0, 0.5, 0.2; 0.3, 5.0, 0.1; 0.7, bad, 6.0];
+        let sound = dmatrix![3.0, 0.5, 0.2; 0.3, 2.0, 0.1; 0.7, 0.4, 2.5];
+        let pair = |a: &DMatrix<f64>, b: &DMatrix<f64>| {
+            Hlcp::new(a.clone(), b.clone(), Omega::Uniform(1.2)).unwrap()
+        };
         let gs = Aor::gauss_seidel();
         refused_at(Mms::new(pair(&spoilt, &sound), gs).unwrap_err(), 2, "A");
         refused_at(Mms::new(pair(&sound, &spoilt), gs.accelerated()).unwrap_err(), 2, "B");
@@ -110,8 +110,8 @@ fn numbers_that_are_not_finite_are_refused() {
 #[test]
 fn diagonals_that_are_not_positive_are_refused() {
     for bad in [0.0, -2.0, f64::NAN, f64::INFINITY] {
-        let sound = Matrix(dmatrix![3.0, 0.5; 0.3, 2.0]);
-        let spoilt = Matrix(dmatrix![3.0, 0.5; 0.3, bad]);
+        let sound = dmatrix![3.0, 0.5; 0.3, 2.0];
+        let spoilt = dmatrix![3.0, 0.5; 0.3, bad];
         for (a, b, name) in [(&spoilt, &sound, "diagonal of A"), (&sound, &spoilt, "diagonal of B")]
         {
             match Omega::diagonal_ratio(0.7, a, b).unwrap_err() {

@@ -1,42 +1,8 @@
 //! Five-point operators take a path of their own; it must lead where the walk over the rows leads.
 
 use crate::common::Walked;
-use hlcp_core::{
-    Aor, Coefficients, Diagonal, FivePoint, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs,
-    Rows, Step, Varying,
-};
+use hlcp_core::{Aor, DiagonalMatrix, FivePoint, Hlcp, Norms, Omega, Rhs, Rows, Step, Varying};
 use proptest::{collection::vec, prelude::*};
-
-/// A diagonal operator, which fits any grid.
-struct Scaling(Vec<f64>);
-
-impl LinearOperator<f64> for Scaling {
-    fn order(&self) -> usize {
-        self.0.len()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        for ((y, x), d) in y.iter_mut().zip(x).zip(&self.0) {
-            *y = d * x;
-        }
-    }
-
-    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        Some(FivePointView::diagonal(Coefficients::Each(&self.0)))
-    }
-}
-
-impl Diagonal<f64> for Scaling {
-    fn diagonal_entry(&self, i: usize) -> f64 {
-        self.0[i]
-    }
-}
-
-impl Rows<f64> for Scaling {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        visit(i, self.0[i]);
-    }
-}
 
 /// Everything a step depends on, except the operators' types.
 #[derive(Debug, Clone)]
@@ -216,23 +182,11 @@ proptest! {
         agree(&case, case.step(a, b), walked)?;
     }
 
-    /// A constant stencil takes the same path as the same numbers in arrays, and a pair may mix
-    /// both.
-    #[test]
-    fn constant_and_varying_mix(case in cases(), row in row()) {
-        let constant = FivePoint::new(case.nx, case.ny, row).unwrap();
-        let constant = constant.periodic(case.round).unwrap();
-        let varying = case.operator(&case.b);
-        let case = Case { a: vec![row; case.x.len()], ..case };
-        let walked = case.step(Walked(&constant), Walked(&varying));
-        agree(&case, case.step(constant, varying), walked)?;
-    }
-
     /// The linear complementarity problem, B diagonal, keeps the fast path.
     #[test]
     fn diagonal_operators_fit_any_grid(case in cases()) {
         let a = case.operator(&case.a);
-        let b = || Scaling(case.b.iter().map(|row| row[2]).collect());
+        let b = || DiagonalMatrix::new(case.b.iter().map(|row| row[2]).collect()).unwrap();
         let walked = case.step(Walked(&a), Walked(b()));
         let diagonal = case.b.iter().map(|row| [0.0, 0.0, row[2], 0.0, 0.0]).collect();
         agree(&Case { b: diagonal, ..case.clone() }, case.step(&a, b()), walked)?;
@@ -253,22 +207,6 @@ proptest! {
         // Entry by entry the same operations: only the squares are summed in another order.
         prop_assert_eq!(fused.linf, walked.linf);
         prop_assert!((fused.l2 - walked.l2).abs() <= q.entries().len() as f64 * f64::EPSILON * walked.l2);
-    }
-
-    /// A varying operator is the operator of its rows.
-    #[test]
-    fn varying_products_are_sums_over_rows(case in cases()) {
-        let a = case.operator(&case.a);
-        let mut y = vec![f64::NAN; case.x.len()];
-        a.apply(&case.x, &mut y);
-        for (k, &y) in y.iter().enumerate() {
-            let (mut sum, mut size) = (0.0, 0.0);
-            a.visit_row(k, &mut |j, a| {
-                sum += a * case.x[j];
-                size += (a * case.x[j]).abs();
-            });
-            prop_assert!((y - sum).abs() <= 10.0 * f64::EPSILON * size);
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{Matrix, assembled};
+use crate::common::assembled;
 use hlcp_core::{
     Csr, Diagonal, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, LinearOperator, Omega,
     RowMajor, Rows, Scaled, Shifted, Sum, Tridiagonal, check_operator,
@@ -116,7 +116,7 @@ proptest! {
         is_matrix(&Sum(&a, &b), &(&matrix + &other), &x);
         is_matrix(&Sum(&b, &diagonal), &(&other + DMatrix::from_diagonal(&entries)), &x);
         is_matrix(&Sum(Identity { order: n }, &b), &(&identity + &other), &x);
-        let nested = Sum(Shifted { by, of: &a }, Scaled { by: -0.5, of: Matrix(other.clone()) });
+        let nested = Sum(Shifted { by, of: &a }, Scaled { by: -0.5, of: other.clone() });
         is_matrix(&nested, &(by * &identity + &matrix - 0.5 * &other), &x);
 
         let grid = FivePoint::new(n, 3, [by, -0.3, 2.5, -0.7, 0.4]).unwrap();

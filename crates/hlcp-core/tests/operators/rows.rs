@@ -10,7 +10,7 @@ use hlcp_core::{
 use nalgebra::DMatrix;
 use proptest::{collection::vec, prelude::*};
 
-use crate::common::{Matrix, Walked};
+use crate::common::Walked;
 
 /// The arrays of the entries that are not zero.
 fn arrays<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
@@ -285,8 +285,8 @@ fn what_is_no_grid_is_not_recognised() {
         let mut matrix = DMatrix::zeros(20, 20);
         (0..20).for_each(|i| grid.visit_row(i, &mut |j, a| matrix[(i, j)] = a));
         matrix[(row, column)] = 0.5;
-        assert!(recognise_grid(&Matrix(matrix.clone()), &identity).is_none());
-        let error = FivePoint::from_rows(5, 4, &Matrix(matrix)).unwrap_err();
+        assert!(recognise_grid(&matrix, &identity).is_none());
+        let error = FivePoint::from_rows(5, 4, &matrix).unwrap_err();
         assert_eq!(error, Error::OffGrid { row, column, nx: 5, ny: 4 });
     }
     // A line is no grid of two dimensions, and two orders are no grid.
@@ -295,7 +295,7 @@ fn what_is_no_grid_is_not_recognised() {
     assert!(recognise_grid(&grid, &Identity { order: 21 }).is_none());
     let error = FivePoint::from_rows(5, 5, &grid).unwrap_err();
     assert_eq!(error, Error::Order { what: "the grid", found: 25, expected: 20 });
-    let bad = Matrix(DMatrix::from_diagonal_element(4, 4, f64::NAN));
+    let bad = DMatrix::from_diagonal_element(4, 4, f64::NAN);
     assert!(matches!(FivePoint::from_rows(2, 2, &bad), Err(Error::NotFinite { .. })));
 }
 

@@ -69,6 +69,29 @@ fn units_change_no_decision() {
     }
 }
 
+/// Powers of two whose squares overflow or vanish; `outcomes.rs` has sweeps.
+#[test]
+fn scaling_q_scales_the_iterates_of_newtons_methods() {
+    let counts = |power: i32| {
+        let ((a, b, mut q), scale) = (posed(1.0, 1.0), 2_f64.powi(power));
+        q.iter_mut().for_each(|q| *q *= scale);
+        let problem = Hlcp::from_pair(&a, &b).unwrap();
+        let base = || Mms::new(problem.clone(), Aor::gauss_seidel()).unwrap();
+        let amg = AmgNewton::new(base()).unwrap();
+        let methods: [Boxed<'_>; 2] = [Box::new(Newton::new(base(), Ssor)), Box::new(amg)];
+        methods.map(|method| {
+            let start = [0.3 * scale; M * M];
+            let options = Options::from_x(&start).limits(Limits::relative(1e-12));
+            let outcome = Solver::new(method).solve(&q, options).unwrap();
+            assert!(outcome.converged(), "{outcome}");
+            (outcome.iterations, outcome.linear_iterations)
+        })
+    };
+    for power in [-700, 700] {
+        assert_eq!(counts(power), counts(0));
+    }
+}
+
 /// A preconditioner so weak that an inner solve takes hundreds of iterations unless it is stopped.
 #[test]
 fn inner_solves_end_with_the_time() {

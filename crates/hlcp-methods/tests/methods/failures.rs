@@ -1,7 +1,7 @@
 //! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best
 //! iterate handed back. `outcomes.rs` has the ends of a solve that no scene has.
 
-use crate::common::{Matrix, posed, problem, tmgs};
+use crate::common::{posed, problem, tmgs};
 use hlcp_core::{Aor, Error, FivePoint, Identity, Norms, Rows};
 use hlcp_methods::{
     Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,
@@ -68,7 +68,7 @@ fn over_relaxed_tmsor_on_the_disc() {
 /// period 2.
 #[test]
 fn a_p_matrix_outside_h_plus() {
-    let a = Matrix(dmatrix![1.0, 2.0; -2.0, 1.0]);
+    let a = dmatrix![1.0, 2.0; -2.0, 1.0];
     let method = tmsor(a, Identity { order: 2 }, 1.0);
     let (outcome, _) = solve(method, &[-1.5, 0.7], &[1.0; 2], Limits::absolute(1e-10));
     assert_eq!(outcome.status, Status::Cycling { period: 2 });
@@ -89,13 +89,7 @@ fn an_h_plus_pair_without_ii() {
         let (outcome, solver) = solve(method(), q, &start, Limits::absolute(1e-10));
         assert!(outcome.converged() && outcome.iterations < 100, "{outcome}");
         assert!((solver.r()[0] - 7.02).abs() < 1e-8 && (solver.r()[1] - 4.34).abs() < 1e-8);
-        let certificate = certify(
-            &Matrix(p.dense.a.clone()),
-            &Matrix(p.dense.b.clone()),
-            q,
-            solver.z(),
-            solver.r(),
-        );
+        let certificate = certify(&p.dense.a, &p.dense.b, q, solver.z(), solver.r());
         // It is the only solution within the bounds, and there is another.
         assert!(certificate.unwrap().is_ok_and(|found| found.is_alone));
     }
@@ -125,7 +119,7 @@ fn an_h_plus_pair_without_condition_8() {
 /// and the iterates wander off at a constant pace, which is neither divergence nor rest.
 #[test]
 fn a_singular_pair() {
-    let singular = Matrix(dmatrix![1.0, -1.0; -1.0, 1.0]);
+    let singular = dmatrix![1.0, -1.0; -1.0, 1.0];
     let method = || tmsor(singular.clone(), singular.clone(), 0.7);
     let (outcome, _) = solve(method(), &[1.5, -1.5], &[1.0, 0.3], Limits::absolute(1e-10));
     assert!(outcome.converged() && outcome.iterations < 20, "{outcome}");
@@ -142,7 +136,7 @@ fn a_singular_pair() {
 fn a_pair_with_three_solutions() {
     let method = || {
         let (a, b) = (dmatrix![1.0, -2.0; 0.0, 1.0], dmatrix![1.0, 0.0; -2.0, 1.0]);
-        tmsor(Matrix(a), Matrix(b), 1.0)
+        tmsor(a, b, 1.0)
     };
     let q = [1.0, -1.0];
     for (start, z, r) in [
@@ -189,7 +183,7 @@ fn the_slider_below_its_floor() {
 }
 
 fn generic() -> impl Method<f64> {
-    let a = Matrix(dmatrix![4.0, -3.0; -2.5, 3.5]);
+    let a = dmatrix![4.0, -3.0; -2.5, 3.5];
     tmsor(a.clone(), a, 1.0)
 }
 

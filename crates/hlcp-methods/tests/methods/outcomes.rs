@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, time::Duration};
 
-use crate::common::{Altered, Failing, Matrix, from, solve_from_ones, tmgs};
+use crate::common::{Altered, Failing, from, solve_from_ones, tmgs};
 use crate::failures::solve as ends;
 use hlcp_core::{
     Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, Norms, Omega, Scalar, Tridiagonal,
@@ -101,13 +101,13 @@ fn the_rounding_floor_is_stagnation() {
 
 /// The LCP with the lower bidiagonal matrix of the given order and entries, and Ω = its diagonal,
 /// by Jacobi.
-fn bidiagonal(order: usize, on: f64, below: f64) -> Mms<f64, Matrix, Identity, Aor<f64>> {
+fn bidiagonal(order: usize, on: f64, below: f64) -> Mms<f64, DMatrix<f64>, Identity, Aor<f64>> {
     let a = DMatrix::from_fn(order, order, |i, j| match i as isize - j as isize {
         0 => on,
         1 => below,
         _ => 0.0,
     });
-    let problem = Hlcp::new(Matrix(a), Identity { order }, Omega::Uniform(on)).unwrap();
+    let problem = Hlcp::new(a, Identity { order }, Omega::Uniform(on)).unwrap();
     Mms::new(problem, Aor::jacobi()).unwrap()
 }
 
@@ -308,7 +308,7 @@ fn a_long_transient_is_no_stagnation() {
         _ if j > 0 && i == j + 1 => -1.02,
         _ => 0.0,
     });
-    let problem = Hlcp::new(Matrix(a), Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+    let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
     let mut solver = Solver::new(Mms::new(problem, Aor::jacobi()).unwrap());
     let mut q = vec![0.0; n];
     (q[0], q[1]) = (-1e16, -1.0);
@@ -356,7 +356,7 @@ fn a_cycle_behind_a_false_suspicion() {
         1 if i + 1 < n => -2.0,
         _ => 0.0,
     });
-    let problem = Hlcp::new(Matrix(matrix), Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+    let problem = Hlcp::new(matrix, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
     // Jacobi for the flow, and twice its step for the last row, which then alternates.
     let steps = move |rhs: &[f64], y: &mut [f64]| {
         for (i, (y, rhs)) in y.iter_mut().zip(rhs).enumerate() {

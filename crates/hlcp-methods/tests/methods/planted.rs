@@ -1,13 +1,13 @@
 //! The methods reach the planted solution, which enumeration finds to be the only one.
 
-use crate::common::{Matrix, largest_difference, planted, posed, tmgs};
+use crate::common::{largest_difference, planted, posed, tmgs};
 use hlcp_core::{Aor, Jacobi, Scalar, SplittingStep};
 use hlcp_methods::{
     Anderson, Jacobian, Limits, Method, Mms, Newton, Norm, Options, Preconditioner, Solver, Ssor,
     Tmms, TridiagonalPart,
 };
 use hlcp_verify::Planted;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
 
 /// Rows of both matrices sum to at most this off the diagonal. The diagonals of A and BΩ are at
@@ -16,13 +16,11 @@ use proptest::{collection::vec, prelude::*};
 const WEIGHT: f64 = 0.15;
 const MARGIN: f64 = 0.4 - 2.5 * WEIGHT;
 
+type Boxed = Box<dyn Method<f64, A = DMatrix<f64>, B = DMatrix<f64>>>;
+
 /// Solves a problem of [`planted`] with this `WEIGHT`, as posed or exchanged: it must end at the
 /// planted solution, with the residual in the problem as posed.
-fn reaches(
-    method: Box<dyn Method<f64, A = Matrix, B = Matrix>>,
-    p: &Planted,
-    start: &[f64],
-) -> Result<(), TestCaseError> {
+fn reaches(method: Boxed, p: &Planted, start: &[f64]) -> Result<(), TestCaseError> {
     let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
     let mut solver = Solver::new(method);
     let outcome =
@@ -74,7 +72,7 @@ proptest! {
         for posed in [posed(&p.dense), exchanged.clone().exchanged().unwrap(), exchanged] {
             let problem = || posed.clone();
             let none = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
-            let methods: [Box<dyn Method<f64, A = Matrix, B = Matrix>>; 12] = [
+            let methods: [Boxed; 12] = [
                 Box::new(Mms::new(problem(), Jacobi).unwrap()),
                 Box::new(Mms::new(problem(), gs).unwrap()),
                 Box::new(Mms::new(problem(), aor.backward()).unwrap()),

@@ -1,6 +1,5 @@
 //! The classes of matrices against dense linear algebra, and the lemmas on them.
 
-use crate::common::Matrix;
 use crate::{any_pair, comparison};
 use hlcp_core::{Error, Identity};
 use hlcp_verify::{
@@ -40,7 +39,7 @@ proptest! {
         };
         let all: Vec<f64> = (0..1 << n).map(choice).collect();
         let some = |sign: f64| all.iter().any(|d| d * sign > 0.0);
-        let found = has_w_property(&Matrix(a), &Matrix(b)).unwrap();
+        let found = has_w_property(&a, &b).unwrap();
         if some(1.0) && some(-1.0) {
             prop_assert_eq!(found, Answer::No(Failure::Signs));
         } else if all.contains(&0.0) {
@@ -58,7 +57,7 @@ proptest! {
         let inverse = comparison(&a).try_inverse();
         prop_assume!(inverse.as_ref().is_none_or(|i| i.amax() < 1e8));
         let h = inverse.as_ref().is_some_and(|i| i.min() >= 0.0);
-        let operator = Matrix(a.clone());
+        let operator = a.clone();
         let z = (0..n * n).all(|k| k / n == k % n || a[(k / n, k % n)] <= 0.0);
         prop_assert_eq!(is_z(&operator).is_yes(), z);
         let answer = is_h_plus(&operator);

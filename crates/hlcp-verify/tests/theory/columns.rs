@@ -7,7 +7,7 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-use crate::{cases_asked, common::Matrix, exact, rational};
+use crate::{cases_asked, exact, rational};
 
 /// A pair with signs at random, near the edge of what `v` proves and beyond it.
 #[derive(Debug, Clone)]
@@ -180,7 +180,7 @@ fn steps_contract_the_sum() {
         }
         below += usize::from(all_below);
         let omega = Omega::Each(case.omega.clone());
-        let problem = Hlcp::new(Matrix(case.a.clone()), Matrix(case.b.clone()), omega).unwrap();
+        let problem = Hlcp::new(case.a.clone(), case.b.clone(), omega).unwrap();
         match convergence(&problem, &case.steps) {
             Convergence::Proved(Proof::Columns, found) => {
                 proved += 1;
@@ -288,7 +288,7 @@ fn a_witness_for_each_is_not_enough() {
         let x = rationals(&x);
         assert_eq!(of.step(&case.steps[0], &x), x);
     }
-    let problem = Hlcp::new(Matrix(case.a), Matrix(case.b), Omega::Uniform(1.0)).unwrap();
+    let problem = Hlcp::new(case.a, case.b, Omega::Uniform(1.0)).unwrap();
     assert!(matches!(convergence(&problem, &case.steps), Convergence::NotProved(_)));
 }
 

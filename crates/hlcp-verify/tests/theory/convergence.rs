@@ -1,6 +1,6 @@
 //! What is proved by either theorem or by a witness, and how each hypothesis is reported.
 
-use crate::common::{Matrix, exchanged, permuted, posed, red_black};
+use crate::common::{exchanged, permuted, posed, red_black};
 use crate::{any_pair, comparison, contracts, radius, textbook};
 use hlcp_core::{Aor, Hlcp, Omega};
 use hlcp_verify::{
@@ -136,9 +136,8 @@ fn a_witness_needs_no_sign_of_the_diagonal() {
 #[test]
 fn each_hypothesis_is_reported_by_itself() {
     let a = dmatrix![4.0, -1.0; -0.5, 3.0];
-    let with = |b: DMatrix<f64>, omega: f64| {
-        Hlcp::new(Matrix(a.clone()), Matrix(b), Omega::Uniform(omega)).unwrap()
-    };
+    let with =
+        |b: DMatrix<f64>, omega: f64| Hlcp::new(a.clone(), b, Omega::Uniform(omega)).unwrap();
     let problem = with(a.clone(), 1.0);
     let gauss_seidel = [Aor::new(1.0, 1.0).unwrap()];
     assert!(theorem_1(&problem, &gauss_seidel).applies());
@@ -155,8 +154,8 @@ fn each_hypothesis_is_reported_by_itself() {
     let amgs = theorem_2(&problem, &[gauss_seidel[0].accelerated()]);
     assert!(matches!(amgs.parameters, Answer::No(Failure::Parameter(_))));
     // Zeros that are visited are entries of a Z-matrix; equality is not strict.
-    assert!(is_z(&Matrix(dmatrix![1.0, 0.0; -1.0, 1.0])).is_yes());
-    assert_eq!(is_strictly_dominant(&Matrix(dmatrix![2.0, -1.0; 1.0, 1.0])), entry(1, 1));
+    assert!(is_z(&dmatrix![1.0, 0.0; -1.0, 1.0]).is_yes());
+    assert_eq!(is_strictly_dominant(&dmatrix![2.0, -1.0; 1.0, 1.0]), entry(1, 1));
     // (8): ωb₀₀ = 0.8 < 1 = |a₀₁|, and ωb₁₁ = 0.6 > |a₁₀|, but 0.8·0.6 < 1·0.5.
     let small = theorem_1(&with(a.clone(), 0.2), &gauss_seidel);
     assert!(matches!(small.omega, Answer::No(Failure::Radius(_))) && small.a_is_h_plus.is_yes());

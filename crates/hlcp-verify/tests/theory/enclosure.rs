@@ -8,7 +8,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-use crate::{cases_asked, certificate::solutions_on, common::Matrix, exact};
+use crate::{cases_asked, certificate::solutions_on, exact};
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -132,9 +132,8 @@ fn holds(case: &Case, certificate: &Certificate, in_z: &[bool], y: &[BigRational
 
 fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let Case { a, b, q, z, r, .. } = case;
-    let pair = [a, b].map(|m| Matrix(m.clone()));
     tally.asked += 1;
-    let certificate = match certify(&pair[0], &pair[1], q, z, r).map_err(|e| e.to_string())? {
+    let certificate = match certify(a, b, q, z, r).map_err(|e| e.to_string())? {
         Ok(certificate) => certificate,
         Err(refusal) => {
             tally.refused[match refusal {
@@ -149,7 +148,7 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let Some((in_z, y)) = near.iter().find(within) else {
         return Err(format!("no solution within {certificate:?}"));
     };
-    let is_unique = uniqueness(&pair[0], &pair[1]).map_err(|e| e.to_string())?.is_proved();
+    let is_unique = uniqueness(a, b).map_err(|e| e.to_string())?.is_proved();
     tally.alone += usize::from(certificate.is_alone);
     if q.len() <= 3 && (is_unique || certificate.is_alone) {
         // An unknown that is 0 stands on both sides, and its solution comes twice.
@@ -276,9 +275,8 @@ fn a_box_that_passes_holds_a_solution() {
     for _ in 0..asked {
         let ([a, b], q, lower, upper) = strategy.new_tree(&mut runner).unwrap().current();
         let zero = vec![0.0; q.len()];
-        let pair = [&a, &b].map(|m| Matrix(m.clone()));
         let ends = [&lower[..], &upper];
-        let found = certify_box(&pair[0], &pair[1], &q, ends, [&zero, &zero]).unwrap();
+        let found = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap();
         let Some(found) = found else { continue };
         passed += 1;
         let within = |x: &Vec<BigRational>| {
@@ -348,7 +346,7 @@ fn all_problems_of_a_range_have_a_solution_in_it() {
     for _ in 0..asked {
         let (ends, worst, inside) = strategy.new_tree(&mut runner).unwrap().current();
         let [low, high] = &ends;
-        let matrices = |s: usize| [low, high].map(|(pair, _)| Matrix(pair[s].clone()));
+        let matrices = |s: usize| [low, high].map(|(pair, _)| pair[s].clone());
         let ([a, b], zero) = ([matrices(0), matrices(1)], vec![0.0; low.1.len()]);
         let [a, b] = [&a, &b].map(|pair| [&pair[0], &pair[1]]);
         let q = [&low.1[..], &high.1];
@@ -389,7 +387,7 @@ fn all_problems_of_a_range_have_a_solution_in_it() {
 /// The theorem of ranges needs the signs of all entries that may be.
 #[test]
 fn a_range_with_a_positive_entry_off_the_diagonal_is_refused() {
-    let [low, high] = [-1.0, 0.5].map(|off| Matrix(nalgebra::dmatrix![4.0, off; -1.0, 4.0]));
+    let [low, high] = [-1.0, 0.5].map(|off| nalgebra::dmatrix![4.0, off; -1.0, 4.0]);
     let (q, zero) = ([-5.0, 3.0], [0.0; 2]);
     for [a, b] in [[[&low, &high], [&low, &low]], [[&low, &low], [&low, &high]]] {
         let found = certify_range(a, b, [&q, &q], [&zero, &zero], &mut Clock::endless());
@@ -400,7 +398,7 @@ fn a_range_with_a_positive_entry_off_the_diagonal_is_refused() {
 /// F(l) ≤ 0 ≤ F(u) says nothing where entries beside the diagonal are positive: all the faces do.
 #[test]
 fn two_residuals_do_not_serve_other_signs() {
-    let a = Matrix(nalgebra::dmatrix![1.0, 3.0; 3.0, 1.0]);
+    let a = nalgebra::dmatrix![1.0, 3.0; 3.0, 1.0];
     let (q, zero) = ([-5.0, -11.5], [0.0; 2]);
     for (end, sign) in [(1.0, -1.0), (3.0, 1.0)] {
         let mut f = [0.0; 2];
@@ -416,7 +414,7 @@ fn two_residuals_do_not_serve_other_signs() {
 /// Ends that are exchanged, a solution a little outside, and three in the box of a Z-pair.
 #[test]
 fn a_box_is_refused_or_said_to_hold_several() {
-    let one = Matrix(nalgebra::dmatrix![2.0]);
+    let one = nalgebra::dmatrix![2.0];
     let given: [&[f64]; 2] = [&[1.0], &[0.0]];
     let pass = |lower: f64, upper: f64| {
         certify_box(&one, &one, &[-2.0], [&[lower], &[upper]], given).unwrap().is_some()
@@ -424,12 +422,12 @@ fn a_box_is_refused_or_said_to_hold_several() {
     assert!(pass(0.9, 1.1) && pass(-5.0, 1.1));
     assert!(!pass(1.1, 0.9) && !pass(1.0 + 1e-15, 1.1) && !pass(0.9, 1.0 - 1e-15));
     assert!(!pass(f64::NAN, 1.1) && !pass(0.9, f64::INFINITY));
-    let a = Matrix(nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0]);
-    let b = Matrix(nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0]);
+    let a = nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0];
+    let b = nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0];
     let zero = [0.0; 2];
     for q in [[0.0, 0.0], [0.5, -0.5], [1.0, -1.0]] {
         let ends: [&[f64]; 2] = [&[-9.0, -4.0], &[9.0, 4.0]];
-        let count = solutions(&a.0, &b.0, &q).len();
+        let count = solutions(&a, &b, &q).len();
         if let Some(found) = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap() {
             assert!(!found.is_alone || count == 1, "{q:?}");
         }

@@ -5,7 +5,6 @@ use crate::{cases_asked, exact};
 use approx::assert_abs_diff_eq;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-use crate::common::Matrix;
 use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
     Convergence, Uniqueness, Witness, alpha_bound, certify, certify_box,
@@ -29,7 +28,7 @@ const WALKS: usize = 50_000;
 /// A matrix that says of its diagonal what it likes, and panics when its rows are walked too often.
 #[derive(Debug)]
 struct Counted {
-    rows: Matrix,
+    rows: DMatrix<f64>,
     diagonal: Vec<f64>,
     walks: AtomicUsize,
 }
@@ -37,7 +36,7 @@ struct Counted {
 impl Counted {
     fn new(matrix: DMatrix<f64>) -> Self {
         let diagonal = matrix.diagonal().iter().copied().collect();
-        Self { rows: Matrix(matrix), diagonal, walks: AtomicUsize::new(0) }
+        Self { rows: matrix, diagonal, walks: AtomicUsize::new(0) }
     }
 }
 
@@ -152,7 +151,7 @@ fn cases() -> impl Strategy<Value = Case> {
             let mut counted = Counted::new(DMatrix::from_fn(n, n, entry));
             for (k, (chance, other)) in others.into_iter().enumerate() {
                 if spoilt && chance == 0 {
-                    counted.rows.0[(k / n, k % n)] = other;
+                    counted.rows[(k / n, k % n)] = other;
                     if k / n == k % n && (other.is_finite() || !silent) {
                         counted.diagonal[k / n] = other;
                     }
@@ -183,14 +182,14 @@ fn claims<W>(answer: &Answer<W>) -> bool {
 /// How many (matrices, pairs) were decided.
 fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
     let n = q.len();
-    let matrices = [&a.rows.0, &b.rows.0];
+    let matrices = [&a.rows, &b.rows];
     let sound = matrices.map(|m| m.iter().all(|entry| entry.is_finite()));
     let mut decided = [0, 0];
     for (m, sound) in [a, b].into_iter().zip(sound) {
         let answers = [is_h(m), is_h_plus(m), is_m(m)];
         decided[0] += usize::from(claims(&answers[0]));
         if sound {
-            let yes = is_h_exactly(&m.rows.0);
+            let yes = is_h_exactly(&m.rows);
             for answer in &answers {
                 prop_assert!(!claims(answer) || answer.is_yes() == yes, "{answer:?}");
             }
@@ -305,7 +304,7 @@ fn a_diagonal_that_is_no_number_proves_nothing() {
     let good = dmatrix![4.0, -1.0; -1.0, 4.0];
     for spoilt in [f64::NAN, f64::INFINITY] {
         let mut bad = Counted::new(good.clone());
-        bad.rows.0[(1, 1)] = spoilt;
+        bad.rows[(1, 1)] = spoilt;
         let (good, q, zero) = (Counted::new(good.clone()), [1.0, -1.0], [0.0; 2]);
         for [a, b] in [[&bad, &good], [&good, &bad]] {
             assert_eq!(certify(a, b, &q, &zero, &zero).unwrap().ok(), None);
@@ -328,7 +327,7 @@ fn a_diagonal_that_is_no_number_proves_nothing() {
 /// Parameters that no entry meets may not be NaN or infinite either.
 #[test]
 fn parameters_that_make_no_splitting_are_refused() {
-    let upper = Matrix(dmatrix![4.0, -1.0; 0.0, 4.0]);
+    let upper = dmatrix![4.0, -1.0; 0.0, 4.0];
     let problem = Hlcp::new(&upper, &upper, Omega::Uniform(1.0)).unwrap();
     assert!(theorem_1(&problem, &[Aor::new(1.0, 1.0).unwrap()]).applies());
     for [alpha, beta] in [
@@ -348,8 +347,8 @@ fn parameters_that_make_no_splitting_are_refused() {
 /// a₁₂b₁₂ = −10⁻⁴⁰⁰ rounds to zero, which has no sign.
 #[test]
 fn signs_are_compared_where_products_underflow() {
-    let a = Matrix(dmatrix![1.0, 1e-100; 0.0, 1.0]);
-    let b = Matrix(dmatrix![1.0, -1e-300; 0.0, 1.0]);
+    let a = dmatrix![1.0, 1e-100; 0.0, 1.0];
+    let b = dmatrix![1.0, -1e-300; 0.0, 1.0];
     let problem = Hlcp::new(a, b, Omega::Each(vec![1.0, 1e100])).unwrap();
     let theorem = theorem_1(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     assert_eq!(theorem.signs_and_sizes, Answer::No(Failure::Entry { row: 0, column: 1 }));
@@ -361,7 +360,7 @@ fn no_radius_is_stated_where_a_sum_overflows() {
     let a = dmatrix![1.7e308, 0.3e308; 1.6e308, 0.4e308];
     let b = dmatrix![1.7e308, 0.0; 0.0, 0.4e308];
     assert!(is_coupled_exactly(&a, &b, &[1.0; 2]));
-    let problem = Hlcp::new(Matrix(a), Matrix(b), Omega::Uniform(1.0)).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
     let relaxed = relaxed_theorem(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
     assert!(!matches!(relaxed, Answer::No(_)), "{relaxed:?}");
 }
@@ -395,11 +394,11 @@ fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
         dmatrix![0.0, -1.0; 0.5, 3.0],
         dmatrix![4.0, -1.0; 0.5, -3.0],
     ] {
-        assert!(!is_h_plus(&Matrix(bad.clone())).is_yes());
-        assert!(!is_m(&Matrix(bad.clone())).is_yes());
-        for [a, b] in [[&bad, &good], [&good, &bad]].map(|pair| pair.map(|m| Matrix(m.clone()))) {
+        assert!(!is_h_plus(&bad).is_yes());
+        assert!(!is_m(&bad).is_yes());
+        for [a, b] in [[&bad, &good], [&good, &bad]] {
             let (zero, q) = ([0.0; 2], [1.0, -1.0]);
-            assert_eq!(certify(&a, &b, &q, &zero, &zero).unwrap().ok(), None);
+            assert_eq!(certify(a, b, &q, &zero, &zero).unwrap().ok(), None);
             let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 1.1])).unwrap();
             assert!(!theorem_1(&problem, &steps).applies());
             assert!(!theorem_2(&problem, &steps).applies());
@@ -407,11 +406,10 @@ fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
             assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
         }
     }
-    let problem =
-        Hlcp::new(Matrix(good.clone()), Matrix(good), Omega::Each(vec![1.0, 1.0])).unwrap();
+    let problem = Hlcp::new(good.clone(), good, Omega::Each(vec![1.0, 1.0])).unwrap();
     assert!(matches!(convergence(&problem, &[]), Convergence::NotProved(_)));
 
-    let one = Hlcp::new(Matrix(dmatrix![2.0]), Matrix(dmatrix![3.0]), Omega::Uniform(0.7)).unwrap();
+    let one = Hlcp::new(dmatrix![2.0], dmatrix![3.0], Omega::Uniform(0.7)).unwrap();
     let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
     // |BΩ − A|/(A + BΩ) = 0.1/4.1
     assert_abs_diff_eq!(contraction.factor, 0.1 / 4.1, epsilon = 1e-14);

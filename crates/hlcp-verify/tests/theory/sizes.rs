@@ -5,7 +5,7 @@
 //! and its edge can be approached; inequalities with inverses are checked by substitution with the
 //! triangular comparison matrices.
 
-use crate::common::{Lists, Matrix, parts};
+use crate::common::{Lists, parts};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Step, Varying};
 use hlcp_methods::{BoxedMethod, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
@@ -410,7 +410,7 @@ proptest! {
         prop_assert!(inverse.min() >= -1e-12 * inverse.amax() && (&triangle - &a).min() >= 0.0);
         let rho = (inverse * (&triangle - &a)).complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max);
         prop_assert_eq!(rho < 1.0, edge < 1.0);
-        let answer = is_m(&Matrix(a.clone()));
+        let answer = is_m(&a);
         prop_assert_eq!(answer.is_yes(), edge < 1.0);
         if let Answer::Yes(d) = answer {
             prop_assert!(d.iter().all(|&d| d > 0.0) && (a * nalgebra::DVector::from_vec(d)).min() > 0.0);

@@ -13,7 +13,7 @@ use proptest::{
     test_runner::{Config, TestRunner},
 };
 
-use crate::{cases_asked, common::Matrix, exact, radius};
+use crate::{cases_asked, exact, radius};
 
 /// The determinant of the columns of `a`, and of `b` where the bit of `choice` is set.
 fn determinant([a, b]: [&DMatrix<f64>; 2], choice: u32) -> BigRational {
@@ -137,7 +137,7 @@ fn no_verdict_is_false() {
     for _ in 0..cases_asked(2_000) {
         let ([a, b], rounded) = pairs().new_tree(&mut runner).unwrap().current();
         let unique = is_unique([&a, &b]);
-        let found = uniqueness(&Matrix(a.clone()), &Matrix(b.clone())).unwrap();
+        let found = uniqueness(&a, &b).unwrap();
         let are_z = is_z(&a) && is_z(&b);
         let kind = match &found {
             Uniqueness::Proved(witness) => {
@@ -146,7 +146,7 @@ fn no_verdict_is_false() {
             }
             Uniqueness::Refuted(disproof) => {
                 assert!(!unique, "{found:?} {a} {b}");
-                assert!(disproof.holds(&Matrix(a), &Matrix(b)));
+                assert!(disproof.holds(&a, &b));
                 1
             }
             Uniqueness::Open(reason) => {
@@ -191,7 +191,6 @@ fn one_choice_speaks_for_all() {
 fn an_m_matrix_is_needed() {
     let a = dmatrix![1.0, -2.0; -2.0, 1.0];
     assert!(is_unique([&a, &a]));
-    let a = Matrix(a);
     assert_eq!(uniqueness(&a, &a).unwrap(), Uniqueness::Open(Reason::NoMMatrix));
     let (none, ones) = (vec![false; 2], vec![1.0; 2]);
     let claim = Disproof { m_matrix: none.clone(), v: ones.clone(), other: none, u: ones };
@@ -224,7 +223,6 @@ fn both_choices_must_be_z_matrices() {
             |m: &DMatrix<f64>, v: &[f64]| m.transpose() * DMatrix::from_column_slice(2, 1, v);
         assert!(sums(&j, &claim.v).min() > 0.0 && sums(&k, &claim.u).max() <= 0.0);
         assert!(is_unique([&j, &k]) && !(is_z(&j) && is_z(&k)));
-        let [j, k] = [j, k].map(Matrix);
         assert!(!claim.holds(&j, &k));
         assert!(!matches!(uniqueness(&j, &k).unwrap(), Uniqueness::Refuted(_)));
     }
@@ -236,14 +234,14 @@ fn both_choices_must_be_z_matrices() {
 fn other_signs_may_have_no_witness() {
     let a = dmatrix![1.0, 2.0; -2.0, 1.0];
     assert!(is_unique([&a, &DMatrix::identity(2, 2)]));
-    let found = uniqueness(&Matrix(a), &Identity { order: 2 }).unwrap();
+    let found = uniqueness(&a, &Identity { order: 2 }).unwrap();
     assert_eq!(found, Uniqueness::Open(Reason::Signs));
 }
 
 /// Each condition of a disproof, and of its vectors.
 #[test]
 fn what_is_no_disproof_does_not_hold() {
-    let (a, b) = (Matrix(dmatrix![1.0, -2.0; -2.0, 1.0]), Matrix(DMatrix::identity(2, 2)));
+    let (a, b) = (dmatrix![1.0, -2.0; -2.0, 1.0], DMatrix::identity(2, 2));
     let sound = Disproof {
         m_matrix: vec![true; 2],
         v: vec![1.0; 2],
@@ -265,7 +263,7 @@ fn what_is_no_disproof_does_not_hold() {
         assert!(!spoilt.holds(&a, &b), "{spoilt:?}");
     }
     // Exactly singular, and a unit in the last place beside it.
-    let close = |diagonal: f64| Matrix(dmatrix![diagonal, -0.1; -0.3, 0.1]);
+    let close = |diagonal: f64| dmatrix![diagonal, -0.1; -0.3, 0.1];
     let lean = Disproof { u: vec![1.0; 2], ..sound };
     assert!(lean.holds(&close(0.3), &b) && lean.holds(&close(0.3_f64.next_down()), &b));
     assert!(!lean.holds(&close(0.3_f64.next_up()), &b));
@@ -323,7 +321,7 @@ fn absolute_value_equations() {
         let b = 0.1 * of_b.component_mul(&z);
         let inverse = z.clone().try_inverse().expect("regular, in all likelihood");
         let is_near = radius(&(inverse.abs() * b.abs())) < 1.0;
-        let kind = match uniqueness(&Matrix(&z + &b), &Matrix(&z - &b)).unwrap() {
+        let kind = match uniqueness(&(&z + &b), &(&z - &b)).unwrap() {
             Uniqueness::Proved(_) => 0,
             Uniqueness::Refuted(_) => 1,
             Uniqueness::Open(reason) => {
@@ -334,7 +332,7 @@ fn absolute_value_equations() {
         assert!(!is_near || kind != 1);
         counts[usize::from(is_near)][kind] += 1;
         // With full random A and B a tenth of that size nothing is decided.
-        let found = uniqueness(&Matrix(&of_a + 0.1 * &of_b), &Matrix(of_a - 0.1 * of_b)).unwrap();
+        let found = uniqueness(&(&of_a + 0.1 * &of_b), &(of_a - 0.1 * of_b)).unwrap();
         assert_eq!(found, Uniqueness::Open(Reason::Signs));
     }
     println!("proved, refuted, open: {:?} with ρ(|A⁻¹||B|) < 1, {:?} others", counts[1], counts[0]);
