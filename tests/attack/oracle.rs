@@ -187,17 +187,6 @@ fn the_oracle_finds_nothing_where_weighted_rows_say_so() {
     assert!(count > 500);
 }
 
-/// Feasible and without a solution: r = (z₂ − 1, 1) has z₂ = 0 for its second entry, and then −1
-/// for its first.
-#[test]
-fn the_oracle_tells_feasible_from_solvable() {
-    let (a, b) = (vec![vec![0, 1], vec![0, 0]], identity(2));
-    assert!(solutions(&a, &b, &[-1, 1]).is_empty());
-    // With 0 for the last entry of q, z₂ = 1 is a solution.
-    let one = integer(1);
-    assert_eq!(solutions(&a, &b, &[-1, 0]), [vec![Exact::zero(), one]]);
-}
-
 /// The exact residual of a computed answer, from numbers whose product no float holds.
 #[test]
 fn the_exact_residual_is_exact() {

@@ -141,6 +141,8 @@ fn parameters_out_of_range_are_refused() {
         named(Hlcp::new(stencil(4.0), stencil(4.0), Omega::Uniform(bad)).unwrap_err(), "omega");
     }
     assert!(matches!(Aor::new(1.1, f64::NAN), Err(Error::Parameter { name: "beta", .. })));
+    // Their reciprocals and ratios overflow.
+    assert!(Aor::new(5e-324, 0.0).is_err() && Aor::new(1e-300, 1e300).is_err());
 }
 
 #[test]

@@ -237,33 +237,6 @@ fn stiff_blocks_in_soft_ground_cost_no_more_iterations() {
     assert!(left <= 1e-6 && amg.set_ups() == 1, "{left:e}, {} set-ups", amg.set_ups());
 }
 
-/// A ring that conducts, and carries around itself.
-fn ring<T: Scalar>(nx: usize, ny: usize) -> [Csr<'static, T>; 2] {
-    let (mut conduction, mut transport) = (vec![], vec![]);
-    for k in 0..nx * ny {
-        let [i, j] = [k % nx, k / nx];
-        let h = |i: usize| 1.0 + 0.6 * (std::f64::consts::TAU * i as f64 / nx as f64).cos();
-        let east = j * nx + (i + 1) % nx;
-        conduction.extend([(k, east, h(i).powi(3)), (east, k, h(i).powi(3))]);
-        if j + 1 < ny {
-            conduction.extend([(k, k + nx, h(i).powi(3)), (k + nx, k, h(i).powi(3))]);
-        }
-        transport.push((east, k, h(i)));
-    }
-    [listed(nx * ny, &conduction, 0.02), listed(nx * ny, &transport, 0.02)]
-}
-
-/// Couplings anywhere.
-fn random<T: Scalar>(n: usize, seed: usize) -> Csr<'static, T> {
-    let couplings: Vec<_> = (0..4 * n)
-        .map(|e| {
-            let to = (noise(e + seed) + 1.0) * 0.5 * n as f64;
-            (to as usize % n, e % n, 0.1 + noise(3 * e + seed).abs())
-        })
-        .collect();
-    listed(n, &couplings, 0.05)
-}
-
 /// A planted solution: patches where z is positive, and others where r is.
 fn planted<T: Scalar>(
     a: &impl Rows<T>,
@@ -326,12 +299,8 @@ fn solves_planted<T: Scalar>() -> f64 {
         // The roles exchanged: B conducts and A carries.
         worst = worst.max(solve_planted("film exchanged", &b, &a, 60));
     }
-    let [a, b] = ring::<T>(64, 40);
-    worst = worst.max(solve_planted("ring", &a, &b, 64));
     let a = boxes::<T>(14);
-    worst = worst.max(solve_planted("box", &a, &Identity { order: 14 * 14 * 14 }, 14));
-    let [a, b] = [random::<T>(3000, 1), random::<T>(3000, 977)];
-    worst.max(solve_planted("random pair", &a, &b, 50))
+    worst.max(solve_planted("box", &a, &Identity { order: 14 * 14 * 14 }, 14))
 }
 
 /// Errors are residuals times an inverse: of 1e-13 ‖q‖ < 1e-8 and norms below 100 here, whatever

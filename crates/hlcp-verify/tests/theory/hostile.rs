@@ -284,66 +284,6 @@ fn ratios_beyond_the_doubles_are_balanced() {
     assert!(bracket.lower > 1.207 && bracket.upper < 1.208, "{bracket:?}");
 }
 
-/// An entry that is no number spoils a disproof whose columns do not have it.
-#[test]
-fn an_entry_that_is_no_number_refutes_nothing() {
-    let a = dmatrix![1.0, -1.2; 0.0, 1.0];
-    let verdict = |entry: f64| {
-        let b = dmatrix![1.0, entry; -3.0, 1.0];
-        uniqueness(&Counted::new(a.clone()), &Counted::new(b)).unwrap()
-    };
-    assert!(matches!(verdict(0.0), Uniqueness::Refuted(_)));
-    for spoilt in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-        assert!(matches!(verdict(spoilt), Uniqueness::Open(_)));
-    }
-}
-
-/// A diagonal that is 4 when asked for, and no number when its row is walked.
-#[test]
-fn a_diagonal_that_is_no_number_proves_nothing() {
-    let good = dmatrix![4.0, -1.0; -1.0, 4.0];
-    for spoilt in [f64::NAN, f64::INFINITY] {
-        let mut bad = Counted::new(good.clone());
-        bad.rows[(1, 1)] = spoilt;
-        let (good, q, zero) = (Counted::new(good.clone()), [1.0, -1.0], [0.0; 2]);
-        for [a, b] in [[&bad, &good], [&good, &bad]] {
-            assert_eq!(certify(a, b, &q, &zero, &zero).unwrap().ok(), None);
-            let ends = [&[-9.0; 2][..], &[9.0; 2]];
-            assert_eq!(certify_box(a, b, &q, ends, [&zero, &zero]).unwrap(), None);
-            assert!(matches!(uniqueness(a, b).unwrap(), Uniqueness::Open(_)));
-            let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
-            let step = [Aor::new(1.0, 1.0).unwrap()];
-            assert!(matches!(convergence(&problem, &step), Convergence::NotProved(_)));
-            assert_eq!(alpha_bound(&problem).upper, f64::INFINITY);
-        }
-        assert!(!is_z(&bad).is_yes() && !is_h_plus(&bad).is_yes());
-    }
-    // And the other way round.
-    let mut bad = Counted::new(good.clone());
-    bad.diagonal[0] = f64::INFINITY;
-    assert!(!is_h(&bad).is_yes() && !is_h_plus(&bad).is_yes());
-}
-
-/// Parameters that no entry meets may not be NaN or infinite either.
-#[test]
-fn parameters_that_make_no_splitting_are_refused() {
-    let upper = dmatrix![4.0, -1.0; 0.0, 4.0];
-    let problem = Hlcp::new(&upper, &upper, Omega::Uniform(1.0)).unwrap();
-    assert!(theorem_1(&problem, &[Aor::new(1.0, 1.0).unwrap()]).applies());
-    for [alpha, beta] in [
-        [1.0, f64::NAN],
-        [1.0, f64::INFINITY],
-        [1.0, f64::NEG_INFINITY],
-        [f64::NAN, 1.0],
-        [f64::INFINITY, 1.0],
-        [0.0, 0.0],
-        [5e-324, 0.0],
-        [1e-300, 1e300],
-    ] {
-        assert!(Aor::new(alpha, beta).is_err(), "{alpha} {beta}");
-    }
-}
-
 /// a₁₂b₁₂ = −10⁻⁴⁰⁰ rounds to zero, which has no sign.
 #[test]
 fn signs_are_compared_where_products_underflow() {
