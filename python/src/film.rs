@@ -575,15 +575,15 @@ pub(crate) fn bearing_sensitivities(
             bearing.sensitivities(&solved, &parameters, load.as_ref()).map_err(wrong)
         })?;
         let named = |found: Sensitivity| {
-            let named = PyDict::new(py);
+            let (named, slopes) = (PyDict::new(py), found.slopes);
             named.set_item("forces", found.forces)?;
-            named.set_item("load", found.load)?;
-            named.set_item("friction", found.friction)?;
-            named.set_item("full_friction", found.full_friction)?;
-            named.set_item("power", found.power)?;
-            named.set_item("sides", found.sides)?;
-            named.set_item("supplies", found.supplies)?;
-            named.set_item("peak", found.peak)?;
+            named.set_item("load", slopes.load)?;
+            named.set_item("friction", slopes.friction)?;
+            named.set_item("full_friction", slopes.full_friction)?;
+            named.set_item("power", slopes.power)?;
+            named.set_item("sides", slopes.sides)?;
+            named.set_item("supplies", slopes.supplies)?;
+            named.set_item("peak", slopes.peak)?;
             named.set_item("position", found.position)?;
             named.set_item("ecc", found.ecc)?;
             named.set_item("attitude", found.attitude)?;

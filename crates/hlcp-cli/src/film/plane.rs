@@ -366,17 +366,18 @@ impl Report<'_> {
         let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
         let found = self.coefficients.as_ref();
         let slopes = |(name, _, found): &Slopes| {
-            let flows = sides(&|k| json!(found.sides[k]), json!(found.supplies));
+            let slopes = &found.slopes;
+            let flows = sides(&|k| json!(slopes.sides[k]), json!(slopes.supplies));
             let figures = json!({
-                "load_n": found.load,
+                "load_n": slopes.load,
                 "forces": found.forces,
-                "friction_moving_n": found.friction[0],
-                "friction_fixed_n": found.friction[1],
-                "full_friction_moving_n": found.full_friction[0],
-                "full_friction_fixed_n": found.full_friction[1],
-                "power_w": found.power,
+                "friction_moving_n": slopes.friction[0],
+                "friction_fixed_n": slopes.friction[1],
+                "full_friction_moving_n": slopes.full_friction[0],
+                "full_friction_fixed_n": slopes.full_friction[1],
+                "power_w": slopes.power,
                 "flow_m3_s": flows,
-                "peak_pressure_pa": found.peak,
+                "peak_pressure_pa": slopes.peak,
                 "position": found.position,
                 "ecc": found.ecc,
                 "attitude_deg": found.attitude,
@@ -702,8 +703,9 @@ fn print_sensitivities(text: &mut String, all: &[Slopes], is_carrying: bool) -> 
     writeln!(text, "{:<18}{heads}", "")?;
     for (name, unit, found) in all {
         let name = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
-        let out = found.sides.iter().sum::<f64>();
-        let figures = [found.load, found.friction[0], found.power, found.peak, out];
+        let slopes = &found.slopes;
+        let out = slopes.sides.iter().sum::<f64>();
+        let figures = [slopes.load, slopes.friction[0], slopes.power, slopes.peak, out];
         let angles = found.ecc.into_iter().chain(found.attitude);
         let figures: String =
             figures.into_iter().chain(angles).skip(skip).map(|v| format!("{v:>14.6e}")).collect();

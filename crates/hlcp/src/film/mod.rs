@@ -39,6 +39,7 @@
 
 mod carry;
 mod derived;
+mod linear;
 mod map;
 mod motion;
 mod profile;

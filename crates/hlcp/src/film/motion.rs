@@ -1,15 +1,21 @@
-use hlcp_verify::{Film, FilmFigures, TimeStep};
-use nalgebra::{DMatrix, DVector};
+use hlcp_core::Norms;
+use hlcp_verify::{Film, FilmChange, FilmFigures, TimeStep};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use super::{Bearing, FilmError, Settings, Solved};
+use super::{
+    Bearing, FilmError, Settings, Solved,
+    linear::Linear,
+    solve::{LINEAR, Operators},
+};
 
 /// The force on the wall over the force of the film on it, and the way there, at which a step of
-/// free motion ends; and how many steps of Newton's method that may take.
+/// free motion ends; how many steps of Newton's method for wall and film together are tried before
+/// the film is solved for where the wall is, and how many they all may be.
 const BALANCED: f64 = 1e-8;
-const STEPS: usize = 30;
+const TOGETHER: usize = 8;
+const STEPS: usize = 100;
 
-/// Slopes of the forces serve as long as a step leaves less than this of what is off: new ones cost
-/// as much as a film or two.
+/// Factors serve as long as a step leaves less than this of the residual.
 const SLOW: f64 = 0.1;
 
 /// What moves a wall for a step, in the coordinates of its [`Bearing`].
@@ -36,8 +42,12 @@ pub enum Drive {
 /// A film under a wall that moves: implicit steps, each from the last solution.
 ///
 /// They are of second order, by the two-step backward formula for steps of any length (BDF2). The
-/// first one is of first order, as is one more than twice as long as that before it, and one over
-/// which the content would fall below zero.
+/// first one is of first order, as is one over which the content would fall below zero.
+///
+/// # Stability
+///
+/// Without forces a step of `ρ` times the length of the one before leaves `ρ/(1 + 2ρ) < ½` of an
+/// error in the mean speed over that, so that none grows, whatever the lengths of steps.
 ///
 /// ```
 /// use hlcp::film::{Bearing, Drive, Film, Motion, Settings};
@@ -62,8 +72,6 @@ pub struct Motion {
     pub squeezing: f64,
     velocity: Vec<f64>,
     past: Option<Past>,
-    /// Slopes of the forces, exact once and corrected since.
-    slopes: Option<DMatrix<f64>>,
     /// The height of the oil in each cell, in m, and the cells that no supply keeps full.
     heights: Vec<f64>,
     free: Vec<usize>,
@@ -76,6 +84,7 @@ struct Past {
     heights: Vec<f64>,
     position: Vec<f64>,
     velocity: Vec<f64>,
+    solved: Option<Solved>,
     sides: [f64; 4],
     supplies: Vec<f64>,
 }
@@ -88,8 +97,36 @@ fn lead(now: &[f64], before: &[f64], ratio: f64) -> Vec<f64> {
     pairs.map(|(now, before)| (one * now - other * before) / (1.0 + 2.0 * ratio)).collect()
 }
 
-/// The longest step over the one before that is of second order; the formula is stable to 1 + √2.
-const LONGEST: f64 = 2.0;
+/// How film and forces answer to the wall, for Newton's method with both.
+struct Slopes {
+    linear: Linear,
+    /// The changes of `z` and `r` with each coordinate that moves, with the other sign.
+    ways: Vec<[Vec<f64>; 2]>,
+    /// What is off by the coordinates.
+    matrix: LU<f64, Dyn, Dyn>,
+}
+
+impl Slopes {
+    fn of(
+        bearing: &Bearing,
+        guess: &Solved,
+        operators: Operators,
+        (moving, inertia): (usize, f64),
+    ) -> Result<Self, FilmError> {
+        let mut linear = Linear::of(&guess.film, operators, &guess.r, LINEAR)?;
+        let (modes, unit) = (&bearing.modes[..moving], guess.film.pressure_unit());
+        let answer = |mode: &Vec<f64>| {
+            let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
+            linear.answer(&guess.film.rows_change(&guess.z, &guess.r, &widening))
+        };
+        let ways = modes.iter().map(answer).collect::<Result<Vec<_>, _>>()?;
+        let matrix = DMatrix::from_fn(moving, moving, |k, l| {
+            let along = ways[l][0].iter().zip(&modes[k]).map(|(z, mode)| z * mode).sum::<f64>();
+            f64::from(u8::from(k == l)) * inertia - unit * guess.film.cell() * along
+        });
+        Ok(Self { linear, ways, matrix: matrix.lu() })
+    }
+}
 
 impl Motion {
     /// Begins where the bearing is: with the film that has settled there, or, if nothing feeds it
@@ -110,16 +147,7 @@ impl Motion {
         } else {
             (first.gap, None)
         };
-        Ok(Self {
-            bearing,
-            solved,
-            squeezing: 0.0,
-            velocity,
-            past: None,
-            slopes: None,
-            heights,
-            free,
-        })
+        Ok(Self { bearing, solved, squeezing: 0.0, velocity, past: None, heights, free })
     }
 
     /// Returns the oil in the film, in m³.
@@ -127,60 +155,47 @@ impl Motion {
         self.free.iter().map(|&k| self.heights[k]).sum::<f64>() * self.bearing.film.cell()
     }
 
-    /// Takes a step in time, in s, and returns the figures at its end; their flows are means over
-    /// the step, and their power is also that which moves the wall.
+    /// Takes a step in time, in s, and returns the figures at its end; their flows and what is
+    /// stored are means over the step, in balance but for rounding, and their power is also that
+    /// which moves the wall.
     ///
     /// # Errors
     ///
     /// As [`Solved::new`]; [`FilmError::Meet`] for walls that meet, and [`FilmError::Unsettled`]
-    /// where film, load and inertia are not brought into balance. The motion is over then.
+    /// where film, load and inertia are not brought into balance. The motion is then as it was
+    /// before the step, and may go on by a shorter one.
     pub fn step(
         &mut self,
         duration: f64,
         drive: &Drive,
         settings: &Settings<'_>,
     ) -> Result<FilmFigures, FilmError> {
-        let (position, velocity) = (self.bearing.position.clone(), self.velocity.clone());
-        let past = self.past.take();
-        let second = past.as_ref().and_then(|past| {
+        let (position, velocity) = (&self.bearing.position, &self.velocity);
+        let second = self.past.as_ref().and_then(|past| {
             let ratio = duration / past.duration;
             let oil = lead(&self.heights, &past.heights, ratio);
             let is_oil = self.free.iter().all(|&k| oil[k] >= 0.0);
-            (ratio <= LONGEST && is_oil).then_some((past, ratio, oil))
+            is_oil.then_some((past, ratio, oil))
         });
         // Where the step begins as one of first order, and how long it takes as such.
-        let (ratio, oil, from) = match second {
+        let (ratio, oil, from) = match &second {
             Some((past, ratio, oil)) => {
-                let at = lead(&position, &past.position, ratio);
-                (ratio, oil, [at, lead(&velocity, &past.velocity, ratio)])
+                let at = lead(position, &past.position, *ratio);
+                (*ratio, oil.clone(), [at, lead(velocity, &past.velocity, *ratio)])
             }
             None => (0.0, self.heights.clone(), [position.clone(), velocity.clone()]),
         };
         let time = duration * (1.0 + ratio) / (1.0 + 2.0 * ratio);
         let step = TimeStep { duration: time, oil };
-        let next = match drive {
-            Drive::To(position) => {
-                self.bearing.position.clone_from(position);
-                let film = self.bearing.here().ok_or(FilmError::Meet)?;
-                let film = Film { step: Some(step.clone()), ..film };
-                Solved::new(film, self.solved.as_ref(), settings)?
-            }
-            Drive::Under { load, mass } => {
-                let ahead = position.iter().zip(&velocity).map(|(at, v)| at + duration * v);
-                self.fall(&step, [&from[0], &from[1], &ahead.collect()], load, *mass, settings)?
-            }
-        };
+        let (next, position) = self.moved(duration, &step, &from, drive, settings)?;
         // What the solve leaves of a balance goes into the next step, so that nothing adds up.
         let (out, area) = (next.film.outflow(&next.z, &next.r), next.film.cell());
         let left = step.oil.iter().zip(out).map(|(oil, out)| oil - time / area * out).collect();
-        let heights = std::mem::replace(&mut self.heights, left);
         let mut figures = next.film.figures(&next.z, &next.r, self.bearing.ambient);
         let forces = self.bearing.forces(&next.film, &next.z);
-        let ways = self.bearing.position.iter().zip(&from[0]).map(|(now, from)| now - from);
-        let work: f64 = forces.iter().zip(ways).map(|(force, way)| force * way).sum();
-        self.squeezing = -work / time;
-        figures.power += self.squeezing;
-        if let Some(past) = past.filter(|_| ratio > 0.0) {
+        let ways = || position.iter().zip(&from[0]).map(|(now, from)| now - from);
+        let work: f64 = forces.iter().zip(ways()).map(|(force, way)| force * way).sum();
+        if let Some((past, ..)) = second {
             let mean = |flow: &mut f64, before: &f64| {
                 *flow = ((1.0 + ratio) * *flow + ratio * before) / (1.0 + 2.0 * ratio);
             };
@@ -188,92 +203,142 @@ impl Motion {
             let pairs = figures.supplies.iter_mut().zip(&past.supplies);
             pairs.for_each(|(now, before)| mean(now, before));
         }
-        let (sides, supplies) = (figures.sides, figures.supplies.clone());
-        self.past = Some(Past { duration, heights, position, velocity, sides, supplies });
-        self.solved = Some(next);
+        let held = self.oil();
+        self.past = Some(Past {
+            duration,
+            velocity: std::mem::replace(&mut self.velocity, ways().map(|way| way / time).collect()),
+            heights: std::mem::replace(&mut self.heights, left),
+            position: std::mem::replace(&mut self.bearing.position, position),
+            solved: self.solved.replace(next),
+            sides: figures.sides,
+            supplies: figures.supplies.clone(),
+        });
+        self.squeezing = -work / time;
+        figures.power += self.squeezing;
+        figures.stored = (self.oil() - held) / duration;
+        let out = figures.sides.iter().sum::<f64>() - figures.supplies.iter().sum::<f64>();
+        figures.imbalance = out + figures.stored;
         Ok(figures)
     }
 
-    /// Moves the wall to where film and load leave it after a step of first order from `e₀` with
-    /// `v₀`: `m (v − v₀) = Δt (G(e) − load)` and `e = e₀ + Δt v`, by Newton's method with slopes
-    /// that C. G. Broyden's update corrects (Math. Comp. 19 (1965) 577–593), from where the wall
-    /// goes on as it did.
-    fn fall(
-        &mut self,
+    /// The film and the position at the end of a step, that of the drive or where film and load
+    /// leave the wall after a step of first order from `e₀` with `v₀`: `m (v − v₀) = Δt (G(e) −
+    /// load)` and `e = e₀ + Δt v`.
+    ///
+    /// Newton's method takes wall and film together, from where they are on the way to, and keeps
+    /// factors while the same cells are broken. Where that leads nowhere, the film is solved for
+    /// where the wall is.
+    fn moved(
+        &self,
+        ahead: f64,
         step: &TimeStep,
-        [from, begun, ahead]: [&Vec<f64>; 3],
-        load: &[f64],
-        mass: f64,
+        [from, begun]: &[Vec<f64>; 2],
+        drive: &Drive,
         settings: &Settings<'_>,
-    ) -> Result<Solved, FilmError> {
-        let (bearing, duration) = (&mut self.bearing, step.duration);
-        let moving: Vec<usize> = (0..if bearing.journal.is_some() { 2 } else { 1 }).collect();
-        let (n, inertia) = (moving.len(), mass / (duration * duration));
-        let at = |bearing: &Bearing, position: &[f64]| -> Option<Film> {
+    ) -> Result<(Solved, Vec<f64>), FilmError> {
+        let (bearing, duration) = (&self.bearing, step.duration);
+        let ratio = self.past.as_ref().map_or(0.0, |past| ahead / past.duration);
+        let at = |position: &[f64]| -> Option<Film> {
             bearing.at(position).map(|film| Film { step: Some(step.clone()), ..film })
         };
-        let mut film = at(bearing, &bearing.position).ok_or(FilmError::Meet)?;
         // No step halves a gap.
         let is_near = |now: &Film, next: &Film| {
             let thin = now.gap.iter().copied().fold(f64::INFINITY, f64::min);
             next.gap.iter().all(|&gap| gap >= 0.5 * thin)
         };
-        if let Some(next) = at(bearing, ahead).filter(|next| is_near(&film, next)) {
-            film = next;
-            bearing.position.clone_from(ahead);
+        let (mut position, load, inertia) = match drive {
+            Drive::To(position) => (position.clone(), vec![], 0.0),
+            Drive::Under { load, mass } => {
+                let n = if bearing.journal.is_some() { 2 } else { 1 };
+                (bearing.position.clone(), load[..n].to_vec(), mass / (duration * duration))
+            }
+        };
+        let mut film = at(&position).ok_or(FilmError::Meet)?;
+        let before = self.past.as_ref().map_or(&self.velocity, |past| &past.velocity);
+        let mut next = position.clone();
+        for k in 0..load.len() {
+            let gained = 0.5 * ratio * (self.velocity[k] - before[k]);
+            next[k] += ahead * (self.velocity[k] + gained);
         }
-        let mut solved = Solved::new(film, self.solved.as_ref(), settings)?;
-        // Forces, the way from them and what was off there.
-        let mut last: Option<(DVector<f64>, DVector<f64>, f64)> = None;
-        let load = DVector::from_column_slice(&load[..n]);
+        if let Some(nearby) = at(&next).filter(|next| is_near(&film, next)) {
+            (film, position) = (nearby, next);
+        }
+        let load = DVector::from_vec(load);
+        // Without a film to set out from, or with a method of the user's, each is solved alone.
+        let before = self.past.as_ref().and_then(|past| past.solved.as_ref());
+        let mut guess = match &self.solved {
+            Some(now) => now.led(before.unwrap_or(now), ratio, film),
+            None => Solved::new(film, None, settings)?,
+        };
+        let mut together = if self.solved.is_some() { TOGETHER } else { 0 };
+        let (mut slopes, mut flips, mut last): (Option<Slopes>, _, _) = (None, 1, f64::INFINITY);
         for _ in 0..STEPS {
-            let forces = DVector::from_vec(bearing.forces(&solved.film, &solved.z));
-            let forces = forces.rows(0, n);
-            let inert = DVector::from_fn(n, |k, _| {
-                inertia * (bearing.position[k] - from[k] - duration * begun[k])
+            let is_alone = together == 0 || settings.method.is_some();
+            if is_alone {
+                guess = Solved::new(guess.film.clone(), Some(&guess), settings)?;
+                (together, flips) = (TOGETHER, 0);
+            }
+            together -= 1;
+            let forces = DVector::from_vec(bearing.forces(&guess.film, &guess.z));
+            let forces = forces.rows(0, load.len());
+            let inert = DVector::from_fn(load.len(), |k, _| {
+                inertia * (position[k] - from[k] - duration * begun[k])
             });
             let misses = inert - forces + &load;
-            if misses.iter().any(|off| !off.is_finite()) {
-                return Err(FilmError::Unsettled);
+            let largest = forces.amax().max(load.amax());
+            let is_balanced =
+                flips == 0 && misses.iter().all(|off| off.abs() <= BALANCED * largest);
+            if is_balanced && !is_alone {
+                guess = Solved::judged(guess.film, guess.z, guess.r, settings)?;
             }
-            let is_balanced = misses.amax() <= BALANCED * forces.amax().max(load.amax());
-            if is_balanced || !solved.outcome.converged() {
-                for k in moving {
-                    self.velocity[k] = (bearing.position[k] - from[k]) / duration;
-                }
-                return Ok(solved);
+            let is_solved = guess.outcome.converged();
+            if is_alone && !is_solved || is_balanced && is_solved {
+                return Ok((guess, position));
             }
-            let known = match (self.slopes.take(), &last) {
-                (Some(slopes), Some((before, way, off))) if misses.norm() < SLOW * off => {
-                    let unforeseen = forces - before + &slopes * way;
-                    Some(slopes - unforeseen * way.transpose() / way.norm_squared())
-                }
-                (slopes, None) => slopes,
-                _ => None,
+            let (operators, off) = guess.residual()?;
+            let size = Norms::of(&off).l2;
+            let is_slow = size > SLOW * std::mem::replace(&mut last, size);
+            let serves = |slopes: &Slopes| slopes.linear.is_at(&guess.r) && !is_slow;
+            let known = match slopes.take().filter(serves) {
+                Some(slopes) => Ok(slopes),
+                None => Slopes::of(bearing, &guess, operators, (load.len(), inertia)),
             };
-            let slopes = match known {
-                Some(slopes) => slopes,
-                None => {
-                    let [slopes, _] = solved.derivatives(bearing, &moving, false, false)?;
-                    DMatrix::from_fn(n, n, |k, l| slopes[k][l])
+            let answered = known.and_then(|mut known| {
+                let answer = known.linear.answer(&off)?;
+                Ok((known, answer))
+            });
+            let (known, [mut dz, mut dr]) = match answered {
+                Ok(answered) => answered,
+                Err(error) if is_alone => return Err(error),
+                Err(_) => {
+                    together = 0;
+                    continue;
                 }
             };
-            let matrix = DMatrix::from_diagonal_element(n, n, inertia) - &slopes;
-            self.slopes = Some(slopes);
-            let way = matrix.lu().solve(&misses);
-            let mut way =
-                way.filter(|way| way.iter().all(|w| w.is_finite())).ok_or(FilmError::Unsettled)?;
-            let next = loop {
-                let mut next = bearing.position.clone();
+            let unit = guess.film.pressure_unit() * guess.film.cell();
+            let gained =
+                |mode: &Vec<f64>| unit * dz.iter().zip(mode).map(|(z, m)| z * m).sum::<f64>();
+            let left = DVector::from_fn(load.len(), |k, _| misses[k] - gained(&bearing.modes[k]));
+            let way = if load.is_empty() { Some(left) } else { known.matrix.solve(&left) };
+            let way = way.filter(|way| way.iter().all(|by| by.is_finite()));
+            let mut way = way.ok_or(FilmError::Unsettled)?;
+            let film = loop {
+                let mut next = position.clone();
                 next.iter_mut().zip(way.iter()).for_each(|(at, by)| *at -= by);
-                if let Some(film) = at(bearing, &next).filter(|next| is_near(&solved.film, next)) {
-                    bearing.position = next;
+                if let Some(film) = at(&next).filter(|next| is_near(&guess.film, next)) {
+                    position = next;
                     break film;
                 }
                 way /= 2.0;
             };
-            last = Some((forces.into_owned(), way, misses.norm()));
-            solved = Solved::new(next, Some(&solved), settings)?;
+            for ([of_z, of_r], way) in known.ways.iter().zip(way.iter()) {
+                dz.iter_mut().zip(of_z).for_each(|(dz, by)| *dz -= way * by);
+                dr.iter_mut().zip(of_r).for_each(|(dr, by)| *dr -= way * by);
+            }
+            flips = guess.go(&dz, &dr);
+            let [z, _] = guess.scaled(&film);
+            guess = Solved { z, film, ..guess };
+            slopes = Some(known);
         }
         Err(FilmError::Unsettled)
     }

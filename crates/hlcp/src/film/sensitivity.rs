@@ -1,7 +1,13 @@
-use hlcp_verify::FilmChange;
+use hlcp_verify::{FilmChange, FilmSlopes};
 use nalgebra::{DMatrix, DVector};
 
-use super::{Bearing, FilmError, Load, Solved, carry::Wanted, solve::LINEAR, wall::mode};
+use super::{
+    Bearing, FilmError, Load, Solved,
+    carry::Wanted,
+    linear::Linear,
+    solve::{LINEAR, operators},
+    wall::mode,
+};
 
 /// A number that a bearing depends on, in SI units.
 ///
@@ -47,28 +53,17 @@ pub enum Parameter {
 /// let load = pad.forces(&solved.film, &solved.z)[0];
 /// // A full film carries in proportion to its viscosity, and to the speed.
 /// let found = pad.sensitivities(&solved, &[Parameter::Viscosity, Parameter::Speed(0)], None)?;
-/// assert!((found[0].load - load / 0.04).abs() < 1e-9 * load / 0.04);
-/// assert!((found[1].load - load / 3.0).abs() < 1e-9 * load);
+/// assert!((found[0].slopes.load - load / 0.04).abs() < 1e-9 * load / 0.04);
+/// assert!((found[1].slopes.load - load / 3.0).abs() < 1e-9 * load);
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
     /// Of the forces along the position's coordinates, as [`Bearing::forces`] counts them.
     pub forces: Vec<f64>,
-    /// Of the load: of a journal the resultant.
-    pub load: f64,
-    /// Of the drag on the wall that moves the faster, and on the other one.
-    pub friction: [f64; 2],
-    /// Of the drag if a broken film were sheared all over.
-    pub full_friction: [f64; 2],
-    /// Of the power that slides the walls.
-    pub power: f64,
-    /// Of what flows out in the west, east, south and north.
-    pub sides: [f64; 4],
-    /// Of what each supply delivers.
-    pub supplies: Vec<f64>,
-    /// Of the largest pressure.
-    pub peak: f64,
+    /// Of the figures, with the load and the drag of a [`Bearing`]: of a journal the resultant, and
+    /// the drag on the wall that moves the faster and on the other one.
+    pub slopes: FilmSlopes,
     /// Of the position.
     pub position: Vec<f64>,
     /// Of a journal's eccentricity over the clearance.
@@ -84,14 +79,16 @@ impl Sensitivity {
             one.iter_mut().zip(other).for_each(|(one, other)| *one += by * other);
         };
         add(&mut self.forces, &other.forces);
-        add(&mut self.friction, &other.friction);
-        add(&mut self.full_friction, &other.full_friction);
-        add(&mut self.sides, &other.sides);
-        add(&mut self.supplies, &other.supplies);
+        let (slopes, of_other) = (&mut self.slopes, &other.slopes);
+        add(&mut slopes.moments, &of_other.moments);
+        add(&mut slopes.friction, &of_other.friction);
+        add(&mut slopes.full_friction, &of_other.full_friction);
+        add(&mut slopes.sides, &of_other.sides);
+        add(&mut slopes.supplies, &of_other.supplies);
+        slopes.load += by * of_other.load;
+        slopes.power += by * of_other.power;
+        slopes.peak += by * of_other.peak;
         add(&mut self.position, &other.position);
-        self.load += by * other.load;
-        self.power += by * other.power;
-        self.peak += by * other.peak;
         self.ecc = self.ecc.zip(other.ecc).map(|(one, other)| one + by * other);
         self.attitude = self.attitude.zip(other.attitude).map(|(one, other)| one + by * other);
     }
@@ -122,48 +119,38 @@ impl Bearing {
         solved.check_steady()?;
         let wanted = load.map(|load| Wanted::new(self, load, 1.0));
         let moving: &[usize] = wanted.as_ref().map_or(&[], |wanted| &wanted.moving);
-        solved.answers(false, LINEAR, |response| {
-            let mut answer = |parameter: &Parameter| {
-                let (change, position, ambient) = self.change(parameter);
-                let film = &solved.film;
-                let [dz, dr] = response(&film.rows_change(&solved.z, &solved.r, &change))?;
-                let at = [&solved.z[..], &solved.r];
-                let slopes = film.slopes(at, [&dz, &dr], &change, ambient);
-                let unit = film.pressure_unit();
-                let p = |dz: &f64| (change.cavitation - ambient + unit * dz) * film.cell();
-                let along = |mode: &Vec<f64>| dz.iter().zip(mode).map(|(dz, m)| p(dz) * m).sum();
-                let mut found = Sensitivity {
-                    forces: self.modes.iter().map(along).collect(),
-                    load: slopes.load,
-                    friction: self.drag(slopes.friction),
-                    full_friction: self.drag(slopes.full_friction),
-                    power: slopes.power,
-                    sides: slopes.sides,
-                    supplies: slopes.supplies,
-                    peak: slopes.peak,
-                    position,
-                    ecc: None,
-                    attitude: None,
-                };
-                self.turn(solved, parameter, &mut found);
-                Ok(found)
-            };
-            let mut all = parameters.iter().map(&mut answer).collect::<Result<Vec<_>, _>>()?;
-            let Some(wanted) = &wanted else { return Ok(all) };
-            let of_position: Result<Vec<_>, FilmError> =
-                moving.iter().map(|&k| answer(&Parameter::Position(k))).collect();
-            let (of_position, forces) = (of_position?, self.forces(&solved.film, &solved.z));
-            // The change of the forces that are asked for, with a change of all of them.
-            let rows = |changes: &[f64]| wanted.directed(&forces, changes);
-            let slopes: Vec<_> = of_position.iter().map(|found| rows(&found.forces)).collect();
-            let matrix = DMatrix::from_fn(moving.len(), moving.len(), |k, l| slopes[l][k]).lu();
-            for found in &mut all {
-                let off = DVector::from_vec(rows(&found.forces));
-                let ways = matrix.solve(&off).ok_or(FilmError::Derivatives(f64::NAN))?;
-                ways.iter().zip(&of_position).for_each(|(way, other)| found.add(-way, other));
-            }
-            Ok(all)
-        })
+        let mut linear = Linear::of(&solved.film, operators(&solved.film)?, &solved.r, LINEAR)?;
+        let mut answer = |parameter: &Parameter| {
+            let (change, position, ambient) = self.change(parameter);
+            let film = &solved.film;
+            let [dz, dr] = linear.answer(&film.rows_change(&solved.z, &solved.r, &change))?;
+            let at = [&solved.z[..], &solved.r];
+            let mut slopes = film.slopes(at, [&dz, &dr], &change, ambient);
+            slopes.friction = self.drag(slopes.friction);
+            slopes.full_friction = self.drag(slopes.full_friction);
+            let unit = film.pressure_unit();
+            let p = |dz: &f64| (change.cavitation - ambient + unit * dz) * film.cell();
+            let along = |mode: &Vec<f64>| dz.iter().zip(mode).map(|(dz, m)| p(dz) * m).sum();
+            let forces = self.modes.iter().map(along).collect();
+            let mut found = Sensitivity { forces, slopes, position, ecc: None, attitude: None };
+            self.turn(solved, parameter, &mut found);
+            Ok::<_, FilmError>(found)
+        };
+        let mut all = parameters.iter().map(&mut answer).collect::<Result<Vec<_>, _>>()?;
+        let Some(wanted) = &wanted else { return Ok(all) };
+        let of_position = moving.iter().map(|&k| answer(&Parameter::Position(k)));
+        let of_position = of_position.collect::<Result<Vec<_>, _>>()?;
+        let forces = self.forces(&solved.film, &solved.z);
+        // The change of the forces that are asked for, with a change of all of them.
+        let rows = |changes: &[f64]| wanted.directed(&forces, changes);
+        let slopes: Vec<_> = of_position.iter().map(|found| rows(&found.forces)).collect();
+        let matrix = DMatrix::from_fn(moving.len(), moving.len(), |k, l| slopes[l][k]).lu();
+        for found in &mut all {
+            let off = DVector::from_vec(rows(&found.forces));
+            let ways = matrix.solve(&off).ok_or(FilmError::Derivatives(f64::NAN))?;
+            ways.iter().zip(&of_position).for_each(|(way, other)| found.add(-way, other));
+        }
+        Ok(all)
     }
 
     /// The changes of the film, of the position and of the pressure around.
@@ -226,7 +213,7 @@ impl Bearing {
         };
         let forces = self.forces(&solved.film, &solved.z);
         let [load, load_angle] = polar([forces[0], forces[1]], &found.forces);
-        found.load = load;
+        found.slopes.load = load;
         let at = [self.position[0], self.position[1]];
         let [size, angle] = polar(at, &found.position);
         let stretch = f64::from(*parameter == Parameter::Clearance) * at[0].hypot(at[1]);

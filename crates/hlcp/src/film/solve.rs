@@ -1,13 +1,10 @@
 use std::ops::ControlFlow;
 
-use hlcp_core::{Aor, Error, Hlcp, Identity, Norms, Omega, Rows};
-use hlcp_methods::{
-    Amg, Jacobian, Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
-    SparseLu,
-};
+use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rows};
+use hlcp_methods::{Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver};
 use hlcp_verify::{Certificate, Film, FilmChange, Refusal, certify};
 
-use super::Bearing;
+use super::{Bearing, linear::Linear};
 
 /// What has no answer, and why.
 ///
@@ -88,6 +85,21 @@ pub struct Settings<'s> {
     pub watch: Option<&'s Watch<'s>>,
 }
 
+impl Settings<'_> {
+    /// Shows iterates to whoever watches.
+    fn shows(
+        &self,
+        name: &str,
+        limits: &Limits,
+        goal: f64,
+    ) -> impl FnMut(&Progress<'_, f64>) -> ControlFlow<()> {
+        move |progress| {
+            self.watch
+                .map_or(ControlFlow::Continue(()), |watch| watch(name, limits, goal, progress))
+        }
+    }
+}
+
 /// A film with its solution.
 ///
 /// ```
@@ -125,9 +137,6 @@ const SEARCH: f64 = 1e-7;
 /// How exact derivatives are that are an answer.
 pub(super) const LINEAR: f64 = 1e-13;
 
-/// What is enough of any derivatives, because rounding ends a solve sooner where the gap jumps.
-const ENOUGH: f64 = 1e-8;
-
 /// It tries methods of all kinds, and leaves those that make no way.
 const FALLBACK: &str = "AUTO";
 
@@ -163,13 +172,66 @@ impl Solved {
     ///
     /// [`FilmError::Input`] as [`Film::pose`], and for `z` and `r` of another length, or negative.
     pub fn known(film: Film, z: Vec<f64>, r: Vec<f64>) -> Result<Self, FilmError> {
+        Self::judged(film, z, r, &Settings::default())
+    }
+
+    /// As known, shown to whoever watches.
+    pub(super) fn judged(
+        film: Film,
+        z: Vec<f64>,
+        r: Vec<f64>,
+        settings: &Settings<'_>,
+    ) -> Result<Self, FilmError> {
         let (a, b, q) = film.pose()?;
         let operators: Operators = [Box::new(a), Box::new(b)];
         let mut solver = Solver::new(Mms::new(problem(&operators)?, Aor::gauss_seidel())?);
         let limits =
             Limits { iterations: 0, rounding: Some(ROUNDING), ..Limits::relative(TOLERANCE) };
-        let outcome = solver.solve(&q, Options::from_solution(&z, &r).limits(limits))?;
+        let goal = TOLERANCE * Norms::of(&q).l2;
+        let mut show = settings.shows("MMGS", &limits, goal);
+        let options = Options::from_solution(&z, &r).limits(limits).observer(&mut show);
+        let outcome = solver.solve(&q, options)?;
         Ok(Self { film, z, r, outcome })
+    }
+
+    /// A guess for a film, from this solution and one before it, if the step there is `ratio` times
+    /// as long as that between the two.
+    pub(super) fn led(&self, before: &Self, ratio: f64, film: Film) -> Self {
+        let ([z, r], [z0, r0]) = (self.scaled(&film), before.scaled(&film));
+        let on = |now: f64, before: f64| now + ratio * (now - before);
+        let mut guess = Self { film, z, r, outcome: self.outcome };
+        let dz: Vec<f64> = z0.iter().zip(&guess.z).map(|(z0, z)| on(*z, *z0) - z).collect();
+        let dr: Vec<f64> = r0.iter().zip(&guess.r).map(|(r0, r)| on(*r, *r0) - r).collect();
+        guess.go(&dz, &dr);
+        guess
+    }
+
+    /// Adds changes of `z` in full cells and of `r` in broken ones; how many cells these fill or
+    /// break, which is where they stop.
+    pub(super) fn go(&mut self, dz: &[f64], dr: &[f64]) -> usize {
+        let mut flips = 0;
+        for (k, (z, r)) in self.z.iter_mut().zip(&mut self.r).enumerate() {
+            let is_full = *r <= 0.0;
+            let now = if is_full { *z + dz[k] } else { *r + dr[k] };
+            (*z, *r) = match (is_full, now >= 0.0) {
+                (true, true) => (now, 0.0),
+                (true, false) => (0.0, f64::MIN_POSITIVE),
+                (false, _) => (0.0, now.max(0.0)),
+            };
+            flips += usize::from(is_full != (*r <= 0.0));
+        }
+        flips
+    }
+
+    /// The operators of the film, and `A z − B r + q`.
+    pub(super) fn residual(&self) -> Result<(Operators, Vec<f64>), FilmError> {
+        let (a, b, mut off) = self.film.pose()?;
+        let mut part = vec![0.0; off.len()];
+        a.apply(&self.z, &mut part);
+        off.iter_mut().zip(&part).for_each(|(off, part)| *off += part);
+        b.apply(&self.r, &mut part);
+        off.iter_mut().zip(&part).for_each(|(off, part)| *off -= part);
+        Ok(([Box::new(a), Box::new(b)], off))
     }
 
     /// As near to the solution as rounding allows.
@@ -217,7 +279,7 @@ impl Solved {
     }
 
     /// `z` and `r` in the units of another film.
-    fn scaled(&self, film: &Film) -> [Vec<f64>; 2] {
+    pub(super) fn scaled(&self, film: &Film) -> [Vec<f64>; 2] {
         let by = self.film.pressure_unit() / film.pressure_unit();
         [self.z.iter().map(|z| z * by).collect(), self.r.clone()]
     }
@@ -235,57 +297,6 @@ impl Solved {
     /// Refuses a film in a step of time.
     pub(super) fn check_steady(&self) -> Result<(), FilmError> {
         if self.film.step.is_some() { Err(FilmError::Unsteady) } else { Ok(()) }
-    }
-
-    /// Hands `ask` a function that answers a change of `A z − B r + q` by the changes of `z` and
-    /// `r` that it brings about, by linear solves to the tolerance; also of the film by the clamp.
-    pub(super) fn answers<R>(
-        &self,
-        is_clamped: bool,
-        tolerance: f64,
-        ask: impl FnOnce(&mut Answers<'_>) -> Result<R, FilmError>,
-    ) -> Result<R, FilmError> {
-        let film = &self.film;
-        let mut operators = operators(film)?;
-        if is_clamped {
-            operators[1] = Box::new(Identity { order: self.r.len() });
-        }
-        let problem = problem(&operators)?;
-        let x = modulus(&self.r);
-        let jacobian = Jacobian::new(&problem, &x);
-        let row = |k: usize, each: &mut dyn FnMut(usize, f64)| jacobian.visit_row(k, each);
-        // Multigrid takes ten times as long, but no more memory for more than a million cells.
-        let (lu, mut amg) = match SparseLu::of(self.r.len(), row) {
-            Ok(lu) => (Some(lu), None),
-            Err(_) => (None, Some(Amg::new(&problem)?)),
-        };
-        // The changes of z and r that a change of A z − B r + q brings about, full and broken cells
-        // staying what they are: [A_F | −B_C] (δz, δr) = −change. J has the columns 2A where a cell
-        // is full, and 2ΩB elsewhere.
-        let mut response = |change: &[f64]| -> Result<[Vec<f64>; 2], FilmError> {
-            let mut s = vec![0.0; change.len()];
-            let mut reached = 0.0;
-            if let Some(lu) = &lu {
-                lu.solve(change, &mut s);
-            }
-            if let Some(amg) = &mut amg {
-                reached = amg.solve_to(&jacobian, change, &mut s, tolerance, 400);
-            }
-            let is_finite = s.iter().all(|s| s.is_finite());
-            if reached > tolerance.max(ENOUGH) || reached.is_nan() || !is_finite {
-                return Err(FilmError::Derivatives(reached));
-            }
-            let part = |of_z: bool| {
-                let entry = |(j, s): (usize, &f64)| match (jacobian.is_active(j), of_z) {
-                    (true, true) => -2.0 * s,
-                    (false, false) => 2.0 * problem.omega().entry(j) * s,
-                    _ => 0.0,
-                };
-                s.iter().enumerate().map(entry).collect()
-            };
-            Ok([part(true), part(false)])
-        };
-        ask(&mut response)
     }
 
     /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
@@ -308,34 +319,34 @@ impl Solved {
         let r = if is_clamped { &full } else { &self.r };
         let unit = film.pressure_unit() * film.cell();
         let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
-        self.answers(is_clamped, if with_speed { LINEAR } else { SEARCH }, |response| {
-            for &column in moving {
-                let mode = &bearing.modes[column];
-                let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
-                let [z, mut emptied] = response(&film.rows_change(&self.z, r, &widening))?;
-                let mut answers = vec![z];
-                if with_speed {
-                    if is_clamped {
-                        emptied.fill(0.0);
-                    }
-                    let [z, _] = response(&film.storing(r, mode, &emptied))?;
-                    answers.push(z);
+        let mut operators = operators(film)?;
+        if is_clamped {
+            operators[1] = Box::new(Identity { order: self.r.len() });
+        }
+        let tolerance = if with_speed { LINEAR } else { SEARCH };
+        let mut linear = Linear::of(film, operators, &self.r, tolerance)?;
+        for &column in moving {
+            let mode = &bearing.modes[column];
+            let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
+            let [z, mut emptied] = linear.answer(&film.rows_change(&self.z, r, &widening))?;
+            let mut answers = vec![z];
+            if with_speed {
+                if is_clamped {
+                    emptied.fill(0.0);
                 }
-                for (matrix, z) in found.iter_mut().zip(&answers) {
-                    for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
-                        let along = z.iter().zip(mode).map(|(z, mode)| z * mode);
-                        row[column] = unit * along.sum::<f64>();
-                    }
+                let [z, _] = linear.answer(&film.storing(r, mode, &emptied))?;
+                answers.push(z);
+            }
+            for (matrix, z) in found.iter_mut().zip(&answers) {
+                for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
+                    let along = z.iter().zip(mode).map(|(z, mode)| z * mode);
+                    row[column] = unit * along.sum::<f64>();
                 }
             }
-            Ok(())
-        })?;
+        }
         Ok(found)
     }
 }
-
-/// Returns the changes of `z` and `r` that a change of `A z − B r + q` brings about.
-pub(super) type Answers<'a> = dyn FnMut(&[f64]) -> Result<[Vec<f64>; 2], FilmError> + 'a;
 
 /// A and B, of any kind.
 pub(super) type Operators = [Box<dyn Rows<f64>>; 2];
@@ -381,11 +392,7 @@ pub(super) fn solve(
     let attempt = |name: &str| -> Result<Answer, FilmError> {
         let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
         let mut solver = Solver::new(method);
-        let mut show = |progress: &Progress<'_, f64>| {
-            settings
-                .watch
-                .map_or(ControlFlow::Continue(()), |watch| watch(name, &limits, goal, progress))
-        };
+        let mut show = settings.shows(name, &limits, goal);
         let options = match &begin {
             Some([z, r]) => Options::from_solution(z, r),
             None => Options::default(),

@@ -212,10 +212,11 @@ impl Film {
         slopes.friction[0] += turned;
         slopes.friction[1] -= turned;
         slopes.full_friction = slopes.friction.map(|friction| friction + void);
-        let now = self.figures(z, r, 0.0).friction;
-        slopes.power = slopes.friction[0] * self.speeds[0] - slopes.friction[1] * self.speeds[1]
-            + now[0] * change.speeds[0]
-            - now[1] * change.speeds[1];
+        slopes.power = slopes.friction[0] * self.speeds[0] - slopes.friction[1] * self.speeds[1];
+        if change.speeds != [0.0; 2] {
+            let [lower, upper] = self.figures(z, r, 0.0).friction;
+            slopes.power += lower * change.speeds[0] - upper * change.speeds[1];
+        }
         slopes
     }
 
