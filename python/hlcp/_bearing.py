@@ -107,7 +107,8 @@ class BearingResult(FilmResult):
         Of a journal the Sommerfeld number (R/c)^2 mu N/P, and the moment of the drag on the wall
         that moves the faster, in N m.
     leakage : float
-        What leaves the film: side leakage, and what supplies draw, in m^3/s.
+        What leaves the film, in m^3/s: the sum over all sides of what flows out there, less what
+        flows in at the same side, where that is positive (side leakage), and of what supplies draw.
     temperature_rise : float
         How much warmer the oil leaves if it takes all of the power with it, in K.
     reynolds, laminar : float
@@ -198,7 +199,10 @@ class BearingResult(FilmResult):
     def threshold(self) -> tuple[float, float] | None:
         """Of a journal the mass of a rigid rotor on this bearing above which it whirls by itself,
         in kg (critical mass), and the frequency of that over the running speed (whirl frequency
-        ratio), from the coefficients at this frequency; None where none is found."""
+        ratio), from the coefficients at this frequency; None where none is found up to twice the
+        running speed. Of a mass of 0 a rotor of any mass leaves its place: it whirls, a light one
+        at about this frequency, or at a frequency of 0 the film pushes it away (static
+        instability). `ValueError` for a film that nothing feeds, and a journal at rest."""
         if not self.success or self._walled["journal"] is None:
             raise ValueError("a threshold is that of a journal, solved")
         found = _hlcp.bearing_threshold(self._stored())
@@ -332,9 +336,11 @@ class MotionResult:
     ----------
     times : ndarray of shape (n,)
     load, power, supplied, oil, peak, least_gap, broken_share : ndarray of shape (n,)
-        The power is also that which moves the wall; `oil` is what the film holds, in m^3.
+        The power is also that which moves the wall, and `supplied` a mean over the step; `oil` is
+        what the film holds, in m^3. All else is that at the end of the step.
     at, friction : ndarray of shape (n, 2)
     sides : ndarray of shape (n, 4)
+        The means of what flows out over a step: with `supplied` they are what `oil` gains.
     position : ndarray of shape (n, 2) or (n, 3)
         Of a journal its displacement along the load and across it, in m; of a pad its rise and its
         slopes along x and y.
@@ -636,8 +642,8 @@ class _Bearing:
         list of dict
             A record for each combination, those of the last list the fastest: what the lists had,
             and load, ecc and attitude (of a pad rise and slopes), friction on the moving wall,
-            power, peak, least_gap, broken_share, leakage, supplied, success and message, in SI
-            units. Where no position carries a load the figures are NaN, and `message` says so.
+            power, peak, least_gap, broken_share, leakage, supplied (the sum of `supplies`), success
+            and message, in SI units. Where no position carries a load the figures are NaN, and `message` says so.
 
         Raises
         ------
@@ -696,7 +702,7 @@ class _Bearing:
         else:
             where = [film.ecc, film.attitude] if is_journal else film.position
             figures = [film.load, *where, film.friction[0], film.power, film.peak, film.least_gap,
-                       film.broken_share, sum(film.sides), sum(film.supplies)]
+                       film.broken_share, film.leakage, sum(film.supplies)]
             record = dict(zip(names, figures)) | {"success": film.success, "message": film.message}
             pair = np.array(film._coefficients(0.0) if coefficients and film.success
                             else np.full((2, order, order), np.nan))

@@ -344,6 +344,17 @@ fn check(bearing: &Bearing) -> PyResult<()> {
     Err(wrong(format!("the gap[{row}, {column}] is {gap:e} m, but it must be positive")))
 }
 
+/// Refuses frequencies over the running speed of what is at rest.
+fn refuse_rest(bearing: &Bearing) -> PyResult<()> {
+    if bearing.running_speed() > 0.0 {
+        return Ok(());
+    }
+    Err(wrong(
+        "a frequency is over the running speed, but nothing runs; give rpm or speed, or take \
+         motion()",
+    ))
+}
+
 /// Refuses a film in which nothing happens.
 fn refuse_idle(film: &Film) -> PyResult<()> {
     let what = match Idle::of(film) {
@@ -414,16 +425,15 @@ fn carried(
     )))
 }
 
-/// The figures of a bearing with its solution, by name; some of the power moves the wall.
+/// The figures of a bearing with its solution, by name; those of a step in time are given.
 fn reported<'py>(
     py: Python<'py>,
     bearing: &Bearing,
     solved: Solved,
-    (films, squeezing, [density, heat]): (usize, f64, [f64; 2]),
+    (films, last, [density, heat]): (usize, Option<FilmFigures>, [f64; 2]),
 ) -> PyResult<Bound<'py, PyDict>> {
     let Solved { film, z, r, outcome } = solved;
-    let mut figures = film.figures(&z, &r, bearing.ambient);
-    figures.power += squeezing;
+    let figures = last.unwrap_or_else(|| film.figures(&z, &r, bearing.ambient));
     let [load, x, y] = bearing.load(&film, &figures, &z);
     let [drag, full] = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
     let derived = bearing.derived(&film, &figures, load, &Oil { density, heat });
@@ -489,7 +499,7 @@ pub(crate) fn bearing_film(
             let (solved, films) = carried(&mut bearing, carries, start, settings)?;
             Ok((bearing, solved, films))
         })?;
-        Ok(reported(py, &bearing, solved, (films, 0.0, oil))?.into_any().unbind())
+        Ok(reported(py, &bearing, solved, (films, None, oil))?.into_any().unbind())
     })
 }
 
@@ -510,6 +520,9 @@ pub(crate) fn bearing_coefficients(
                 let dry = feeding(&bearing);
                 return Err(wrong(format!("it answers to no motion: {dry}")));
             }
+            if frequency.is_some_and(|ratio| ratio > 0.0) {
+                refuse_rest(&bearing)?;
+            }
             let found = match frequency {
                 Some(ratio) => Coefficients::at(&bearing, &solved, ratio * bearing.running_speed()),
                 None => Coefficients::clamped(&bearing, &solved, settings),
@@ -529,6 +542,11 @@ pub(crate) fn bearing_threshold(
 ) -> PyResult<Option<[f64; 2]>> {
     apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
+        refuse_rest(&bearing)?;
+        if !solved.film.is_fed() {
+            let dry = feeding(&bearing);
+            return Err(wrong(format!("it answers to no motion: {dry}")));
+        }
         let found = released(py, || Threshold::of(&bearing, &solved).map_err(wrong))?;
         Ok(found.map(|found| [found.mass, found.omega / bearing.running_speed()]))
     })
@@ -657,6 +675,7 @@ struct Steps {
     position: Vec<Vec<f64>>,
     imbalance: f64,
     converged: bool,
+    last: Option<FilmFigures>,
 }
 
 /// Takes a step from each time to the next one, perhaps from where a load is carried.
@@ -728,6 +747,7 @@ fn moved(
         } else {
             bearing.position.clone()
         });
+        steps.last = Some(found);
     }
     steps.imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);
     Ok((motion, steps))
@@ -749,10 +769,10 @@ pub(crate) fn bearing_motion(
         let how: How = how.bind(py).extract()?;
         let (motion, steps) =
             how.run(py, &stop, move |settings| moved(bearing, &times, &rows, driven, settings))?;
-        let Motion { bearing, solved, squeezing, .. } = motion;
+        let Motion { bearing, solved, .. } = motion;
         let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
         let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));
-        let last = reported(py, &bearing, solved, (steps.load.len(), squeezing, of_oil))?;
+        let last = reported(py, &bearing, solved, (steps.load.len(), steps.last, of_oil))?;
         last.set_item("step", oil.map(|(time, oil)| (time, PyArray1::from_vec(py, oil))))?;
         let found = PyDict::new(py);
         found.set_item("load", steps.load)?;

@@ -4,7 +4,7 @@ use std::{error::Error, path::Path};
 
 use hlcp::{
     files::printable,
-    film::{Bearing, Drive, Map, Motion, Settings, Solved},
+    film::{Bearing, Drive, FilmFigures, Map, Motion, Settings, Solved},
 };
 
 use super::Arguments;
@@ -18,8 +18,8 @@ pub(super) struct Run {
     pub(super) csv: String,
     /// What the oil in the film has gained beyond what flowed in, by time, in m³/s.
     pub(super) imbalance: f64,
-    /// The power that moves the wall against the pressure in the last step, in W.
-    pub(super) squeezing: f64,
+    /// The figures of the last step.
+    pub(super) figures: FilmFigures,
     pub(super) steps: usize,
     pub(super) all_converged: bool,
 }
@@ -141,7 +141,7 @@ pub(super) fn run(
     let begun = motion.oil();
     let settled = motion.solved.as_ref();
     let mut all_converged = settled.is_none_or(|solved| solved.outcome.converged());
-    let (mut lines, mut entered) = (vec![], 0.0);
+    let (mut lines, mut entered, mut figures) = (vec![], 0.0, None);
     let bar = progress::counting(rows.len() - 1);
     for (pair, row) in rows.windows(2).zip(2..) {
         let ([(before, _), (time, given)], mass) = (pair, arguments.mass) else { continue };
@@ -166,16 +166,17 @@ pub(super) fn run(
         line.extend(rest);
         line.extend(told(bearing, arguments));
         lines.push(line.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
+        figures = Some(found);
         bar.inc(1);
     }
     bar.finish_and_clear();
     let imbalance = (motion.oil() - begun - entered) / (rows[rows.len() - 1].0 - rows[0].0);
-    let Motion { bearing, solved, squeezing, .. } = motion;
-    let solved = solved.ok_or("there are no steps")?;
+    let Motion { bearing, solved, .. } = motion;
+    let (solved, figures) = solved.zip(figures).ok_or("there are no steps")?;
     let place = match bearing.journal {
         Some(_) => "displacement along the load (m),displacement across it (m)",
         None => "rise (m),slope along x,slope along y",
     };
     let (csv, steps) = (chart::csv(&format!("{HEAD},{place}"), &lines), lines.len());
-    Ok(Run { bearing, solved, csv, imbalance, squeezing, steps, all_converged })
+    Ok(Run { bearing, solved, figures, csv, imbalance, steps, all_converged })
 }

@@ -51,14 +51,15 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
     ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
     let outputs = outputs(arguments, &ends)?;
-    let mut steps = None;
+    let (mut steps, mut last) = (None, None);
     let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
         if arguments.load.is_some() {
             balance::equilibrium(&mut bearing, arguments, &settings)?;
         }
         let run = motion::run(path, bearing, arguments, &settings)?;
         bearing = run.bearing;
-        steps = Some((run.csv, run.imbalance, run.squeezing));
+        steps = Some((run.csv, run.imbalance));
+        last = Some(run.figures);
         (run.solved, run.steps, run.all_converged, None)
     } else {
         let (solved, solves) = balance::equilibrium(&mut bearing, arguments, &settings)?;
@@ -81,8 +82,8 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let range = arguments.data_tolerance.filter(|_| converged);
     let film = &solved.film;
     let range = range.map(|part| bearing.range(part, film, &solved.z, &solved.r)).transpose()?;
-    let mut figures = solved.film.figures(&solved.z, &solved.r, bearing.ambient);
-    figures.power += steps.as_ref().map_or(0.0, |(.., squeezing)| *squeezing);
+    let figures = || solved.film.figures(&solved.z, &solved.r, bearing.ambient);
+    let figures = last.unwrap_or_else(figures);
     let [load, ..] = bearing.load(&solved.film, &figures, &solved.z);
     let oil = arguments.oil.unwrap_or_default();
     let derived = bearing.derived(&solved.film, &figures, load, &oil);
@@ -103,7 +104,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         sensitivities,
         certificate,
         range,
-        run_imbalance: steps.as_ref().map(|(_, imbalance, _)| *imbalance),
+        run_imbalance: steps.as_ref().map(|(_, imbalance)| *imbalance),
         seconds: begun.elapsed().as_secs_f64(),
     };
 
@@ -663,17 +664,23 @@ impl Report<'_> {
         if self.bearing.journal.is_none() {
             return Ok(());
         }
-        match whirl.threshold {
-            Some(Threshold { mass, omega }) => writeln!(
-                text,
-                "critical mass     {mass:.6e} kg on this bearing; a heavier rotor whirls at {:.6} of \
-                 the running speed",
-                omega / whirl.running
-            ),
-            None => {
-                writeln!(text, "critical mass     none was found up to twice the running speed")
-            }
-        }
+        let told = match whirl.threshold {
+            Some(Threshold { mass, omega }) => match (mass > 0.0, omega / whirl.running) {
+                (true, ratio) => format!(
+                    "{mass:.6e} kg on this bearing; a heavier rotor whirls at {ratio:.6} of the \
+                     running speed"
+                ),
+                (false, 0.0) => {
+                    "0 kg: the film pushes a rotor of any mass away (static instability)".into()
+                }
+                (false, ratio) => format!(
+                    "0 kg: a rotor of any mass whirls, a light one at about {ratio:.3} of the \
+                     running speed"
+                ),
+            },
+            None => "none was found up to twice the running speed".into(),
+        };
+        writeln!(text, "critical mass     {told}")
     }
 
     /// The coordinates of coefficients, and the units of stiffness and damping.

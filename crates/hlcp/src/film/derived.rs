@@ -49,7 +49,8 @@ pub struct Derived {
     pub sommerfeld: Option<f64>,
     /// Of a journal the moment of the drag on the wall that moves the faster.
     pub torque: Option<f64>,
-    /// What leaves the film, in m³/s: side leakage, and what supplies draw.
+    /// What leaves the film, in m³/s: of each side what flows out less what flows in, where that is
+    /// positive (side leakage), and what supplies draw.
     pub leakage: f64,
     /// How much warmer the oil leaves if it takes all of the power with it, in K; infinite if none
     /// leaves.

@@ -68,8 +68,6 @@ pub struct Motion {
     pub bearing: Bearing,
     /// The film after the last step; before the first one that has settled, if any has.
     pub solved: Option<Solved>,
-    /// The power that moves the wall against the pressure in the last step, in W.
-    pub squeezing: f64,
     velocity: Vec<f64>,
     past: Option<Past>,
     /// The height of the oil in each cell, in m, and the cells that no supply keeps full.
@@ -147,7 +145,7 @@ impl Motion {
         } else {
             (first.gap, None)
         };
-        Ok(Self { bearing, solved, squeezing: 0.0, velocity, past: None, heights, free })
+        Ok(Self { bearing, solved, velocity, past: None, heights, free })
     }
 
     /// Returns the oil in the film, in m³.
@@ -155,9 +153,9 @@ impl Motion {
         self.free.iter().map(|&k| self.heights[k]).sum::<f64>() * self.bearing.film.cell()
     }
 
-    /// Takes a step in time, in s, and returns the figures at its end; their flows and what is
-    /// stored are means over the step, in balance but for rounding, and their power is also that
-    /// which moves the wall.
+    /// Takes a step in time, in s, and returns the figures at its end, but for flows, what is stored
+    /// and the imbalance of both: these are means over the step, in balance but for rounding. Their
+    /// power is also that which moves the wall against the pressure.
     ///
     /// # Errors
     ///
@@ -213,8 +211,7 @@ impl Motion {
             sides: figures.sides,
             supplies: figures.supplies.clone(),
         });
-        self.squeezing = -work / time;
-        figures.power += self.squeezing;
+        figures.power -= work / time;
         figures.stored = (self.oil() - held) / duration;
         let out = figures.sides.iter().sum::<f64>() - figures.supplies.iter().sum::<f64>();
         figures.imbalance = out + figures.stored;

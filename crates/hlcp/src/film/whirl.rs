@@ -1,3 +1,5 @@
+use std::f64::consts::PI;
+
 use faer::{
     Mat, c64,
     linalg::solvers::Solve,
@@ -16,12 +18,13 @@ use super::{
 /// GB and half a minute.
 const CELLS: usize = 300_000;
 
-/// How near a whirl comes to that of the threshold, over its frequency, and how many films of how
-/// many coefficients that may take.
+/// Threshold frequencies are looked for in this many parts of twice the running speed, and each is
+/// found as nearly as this, over itself, by so many steps at most.
+const PARTS: u8 = 16;
 const NEAR: f64 = 1e-9;
-const STEPS: usize = 30;
+const STEPS: usize = 60;
 
-/// The threshold at which a rigid rotor on a journal bearing begins to whirl by itself.
+/// The threshold at which a rigid rotor on a journal bearing leaves its place by itself.
 ///
 /// ```
 /// use hlcp::film::Coefficients;
@@ -33,45 +36,115 @@ const STEPS: usize = 30;
 /// };
 /// assert_eq!(found.threshold().map(|found| (found.omega, found.mass)), Some((50.0, 0.0)));
 ///
-/// // Where the film rather pushes the rotor away, it whirls all the more.
-/// let found = Coefficients { stiffness: vec![vec![-1e5, 5e6], vec![-5e6, -1e5]], ..found };
-/// assert_eq!(found.threshold().map(|found| found.mass), Some(0.0));
+/// // The film pushes the rotor away in one direction.
+/// let found = Coefficients { stiffness: vec![vec![4e6, 0.0], vec![0.0, -1e5]], ..found };
+/// assert_eq!(found.threshold().map(|found| (found.omega, found.mass)), Some((0.0, 0.0)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Threshold {
-    /// The mass on this bearing, in kg, above which it whirls (critical mass); 0 where any does.
+    /// The mass on this bearing, in kg, above which it whirls (critical mass); 0 where a rotor of
+    /// any mass leaves its place.
     pub mass: f64,
-    /// The angular frequency of the whirl, in rad/s.
+    /// The angular frequency of the whirl, in rad/s, where any rotor whirls that of a light one; 0
+    /// where the film pushes the rotor away without a whirl (static instability).
     pub omega: f64,
 }
 
 impl Threshold {
-    /// Searches for the threshold of a journal with the coefficients at its own frequency, from
-    /// half the running speed; `None` where there is none, or it is not found.
+    /// Searches for the threshold of a journal with the coefficients at its own frequency, up to
+    /// twice the running speed; `None` where a rotor of any mass keeps its place as far as that
+    /// tells, and for a journal that does not turn or a film of another kind.
+    ///
+    /// # Method
+    ///
+    /// A rotor without mass leaves its place where `det (K + sC)` has zeros with a positive real
+    /// part. These are counted by the angle of `det (K + iωC)`, which rises from 0 to π without
+    /// them, as the film with its walls at rest has no growing motions of its own. The least mass
+    /// for which `m(iω)² + K + iωC` is singular at some frequency is then the threshold: a growing
+    /// motion can only come to be where the real part of one is 0.
+    ///
+    /// # Cost
+    ///
+    /// Coefficients at 16 frequencies, and some six for each that makes a matrix singular.
     ///
     /// # Errors
     ///
     /// As [`Coefficients::at`].
     pub fn of(bearing: &Bearing, solved: &Solved) -> Result<Option<Self>, FilmError> {
-        let running = bearing.running_speed();
-        let mut last: Option<[f64; 2]> = None;
-        let mut omega = 0.5 * running;
-        for _ in 0..STEPS {
-            let Some(found) = Coefficients::at(bearing, solved, omega)?.threshold() else {
-                return Ok(None);
-            };
-            let off = found.omega - omega;
-            if off.abs() <= NEAR * omega {
-                return Ok(Some(found));
-            }
-            let next = match last {
-                Some([before, far]) if off != far => omega - off * (omega - before) / (off - far),
-                _ => found.omega,
-            };
-            last = Some([omega, off]);
-            omega = next.clamp(0.01 * running, 2.0 * running);
+        let part = 2.0 * bearing.running_speed() / f64::from(PARTS);
+        if bearing.journal.is_none() || part == 0.0 {
+            return Ok(None);
         }
-        Ok(None)
+        let at = |omega: f64| -> Result<Rotor, FilmError> {
+            let found = Coefficients::at(bearing, solved, omega)?;
+            Ok(found.rotor().expect("a journal moves along two coordinates"))
+        };
+        let mut before = at(0.0)?;
+        if before.steady <= 0.0 {
+            return Ok(Some(Self { mass: 0.0, omega: 0.0 }));
+        }
+        let (mut angle, mut nearest, mut found) = (0.0, [f64::INFINITY, 0.0], None::<Self>);
+        for k in 1..=PARTS {
+            let omega = f64::from(k) * part;
+            let rotor = at(omega)?;
+            let [one, two] = [before.at(omega - part), rotor.at(omega)];
+            angle += (two / one).arg();
+            if two.norm() < nearest[0] {
+                nearest = [two.norm(), omega];
+            }
+            if (before.off(omega - part) < 0.0) != (rotor.off(omega) < 0.0) {
+                let [mut far, mut near] = [(omega - part, before), (omega, rotor)];
+                let [mut off, mut last] = [far, near].map(|(omega, rotor)| rotor.off(omega));
+                for _ in 0..STEPS {
+                    // The secant through both ends; one that stays counts half (Illinois).
+                    let way = last * (near.0 - far.0) / (last - off);
+                    let next = (near.0 - way, at(near.0 - way)?);
+                    let now = next.1.off(next.0);
+                    if (now < 0.0) == (last < 0.0) {
+                        off /= 2.0;
+                    } else {
+                        (far, off) = (near, last);
+                    }
+                    (near, last) = (next, now);
+                    if way.abs() <= NEAR * near.0 || now == 0.0 {
+                        break;
+                    }
+                }
+                let (omega, mass) = (near.0, near.1.left / near.0.powi(2));
+                if mass > 0.0 && found.is_none_or(|found| mass < found.mass) {
+                    found = Some(Self { mass, omega });
+                }
+            }
+            before = rotor;
+        }
+        if 0.0 < angle && angle < PI {
+            return Ok(found);
+        }
+        Ok(Some(Self { mass: 0.0, omega: nearest[1] }))
+    }
+}
+
+/// What a rigid rotor sees of coefficients.
+#[derive(Clone, Copy)]
+struct Rotor {
+    /// The determinants of stiffness and damping, and what stands with `s` in `det (K + sC)`.
+    steady: f64,
+    damped: f64,
+    crossed: f64,
+    /// What a whirl leaves of the stiffness, and the determinant of the stiffness without that.
+    left: f64,
+    rest: f64,
+}
+
+impl Rotor {
+    /// `det (K + iωC)`.
+    fn at(&self, omega: f64) -> c64 {
+        c64::new(self.steady - omega * omega * self.damped, omega * self.crossed)
+    }
+
+    /// What is off in a whirl with the mass that fits, which is 0 at a threshold.
+    fn off(&self, omega: f64) -> f64 {
+        self.rest - omega * omega * self.damped
     }
 }
 
@@ -117,24 +190,40 @@ impl Coefficients {
     }
 
     /// Returns the threshold of a rigid rotor on a journal with these coefficients at all
-    /// frequencies; `None` if no rotor begins to whirl, or the coefficients are no journal's. A
-    /// rotor that the film pushes away without a whirl, by a stiffness with a negative determinant,
-    /// is not told by it.
+    /// frequencies, by the criterion of Routh and Hurwitz; `None` if a rotor of any mass keeps its
+    /// place, or the coefficients are no journal's.
     ///
     /// # Source
     ///
     /// J. W. Lund, *Review of the concept of dynamic coefficients for fluid film journal bearings*,
     /// J. Tribology 109 (1987) 37–41.
     pub fn threshold(&self) -> Option<Threshold> {
+        let rotor = self.rotor()?;
+        let Rotor { steady, damped, crossed, left, rest } = rotor;
+        // The trace of the damping has the sign of crossed/left.
+        if steady > 0.0 && damped > 0.0 && crossed > 0.0 && left > 0.0 {
+            let square = rest / damped;
+            let found = Threshold { mass: left / square, omega: square.sqrt() };
+            return (square > 0.0).then_some(found);
+        }
+        // The frequency of a light rotor, a zero of det (K + sC).
+        let square = steady / damped - (crossed / (2.0 * damped)).powi(2);
+        Some(Threshold { mass: 0.0, omega: square.max(0.0).sqrt() })
+    }
+
+    fn rotor(&self) -> Option<Rotor> {
         let ([kx, ky], [cx, cy]) = (pair(&self.stiffness)?, pair(&self.damping)?);
-        // Σ K C, crosswise: what the whirl leaves of the stiffness.
+        let determinant = |x: [f64; 2], y: [f64; 2]| x[0] * y[1] - x[1] * y[0];
         let crossed = kx[0] * cy[1] + ky[1] * cx[0] - kx[1] * cy[0] - ky[0] * cx[1];
-        let stiffness = crossed / (cx[0] + cy[1]);
-        let determinant = (kx[0] - stiffness) * (ky[1] - stiffness) - kx[1] * ky[0];
-        let square = determinant / (cx[0] * cy[1] - cx[1] * cy[0]);
-        // Where nothing is left of the stiffness, a rotor of any mass whirls.
-        let mass = (stiffness / square).max(0.0);
-        (square > 0.0).then_some(Threshold { mass, omega: square.sqrt() })
+        let left = crossed / (cx[0] + cy[1]);
+        let rest = determinant([kx[0] - left, kx[1]], [ky[0], ky[1] - left]);
+        Some(Rotor {
+            steady: determinant(kx, ky),
+            damped: determinant(cx, cy),
+            crossed,
+            left,
+            rest,
+        })
     }
 }
 
@@ -202,7 +291,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::film::{Drive, Journal, Motion, Settings};
+    use crate::film::{Drive, Journal, Load, Motion, Settings, Side};
 
     /// What the forces gain per displacement along a coordinate in the last of so many turns of
     /// small whirls, by implicit steps in time.
@@ -270,6 +359,97 @@ mod tests {
                     prop_assert!(off <= 1e-6 * size, "{found} {}", exact[column]);
                 }
             }
+        }
+    }
+
+    /// The largest real part of the motions of a rotor of this mass: of the eigenvalues of
+    /// `(e, v)' = (v, −(K e + C v)/m)`, in units in which K and C are near 1.
+    fn growth(found: &Coefficients, mass: f64) -> f64 {
+        let entry = |matrix: &[Vec<f64>], k: usize, l: usize| -matrix[k][l] / mass;
+        let motion = nalgebra::Matrix4::from_fn(|row, column| match (row, column) {
+            (0 | 1, _) => f64::from(u8::from(column == row + 2)),
+            (_, 0 | 1) => entry(&found.stiffness, row - 2, column),
+            _ => entry(&found.damping, row - 2, column - 2),
+        });
+        motion.complex_eigenvalues().iter().map(|s| s.re).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    proptest! {
+        /// Heavier rotors than the threshold leave their place, and lighter ones keep it.
+        #[test]
+        fn a_threshold_is_where_eigenvalues_cross(
+            k in prop::array::uniform4(-1.0..1.0_f64),
+            c in prop::array::uniform4(-1.0..1.0_f64),
+            (stiff, damped) in (0.0..1.5_f64, 0.5..1.5),
+        ) {
+            let found = Coefficients {
+                stiffness: vec![vec![k[0] + stiff, k[1]], vec![k[2], k[3] + stiff]],
+                damping: vec![vec![c[0] + damped, c[1]], vec![c[2], c[3] + damped]],
+            };
+            let grows = |mass: f64| growth(&found, mass);
+            match found.threshold() {
+                None => prop_assert!([0.01, 1.0, 100.0].map(grows).iter().all(|growth| *growth < 1e-9)),
+                Some(Threshold { mass, .. }) if mass > 0.0 => {
+                    prop_assert!(grows(0.99 * mass) < 1e-9 && grows(1.01 * mass) > -1e-9);
+                }
+                Some(Threshold { omega, .. }) => {
+                    prop_assert!(grows(1e-6) > -1e-9);
+                    // Where it is pushed away without a whirl, a real motion grows.
+                    let [kx, ky] = pair(&found.stiffness).unwrap();
+                    prop_assert!(omega == 0.0 || kx[0] * ky[1] > kx[1] * ky[0]);
+                }
+            }
+        }
+    }
+
+    /// A rotor of half the critical mass comes to rest after a push, one of twice that does not.
+    #[test]
+    fn a_rotor_above_the_critical_mass_whirls() {
+        let journal =
+            Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+        let mut bearing = Bearing::journal(journal, [36, 6]);
+        bearing.film.speeds = [15.0, 0.0];
+        bearing.film.viscosity = vec![0.02];
+        bearing.film.supplies = vec![Supply { corner: [0.0; 2], size: [0.0, 0.05], pressure: 1e5 }];
+        bearing.position = vec![5e-5, 0.0];
+        let settings = Settings::default();
+        let load = Load { direction: Some(bearing.load_direction(0.0)), ..Load::of(1000.0) };
+        let solved = bearing.carry(&load, None, &settings).unwrap().solved;
+        let Threshold { mass, omega } = Threshold::of(&bearing, &solved).unwrap().unwrap();
+        let carried = bearing.forces(&solved.film, &solved.z);
+        let sway = |mass: f64| {
+            let mut motion = Motion::new(bearing.clone(), &settings).unwrap();
+            let mut most = [0.0_f64; 5];
+            for k in 0..5 * 48 {
+                let push = if k < 12 { 1.01 } else { 1.0 };
+                let load = carried.iter().map(|force| push * force).collect();
+                let step = TAU / omega / 48.0;
+                motion.step(step, &Drive::Under { load, mass }, &settings).unwrap();
+                let off = motion.bearing.position.iter().zip(&bearing.position);
+                most[k / 48] = off.map(|(now, at)| (now - at).abs()).fold(most[k / 48], f64::max);
+            }
+            most[4] / most[2]
+        };
+        let [light, heavy] = [0.5, 2.0].map(|by| sway(by * mass));
+        assert!(light < 0.5 && heavy > 1.5, "{light} {heavy}");
+    }
+
+    /// Oil that flows along a gap which widens on the way pushes the journal aside.
+    #[test]
+    fn a_gap_that_widens_along_the_flow_holds_no_rotor() {
+        let journal =
+            Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+        for (widens, speed, mass) in [(1.5e-3, 1.0, 0.0), (-1.5e-3, 1.0, 1.0)] {
+            let mut bearing = Bearing::journal(journal, [24, 8]);
+            bearing.film.speeds = [speed, 0.0];
+            bearing.film.viscosity = vec![0.02];
+            bearing.film.sides[2..].copy_from_slice(&[Side::Pressure(5e6), Side::Pressure(1e6)]);
+            for (k, gap) in bearing.film.gap.iter_mut().enumerate() {
+                *gap += widens * (((k / 24) as f64 + 0.5) / 8.0 - 0.5) * 0.05;
+            }
+            let solved = Solved::new(bearing.here().unwrap(), None, &Settings::default()).unwrap();
+            let found = Threshold::of(&bearing, &solved).unwrap();
+            assert_eq!(found.is_none_or(|found| found.mass > 0.0), mass > 0.0, "{found:?}");
         }
     }
 
