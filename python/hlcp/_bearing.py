@@ -150,9 +150,8 @@ class BearingResult(FilmResult):
     def stiffness(self) -> Floats:
         """Stiffness, the change of each force against each coordinate, in N/m (a pad's slopes have
         no unit): of a journal along the load and across it, a quarter further in the direction of
-        the motion; of a pad for its rise and the slopes along x and y. It is for slow motions, in a
-        film that is broken somewhere to about a quarter of the running speed; `coefficients` has it
-        at any frequency."""
+        the motion; of a pad for its rise and the slopes along x and y. It is for slow motions;
+        `coefficients` has it at any frequency."""
         return self._coefficients(0.0)[0]
 
     @property
@@ -897,8 +896,8 @@ class Journal(_Bearing):
             In degrees in the direction of the motion. With `ecc` alone it is how far the widest
             gap is from x = 0, from where grooves are counted; without it that is x = 0. With
             `load` it is how far x = 0 is from the place opposite the load, so that grooves keep
-            their places; without it grooves turn with the widest gap. ``film(load=W, attitude=0)``
-            and ``film(ecc=e, attitude=a)`` with the eccentricity and attitude of that are the same
+            their places; without it they turn with the widest gap, as do lobes, dams and pockets.
+            ``film(load=W, attitude=0)`` and ``film(ecc=e, attitude=a)`` with the eccentricity and attitude of that are the same
             film.
         start : BearingResult
             The answer of a similar bearing on as many cells.

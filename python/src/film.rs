@@ -332,10 +332,11 @@ fn check(bearing: &Bearing) -> PyResult<()> {
     if bearing.here().is_some() {
         return Ok(());
     }
-    if let Some(ecc) = bearing.eccentricity(&bearing.position).filter(|&ecc| ecc >= 1.0) {
+    if let Some([gap, angle]) = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0) {
         return Err(wrong(format!(
-            "tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it \
-             must be below 1"
+            "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
+             {gap:e} m; take a smaller ecc, tilt or preload",
+            angle.to_degrees()
         )));
     }
     let gap = bearing.gap(&bearing.position);

@@ -520,7 +520,14 @@ def test_doubts_are_warned_of():
     ("a journal needs its position", lambda: journal().film(**OIL)),
     ("ecc is 1.0, but an eccentricity", lambda: journal().film(**OIL, ecc=1.0)),
     ("load is -3.0 N, but it must be positive", lambda: journal().film(**OIL, load=-3)),
-    ("tilt: the eccentricity at an end", lambda: journal(tilt=(1e-2, 0)).film(**OIL, ecc=0.5)),
+    ("the journal meets its bush at an end, 180.0 degrees from x = 0",
+     lambda: journal(tilt=(1e-2, 0)).film(**OIL, ecc=0.5)),
+    ("the journal meets its bush at an end, 180.0 degrees from x = 0",
+     lambda: journal(lobes=(2, 0.5), nx=13).film(**OIL, ecc=0.501)),
+    ("a frequency is over the running speed, but nothing runs",
+     lambda: journal(grooves=[(0, 2e5)]).film(viscosity=1, ecc=0.5).coefficients(0.5)),
+    ("it answers to no motion: nothing feeds", lambda: journal(grooves=[]).film(
+        **OIL, ecc=0.5).threshold),
     (r"the gap\[0, 0\] is -", lambda: pad(plane=(-1e-6, 2e-5)).film(**SLIDES)),
     ("nothing drives the film: the walls carry nothing and all pressures are 0 Pa",
      lambda: pad().film(viscosity=0.04)),
@@ -566,6 +573,27 @@ def test_doubts_are_warned_of():
 def test_a_wrong_bearing_is_a_value_error(sentence, call):
     with pytest.raises(ValueError, match=sentence):
         call()
+
+
+def test_leakage_is_one_figure_everywhere():
+    # Oil enters in the south and leaves in the north, and by a supply.
+    bearing = journal(grooves=[], south=2e5, north=0.0, supplies=[((0.1, 0.01), (0.05, 0.01), 0.0)])
+    film = bearing.film(**OIL, ecc=0.5)
+    assert film.sides[2] < 0.0 < film.sides[3] and film.supplies[0] < 0.0
+    assert film.leakage == film.sides[3] - film.supplies[0]
+    [record] = bearing.sweep(**OIL, ecc=[0.5])
+    assert record["leakage"] == film.leakage and record["supplied"] == film.supplies[0]
+
+
+def test_flows_of_a_motion_are_what_its_oil_gains():
+    times = np.cumsum([0, 3, 1, 1, 3, 1, 1]) * 1e-4
+    turn = 2 * np.pi * times / times[-1]
+    positions = 3e-5 * np.column_stack([np.cos(turn), np.sin(turn)])
+    motion = journal().motion(times, **OIL, positions=positions)
+    gained = np.diff(motion.oil) / np.diff(times)[1:]
+    flows = motion.supplied - motion.sides.sum(axis=1)
+    assert np.allclose(gained, flows[1:], rtol=0.0, atol=1e-9 * abs(motion.supplied).max())
+    assert np.array_equal(motion.film.sides, motion.sides[-1])
 
 
 def test_an_unknown_option_is_a_type_error():

@@ -1,7 +1,7 @@
 //! Walls that move freely, against their equation of motion; walls that carry a load, from
 //! anywhere; derivatives against differences.
 
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use hlcp::film::{
     Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Lobes, Motion, Pad, Parameter,
@@ -223,6 +223,54 @@ fn a_step_has_no_derivatives_of_a_bearing() {
         bearing.sensitivities(solved, &[], None).err(),
     ];
     assert!(refused.iter().all(|error| matches!(error, Some(FilmError::Unsteady))), "{refused:?}");
+}
+
+proptest! {
+    #![proptest_config(config(64))]
+
+    /// The least gap is that of so many places around both ends.
+    #[test]
+    fn a_journal_meets_its_bush_between_the_middles_of_cells(
+        (count, preload, offset, middle) in (1..6_usize, 0.0..0.9, 0.0..1.0, 0.0..6.0),
+        (x, y, a, b) in (-8e-5..8e-5, -8e-5..8e-5, -1e-3..1e-3, -1e-3..1e-3),
+    ) {
+        let (diameter, length, clearance) = (0.1, 0.05, 1e-4);
+        let lobes = Lobes { count, preload, offset, middle };
+        let journal = Journal { diameter, length, clearance, tilt: [a, b], lobes: Some(lobes) };
+        let bearing = Bearing::journal(journal, [3, 1]);
+        let place = |k: i32| {
+            let (angle, end) = (PI * f64::from(k) / 2000.0, if k % 2 == 0 { 0.025 } else { -0.025 });
+            let (sin, cos) = angle.sin_cos();
+            clearance * lobes.gap(angle) + (x + end * a) * cos + (y + end * b) * sin
+        };
+        let least = (0..4000).map(place).fold(f64::INFINITY, f64::min);
+        let [gap, angle] = bearing.nearest(&[x, y]).unwrap();
+        // Between two places it falls by their distance times its slope at most, where it jumps.
+        let slope = 2.0 * clearance + (x.hypot(y) + 0.025 * a.hypot(b));
+        prop_assert!(gap <= least + 1e-18 && gap >= least - PI / 1000.0 * slope, "{gap} {least}");
+        prop_assert!(gap > 0.0 || bearing.at(&[x, y]).is_none());
+        prop_assert!((0.0..TAU).contains(&angle));
+    }
+}
+
+/// Without a direction of the load its lobes turn with the widest gap, as grooves do.
+#[test]
+fn lobes_turn_with_a_load_of_any_direction() {
+    let settings = Settings::default();
+    let lobes = Some(Lobes { count: 2, preload: 0.5, offset: 0.5, middle: 0.0 });
+    let mut bearing = journal([36, 6], 10.0);
+    let round = bearing.journal.unwrap();
+    bearing.film.gap = Bearing::journal(Journal { lobes, ..round }, [36, 6]).film.gap;
+    bearing.journal = Some(Journal { lobes, ..round });
+    bearing.position = vec![2e-5, 0.0];
+    let (mut free, gap) = (bearing.clone(), bearing.film.gap.clone());
+    assert!(free.carry(&Load::of(500.0), None, &settings).unwrap().found);
+    // The journal moves along x = 0, the middle of a lobe, and these stay.
+    assert!(free.position[1] == 0.0 && free.film.gap == gap, "{:?}", free.position);
+    let direction = Some(bearing.load_direction(0.0));
+    let load = Load { direction, ..Load::of(500.0) };
+    assert!(bearing.carry(&load, None, &settings).unwrap().found);
+    assert!(bearing.position[1].abs() > 1e-6, "{:?}", bearing.position);
 }
 
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.

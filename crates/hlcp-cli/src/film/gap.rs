@@ -5,6 +5,7 @@ use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
 use hlcp::{
     files::printable,
     film::{self, Bearing, Film, Journal, Lobes, Map, Parameter, Side, Supply},
+    number,
 };
 
 use super::{Arguments, Numbers, Viscosity};
@@ -151,9 +152,17 @@ fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
     Ok(lobes)
 }
 
-/// The pockets in the user's units, and after them those of pressure dams.
+/// A pocket of the command line in SI units.
+fn in_si(pocket: &film::Pocket, arguments: &Arguments) -> film::Pocket {
+    let [corner, size] =
+        [pocket.corner, pocket.size].map(|pair| pair.map(|v| v * arguments.x_unit));
+    film::Pocket { corner, size, depth: pocket.depth * arguments.h_unit, ..*pocket }
+}
+
+/// The pockets, and after them those of pressure dams.
 fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<film::Pocket>, String> {
-    let mut all: Vec<_> = arguments.pocket.iter().map(|Pocket(pocket)| *pocket).collect();
+    let mut all: Vec<_> =
+        arguments.pocket.iter().map(|Pocket(pocket)| in_si(pocket, arguments)).collect();
     for (dam, journal) in arguments.dam.iter().zip(bearing.journal.iter().cycle()) {
         let [from, to, length, depth] = dam.exactly("dam", "FROM,TO,LENGTH,DEPTH")?;
         if !(from < to && to < from + 360.0 && length > 0.0) {
@@ -162,27 +171,21 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<film::Pocket>
                  turn beyond where it begins, and its length is positive"
             ));
         }
-        let x_unit = arguments.x_unit;
-        let found = journal.dam([from, to], length * x_unit, depth);
-        let [corner, size] = [found.corner, found.size].map(|pair| pair.map(|v| v / x_unit));
-        all.push(film::Pocket { corner, size, ..found });
+        let [length, depth] = [length * arguments.x_unit, depth * arguments.h_unit];
+        all.push(journal.dam([from, to], length, depth));
     }
     Ok(all)
 }
 
-/// Digs a pocket, in the user's units, into a film.
-fn dig(bearing: &mut Bearing, pocket: film::Pocket, arguments: &Arguments) -> Result<(), String> {
-    let film::Pocket { corner, size, depth, ellipse } = pocket;
-    let x_unit = arguments.x_unit;
-    is_inside("pocket", corner, size, bearing, x_unit)?;
-    let [corner, size] = [corner, size].map(|pair| pair.map(|v| v * x_unit));
+/// Digs a pocket into a film.
+fn dig(bearing: &mut Bearing, pocket: film::Pocket, x_unit: f64) -> Result<(), String> {
+    is_inside("pocket", pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
-    if (film::Pocket { corner, size, depth: depth * arguments.h_unit, ellipse }).dig(film) {
+    if pocket.dig(film) {
         return Ok(());
     }
-    let [lx, ly] = pocket.size;
-    let [dx, dy] = [film.lengths[0] / film.nx as f64, film.lengths[1] / film.ny as f64];
-    let [dx, dy] = [dx, dy].map(|length| length / x_unit);
+    let cell = [film.lengths[0] / film.nx as f64, film.lengths[1] / film.ny as f64];
+    let [[lx, ly], [dx, dy]] = [pocket.size, cell].map(|pair| pair.map(|v| number(v / x_unit)));
     Err(format!(
         "a pocket or dimple of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
          --x-unit; check its size, or take more cells by --nx and --ny"
@@ -262,16 +265,17 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
     for pocket in pockets(&bearing, arguments)? {
-        dig(&mut bearing, pocket, arguments)?;
+        dig(&mut bearing, pocket, x_unit)?;
     }
     for Dimples(counts, one) in &arguments.dimples {
-        let ends = lengths.map(|length| length / x_unit);
-        let [lx, ly] = [0, 1].map(|axis| ends[axis] / counts[axis] as f64);
+        let one = in_si(one, arguments);
+        let [lx, ly] = [0, 1].map(|axis| lengths[axis] / counts[axis] as f64);
         if one.size[0] > lx * (1.0 + 1e-9) || one.size[1] > ly * (1.0 + 1e-9) {
+            let [lx, ly] = [lx, ly].map(|v| number(v / x_unit));
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
-        let mut all = one.repeated(*counts, ends);
-        all.try_for_each(|pocket| dig(&mut bearing, pocket, arguments))?;
+        let mut all = one.repeated(*counts, lengths);
+        all.try_for_each(|pocket| dig(&mut bearing, pocket, x_unit))?;
     }
 
     let film = &mut bearing.film;
@@ -290,20 +294,17 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     }
     film.speeds = match (&arguments.speed, arguments.rpm, arguments.diameter) {
         (Some(Numbers(speeds)), ..) => [speeds[0], speeds.get(1).copied().unwrap_or(0.0)],
-        (None, Some(rpm), Some(diameter)) if rpm.is_finite() => {
-            [PI * diameter * x_unit * rpm / 60.0, 0.0]
-        }
-        (None, Some(_), _) => return Err("--rpm is not a finite number".into()),
-        (None, None, _) => [0.0; 2],
+        (None, Some(rpm), Some(diameter)) => [PI * diameter * x_unit * rpm / 60.0, 0.0],
+        (None, ..) => [0.0; 2],
     };
     film.sides = sides(arguments, ambient)?;
-    if !(ambient >= film.cavitation && ambient.is_finite()) {
-        return Err("--ambient is below --cavitation, or not a finite number".into());
+    if ambient < film.cavitation {
+        return Err("--ambient is below --cavitation".into());
     }
     for supply in &arguments.supply {
         let [x, y, lx, ly, pressure] = supply.exactly("supply", "x,y,lx,ly,pressure")?;
-        is_inside("supply", [x, y], [lx, ly], &bearing, x_unit)?;
         let [corner, size] = [[x, y], [lx, ly]].map(|pair| pair.map(|v| v * x_unit));
+        is_inside("supply", corner, size, &bearing, x_unit)?;
         bearing.film.supplies.push(Supply { corner, size, pressure: pressure * p_unit });
     }
     for (groove, journal) in arguments.groove.iter().zip(bearing.journal.iter().cycle()) {
@@ -368,18 +369,17 @@ pub(super) fn parameters(
     let blank = Film { gap: vec![0.0; bearing.film.gap.len()], ..bearing.film.clone() };
     let deeper = |pockets: &mut dyn Iterator<Item = film::Pocket>| {
         let mut film = blank.clone();
-        for film::Pocket { corner, size, ellipse, .. } in pockets {
-            let [corner, size] = [corner, size].map(|pair| pair.map(|v| v * arguments.x_unit));
-            film::Pocket { corner, size, depth: 1.0, ellipse }.dig(&mut film);
+        for pocket in pockets {
+            film::Pocket { depth: 1.0, ..pocket }.dig(&mut film);
         }
         Parameter::Gap(film.gap)
     };
     for (k, pocket) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
         all.push((format!("pockets[{k}]"), "m", deeper(&mut [pocket].into_iter())));
     }
-    let ends = bearing.film.lengths.map(|length| length / arguments.x_unit);
     for (k, Dimples(counts, one)) in arguments.dimples.iter().enumerate() {
-        all.push((format!("dimples[{k}]"), "m", deeper(&mut one.repeated(*counts, ends))));
+        let mut each = in_si(one, arguments).repeated(*counts, bearing.film.lengths);
+        all.push((format!("dimples[{k}]"), "m", deeper(&mut each)));
     }
     all
 }
@@ -388,8 +388,14 @@ pub(super) fn parameters(
 fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
     let is_driven = arguments.motion.is_some() && arguments.load.is_none();
     if !is_driven && bearing.here().is_none() {
-        if let Some(ecc) = bearing.eccentricity(&bearing.position).filter(|&ecc| ecc >= 1.0) {
-            return Err(format!("--tilt: the eccentricity at an end of the journal is {ecc} of the clearance, but it must be below 1").into());
+        let nearest = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0);
+        if let Some([gap, angle]) = nearest {
+            return Err(format!(
+                "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
+                 {gap:e} m; take less of --ecc, --tilt or the preload of --lobes",
+                angle.to_degrees()
+            )
+            .into());
         }
         let gap = bearing.gap(&bearing.position);
         let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite()));
@@ -412,7 +418,7 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
         .map_err(|error| format!("{error}; see --side, --supply and --groove").into())
 }
 
-/// Refuses a rectangle, in units of `x_unit`, that is not in the film.
+/// Refuses a rectangle that is not in the film, in units of `x_unit`.
 fn is_inside(
     option: &str,
     corner: [f64; 2],
@@ -420,10 +426,10 @@ fn is_inside(
     bearing: &Bearing,
     x_unit: f64,
 ) -> Result<(), String> {
-    let [of_corner, of_size] = [corner, size].map(|pair| pair.map(|v| v * x_unit));
-    let Some(axis) = bearing.outside(of_corner, of_size) else { return Ok(()) };
-    let (from, to) = (corner[axis], corner[axis] + size[axis]);
-    let (name, length) = (["x", "y"][axis], bearing.film.lengths[axis] / x_unit);
+    let Some(axis) = bearing.outside(corner, size) else { return Ok(()) };
+    let (name, length) = (["x", "y"][axis], bearing.film.lengths[axis]);
+    let places = [corner[axis], corner[axis] + size[axis], length];
+    let [from, to, length] = places.map(|place| number(place / x_unit));
     Err(format!(
         "--{option} from {name} = {from} to {to} is outside the film, which ends at {length}"
     ))

@@ -6,6 +6,7 @@ mod motion;
 mod picture;
 mod plane;
 mod profile;
+mod report;
 
 use std::{
     error::Error,
@@ -91,11 +92,13 @@ pub(crate) struct Arguments {
     /// The eccentricity over the clearance, with --load where the search begins [default there:
     /// 0.5, with lobes of what their preload leaves]
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    #[arg(value_parser = finite)]
     ecc: Option<f64>,
     /// The place of x = 0, from where grooves are counted: so many degrees from the place opposite
     /// the load, in the direction of the motion, so that grooves keep their places under --load;
     /// without it x = 0 is the widest gap, and grooves turn with that
     #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
+    #[arg(value_parser = finite)]
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
     /// grows along y, and how it is turned aside there (misalignment)
@@ -161,6 +164,7 @@ pub(crate) struct Arguments {
     /// The journal's speed in turns per minute
     #[arg(long, help_heading = CONDITIONS, requires = "journal", conflicts_with = "speed")]
     #[arg(allow_hyphen_values = true)]
+    #[arg(value_parser = finite)]
     rpm: Option<f64>,
     /// The viscosity in Pa s; in two dimensions also a CSV or NPY file with one for each cell
     #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
@@ -169,10 +173,12 @@ pub(crate) struct Arguments {
     /// The pressure around the film, in units of --p-unit
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
     #[arg(requires = "film")]
+    #[arg(value_parser = finite)]
     ambient: f64,
     /// The pressure at which the film cavitates, in units of --p-unit
     #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
     #[arg(requires = "film")]
+    #[arg(value_parser = finite)]
     cavitation: f64,
     /// The density of the oil in kg/m³ and its specific heat in J/(kg K), for the Reynolds number
     /// and for how warm it gets [default: 870,1950]
@@ -396,6 +402,10 @@ fn speeds(text: &str) -> Result<Numbers, String> {
 enum Viscosity {
     Uniform(f64),
     Map(PathBuf),
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a finite number".into())
 }
 
 fn mass(text: &str) -> Result<f64, String> {

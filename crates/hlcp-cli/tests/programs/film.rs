@@ -319,7 +319,8 @@ fn wrong_input_is_refused_in_one_line() {
         &format!("{flags} --ambient 1 --cavitation 2"),
         "--ambient is below --cavitation",
     );
-    refused(sound, &format!("{flags} --ambient NaN"), "--ambient is below --cavitation");
+    refused(sound, &format!("{flags} --ambient NaN"), "not a finite number");
+    refused(sound, &format!("{flags} --ambient=-1"), "--ambient is below --cavitation");
     refused("0,1\n1,2\n", &format!("{flags} --refine 1"), "--refine 2 or more");
     let arguments = [
         ("--speed 0 --viscosity 1", "'0' for '--speed <SPEED>': not a positive number"),

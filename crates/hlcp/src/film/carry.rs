@@ -20,7 +20,7 @@ pub struct Load {
     /// Where it acts, of anything but a journal, whose slopes are then found with its height.
     pub at: Option<[f64; 2]>,
     /// The angle along x from which the load on a journal comes; without one only its size is asked
-    /// for, and grooves turn with the journal.
+    /// for, and the journal moves along x = 0: grooves, lobes and pockets turn with the widest gap.
     pub direction: Option<f64>,
 }
 

@@ -348,7 +348,7 @@ impl Bearing {
     /// Returns the film with the wall at a position; `None` if it meets the other one, and a
     /// journal its bush, also between the middles of cells.
     pub fn at(&self, position: &[f64]) -> Option<Film> {
-        if self.eccentricity(position).is_some_and(|ecc| ecc >= 1.0) {
+        if self.nearest(position).is_some_and(|[gap, _]| gap <= 0.0) {
             return None;
         }
         let gap = self.gap(position);
@@ -371,12 +371,40 @@ impl Bearing {
         self.at(&self.position)
     }
 
-    /// Returns of a journal the largest eccentricity of its two ends over the clearance.
-    pub fn eccentricity(&self, position: &[f64]) -> Option<f64> {
-        let Journal { clearance, tilt, .. } = self.journal?;
-        let [along, across] = tilt.map(|slope| slope * self.film.lengths[1] / 2.0);
-        let end = |sign: f64| (position[0] + sign * along).hypot(position[1] + sign * across);
-        Some(end(1.0).max(end(-1.0)) / clearance)
+    /// Returns of a journal the least gap between its bush and either of its ends, in m, also
+    /// between the middles of cells, and the angle from x = 0 at which that is; what pockets and
+    /// roughness add is not in it.
+    ///
+    /// ```
+    /// use hlcp::film::{Bearing, Journal, Lobes};
+    ///
+    /// // An elliptical bush, and a journal on its way to the middle of a lobe.
+    /// let lobes = Some(Lobes { count: 2, preload: 0.5, offset: 0.5, middle: 0.0 });
+    /// let (diameter, length, clearance, tilt) = (0.1, 0.05, 1e-4, [0.0; 2]);
+    /// let journal = Journal { diameter, length, clearance, tilt, lobes };
+    /// let bearing = Bearing::journal(journal, [9, 6]);
+    /// let [gap, angle] = bearing.nearest(&[4e-5, 0.0]).expect("it is a journal");
+    /// assert!((gap - 1e-5).abs() < 1e-18 && (angle - std::f64::consts::PI).abs() < 1e-12);
+    /// ```
+    pub fn nearest(&self, position: &[f64]) -> Option<[f64; 2]> {
+        let Journal { clearance, tilt, lobes, .. } = self.journal?;
+        let round = Lobes { count: 1, preload: 0.0, offset: 0.5, middle: 0.0 };
+        let Lobes { count, preload, offset, middle } = lobes.unwrap_or(round);
+        let arc = TAU / count as f64;
+        let place = |k: usize| {
+            let sign = if k.is_multiple_of(2) { 0.5 } else { -0.5 } * self.film.lengths[1];
+            let start = middle + arc * ((k / 2) as f64 - 0.5);
+            let (sin, cos) = (start + offset * arc).sin_cos();
+            // The gap in a lobe is the clearance less this along the angle.
+            let x = preload * clearance * cos - position[0] - sign * tilt[0];
+            let y = preload * clearance * sin - position[1] - sign * tilt[1];
+            let beyond = (y.atan2(x) - start).rem_euclid(TAU);
+            let ends = if beyond <= arc { [beyond; 2] } else { [0.0, arc] };
+            let gap = |at: f64| clearance - x * (start + at).cos() - y * (start + at).sin();
+            let at = if gap(ends[1]) < gap(ends[0]) { ends[1] } else { ends[0] };
+            [gap(at), (start + at).rem_euclid(TAU)]
+        };
+        (0..2 * count).map(place).min_by(|one, other| one[0].total_cmp(&other[0]))
     }
 
     /// Returns the forces of a pressure along the position's coordinates: of a journal those of the
