@@ -98,7 +98,7 @@ fn lead(now: &[f64], before: &[f64], ratio: f64) -> Vec<f64> {
 /// How film and forces answer to the wall, for Newton's method with both.
 struct Slopes {
     linear: Linear,
-    /// The changes of `z` and `r` with each coordinate that moves, with the other sign.
+    /// How `z` and `r` change with each coordinate that moves.
     ways: Vec<[Vec<f64>; 2]>,
     /// What is off by the coordinates.
     matrix: LU<f64, Dyn, Dyn>,
