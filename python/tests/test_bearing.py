@@ -489,6 +489,7 @@ def test_doubts_are_warned_of():
         pad(plane=(20e-6, 40e-6)).film(**SLIDES)
 
 
+@pytest.mark.filterwarnings("ignore:nothing feeds")
 @pytest.mark.parametrize("sentence, call", [
     ("diameter is -1.0, but it must be positive", lambda: journal(diameter=-1)),
     ("clearance is 'thin', but it must be a real number", lambda: journal(clearance="thin")),
