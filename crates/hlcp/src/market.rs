@@ -104,12 +104,19 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     }
     lines.expect_end()?;
     assemble(rows, triplets).map_err(|(i, j)| {
+        // What is stored of a symmetric matrix is on the diagonal and below it.
+        let place = if symmetric { [i.max(j), i.min(j)] } else { [i, j] }.map(|k| k + 1);
+        let is_there = |line: &[u8]| {
+            let mut words = str::from_utf8(line).unwrap_or_default().split_whitespace();
+            place.iter().all(|k| words.next().and_then(|word| word.parse().ok()) == Some(*k))
+        };
+        let [i, j] = place;
         let reason = format!(
-            "entry ({}, {}) is given twice; add such entries up, in SciPy A.sum_duplicates()",
-            i + 1,
-            j + 1
+            "entry ({i}, {j}) is given twice; add such entries up, in SciPy A.sum_duplicates()"
         );
-        FileError { path: path.to_owned(), line: None, reason }
+        let lines = (1..).zip(bytes.split(|&byte| byte == b'\n'));
+        let line = lines.filter(|(_, line)| is_there(line)).last().map(|(number, _)| number);
+        FileError { path: path.to_owned(), line, reason }
     })
 }
 

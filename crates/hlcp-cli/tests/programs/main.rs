@@ -1,12 +1,15 @@
 //! The command `hlcp` and the documents, tested as a user meets them.
 
 mod command;
+#[path = "../../../../tests/common/counting.rs"]
+mod counting;
 mod documents;
 mod examples;
 mod files;
 mod film;
 mod film_plane;
 mod folder;
+mod fuzz;
 mod gallery;
 mod options;
 mod outputs;
