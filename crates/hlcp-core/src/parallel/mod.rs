@@ -5,6 +5,19 @@ mod mpi;
 mod ranks;
 mod strip;
 pub(crate) mod team;
+mod turns;
+
+/// The standard library's, in the place of which a model puts its own.
+mod sync {
+    pub(super) use std::{
+        hint::spin_loop,
+        sync::{
+            Mutex, MutexGuard,
+            atomic::{AtomicBool, AtomicUsize, Ordering},
+        },
+        thread::{panicking, yield_now},
+    };
+}
 
 #[cfg(feature = "mpi")]
 pub use self::mpi::{NotJoined, World};
@@ -14,5 +27,6 @@ pub use self::{
 };
 pub(crate) use self::{
     strip::Shared,
-    team::{Breaker, Claims, OrderedSum, Turns, totals},
+    team::totals,
+    turns::{Breaker, Claims, OrderedSum, Turns},
 };
