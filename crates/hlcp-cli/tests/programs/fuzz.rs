@@ -27,7 +27,12 @@ use crate::{
 fn cases(of_gate: u32) -> ProptestConfig {
     let times = std::env::var("HLCP_FUZZ").ok().and_then(|times| times.parse().ok());
     let cases = of_gate.saturating_mul(times.unwrap_or(1));
-    ProptestConfig { cases, failure_persistence: None, ..ProptestConfig::default() }
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_shrink_time: 60_000,
+        ..ProptestConfig::default()
+    }
 }
 
 const MARKET: [&str; 7] = [
@@ -404,9 +409,10 @@ fn damaged_files_and_options_are_read_or_refused() {
     let of_file = (any::<Index>(), damages(3));
     proptest!(cases(500), |(command in select(&COMMANDS), words in vec(words, 0..3), of_file in of_file)| {
         let mut line = command.as_bytes().to_vec();
-        // The command itself stays: others take minutes.
+        // The command itself stays, and this file with it: others take minutes.
+        let words = if command.contains("mine.csv") { &[][..] } else { &words };
         let mut rest = line.split_off(line.iter().position(|&byte| byte == b' ').unwrap());
-        for (kind, at, with) in words {
+        for &(kind, at, with) in words {
             if kind < 7 {
                 damage_word(&mut rest, kind, at, with);
             } else {
