@@ -1,18 +1,9 @@
 //! Operators, splittings and the problem for matrix-free horizontal linear complementarity.
 //!
 //! The problem HLCP(A, B, q) is to find `z, r ≥ 0` with `zᵀ r = 0` and `A z − B r + q = 0`. Nothing
-//! here forms a matrix: an operator is known by its product with a vector. The methods that solve
-//! the problem are in `hlcp-methods`.
-//!
-//! # Ready-made operators
-//!
-//! * [`FivePoint`] on a grid, constant or varying, [`Tridiagonal`], [`Identity`] and
-//!   [`DiagonalMatrix`];
-//! * [`Csr`] and [`RowMajor`] for rows in arrays; with the feature `nalgebra-sparse`, on by
-//!   default, also `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix`;
-//! * [`Scaled`], [`Shifted`] and [`Sum`] of any of them.
-//!
-//! Two operators and an [`Omega`] make an [`Hlcp`], the problem in modulus form.
+//! here forms a matrix: an operator is known by its product with a vector. Take this crate alone to
+//! write operators and splittings that others solve with. A program that solves takes `hlcp` or
+//! `hlcp-methods`, which have all of it.
 //!
 //! ```
 //! use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Shifted};
@@ -25,6 +16,19 @@
 //! # Ok::<(), hlcp_core::Error>(())
 //! ```
 //!
+//! # Where to look
+//!
+//! | for | look at |
+//! |---|---|
+//! | grids and bands | [`FivePoint`], constant or varying; [`Tridiagonal`], [`DiagonalMatrix`], [`Identity`] |
+//! | rows in arrays | [`Csr`], [`RowMajor`]; with the feature `nalgebra-sparse`, on by default, `CsrMatrix`, `CscMatrix` and `nalgebra::DMatrix` |
+//! | operators from operators | [`Scaled`], [`Shifted`], [`Sum`] |
+//! | an operator of your own | [the table below](#an-operator-of-your-own), and [`check_operator`] |
+//! | the problem in modulus form | [`Hlcp`], with its [`Omega`] |
+//! | one iteration | [`Step`]: [`Aor`], [`Multicolour`], and a [`Splitting`] by [`SplittingStep`] |
+//! | its right-hand side and the residual it measures | [`Rhs`], [`Norms`] |
+//! | several processes on one problem | [`Hlcp::shared_by`] of [`Ranks`], with a [`Strip`] each |
+//!
 //! # An operator of your own
 //!
 //! Each trait builds on the one before and opens more methods:
@@ -35,67 +39,14 @@
 //! | [`Diagonal`] | one diagonal entry | [`Jacobi`], [`Omega::diagonal_ratio`] |
 //! | [`Rows`] | one row, entry by entry | [`Aor`] (Jacobi, Gauss–Seidel, SOR, AOR), AMMS, Newton's inner solvers, certificates |
 //!
-//! # Five-point operators
-//!
 //! An operator that answers [`as_five_point`](LinearOperator::as_five_point) is swept in one
-//! vectorised pass over memory, which also yields the norm for the stopping test. The iterates are
-//! those of the walk over its rows, up to rounding.
+//! vectorised pass over memory, which also yields the norm for the stopping test.
 //!
-//! ```
-//! use hlcp_core::{
-//!     Diagonal, Entries::Uniform, FivePointView, LinearOperator, Rows, check_operator,
-//! };
+//! # Threads and errors
 //!
-//! /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
-//! struct Beads {
-//!     n: usize,
-//!     k: f64,
-//! }
-//!
-//! impl LinearOperator<f64> for Beads {
-//!     fn order(&self) -> usize {
-//!         self.n
-//!     }
-//!     fn apply(&self, x: &[f64], y: &mut [f64]) {
-//!         for i in 0..self.n {
-//!             let at = |j: usize| x.get(j).copied().unwrap_or(0.0);
-//!             y[i] = (2.0 + self.k) * x[i] - at(i.wrapping_sub(1)) - at(i + 1);
-//!         }
-//!     }
-//!     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-//!         let row = [0.0, -1.0, 2.0 + self.k, -1.0, 0.0];
-//!         Some(FivePointView::new(self.n, 1, row.map(Uniform)))
-//!     }
-//! }
-//!
-//! impl Diagonal<f64> for Beads {
-//!     fn diagonal_entry(&self, _: usize) -> f64 {
-//!         2.0 + self.k
-//!     }
-//! }
-//!
-//! impl Rows<f64> for Beads {
-//!     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-//!         for j in i.saturating_sub(1)..self.n.min(i + 2) {
-//!             visit(j, if j == i { 2.0 + self.k } else { -1.0 });
-//!         }
-//!     }
-//! }
-//!
-//! // The view says what the product and the rows say.
-//! check_operator(&Beads { n: 50, k: 0.1 })?;
-//! # Ok::<(), hlcp_core::Error>(())
-//! ```
-//!
-//! # Steps, threads and errors
-//!
-//! * A [`Step`] is one iteration's update, [`Rhs`] a checked right-hand side, and [`Norms`] the
-//!   residual that a step measures.
-//! * One thread works unless the problem asks for more by `in_parallel` (feature `rayon`, on by
-//!   default).
-//! * Several processes share a problem by [`Hlcp::shared_by`], each on its [`Strip`] of the grid,
-//!   and come to the bits of one (`World`, feature `mpi`).
-//! * Wrong input is an [`Error`] with its numbers.
+//! One thread works unless the problem asks for more by `in_parallel` (feature `rayon`, on by
+//! default). Ranks and threads come to the same bits; `World` (feature `mpi`) makes ranks of
+//! processes. Wrong input is an [`Error`] with its numbers.
 //!
 //! # Not supported
 //!

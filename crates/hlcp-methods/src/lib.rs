@@ -16,7 +16,22 @@
 //!
 //! [`solve`] poses the problem and lets [`Auto`] choose the method; [`solve_with`] takes limits, a
 //! start and an observer too. This crate re-exports all of `hlcp-core`; with its feature
-//! `nalgebra-sparse` nalgebra's matrices are operators. The same, step by step:
+//! `nalgebra-sparse` nalgebra's matrices are operators.
+//!
+//! # The methods
+//!
+//! | method | when | it needs |
+//! |---|---|---|
+//! | [`Mms`] (AMMS too), [`Tmms`] | `z` and `r` alternate from point to point, or a theorem is wanted; by name: [`Named`] | products with a splitting of your own, rows otherwise |
+//! | [`AdaptiveSor`] | no α is known: it finds one during the solve | rows |
+//! | [`Multigrid`], [`FullMultigrid`] | `z` and `r` are positive on regions of a grid: the work per unknown does not grow | five-point operators |
+//! | [`Newton`] | `A` and `B` are tridiagonal, with [`TridiagonalPart`]; elsewhere with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own | rows, or the preconditioner's needs |
+//! | [`Pivoting`] | nothing else converges: matrices that are almost skew, plates, small full ones | rows; beyond an order of 500 the feature `direct` and memory for LU factors |
+//! | [`AmgNewton`] | coefficients jump, oil is transported, or rows have no grid: textured films, rings, boxes | rows with positive diagonals |
+//! | [`Anderson`] | around any other, if its iterations are slow and nothing else applies | what the other needs, and vectors |
+//! | [`Auto`] | you do not want to choose | rows |
+//!
+//! # Step by step
 //!
 //! ```
 //! use hlcp_methods::{Auto, FivePoint, Hlcp, Limits, Options, Solver};
@@ -34,19 +49,6 @@
 //!
 //! Wrong input is an `Err` with its numbers. An iteration that ends is an [`Outcome`]. Whatever its
 //! [`Status`], its residual was measured on the `z` and `r` that the [`Solver`] holds.
-//!
-//! # The methods
-//!
-//! | method | when | it needs |
-//! |---|---|---|
-//! | [`Mms`] (AMMS too), [`Tmms`] | `z` and `r` alternate from point to point, or a theorem is wanted; by name: [`Named`] | products with a splitting of your own, rows otherwise |
-//! | [`AdaptiveSor`] | no α is known: it finds one during the solve | rows |
-//! | [`Multigrid`], [`FullMultigrid`] | `z` and `r` are positive on regions of a grid: the work per unknown does not grow | five-point operators |
-//! | [`Newton`] | `A` and `B` are tridiagonal, with [`TridiagonalPart`]; elsewhere with [`Ssor`], [`Amg`] or a [`Preconditioner`] of your own | rows, or the preconditioner's needs |
-//! | [`Pivoting`] | nothing else converges: matrices that are almost skew, plates, small full ones | rows; beyond an order of 500 the feature `direct` and memory for LU factors |
-//! | [`AmgNewton`] | coefficients jump, oil is transported, or rows have no grid: textured films, rings, boxes | rows with positive diagonals |
-//! | [`Anderson`] | around any other, if its iterations are slow and nothing else applies | what the other needs, and vectors |
-//! | [`Auto`] | you do not want to choose | rows |
 //!
 //! # Speed
 //!

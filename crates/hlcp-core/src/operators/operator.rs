@@ -70,7 +70,69 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     ///
     /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
     /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
-    /// [`check_operator`](crate::check_operator) checks it.
+    /// [`check_operator`](crate::check_operator) checks it. The iterates are those of the walk over
+    /// the rows, up to rounding.
+    ///
+    /// ```
+    /// use hlcp_core::{
+    ///     Aor, Diagonal, Entries::Uniform, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs,
+    ///     Rows, Step,
+    /// };
+    ///
+    /// /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
+    /// #[derive(Clone, Copy)]
+    /// struct Beads {
+    ///     n: usize,
+    ///     k: f64,
+    ///     fast: bool,
+    /// }
+    ///
+    /// impl LinearOperator<f64> for Beads {
+    ///     fn order(&self) -> usize {
+    ///         self.n
+    ///     }
+    ///     fn apply(&self, x: &[f64], y: &mut [f64]) {
+    ///         for i in 0..self.n {
+    ///             let at = |j: usize| x.get(j).copied().unwrap_or(0.0);
+    ///             y[i] = (2.0 + self.k) * x[i] - at(i.wrapping_sub(1)) - at(i + 1);
+    ///         }
+    ///     }
+    ///     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
+    ///         let row = [0.0, -1.0, 2.0 + self.k, -1.0, 0.0];
+    ///         self.fast.then(|| FivePointView::new(self.n, 1, row.map(Uniform)))
+    ///     }
+    /// }
+    ///
+    /// impl Diagonal<f64> for Beads {
+    ///     fn diagonal_entry(&self, _: usize) -> f64 {
+    ///         2.0 + self.k
+    ///     }
+    /// }
+    ///
+    /// impl Rows<f64> for Beads {
+    ///     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
+    ///         for j in i.saturating_sub(1)..self.n.min(i + 2) {
+    ///             visit(j, if j == i { 2.0 + self.k } else { -1.0 });
+    ///         }
+    ///     }
+    /// }
+    ///
+    /// // One Gauss–Seidel step of MMS by hand, walked and fast.
+    /// let n = 50;
+    /// let q: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
+    /// let swept = |fast| -> Result<_, hlcp_core::Error> {
+    ///     let problem =
+    ///         Hlcp::new(Beads { n, k: 0.1, fast }, Identity { order: n }, Omega::Uniform(2.1))?;
+    ///     let mut y = vec![0.0; n];
+    ///     let norms =
+    ///         Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &vec![1.0; n], &mut y, &mut vec![]);
+    ///     Ok((norms.l2, y))
+    /// };
+    /// let ((walked, x), (fused, y)) = (swept(false)?, swept(true)?);
+    /// assert!((walked - fused).abs() < 1e-13 * walked);
+    /// assert!(x.iter().zip(&y).all(|(x, y)| (x - y).abs() < 1e-13));
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         None
     }
