@@ -75,8 +75,8 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     ///
     /// ```
     /// use hlcp_core::{
-    ///     Aor, Diagonal, Entries::Uniform, FivePointView, Hlcp, Identity, LinearOperator, Omega, Rhs,
-    ///     Rows, Step,
+    ///     Aor, Diagonal, Entries::Uniform, FivePointView, Hlcp, Identity, LinearOperator, Omega,
+    ///     Rhs, Rows, Step,
     /// };
     ///
     /// /// A string of n beads on springs: (2 + k)xᵢ − xᵢ₋₁ − xᵢ₊₁.
@@ -123,9 +123,9 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// let swept = |fast| -> Result<_, hlcp_core::Error> {
     ///     let problem =
     ///         Hlcp::new(Beads { n, k: 0.1, fast }, Identity { order: n }, Omega::Uniform(2.1))?;
-    ///     let mut y = vec![0.0; n];
+    ///     let (x, mut y) = (vec![1.0; n], vec![0.0; n]);
     ///     let norms =
-    ///         Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &vec![1.0; n], &mut y, &mut vec![]);
+    ///         Aor::gauss_seidel().step(&problem, &Rhs::new(&q)?, &x, &mut y, &mut vec![]);
     ///     Ok((norms.l2, y))
     /// };
     /// let ((walked, x), (fused, y)) = (swept(false)?, swept(true)?);
