@@ -402,7 +402,7 @@ fn carried(
         return Err(wrong(format!("it carries nothing instead of {} N: {dry}", number(force))));
     }
     let load = load(bearing, (force, at, attitude));
-    let Carried { found, solved, films: [films, failed], forces: [least, largest], off } =
+    let Carried { found, solved, films: [films, failed], forces: [least, largest], off, .. } =
         bearing.carry(&load, start, settings).map_err(wrong)?;
     if found || !solved.outcome.converged() {
         return Ok((solved, films));

@@ -56,6 +56,8 @@
 //! * Stencils in three dimensions. Write a [`Rows`] operator for these.
 //! * Targets without `std`.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 // The floors, from the lowest: numbers, parallel, operators, rows, kernel, problem, steps. None
 // imports from a floor above it.
 mod kernel;

@@ -94,6 +94,8 @@
 //!   `A + BΩ`; multigrid and [`solve`] need positive diagonals of `A` and of `B`.
 //! * Several machines and graphics processors.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod adaptive;
 mod amg;
 mod anderson;

@@ -13,6 +13,7 @@ use hlcp_core::{Error, Norms, Rhs, Scalar};
 /// assert!((Norm::L2.of(norms) - 1e-7).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Norm {
     /// The 2-norm.
     L2,

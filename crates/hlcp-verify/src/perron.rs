@@ -46,6 +46,7 @@ const SMALL: f64 = 16.0 * f64::from_bits(1);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Bracket {
     /// Not more than the spectral radius.
     pub lower: f64,

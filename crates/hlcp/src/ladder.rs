@@ -21,6 +21,7 @@ pub const COLUMNS: [&str; 9] = [
 
 /// The solves of a problem by a method to one tolerance.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Rung {
     /// The name of the method.
     pub series: String,

@@ -37,6 +37,8 @@
 //! `rayon`, on by default, shares sweeps among threads for problems that ask for it by
 //! `in_parallel`; `mpi` shares a problem among processes and needs an installed MPI.
 
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 pub mod files;
 pub mod film;
 pub mod ladder;

@@ -45,7 +45,7 @@ pub(super) fn equilibrium(
     };
     let gap = bearing.here().map_or(vec![], |film| film.gap);
     let thin = gap.into_iter().fold(f64::INFINITY, f64::min);
-    let Carried { found, solved, films: [films, failed], forces, off } =
+    let Carried { found, solved, films: [films, failed], forces, off, .. } =
         bearing.carry(&load, None, settings)?;
     if found || !solved.outcome.converged() {
         return Ok((solved, films));

@@ -423,7 +423,7 @@ impl Report<'_> {
             return Ok(());
         }
         let told = match whirl.threshold {
-            Some(Threshold { mass, omega }) => match (mass > 0.0, omega / whirl.running) {
+            Some(Threshold { mass, omega, .. }) => match (mass > 0.0, omega / whirl.running) {
                 (true, ratio) => format!(
                     "{mass:.6e} kg on this bearing; a heavier rotor whirls at {ratio:.6} of the \
                      running speed"

@@ -102,7 +102,8 @@ fn what_the_documents_say_to_type_works() {
                 let err = String::from_utf8_lossy(&output.stderr);
                 assert!(output.status.success(), "{command}: {err}");
             }
-            ["cargo", "install", "--path", path] => {
+            ["cargo", "install", "--locked", "hlcp-cli"] => {}
+            ["cargo", "install", "--locked", "--path", path] => {
                 assert!(root.join(path).join("Cargo.toml").exists(), "{command}");
             }
             ["cargo", "test", ref rest @ ..] if rest.contains(&"--test") => {

@@ -37,6 +37,7 @@ use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Tr
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
 pub struct Grids<'a, T> {
     /// The fine grid's `[nx, ny]`.
     pub fine: [usize; 2],

@@ -45,6 +45,7 @@ impl Load {
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Carried {
     /// Whether the film carries the load, to 10⁻⁹ of it.
     pub found: bool,

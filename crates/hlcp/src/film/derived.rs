@@ -41,6 +41,7 @@ impl Default for Oil {
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Derived {
     /// The load over the area of the film, of a journal over its diameter times its length.
     pub specific_load: f64,

@@ -27,6 +27,7 @@ const SLOW: f64 = 0.1;
 /// assert_ne!(squeezed, Drive::Under { load: vec![900.0], mass: 0.0 });
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Drive {
     /// It is moved to a position.
     To(Vec<f64>),

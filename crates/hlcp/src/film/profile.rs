@@ -61,6 +61,7 @@ pub struct Profile {
 
 /// What a [`Profile`] does, in SI units and per metre of width.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Line {
     /// What became of the solve.
     pub outcome: Outcome,

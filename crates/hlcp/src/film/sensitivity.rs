@@ -18,6 +18,7 @@ use super::{
 /// assert_ne!(deeper, Parameter::Position(0));
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub enum Parameter {
     /// The speed of the lower wall (0) or the upper one (1).
     Speed(usize),
@@ -58,6 +59,7 @@ pub enum Parameter {
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Sensitivity {
     /// Of the forces along the position's coordinates, as [`Bearing::forces`] counts them.
     pub forces: Vec<f64>,

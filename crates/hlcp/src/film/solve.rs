@@ -116,6 +116,7 @@ impl Settings<'_> {
 /// # Ok::<(), hlcp::film::FilmError>(())
 /// ```
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Solved {
     /// The film.
     pub film: Film,

@@ -41,6 +41,7 @@ const STEPS: usize = 60;
 /// assert_eq!(found.threshold().map(|found| (found.omega, found.mass)), Some((0.0, 0.0)));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Threshold {
     /// The mass on this bearing, in kg, above which it whirls (critical mass); 0 where a rotor of
     /// any mass leaves its place.

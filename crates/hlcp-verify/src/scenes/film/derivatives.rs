@@ -64,6 +64,7 @@ impl FilmChange {
 /// assert!((slopes.load - 2e-4).abs() < 1e-18 && (slopes.peak - 1.0).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Default, PartialEq)]
+#[non_exhaustive]
 pub struct FilmSlopes {
     /// Of the load.
     pub load: f64,

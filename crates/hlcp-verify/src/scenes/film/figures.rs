@@ -15,6 +15,7 @@ use super::{
 /// assert_eq!((figures.load, figures.friction[1]), (0.0, figures.friction[0]));
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct FilmFigures {
     /// The integral of the pressure above the ambient one, in N.
     pub load: f64,

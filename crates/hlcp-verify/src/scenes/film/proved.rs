@@ -31,6 +31,7 @@ use crate::{
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct ProvedFigures {
     /// The integral of the pressure above the ambient one, in N.
     pub load: [f64; 2],
