@@ -8,10 +8,12 @@ use crate::Divergence;
 ///
 /// Generous on purpose: an over-relaxed iteration may grow for hundreds of steps before it
 /// contracts.
+#[doc(hidden)]
 pub const GROWTH: f64 = 1e16;
 
 /// How many iterations without a smaller residual it takes before the movement of the iterates is
 /// looked at.
+#[doc(hidden)]
 pub const PATIENCE: usize = 1000;
 
 /// The movement `‖x⁺ − x‖∞`, in units of `ε ‖x‖∞`, that rounding alone explains.

@@ -29,6 +29,7 @@ use crate::{
 ///
 /// Everything walks the grid once and allocates nothing but what threads take, with the same bits
 /// for any number of them.
+#[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Smoother<'a, T> {
     sweep: Sweep<'a, T>,

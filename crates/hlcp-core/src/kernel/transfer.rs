@@ -177,6 +177,7 @@ impl<T: Scalar> Axis<T> {
 /// Eight numbers for each column and each row of the fine grid. What works on vectors walks them
 /// once, on the threads of the current pool if it is told `parallel` and the grid has 16384 points
 /// or more, with the same bits for any number of them.
+#[doc(hidden)]
 #[derive(Debug, Clone)]
 pub struct Transfer<T> {
     axes: [Axis<T>; 2],

@@ -225,6 +225,7 @@ fn way_out(what: &str, value: f64) -> &'static str {
 }
 
 /// Returns the shortest text of a number: with an exponent where it is very small or very large.
+#[doc(hidden)]
 pub fn number(value: f64) -> String {
     let is_long = value != 0.0 && value.is_finite() && !(1e-5..1e17).contains(&value.abs());
     if is_long { format!("{value:e}") } else { value.to_string() }

@@ -365,6 +365,7 @@ impl<'q, T: Scalar> Rhs<'q, T> {
 /// # Errors
 ///
 /// [`Error::NotFinite`] with `what`, the index and the value.
+#[doc(hidden)]
 pub fn all_finite<T: Scalar>(what: &'static str, v: &[T]) -> Result<(), Error> {
     match v.iter().position(|v| !v.is_finite()) {
         Some(index) => Err(Error::NotFinite { what, index, value: v[index].wide() }),

@@ -107,6 +107,7 @@ pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(
 /// # Panics
 ///
 /// May panic unless `i` is below the order.
+#[doc(hidden)]
 pub fn check_row<T: Scalar>(
     what: &'static str,
     operator: &(impl Rows<T> + ?Sized),
