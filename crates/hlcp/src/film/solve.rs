@@ -79,7 +79,7 @@ pub type Watch<'w> = dyn Fn(&str, &Limits, f64, &Progress<'_, f64>) -> ControlFl
 pub struct Settings<'s> {
     /// A name of [`Named`]; without one the usual method, and another where that does not converge.
     pub method: Option<&'s str>,
-    /// Whether rayon's threads share the sweeps.
+    /// Whether rayon's threads share the sweeps; without the feature `rayon` they never do.
     pub in_parallel: bool,
     /// Who is shown the iterates.
     pub watch: Option<&'s Watch<'s>>,
@@ -383,10 +383,9 @@ pub(super) fn solve(
     (method, least, rounding): (&str, f64, f64),
     settings: &Settings<'_>,
 ) -> Result<Answer, FilmError> {
-    let mut problem = problem(operators)?;
-    if settings.in_parallel {
-        problem = problem.in_parallel();
-    }
+    let problem = problem(operators)?;
+    #[cfg(feature = "rayon")]
+    let problem = if settings.in_parallel { problem.in_parallel() } else { problem };
     // Rounding in a residual is some ε of its terms, and these are films of any units.
     let limits = Limits { rounding: Some(rounding), ..Limits::relative(TOLERANCE) };
     let goal = TOLERANCE * Norms::of(q).l2;
