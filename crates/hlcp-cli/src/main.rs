@@ -41,6 +41,9 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(name = "hlcp", version, after_help = EXAMPLES)]
 struct CommandLine {
+    /// With --version: the system, the features and the instruction sets too, as a report needs them
+    #[arg(long, requires = "version")]
+    verbose: bool,
     #[command(subcommand)]
     command: Command,
 }
@@ -62,7 +65,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match CommandLine::try_parse() {
-        Ok(CommandLine { command }) => run(command),
+        Ok(CommandLine { command, .. }) => run(command),
         Err(error) => return refuse(&error),
     };
     match done {
@@ -122,7 +125,11 @@ fn refuse(error: &clap::Error) -> ExitCode {
     // Without a command the help is the answer.
     let is_help = error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
     if is_help || !error.use_stderr() {
-        return match error.print() {
+        let is_verbose = error.kind() == ErrorKind::DisplayVersion
+            && std::env::args_os().any(|argument| argument == "--verbose");
+        let printed =
+            if is_verbose { write!(io::stdout(), "{error}{}", about()) } else { error.print() };
+        return match printed {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
                 say(format!("error: {error}"));
                 ExitCode::from(1)
@@ -137,6 +144,30 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let words = reason.map(str::trim).filter(|line| !line.is_empty());
     say(words.collect::<Vec<_>>().join(" "));
     ExitCode::from(1)
+}
+
+/// Returns what a report of a fault needs to know, beside the version.
+fn about() -> String {
+    use std::env::consts::{ARCH, OS};
+    #[cfg(target_arch = "x86_64")]
+    let sets = [
+        ("avx2", is_x86_feature_detected!("avx2")),
+        ("fma", is_x86_feature_detected!("fma")),
+        ("avx512f", is_x86_feature_detected!("avx512f")),
+    ];
+    #[cfg(not(target_arch = "x86_64"))]
+    let sets = [("neon", cfg!(target_feature = "neon"))];
+    let found = |list: &[(&'static str, bool)]| {
+        let names: Vec<_> = list.iter().filter(|(_, is)| *is).map(|(name, _)| *name).collect();
+        if names.is_empty() { "none".to_owned() } else { names.join(" ") }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from);
+    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    format!(
+        "target: {ARCH}-{OS}, {build}\nfeatures: {}\ninstruction sets: {}\nthreads: {threads}\n",
+        found(&[("mpi", cfg!(feature = "mpi"))]),
+        found(&sets),
+    )
 }
 
 /// Says in one line on stderr what may hold the names of files.

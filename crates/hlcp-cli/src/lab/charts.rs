@@ -77,7 +77,7 @@ pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
         let command = words.join(" ");
         print::line(format_args!("{} of {}: {command}{before}", k + 1, steps.len()))?;
         let of_step = Instant::now();
-        let CommandLine { command } = CommandLine::try_parse_from(words)?;
+        let CommandLine { command, .. } = CommandLine::try_parse_from(words)?;
         crate::run(command)?;
         known.retain(|[of, _]| of != name);
         known.push([(*name).to_owned(), of_step.elapsed().as_secs().to_string()]);

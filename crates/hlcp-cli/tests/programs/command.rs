@@ -1,6 +1,9 @@
 //! The command `hlcp`, run as a user runs it.
 
-use std::process::{Command, Output};
+use std::{
+    collections::BTreeMap,
+    process::{Command, Output},
+};
 
 use serde_json::Value;
 
@@ -44,7 +47,7 @@ pub(crate) fn refused(arguments: &str, named: &str) {
 fn a_full_disk_is_told() {
     use std::fs::File;
     let full = || File::options().write(true).open("/dev/full").expect("Linux has it");
-    for arguments in ["--help", "--version", "solve --help", "solve --m 8"] {
+    for arguments in ["--help", "--version", "--version --verbose", "solve --help", "solve --m 8"] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hlcp"));
         let output = command.args(arguments.split(' ')).stdout(full()).output().unwrap();
         let err = text(&output.stderr);
@@ -65,6 +68,38 @@ fn a_full_disk_is_told() {
         assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
         assert!(err.lines().count() == 1 && err.contains(file), "{arguments}: {err}");
     }
+}
+
+#[test]
+fn the_version_says_more_when_asked() {
+    let run = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_hlcp")).args(arguments).output().unwrap();
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let name = concat!("hlcp ", env!("CARGO_PKG_VERSION"), "\n");
+    assert_eq!(run(&["--version"]), (Some(0), name.to_owned(), String::new()));
+    let (status, all, _) = run(&["--version", "--verbose"]);
+    assert_eq!((status, &all), (Some(0), &run(&["--verbose", "-V"]).1));
+    let rest: BTreeMap<&str, &str> = all
+        .strip_prefix(name)
+        .unwrap()
+        .lines()
+        .map(|line| line.split_once(": ").unwrap())
+        .collect();
+    assert_eq!(rest["threads"], std::thread::available_parallelism().unwrap().to_string());
+    assert_eq!(rest["features"], if cfg!(feature = "mpi") { "mpi" } else { "none" });
+    assert!(rest["target"].starts_with(std::env::consts::ARCH), "{all}");
+    if let Ok(cpu) = std::fs::read_to_string("/proc/cpuinfo")
+        && cfg!(target_arch = "x86_64")
+    {
+        let flags: Vec<&str> = cpu.split_whitespace().collect();
+        let sets = ["avx2", "fma", "avx512f"].into_iter().filter(|set| flags.contains(set));
+        let sets: Vec<&str> = sets.collect();
+        let sets = if sets.is_empty() { "none".to_owned() } else { sets.join(" ") };
+        assert_eq!(rest["instruction sets"], sets);
+    }
+    let (status, out, err) = run(&["--verbose", "solve", "--m", "8"]);
+    assert!((status, out.as_str()) == (Some(1), "") && err.contains("--version"), "{err}");
 }
 
 #[test]
