@@ -326,19 +326,15 @@ impl<'f> Lines<'f> {
         let rest = rest.strip_prefix(b" ")?;
         let end = rest.iter().take(LONGEST).position(|byte| !byte.is_ascii_graphic())?;
         let (word, rest) = (&rest[..end], rest[end..].strip_prefix(b"\n")?);
-        let value = match word {
+        let whole = word.strip_prefix(b"-").unwrap_or(word);
+        let value = match digits(whole) {
             // No fraction and no exponent, and few enough digits to be exact.
-            [b'-', whole @ ..]
-                if whole.len() < 16
-                    && let Some((v, [])) = digits(whole) =>
-            {
-                -(v as f64)
-            }
-            whole
-                if whole.len() < 16
-                    && let Some((v, [])) = digits(whole) =>
-            {
-                v as f64
+            Some((v, [])) if whole.len() < 16 => {
+                if whole.len() < word.len() {
+                    -(v as f64)
+                } else {
+                    v as f64
+                }
             }
             _ => str::from_utf8(word).ok()?.parse().ok()?,
         };
