@@ -433,7 +433,7 @@ fn reported<'py>(
     solved: Solved,
     (films, last, [density, heat]): (usize, Option<FilmFigures>, [f64; 2]),
 ) -> PyResult<Bound<'py, PyDict>> {
-    let Solved { film, z, r, outcome } = solved;
+    let Solved { film, z, r, outcome, .. } = solved;
     let figures = last.unwrap_or_else(|| film.figures(&z, &r, bearing.ambient));
     let [load, x, y] = bearing.load(&film, &figures, &z);
     let [drag, full] = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
