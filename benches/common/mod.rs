@@ -37,8 +37,8 @@ pub(crate) fn against(
     (ratio, median(turns.iter().map(|[ours, _]| *ours).collect()))
 }
 
-/// Solves from x⁰ = e to 10⁻¹⁰ on one thread and, by the second solver, on those of `pool`, with the
-/// same bits: the ratio of the seconds, and those of one thread.
+/// Solves from x⁰ = e to 10⁻¹⁰ on one thread and, by the second solver, on those of `pool`, with
+/// the same bits: the ratio of the seconds, and those of one thread.
 pub(crate) fn solved_on<M: Method<f64> + Send>(
     pool: &ThreadPool,
     [mut alone, mut together]: [Solver<f64, M>; 2],

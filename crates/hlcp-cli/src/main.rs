@@ -41,7 +41,8 @@ Examples:
 #[derive(Debug, Parser)]
 #[command(name = "hlcp", version, after_help = EXAMPLES)]
 struct CommandLine {
-    /// With --version: the system, the features and the instruction sets too, as a report needs them
+    /// With --version: the system, the features and the instruction sets too, as a report needs
+    /// them
     #[arg(long, requires = "version")]
     verbose: bool,
     #[command(subcommand)]

@@ -36,11 +36,11 @@ pub enum Status {
     /// rounding.
     ///
     /// Cause: the tolerance is below what the precision can reach, and
-    /// [`backward_error`](Outcome::backward_error) tells that rounding is the reason; or the problem has no solution
-    /// and the iterates run away; or, with a residual far above the tolerance, steps too small to
-    /// move x, as an Ω of the wrong size makes them, or an operator of your own whose rows are not
-    /// those of its product. Remedy: a looser tolerance, or a wider precision; another τ; a look at
-    /// the operator.
+    /// [`backward_error`](Outcome::backward_error) tells that rounding is the reason; or the
+    /// problem has no solution and the iterates run away; or, with a residual far above the
+    /// tolerance, steps too small to move x, as an Ω of the wrong size makes them, or an operator
+    /// of your own whose rows are not those of its product. Remedy: a looser tolerance, or a wider
+    /// precision; another τ; a look at the operator.
     Stagnated,
     /// The iterates repeat, bit for bit, with this period and a movement above rounding.
     ///

@@ -153,11 +153,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// the `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x` to solve the
     /// problem exactly; `None` if an operator does not know its rows.
     ///
-    /// This is `maxᵢ |A z − B r + q|ᵢ / (|A| z + |B| r + |q|)ᵢ`: no smaller change does, and this one
-    /// does (W. Oettli and W. Prager, *Compatibility of approximate solution of linear equations
-    /// with given error bounds for coefficients and right-hand sides*, Numer. Math. 6, 1964; `z` and
-    /// `r` are complementary whatever the entries). About ε where rounding is all that is left.
-    /// Infinite where an entry overflows.
+    /// This is `maxᵢ |A z − B r + q|ᵢ / (|A| z + |B| r + |q|)ᵢ`: no smaller change does, and this
+    /// one does (W. Oettli and W. Prager, *Compatibility of approximate solution of linear
+    /// equations with given error bounds for coefficients and right-hand sides*, Numer. Math. 6,
+    /// 1964; `z` and `r` are complementary whatever the entries). About ε where rounding is all
+    /// that is left. Infinite where an entry overflows.
     ///
     /// # Cost
     ///

@@ -18,8 +18,8 @@ pub(super) const SMALL: usize = 100;
 /// Rows that take long enough to walk over to look at the clock before.
 const LONG: usize = 4096;
 
-/// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level that
-/// is large, whose unknowns hang together too little to be joined.
+/// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level
+/// that is large, whose unknowns hang together too little to be joined.
 const PASSES: usize = 6;
 
 /// Bounds the entries of a near-kernel vector.

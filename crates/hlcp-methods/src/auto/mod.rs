@@ -51,14 +51,18 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
 ///
-/// All work on one iterate. Where a window ends with a larger residual than that of the iterate
-/// that is kept, the next method goes on from the latter; the residual of that one is at most ten
-/// times the smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
-/// one ends the window, but that of pivoting, whose first columns may be all but singular; entries
-/// of 10⁶ times the usual size make `Auto` look before the solver does. One exception:
-/// [`AmgNewton`] starts on coarser problems, unless the solve set out from an iterate with a
-/// residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their error is not,
-/// and from there Newton's method may take many times as long.
+/// All work on one iterate, but on a plane Anderson's iteration: it has one of its own, from the
+/// start of the solve on, by which its progress is measured, because the iterate that Newton's
+/// methods leave on a film that goes round may have a small residual and be far from every
+/// solution. There no window is shorter than a turn that pivoting has had in vain, so that all have
+/// an equal share. Where a window ends with a larger residual than that of the iterate that is
+/// kept, the next method goes on from the latter; the residual of that one is at most ten times the
+/// smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the
+/// window, but that of pivoting, whose first columns may be all but singular; entries of 10⁶ times
+/// the usual size make `Auto` look before the solver does. One exception: [`AmgNewton`] starts on
+/// coarser problems, unless the solve set out from an iterate with a residual of a tenth of ‖q‖.
+/// What sweeps leave of a residual is small, but their error is not, and from there Newton's method
+/// may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
 /// Newton's, rounding is the likely reason, and the others have twice the work until then, and
@@ -81,7 +85,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
 /// of the opening, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
-/// work. Storage: `n` numbers, `2n` of scratch, and that of the methods that have had a turn.
+/// work. Storage: `2n` numbers, `2n` of scratch, and that of the methods that have had a turn.
 ///
 /// # Convergence
 ///
@@ -131,6 +135,10 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
+    /// An iterate of Anderson's own, at first that of the start, and its smallest residual.
+    own: (Vec<T>, f64),
+    /// While it is at work on that, the smallest residual of the others.
+    others: Option<f64>,
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
     cold: bool,
@@ -214,6 +222,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             best: f64::INFINITY,
             kept: vec![T::zero(); problem.order()],
             kept_residual: f64::INFINITY,
+            own: (vec![], f64::INFINITY),
+            others: None,
             scale: 0.0,
             cold: false,
             opened: 0,
@@ -358,9 +368,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates.iter().find(is_new).map_or(usize::MAX, |each| each.window / RENT)
     }
 
-    /// The work after which the method at work is judged: its window, or what is left of the rent.
+    /// The work after which the method at work is judged: its window, or the share of each after
+    /// pivoting, or what is left of the rent.
     fn window(&self) -> usize {
-        let (choice, window) = (self.uses(), self.candidates[self.at].window);
+        let (choice, window) = (self.uses(), self.candidates[self.at].window.max(self.share()));
         match self.rent().checked_sub(self.begun.0) {
             Some(left) if left > 0 && choice != AutoChoice::Pivoting => window.min(left),
             _ => window,
@@ -379,6 +390,25 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         (self.candidates[at].promise, self.candidates[at].window) = (promise, window);
         self.last = self.last.map(|_| self.respite());
         true
+    }
+
+    /// Puts Anderson's own iterate aside, or drops it for that of the others if there is none.
+    fn leave(&mut self, y: &[T]) {
+        if let Some(others) = self.others.take() {
+            self.own.0.clear();
+            self.own.0.extend_from_slice(y);
+            self.own.1 = self.best;
+            self.best = others.min(self.best);
+        }
+    }
+
+    /// The length of a turn that pivoting has had in vain on a plane.
+    fn share(&self) -> usize {
+        let in_vain = |each: &&Candidate<T, A, B>| {
+            let is_judged = each.window > each.choice.promise::<T>(self.shape).1;
+            each.choice == AutoChoice::Pivoting && self.shape.plane > 0 && is_judged
+        };
+        self.candidates.iter().find(in_vain).map_or(0, |each| each.window / 2)
     }
 
     /// Lets the method with the best prospect go on, of equal ones the one at work; returns whether
@@ -450,6 +480,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
+        (self.own.1, self.others) = (f64::INFINITY, None);
+        self.own.0.clear();
         self.history.clear();
         self.begin(self.at, None);
     }
@@ -465,6 +497,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     fn turn(&mut self) -> bool {
         if self.is_over() {
             return false;
+        }
+        if self.uses() == AutoChoice::Anderson {
+            self.leave(&[]);
         }
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
         if of_newton && self.last.is_none() {
@@ -504,6 +539,17 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         // The work that has led to x.
         let led = self.sweeps();
+        let is_new = self.uses() == AutoChoice::Anderson && self.others.is_none();
+        if is_new && !self.own.0.is_empty() {
+            // This step leads to its own iterate.
+            self.problem.defect(q.entries(), x, y, &mut self.scratch);
+            let norms = self.problem.norms(y).divided_by(self.problem.gamma());
+            self.see(norms.l2);
+            y.copy_from_slice(&self.own.0);
+            self.others = Some(std::mem::replace(&mut self.best, self.own.1));
+            self.begun.1 = self.best;
+            return norms;
+        }
         let opened = self.open(q, x, y);
         let window = self.window();
         let norms = opened.unwrap_or_else(|| {
@@ -519,6 +565,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.cold = residual > amg::WARM * q.norms().l2;
             self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
+            if self.shape.plane > 0 {
+                self.own.0.extend_from_slice(x);
+                self.own.1 = residual;
+            }
         }
         if residual < GAIN * self.kept_residual {
             self.kept.copy_from_slice(x);
@@ -555,7 +605,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             return norms;
         }
         self.candidates[self.at].judge(rate, self.shape);
+        let was_anderson = self.uses() == AutoChoice::Anderson;
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
+        if moved_on && was_anderson {
+            self.leave(if grown { &[] } else { y });
+        }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
         // The residual of y is not known, but that of x is.
         if grown || moved_on && residual > self.kept_residual {

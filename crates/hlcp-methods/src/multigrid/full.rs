@@ -8,8 +8,8 @@ use crate::{Clock, Method, Work};
 ///
 /// # Cost
 ///
-/// The first iteration walks the rows some 28 times (W-cycles) or 25 (F-cycles), the others as [`Multigrid`]'s; no
-/// more storage than that.
+/// The first iteration walks the rows some 28 times (W-cycles) or 25 (F-cycles), the others as
+/// [`Multigrid`]'s; no more storage than that.
 ///
 /// # Convergence
 ///

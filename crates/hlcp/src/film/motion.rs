@@ -154,9 +154,9 @@ impl Motion {
         self.free.iter().map(|&k| self.heights[k]).sum::<f64>() * self.bearing.film.cell()
     }
 
-    /// Takes a step in time, in s, and returns the figures at its end, but for flows, what is stored
-    /// and the imbalance of both: these are means over the step, in balance but for rounding. Their
-    /// power is also that which moves the wall against the pressure.
+    /// Takes a step in time, in s, and returns the figures at its end, but for flows, what is
+    /// stored and the imbalance of both: these are means over the step, in balance but for
+    /// rounding. Their power is also that which moves the wall against the pressure.
     ///
     /// # Errors
     ///

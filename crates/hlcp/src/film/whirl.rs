@@ -356,8 +356,8 @@ mod tests {
             for column in 0..2 {
                 let found = transient(&bearing, column, omega, 8, steps);
                 for (found, exact) in found.iter().zip(&exact) {
-                    // A displacement of 1e-5 clearances: solves leave 1e-7 of what it does, and where
-                    // a cell fills or breaks on the way it does that much more.
+                    // A displacement of 1e-5 clearances: solves leave 1e-7 of what it does, and
+                    // where a cell fills or breaks on the way it does that much more.
                     let off = (found - exact[column]).norm();
                     prop_assert!(off <= 1e-4 * size, "{found} {}", exact[column]);
                 }
