@@ -10,7 +10,8 @@ use hlcp_methods::{
     AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
     Multigrid, Newton, Options, Outcome, Solver, Ssor,
 };
-use hlcp_verify::{Film, families};
+use hlcp_verify::{Film, Side, families};
+use std::f64::consts::TAU;
 
 type Posed = (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>);
 
@@ -84,6 +85,26 @@ fn films_with_dimples_go_to_algebraic_multigrid() {
         let choices = |of: AutoChoice| history.iter().filter(|turn| turn.choice == of).count();
         assert!(choices(AutoChoice::Sor) > 0 && choices(AutoChoice::Multigrid) > 0);
         assert_eq!(history.last().unwrap().choice, AutoChoice::AmgNewton, "{history:?}");
+    }
+}
+
+/// A journal bearing all around whose ends hardly feed it: Newton's methods diverge, and the
+/// iterate that they leave is far from every solution. Anderson's iteration from the start is not.
+#[test]
+fn a_ring_that_is_hardly_fed_is_solved() {
+    for (cells, size, [ecc, tilt], ends) in [
+        ([23, 46], [0.0659, 0.0122], [0.43, 0.8], [Side::Pressure(2.33), Side::Starved(0.166)]),
+        ([24, 15], [0.0659, 0.0122], [0.6, 0.4], [Side::Pressure(20.0), Side::Starved(0.05)]),
+    ] {
+        let gap = |x: f64, y: f64| 1.0 + ecc * (TAU * (x / size[0] + tilt * y / size[1])).cos();
+        let mut film = Film::new(cells, size, 10.0, 0.03).with_gap(|x, y| 1e-5 * gap(x, y));
+        film.sides = [Side::Periodic, Side::Periodic, ends[0], ends[1]];
+        let (a, b, q) = film.pose().unwrap();
+        let mut solver = Solver::new(Auto::new(common::problem(1.0, &a, &b)).unwrap());
+        let outcome = solver.solve(&q, Limits::relative(1e-12)).unwrap();
+        let history = solver.method().history();
+        assert!(outcome.converged(), "{outcome} {history:?}");
+        assert!(history.is_sorted_by(|one, next| one.residual >= next.residual), "{history:?}");
     }
 }
 

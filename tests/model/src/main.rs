@@ -140,13 +140,17 @@ fn main() {
         (3, 3, 1, Some(1)),
     ] {
         let count = interleavings(preemptions, move || sweep(threads, portions, stretches));
+        assert!(count > 1, "threads that never meet");
+        let bound = preemptions.map_or("any number of".into(), |most| format!("at most {most}"));
         println!(
-            "{threads} threads, {portions} portions, {stretches} stretches, at most {preemptions:?} preemptions: {count} interleavings"
+            "{threads} threads, {portions} portions, {stretches} stretches, {bound} preemptions: {count} interleavings"
         );
     }
     let hook = take_hook();
     set_hook(Box::new(|_| ()));
     let broken = catch_unwind(|| interleavings(None, broken_sweep));
     set_hook(hook);
-    println!("a thread that panics: {} interleavings", broken.expect("the other one panics too"));
+    let count = broken.expect("the other one panics too");
+    assert!(count > 1, "threads that never meet");
+    println!("a thread that panics: {count} interleavings");
 }

@@ -110,8 +110,8 @@ pub(crate) fn advice(outcome: &Outcome) -> Option<&'static str> {
              their last digits; a looser --rtol accepts it"
         }
         Status::Stagnated => {
-            "rounding is not the reason, if the operators know their rows: the problem may have no \
-             solution, or the method be one for other problems; try AUTO"
+            "rounding alone does not explain it, if the operators know their rows: the problem may \
+             have no solution, or the method be one for other problems; try AUTO"
         }
         Status::IterationLimit | Status::TimeLimit => {
             "try AUTO, ANDERSON or AMG, or more by --max-iterations and --max-seconds; the problem \

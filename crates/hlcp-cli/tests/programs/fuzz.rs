@@ -355,101 +355,108 @@ fn damaged_names_are_known_or_refused() {
     });
 }
 
-/// What the program reads.
-fn files() -> Vec<(&'static str, Vec<u8>)> {
-    let matrix = |diagonal: f64| {
-        let mut entries: Vec<_> = (0..4).map(|i| (i, i, diagonal)).collect();
-        entries.extend((0..3).map(|i| (i, i + 1, -1.0)));
-        market_text(4, &entries).into_bytes()
-    };
-    let rough =
-        Map { columns: 3, rows: 3, values: vec![1.0, 0.5, 0.0, 0.0, 2.0, 0.0, 1.0, 0.0, 0.5] };
-    let columns = hlcp::ladder::COLUMNS.join(",");
-    let row = "\"example1 (4, 4), m = 512\",mine,1e-2,1e-3,0.1,0.2,0.3,7,true\n";
-    vec![
-        ("A.mtx", matrix(4.0)),
-        ("B.mtx", matrix(3.0)),
-        ("q.txt", b"-1\n2\n-3\n4\n".to_vec()),
-        ("x0.mtx", MARKET[4].into()),
-        ("profile.csv", TABLES[3].into()),
-        ("map.csv", TABLES[0].into()),
-        ("rough.npy", rough.npy()),
-        ("oil.csv", b"0.04,0.04,0.04\n0.04,0.05,0.04\n0.04,0.04,0.06\n".to_vec()),
-        ("motion.csv", b"0,0,0\n1e-3,1e-6,0\n2e-3,2e-6,1e-6\n".to_vec()),
-        ("mine.csv", format!("{columns}\n{row}{row}").into_bytes()),
-    ]
-}
+/// The program itself, where a shell can limit its memory.
+#[cfg(target_os = "linux")]
+mod program {
+    use std::process::Command;
 
-const COMMANDS: [&str; 10] = [
-    "solve --a A.mtx --b B.mtx --q q.txt --x0 x0.mtx --method AUTO,MSOR --alpha 1.1 --certify",
-    "solve --a A.mtx --q q.txt --grid 2x2 --method FMG --rtol 1e-6 --threads 2 --out-z z --out-r r",
-    "solve --a A.mtx --b B.mtx --q q.txt --method TMAOR --alpha 1.1 --beta 0.9 --norm linf --tau 1.5",
-    "solve --scene american-put --m 3 --steps 2 --rate 0.05 --spot 1 --method ADAPTIVE --window 3",
-    "film profile.csv --x-unit m --h-unit um --speed 3 --viscosity 0.04 --ambient 1e5 --refine 3",
-    "film --map map.csv --roughness rough.npy --viscosity oil.csv --lx 0.05 --ly 0.03 --h-unit um \
-     --speed 3,1 --supply 0.01,0.01,0.01,0.01,1e5 --side north=closed --side west=starved,0.4",
-    "film --pad taper,4e-5,2e-5,0.02 --lx 0.05 --ly 0.02 --dimples 2,1,0.01,0.01,1e-5,ellipse --nx 9 \
-     --ny 5 --speed 3 --viscosity 0.04 --whirl 0.5,1 --data-tolerance 1e-3 --oil 900,2000 --certify",
-    "film --journal --diameter 0.1 --length 0.05 --clearance 1e-4 --nx 24 --ny 5 --viscosity 0.02 \
-     --rpm 1000 --lobes 2,0.3,0.5,9 --groove 30,2e5,20,0.02 --dam 20,80,0.03,1e-5 --load 500 --tilt 0,0",
-    "film --journal --diameter 0.1 --length 0.05 --clearance 100 --h-unit um --nx 24 --ny 5 --speed 2 \
-     --viscosity 0.02 --motion motion.csv --attitude 20 --ambient 1 --p-unit MPa --method NEWTON",
-    "speed-vs-accuracy --add mine.csv",
-];
+    use super::*;
 
-/// The program with damaged files and a damaged command line answers, or refuses in one line; it
-/// stays within a gigabyte and a minute, beyond which the shell has it killed.
-#[cfg(unix)]
-#[test]
-fn damaged_files_and_options_are_read_or_refused() {
-    let (folder, files) = (Folder::new("fuzz-program"), files());
-    let options: Vec<_> =
-        ["solve", "film"].iter().flat_map(|c| crate::options::options(c)).collect();
-    let words = (0_u8..9, any::<Index>(), any::<Index>());
-    let of_file = (any::<Index>(), damages(3));
-    proptest!(cases(500), |(command in select(&COMMANDS), words in vec(words, 0..3), of_file in of_file)| {
-        let mut line = command.as_bytes().to_vec();
-        // The command itself stays, and this file with it: others take minutes.
-        let words = if command.contains("mine.csv") { &[][..] } else { &words };
-        let mut rest = line.split_off(line.iter().position(|&byte| byte == b' ').unwrap());
-        for &(kind, at, with) in words {
-            if kind < 7 {
-                damage_word(&mut rest, kind, at, with);
-            } else {
-                let option = &options[at.index(options.len())].0;
-                rest.extend(format!(" --{option} {}", WORDS[with.index(WORDS.len())]).into_bytes());
+    /// What the program reads.
+    fn files() -> Vec<(&'static str, Vec<u8>)> {
+        let matrix = |diagonal: f64| {
+            let mut entries: Vec<_> = (0..4).map(|i| (i, i, diagonal)).collect();
+            entries.extend((0..3).map(|i| (i, i + 1, -1.0)));
+            market_text(4, &entries).into_bytes()
+        };
+        let rough =
+            Map { columns: 3, rows: 3, values: vec![1.0, 0.5, 0.0, 0.0, 2.0, 0.0, 1.0, 0.0, 0.5] };
+        let columns = hlcp::ladder::COLUMNS.join(",");
+        let row = "\"example1 (4, 4), m = 512\",mine,1e-2,1e-3,0.1,0.2,0.3,7,true\n";
+        vec![
+            ("A.mtx", matrix(4.0)),
+            ("B.mtx", matrix(3.0)),
+            ("q.txt", b"-1\n2\n-3\n4\n".to_vec()),
+            ("x0.mtx", MARKET[4].into()),
+            ("profile.csv", TABLES[3].into()),
+            ("map.csv", TABLES[0].into()),
+            ("rough.npy", rough.npy()),
+            ("oil.csv", b"0.04,0.04,0.04\n0.04,0.05,0.04\n0.04,0.04,0.06\n".to_vec()),
+            ("motion.csv", b"0,0,0\n1e-3,1e-6,0\n2e-3,2e-6,1e-6\n".to_vec()),
+            ("mine.csv", format!("{columns}\n{row}{row}").into_bytes()),
+        ]
+    }
+
+    const COMMANDS: [&str; 10] = [
+        "solve --a A.mtx --b B.mtx --q q.txt --x0 x0.mtx --method AUTO,MSOR --alpha 1.1 --certify",
+        "solve --a A.mtx --q q.txt --grid 2x2 --method FMG --rtol 1e-6 --threads 2 --out-z z --out-r r",
+        "solve --a A.mtx --b B.mtx --q q.txt --method TMAOR --alpha 1.1 --beta 0.9 --norm linf --tau 1.5",
+        "solve --scene american-put --m 3 --steps 2 --rate 0.05 --spot 1 --method ADAPTIVE --window 3",
+        "film profile.csv --x-unit m --h-unit um --speed 3 --viscosity 0.04 --ambient 1e5 --refine 3",
+        "film --map map.csv --roughness rough.npy --viscosity oil.csv --lx 0.05 --ly 0.03 --h-unit um \
+         --speed 3,1 --supply 0.01,0.01,0.01,0.01,1e5 --side north=closed --side west=starved,0.4",
+        "film --pad taper,4e-5,2e-5,0.02 --lx 0.05 --ly 0.02 --dimples 2,1,0.01,0.01,1e-5,ellipse --nx 9 \
+         --ny 5 --speed 3 --viscosity 0.04 --whirl 0.5,1 --data-tolerance 1e-3 --oil 900,2000 --certify",
+        "film --journal --diameter 0.1 --length 0.05 --clearance 1e-4 --nx 24 --ny 5 --viscosity 0.02 \
+         --rpm 1000 --lobes 2,0.3,0.5,9 --groove 30,2e5,20,0.02 --dam 20,80,0.03,1e-5 --load 500 --tilt 0,0",
+        "film --journal --diameter 0.1 --length 0.05 --clearance 100 --h-unit um --nx 24 --ny 5 --speed 2 \
+         --viscosity 0.02 --motion motion.csv --attitude 20 --ambient 1 --p-unit MPa --method NEWTON",
+        "speed-vs-accuracy --add mine.csv",
+    ];
+
+    /// The program with damaged files and a damaged command line answers, or refuses in one line;
+    /// it stays within a gigabyte and a minute, beyond which the shell has it killed.
+    #[test]
+    fn damaged_files_and_options_are_read_or_refused() {
+        let (folder, files) = (Folder::new("fuzz-program"), files());
+        let options: Vec<_> =
+            ["solve", "film"].iter().flat_map(|c| crate::options::options(c)).collect();
+        let words = (0_u8..9, any::<Index>(), any::<Index>());
+        let of_file = (any::<Index>(), damages(3));
+        proptest!(cases(500), |(command in select(&COMMANDS), words in vec(words, 0..3), of_file in of_file)| {
+            let mut line = command.as_bytes().to_vec();
+            // The command itself stays, and this file with it: others take minutes.
+            let words = if command.contains("mine.csv") { &[][..] } else { &words };
+            let mut rest = line.split_off(line.iter().position(|&byte| byte == b' ').unwrap());
+            for &(kind, at, with) in words {
+                if kind < 7 {
+                    damage_word(&mut rest, kind, at, with);
+                } else {
+                    let option = &options[at.index(options.len())].0;
+                    rest.extend(format!(" --{option} {}", WORDS[with.index(WORDS.len())]).into_bytes());
+                }
             }
-        }
-        line.extend(rest);
-        let line = String::from_utf8_lossy(&line);
-        let damaged = of_file.0.index(files.len());
-        for (k, (name, text)) in files.iter().enumerate() {
-            let mut text = text.clone();
-            if k == damaged {
-                of_file.1.iter().for_each(|&(kind, at, with)| damage(&mut text, kind, at, with));
+            line.extend(rest);
+            let line = String::from_utf8_lossy(&line);
+            let damaged = of_file.0.index(files.len());
+            for (k, (name, text)) in files.iter().enumerate() {
+                let mut text = text.clone();
+                if k == damaged {
+                    of_file.1.iter().for_each(|&(kind, at, with)| damage(&mut text, kind, at, with));
+                }
+                if *name == "mine.csv" {
+                    text.extend(b"\nthe chart would take minutes");
+                }
+                folder.write(name, text);
             }
-            if *name == "mine.csv" {
-                text.extend(b"\nthe chart would take minutes");
+            let limited = "ulimit -v 1000000; ulimit -t 60; exec \"$0\" \"$@\"";
+            let mut shell = Command::new("sh");
+            shell.current_dir(&folder.0).args(["-c", limited, env!("CARGO_BIN_EXE_hlcp")]);
+            // A word that is not there splits into none, as in a shell.
+            shell.args(line.split(' ').filter(|word| !word.is_empty()));
+            if line.starts_with("solve") && !line.contains("max-seconds") {
+                shell.args(["--max-seconds", "1"]);
             }
-            folder.write(name, text);
-        }
-        let limited = "ulimit -v 1000000; ulimit -t 60; exec \"$0\" \"$@\"";
-        let mut shell = std::process::Command::new("sh");
-        shell.current_dir(&folder.0).args(["-c", limited, env!("CARGO_BIN_EXE_hlcp")]);
-        // A word that is not there splits into none, as in a shell.
-        shell.args(line.split(' ').filter(|word| !word.is_empty()));
-        if line.starts_with("solve") && !line.contains("max-seconds") {
-            shell.args(["--max-seconds", "1"]);
-        }
-        let output = shell.output().unwrap();
-        let (code, told) = (output.status.code(), String::from_utf8(output.stderr).unwrap());
-        let is_note = |line: &&str| ["warning: ", "note: "].iter().any(|of| line.starts_with(of));
-        let (notes, refusals): (Vec<&str>, Vec<&str>) = told.lines().partition(is_note);
-        prop_assert!(notes.iter().chain(&refusals).all(|line| is_sentence(line)), "{line}: {told}");
-        match code {
-            Some(1) => prop_assert!(output.stdout.is_empty() && refusals.len() == 1, "{line}: {told}"),
-            Some(0 | 2) => prop_assert!(refusals.is_empty(), "{line}: {told}"),
-            _ => prop_assert!(false, "{code:?} of {line}: {told}"),
-        }
-    });
+            let output = shell.output().unwrap();
+            let (code, told) = (output.status.code(), String::from_utf8(output.stderr).unwrap());
+            let is_note = |line: &&str| ["warning: ", "note: "].iter().any(|of| line.starts_with(of));
+            let (notes, refusals): (Vec<&str>, Vec<&str>) = told.lines().partition(is_note);
+            prop_assert!(notes.iter().chain(&refusals).all(|line| is_sentence(line)), "{line}: {told}");
+            match code {
+                Some(1) => prop_assert!(output.stdout.is_empty() && refusals.len() == 1, "{line}: {told}"),
+                Some(0 | 2) => prop_assert!(refusals.is_empty(), "{line}: {told}"),
+                _ => prop_assert!(false, "{code:?} of {line}: {told}"),
+            }
+        });
+    }
 }

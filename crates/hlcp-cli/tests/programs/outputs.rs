@@ -191,6 +191,7 @@ fn fifo(path: &Path) {
     assert!(Command::new("mkfifo").arg(path).status().expect("mkfifo").success());
 }
 
+#[cfg(unix)]
 #[test]
 fn what_cannot_be_written_is_refused_before_the_solve_with_the_systems_reason() {
     let folder = sound("unwritable");

@@ -9,9 +9,10 @@ use crate::numbers::{Error, Scalar};
 /// ```
 /// use hlcp_core::{FivePoint, LinearOperator};
 ///
-/// // The second difference with zero boundary values; the crate's page has an operator of one's
-/// own. let mut y = [f64::NAN; 3]; FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?.apply(&[1.0,
-/// 2.0, 4.0], &mut y); assert_eq!(y, [0.0, -1.0, 6.0]);
+/// // The second difference with zero boundary values.
+/// let mut y = [f64::NAN; 3];
+/// FivePoint::new(3, 1, [0.0, -1.0, 2.0, -1.0, 0.0])?.apply(&[1.0, 2.0, 4.0], &mut y);
+/// assert_eq!(y, [0.0, -1.0, 6.0]);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[diagnostic::on_unimplemented(

@@ -157,7 +157,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// one does (W. Oettli and W. Prager, *Compatibility of approximate solution of linear
     /// equations with given error bounds for coefficients and right-hand sides*, Numer. Math. 6,
     /// 1964; `z` and `r` are complementary whatever the entries). About ε where rounding is all
-    /// that is left. Infinite where an entry overflows.
+    /// that is left. Infinite where an entry overflows; what underflows is taken for 0.
     ///
     /// # Cost
     ///

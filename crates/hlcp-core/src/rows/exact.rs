@@ -31,7 +31,12 @@ impl Question {
             Self::Bound => rows.for_each(|(((to, v), s), _)| *to = v.abs() + s),
             Self::Relative => rows.for_each(|(((to, v), s), terms)| {
                 // What overflows is infinite, since the least of ∞ and NaN is ∞.
-                *to = if *terms == 0.0 { 0.0 } else { f64::INFINITY.min((v.abs() + s) / terms) }
+                let quotient = f64::INFINITY.min((v.abs() + s) / terms);
+                *to = match *terms {
+                    0.0 => 0.0,
+                    f64::INFINITY => f64::INFINITY,
+                    _ => quotient,
+                }
             }),
             Self::NotPositive => rows.for_each(|(((to, v), s), _)| *to = no(v - s > SIGNED)),
             Self::NotNegative => rows.for_each(|(((to, v), s), _)| *to = no(-v - s > SIGNED)),

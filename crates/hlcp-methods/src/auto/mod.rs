@@ -54,8 +54,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// All work on one iterate, but on a plane Anderson's iteration: it has one of its own, from the
 /// start of the solve on, by which its progress is measured, because the iterate that Newton's
 /// methods leave on a film that goes round may have a small residual and be far from every
-/// solution. There no window is shorter than a turn that pivoting has had in vain, so that all have
-/// an equal share. Where a window ends with a larger residual than that of the iterate that is
+/// solution. There no window is shorter than the last one of pivoting, so that all have an equal
+/// share. Where a window ends with a larger residual than that of the iterate that is
 /// kept, the next method goes on from the latter; the residual of that one is at most ten times the
 /// smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the
 /// window, but that of pivoting, whose first columns may be all but singular; entries of 10⁶ times
@@ -92,11 +92,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
 /// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
-/// `c/(6W)` a sweep or more in the mean, apart from at most `2k/c` times `W` sweeps for each
-/// method, where `k` is its first promise times its first window, and from the last window and the
-/// first turn of pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It needs
-/// promise times window to stay what it is, so that no promise falls below the progress of a good
-/// method before the window of that is long enough to show it.
+/// `c/(6W)` a sweep or more in the mean (half of it on a plane), apart from `2k/c` times `W` sweeps
+/// for each method, where `k` is its first promise times its first window, and from the last window
+/// and the first turn of pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It
+/// needs promise times window to stay what it is, so that no promise falls below the progress of a
+/// good method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
@@ -326,7 +326,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
         let choice = self.candidates[at].choice;
-        self.history.push(AutoTurn { choice, sweeps: 0, residual: self.best, end });
+        self.history.push(AutoTurn { choice, sweeps: 0, residual: self.smallest(), end });
     }
 
     fn sweeps(&self) -> usize {
@@ -337,7 +337,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     fn respite(&self) -> (usize, f64) {
         // Elimination is to have its turn, if there is one.
         let rent = Some(self.rent()).filter(|&rent| rent < usize::MAX).unwrap_or(0);
-        ((LAST * (self.sweeps() + LEAST)).max((1 + RENT) * rent), 0.5 * self.best)
+        ((LAST * (self.sweeps() + LEAST)).max((1 + RENT) * rent), 0.5 * self.smallest())
     }
 
     /// Returns whether nothing is left to try.
@@ -345,15 +345,21 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.last.is_some_and(|(last, _)| self.sweeps() > last)
     }
 
+    /// The smallest residual of the solve.
+    fn smallest(&self) -> f64 {
+        self.others.map_or(self.best, |others| others.min(self.best))
+    }
+
     /// Takes in a residual of the turn.
     fn see(&mut self, residual: f64) {
         self.best = self.best.min(residual);
         let sweeps = self.sweeps();
-        if self.last.is_some_and(|(_, goal)| self.best <= goal) {
+        if self.last.is_some_and(|(_, goal)| self.smallest() <= goal) {
             self.last = Some(self.respite());
         }
+        let smallest = self.smallest();
         if let Some((turn, before)) = self.history.split_last_mut() {
-            turn.residual = self.best;
+            turn.residual = smallest;
             turn.sweeps = sweeps - before.iter().map(|turn| turn.sweeps).sum::<usize>();
         }
     }
@@ -402,13 +408,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
     }
 
-    /// The length of a turn that pivoting has had in vain on a plane.
+    /// The window of pivoting that was judged last, on a plane.
     fn share(&self) -> usize {
-        let in_vain = |each: &&Candidate<T, A, B>| {
+        let has_had = |each: &&Candidate<T, A, B>| {
             let is_judged = each.window > each.choice.promise::<T>(self.shape).1;
             each.choice == AutoChoice::Pivoting && self.shape.plane > 0 && is_judged
         };
-        self.candidates.iter().find(in_vain).map_or(0, |each| each.window / 2)
+        self.candidates.iter().find(has_had).map_or(0, |each| each.window / 2)
     }
 
     /// Lets the method with the best prospect go on, of equal ones the one at work; returns whether
@@ -545,6 +551,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.problem.defect(q.entries(), x, y, &mut self.scratch);
             let norms = self.problem.norms(y).divided_by(self.problem.gamma());
             self.see(norms.l2);
+            if norms.l2 < self.kept_residual {
+                self.kept.copy_from_slice(x);
+                self.kept_residual = norms.l2;
+            }
             y.copy_from_slice(&self.own.0);
             self.others = Some(std::mem::replace(&mut self.best, self.own.1));
             self.begun.1 = self.best;
@@ -607,7 +617,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         self.candidates[self.at].judge(rate, self.shape);
         let was_anderson = self.uses() == AutoChoice::Anderson;
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
-        if moved_on && was_anderson {
+        if was_anderson && (moved_on || grown) {
             self.leave(if grown { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);

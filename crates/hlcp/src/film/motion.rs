@@ -48,7 +48,8 @@ pub enum Drive {
 /// # Stability
 ///
 /// Without forces a step of `ρ` times the length of the one before leaves `ρ/(1 + 2ρ) < ½` of an
-/// error in the mean speed over that, so that none grows, whatever the lengths of steps.
+/// error in the mean speed over that, so that none of these grows, whatever the lengths of steps.
+/// Errors of the content itself do where a step is more than 1 + √2 times the last one.
 ///
 /// ```
 /// use hlcp::film::{Bearing, Drive, Film, Motion, Settings};
@@ -284,12 +285,19 @@ impl Motion {
             });
             let misses = inert - forces + &load;
             let largest = forces.amax().max(load.amax());
-            let is_balanced =
-                flips == 0 && misses.iter().all(|off| off.abs() <= BALANCED * largest);
+            // Inertia is the difference of positions, each of which is rounded.
+            let is_rounding = |(k, off): (usize, &f64)| {
+                let sizes = position[k].abs() + from[k].abs() + (duration * begun[k]).abs();
+                off.abs() <= BALANCED * largest + 8.0 * f64::EPSILON * inertia * sizes
+            };
+            let is_balanced = flips == 0 && misses.iter().enumerate().all(is_rounding);
             if is_balanced && !is_alone {
                 guess = Solved::judged(guess.film, guess.z, guess.r, settings)?;
             }
             let is_solved = guess.outcome.converged();
+            if is_alone && !is_solved && !load.is_empty() {
+                return Err(FilmError::Unsettled);
+            }
             if is_alone && !is_solved || is_balanced && is_solved {
                 return Ok((guess, position));
             }
