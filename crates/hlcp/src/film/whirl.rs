@@ -96,6 +96,7 @@ impl Threshold {
             if (before.off(omega - part) < 0.0) != (rotor.off(omega) < 0.0) {
                 let [mut far, mut near] = [(omega - part, before), (omega, rotor)];
                 let [mut off, mut last] = [far, near].map(|(omega, rotor)| rotor.off(omega));
+                let least = off.abs().min(last.abs());
                 for _ in 0..STEPS {
                     // The secant through both ends; one that stays counts half (Illinois).
                     let way = last * (near.0 - far.0) / (last - off);
@@ -112,13 +113,16 @@ impl Threshold {
                     }
                 }
                 let (omega, mass) = (near.0, near.1.left / near.0.powi(2));
-                if mass > 0.0 && found.is_none_or(|found| mass < found.mass) {
+                // At a pole the sign changes as well, but nothing becomes small.
+                let is_zero = last.abs() <= least;
+                if is_zero && mass > 0.0 && found.is_none_or(|found| mass < found.mass) {
                     found = Some(Self { mass, omega });
                 }
             }
             before = rotor;
         }
-        if 0.0 < angle && angle < PI {
+        // Of a negative determinant of C one zero is real and positive, and the angle is below π/2.
+        if 0.0 < angle && angle < PI && before.damped > 0.0 {
             return Ok(found);
         }
         Ok(Some(Self { mass: 0.0, omega: nearest[1] }))
