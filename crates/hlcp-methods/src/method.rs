@@ -153,6 +153,18 @@ pub(crate) fn iterate<T: Scalar, M: Method<T>>(
     norms
 }
 
+/// Overwrites `f` with F(x), and returns the norms of `A z − B r + q`.
+pub(crate) fn measure<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
+    problem: &Hlcp<T, A, B>,
+    q: &Rhs<'_, T>,
+    x: &[T],
+    f: &mut [T],
+    scratch: &mut Vec<T>,
+) -> Norms {
+    problem.defect(q.entries(), x, f, scratch);
+    problem.norms(f).divided_by(problem.gamma())
+}
+
 // For these two alone: a blanket over `DerefMut` would forbid it to types with their own.
 macro_rules! forward {
     ($($pointer:ty),*) => {$(

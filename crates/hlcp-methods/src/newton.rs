@@ -3,7 +3,7 @@ use hlcp_core::{Hlcp, Norms, Rhs, Scalar};
 use crate::{
     Clock, Jacobian, Method, Preconditioner, Work,
     krylov::BiCgStab,
-    method::iterate,
+    method::{iterate, measure},
     safeguard::{PATIENCE, Safeguard},
 };
 
@@ -132,9 +132,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
 
     /// Measures F at `at`, where the next step is taken.
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
-        let problem = self.base.problem();
-        problem.defect(q.entries(), &self.at, &mut self.f, &mut self.krylov.scratch);
-        problem.norms(&self.f).divided_by(problem.gamma())
+        measure(self.base.problem(), q, &self.at, &mut self.f, &mut self.krylov.scratch)
     }
 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether

@@ -6,6 +6,7 @@ use crate::{
     Clock, Method, Work,
     amg::{Lu, WARM},
     krylov::dot,
+    method::measure,
 };
 
 /// The order up to which a full matrix is worth a thought: one of 2 MB.
@@ -393,8 +394,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        self.problem.defect(q.entries(), x, &mut self.f, &mut self.scratch);
-        Some(self.problem.norms(&self.f).divided_by(self.problem.gamma()))
+        Some(measure(&self.problem, q, x, &mut self.f, &mut self.scratch))
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {

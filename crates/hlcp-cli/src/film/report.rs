@@ -15,6 +15,7 @@ use super::{
     Arguments,
     plane::{Slopes, Whirl},
 };
+use crate::print;
 
 /// How far a printed number may be off one in the interval.
 fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
@@ -23,14 +24,11 @@ fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
 
 /// The interval in words.
 fn between(interval: Option<[f64; 2]>) -> String {
-    let Some([lower, upper]) = interval else { return String::new() };
-    if lower.is_infinite() {
+    let Some(interval) = interval else { return String::new() };
+    if interval[0].is_infinite() {
         return ", nothing proved".into();
     }
-    // As many digits as the two have in common, and one more.
-    let digits = (lower.abs().max(upper.abs()) / (upper - lower)).log10().clamp(2.0, 16.0);
-    let [lower, upper] =
-        [(lower, false), (upper, true)].map(|(end, up)| decimal(end, digits as usize, up));
+    let [lower, upper] = print::ends(interval);
     format!(", proved between {lower} and {upper}")
 }
 

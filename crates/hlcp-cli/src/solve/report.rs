@@ -4,7 +4,7 @@ use std::io;
 
 use hlcp_core::{Norms, Scalar, number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, decimal, uniqueness_within};
+use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, uniqueness_within};
 use serde_json::{Value, json};
 
 use super::{
@@ -163,11 +163,8 @@ pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result
     print::line(format_args!(
         "  sides proved: z > 0 at {z} points, r > 0{meaning} at {r}; open: {open}"
     ))?;
-    for (key, [lower, upper]) in (problem.proofs)(certificate) {
-        // As many digits as the two have in common, and one more.
-        let digits = (lower.abs().max(upper.abs()) / (upper - lower)).log10().clamp(2.0, 16.0);
-        let [lower, upper] =
-            [(lower, false), (upper, true)].map(|(end, up)| decimal(end, digits as usize, up));
+    for (key, interval) in (problem.proofs)(certificate) {
+        let [lower, upper] = print::ends(interval);
         print::line(format_args!("  {key}: proved between {lower} and {upper}"))?;
     }
     Ok(())

@@ -8,6 +8,7 @@ mod examples;
 mod files;
 mod film;
 mod film_plane;
+mod film_refused;
 mod folder;
 mod fuzz;
 mod gallery;

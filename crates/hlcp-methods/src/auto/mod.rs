@@ -1,6 +1,8 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
-use crate::{Clock, Method, TridiagonalPart, Work, amg, multigrid::Scaling, pivoting};
+use crate::{
+    Clock, Method, TridiagonalPart, Work, amg, method::measure, multigrid::Scaling, pivoting,
+};
 use candidate::{Candidate, Shape, Worker};
 
 mod candidate;
@@ -272,8 +274,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             // The sweep forward measures.
             scaling.smoother(problem).relax_measured(q, x, &mut scratch[..n])
         } else {
-            problem.defect(q.entries(), x, y, scratch);
-            problem.norms(y).divided_by(problem.gamma())
+            measure(problem, q, x, y, scratch)
         };
         *opened += 1;
         if norms.l2 > OPENING * last || norms.l2.is_nan() {
@@ -318,8 +319,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let calm = y.iter().fold(true, |calm, y| calm & (y.abs() <= usual));
         self.problem.any(!calm) && {
             let mut f = vec![T::zero(); y.len()];
-            self.problem.defect(q.entries(), y, &mut f, &mut self.scratch);
-            let residual = self.problem.norms(&f).divided_by(self.problem.gamma()).l2;
+            let residual = measure(&self.problem, q, y, &mut f, &mut self.scratch).l2;
             residual.is_nan() || residual > GROWN * self.scale
         }
     }
@@ -398,7 +398,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         true
     }
 
-    /// Puts Anderson's own iterate aside, or drops it for that of the others if there is none.
+    /// Where Anderson's iteration is at work on its own iterate, puts that aside, or drops it for
+    /// the others' if there is none.
     fn leave(&mut self, y: &[T]) {
         if let Some(others) = self.others.take() {
             self.own.0.clear();
@@ -504,9 +505,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.is_over() {
             return false;
         }
-        if self.uses() == AutoChoice::Anderson {
-            self.leave(&[]);
-        }
+        self.leave(&[]);
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
         if of_newton && self.last.is_none() {
             // Most likely it is rounding; what else may help is tried, but not to the limits.
@@ -540,16 +539,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.is_over() {
             // An iterate that stays tells the solver.
             y.copy_from_slice(x);
-            self.problem.defect(q.entries(), y, &mut self.kept, &mut self.scratch);
-            return self.problem.norms(&self.kept).divided_by(self.problem.gamma());
+            return measure(&self.problem, q, x, &mut self.kept, &mut self.scratch);
         }
         // The work that has led to x.
         let led = self.sweeps();
         let is_new = self.uses() == AutoChoice::Anderson && self.others.is_none();
         if is_new && !self.own.0.is_empty() {
             // This step leads to its own iterate.
-            self.problem.defect(q.entries(), x, y, &mut self.scratch);
-            let norms = self.problem.norms(y).divided_by(self.problem.gamma());
+            let norms = measure(&self.problem, q, x, y, &mut self.scratch);
             self.see(norms.l2);
             if norms.l2 < self.kept_residual {
                 self.kept.copy_from_slice(x);
@@ -615,9 +612,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             return norms;
         }
         self.candidates[self.at].judge(rate, self.shape);
-        let was_anderson = self.uses() == AutoChoice::Anderson;
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
-        if was_anderson && (moved_on || grown) {
+        if moved_on || grown {
             self.leave(if grown { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);

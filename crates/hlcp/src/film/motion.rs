@@ -1,11 +1,11 @@
 use hlcp_core::Norms;
-use hlcp_verify::{Film, FilmChange, FilmFigures, TimeStep};
+use hlcp_verify::{Film, FilmFigures, TimeStep};
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::{
     Bearing, FilmError, Settings, Solved,
     linear::Linear,
-    solve::{LINEAR, Operators},
+    solve::{LINEAR, Operators, gained},
 };
 
 /// The force on the wall over the force of the film on it, and the way there, at which a step of
@@ -114,15 +114,12 @@ impl Slopes {
         (moving, inertia): (usize, f64),
     ) -> Result<Self, FilmError> {
         let mut linear = Linear::of(&guess.film, operators, &guess.r, LINEAR)?;
-        let (modes, unit) = (&bearing.modes[..moving], guess.film.pressure_unit());
-        let answer = |mode: &Vec<f64>| {
-            let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
-            linear.answer(&guess.film.rows_change(&guess.z, &guess.r, &widening))
-        };
+        let modes = &bearing.modes[..moving];
+        let answer = |mode: &Vec<f64>| linear.answer(&guess.widened(mode, &guess.r));
         let ways = modes.iter().map(answer).collect::<Result<Vec<_>, _>>()?;
         let matrix = DMatrix::from_fn(moving, moving, |k, l| {
-            let along = ways[l][0].iter().zip(&modes[k]).map(|(z, mode)| z * mode).sum::<f64>();
-            f64::from(u8::from(k == l)) * inertia - unit * guess.film.cell() * along
+            let inert = if k == l { inertia } else { 0.0 };
+            inert - gained(&guess.film, &ways[l][0], &modes[k])
         });
         Ok(Self { linear, ways, matrix: matrix.lu() })
     }
@@ -295,6 +292,7 @@ impl Motion {
                 guess = Solved::judged(guess.film, guess.z, guess.r, settings)?;
             }
             let is_solved = guess.outcome.converged();
+            // A film that does not settle alone is an answer only where nothing depends on it.
             if is_alone && !is_solved && !load.is_empty() {
                 return Err(FilmError::Unsettled);
             }
@@ -321,10 +319,9 @@ impl Motion {
                     continue;
                 }
             };
-            let unit = guess.film.pressure_unit() * guess.film.cell();
-            let gained =
-                |mode: &Vec<f64>| unit * dz.iter().zip(mode).map(|(z, m)| z * m).sum::<f64>();
-            let left = DVector::from_fn(load.len(), |k, _| misses[k] - gained(&bearing.modes[k]));
+            let left = DVector::from_fn(load.len(), |k, _| {
+                misses[k] - gained(&guess.film, &dz, &bearing.modes[k])
+            });
             let way = if load.is_empty() { Some(left) } else { known.matrix.solve(&left) };
             let way = way.filter(|way| way.iter().all(|by| by.is_finite()));
             let mut way = way.ok_or(FilmError::Unsettled)?;

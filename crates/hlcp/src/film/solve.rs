@@ -189,7 +189,7 @@ impl Solved {
         let limits =
             Limits { iterations: 0, rounding: Some(ROUNDING), ..Limits::relative(TOLERANCE) };
         let goal = TOLERANCE * Norms::of(&q).l2;
-        let mut show = settings.shows("MMGS", &limits, goal);
+        let mut show = settings.shows("MGS", &limits, goal);
         let options = Options::from_solution(&z, &r).limits(limits).observer(&mut show);
         let outcome = solver.solve(&q, options)?;
         Ok(Self { film, z, r, outcome })
@@ -300,6 +300,12 @@ impl Solved {
         if self.film.step.is_some() { Err(FilmError::Unsteady) } else { Ok(()) }
     }
 
+    /// How the rows change while the gap grows by a mode, the film having this `r`.
+    pub(super) fn widened(&self, mode: &[f64], r: &[f64]) -> Vec<f64> {
+        let widening = FilmChange { gap: mode.to_vec(), ..FilmChange::default() };
+        self.film.rows_change(&self.z, r, &widening)
+    }
+
     /// The derivatives of the forces for a change of the position, and `with_speed` for its speed
     /// while it changes slowly, each a matrix with zeros in columns of coordinates that do not
     /// move.
@@ -318,7 +324,6 @@ impl Solved {
         let (film, count) = (&self.film, bearing.modes.len());
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
-        let unit = film.pressure_unit() * film.cell();
         let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
         let mut operators = operators(film)?;
         if is_clamped {
@@ -328,8 +333,7 @@ impl Solved {
         let mut linear = Linear::of(film, operators, &self.r, tolerance)?;
         for &column in moving {
             let mode = &bearing.modes[column];
-            let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
-            let [z, mut emptied] = linear.answer(&film.rows_change(&self.z, r, &widening))?;
+            let [z, mut emptied] = linear.answer(&self.widened(mode, r))?;
             let mut answers = vec![z];
             if with_speed {
                 if is_clamped {
@@ -340,13 +344,17 @@ impl Solved {
             }
             for (matrix, z) in found.iter_mut().zip(&answers) {
                 for (row, mode) in matrix.iter_mut().zip(&bearing.modes) {
-                    let along = z.iter().zip(mode).map(|(z, mode)| z * mode);
-                    row[column] = unit * along.sum::<f64>();
+                    row[column] = gained(film, z, mode);
                 }
             }
         }
         Ok(found)
     }
+}
+
+/// The force along a mode that a change of `z` brings about.
+pub(super) fn gained(film: &Film, z: &[f64], mode: &[f64]) -> f64 {
+    film.pressure_unit() * film.cell() * z.iter().zip(mode).map(|(z, mode)| z * mode).sum::<f64>()
 }
 
 /// A and B, of any kind.

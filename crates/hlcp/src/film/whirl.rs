@@ -7,7 +7,7 @@ use faer::{
 };
 use hlcp_core::Rows;
 use hlcp_methods::Jacobian;
-use hlcp_verify::{Film, FilmChange};
+use hlcp_verify::Film;
 
 use super::{
     Bearing, Coefficients, FilmError, Solved,
@@ -253,8 +253,7 @@ fn answer(bearing: &Bearing, solved: &Solved, s: c64) -> Result<Vec<Vec<c64>>, F
     let mut found = vec![vec![c64::new(0.0, 0.0); bearing.modes.len()]; bearing.modes.len()];
     let unit = film.pressure_unit() * film.cell();
     for (column, mode) in bearing.modes.iter().enumerate() {
-        let widening = FilmChange { gap: mode.clone(), ..FilmChange::default() };
-        let steady = film.rows_change(&solved.z, &solved.r, &widening);
+        let steady = solved.widened(mode, &solved.r);
         let stored = film.storing(&solved.r, mode, &vec![0.0; n]);
         let mut y = Mat::from_fn(n, 1, |k, _| c64::new(steady[k], 0.0) + s * stored[k]);
         lu.solve_in_place(y.as_mut());
