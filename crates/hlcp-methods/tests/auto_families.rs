@@ -11,6 +11,7 @@ use hlcp_methods::{
     Multigrid, Newton, Options, Outcome, Solver, Ssor,
 };
 use hlcp_verify::{Film, Side, families};
+use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use std::f64::consts::TAU;
 
 type Posed = (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>);
@@ -123,6 +124,51 @@ fn every_family_is_solved_at_a_fair_price() {
             let ([a, b], q) = drawn.pose::<f64>();
             competes(&drawn.name, &a, &b, &q);
         }
+    }
+}
+
+/// Rows multiplied by 10^±6, unknowns by 10^±3, or z and r exchanged: the first two with at most
+/// 4000 unknowns of each family that draws sparse matrices take as much work as they do as they
+/// are, by a factor of 1.5 in the geometric mean, and none more than four times as much.
+#[test]
+fn units_and_names_cost_little() {
+    let mut runner = TestRunner::deterministic();
+    let mut powers = |n: usize, size: f64| {
+        let powers = prop::collection::vec((-size..size).prop_map(|power| 10_f64.powf(power)), n);
+        powers.new_tree(&mut runner).unwrap().current()
+    };
+    let times = |of: &Lists<f64>, rows: &[f64], columns: &[f64]| {
+        let row = |(row, r): (&Vec<(usize, f64)>, &f64)| {
+            row.iter().map(|&(j, a)| (j, r * a * columns[j])).collect()
+        };
+        Lists(of.0.iter().zip(rows).map(row).collect())
+    };
+    let work = |a: &Lists<f64>, b: &Lists<f64>, q: &[f64]| solve(a, b, q).0.sweeps as f64;
+    let sparse = families::NAMES.into_iter().filter(|name| !["dense", "single"].contains(name));
+    let small = |family| {
+        let drawn = (1..).filter_map(move |seed| families::draw(family, seed));
+        drawn.filter(|drawn| drawn.pose::<f64>().1.len() <= 4000).take(2)
+    };
+    let mut logarithms = [(); 3].map(|()| vec![]);
+    for drawn in sparse.flat_map(small) {
+        let ([a, b], q) = drawn.pose::<f64>();
+        let (n, a, b) = (q.len(), Lists::of(&a), Lists::of(&b));
+        let (ones, r, s, t) = (vec![1.0; n], powers(n, 6.0), powers(n, 3.0), powers(n, 3.0));
+        let weighted: Vec<f64> = q.iter().zip(&r).map(|(q, r)| q * r).collect();
+        let opposite: Vec<f64> = q.iter().map(|q| -q).collect();
+        let plain = work(&a, &b, &q);
+        let disguised = [
+            work(&times(&a, &r, &ones), &times(&b, &r, &ones), &weighted),
+            work(&times(&a, &ones, &s), &times(&b, &ones, &t), &q),
+            work(&b, &a, &opposite),
+        ];
+        for (all, work) in logarithms.iter_mut().zip(disguised) {
+            assert!(work <= 4.0 * plain + 100.0, "{}: {disguised:?}, {plain}", drawn.name);
+            all.push((work / plain).ln());
+        }
+    }
+    for all in logarithms {
+        assert!(all.iter().sum::<f64>() <= all.len() as f64 * 1.5_f64.ln(), "{all:?}");
     }
 }
 

@@ -6,6 +6,7 @@ mod matrix;
 mod nested;
 mod newton;
 mod order;
+mod units;
 
 use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
 
@@ -16,19 +17,15 @@ use self::{
     cycle::{Cycle, Hierarchy, SPREAD, bounded, near_kernel},
     matrix::Matrix,
     order::Flow,
+    units::Units,
 };
 use crate::{
     Clock, Jacobian, Preconditioner,
     krylov::{Inner, add, dot},
 };
 
-/// Gauss–Seidel passes over the rows of the void, and symmetric ones over columns that find the
-/// weights of rows.
+/// Gauss–Seidel passes over the rows of the void.
 const PASSES: usize = 3;
-
-/// Rows are weighted where more than the latter part of the columns lose more than the former of
-/// their diagonal.
-const LOSS: [f64; 2] = [0.01, 0.1];
 
 /// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
 /// since they were built, and until a linear solve takes half of `KEPT` iterations.
@@ -127,8 +124,7 @@ pub struct Amg<T> {
     place: Vec<u32>,
     /// True if the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
-    /// The factors of the rows, where what leaves an unknown does not arrive elsewhere without.
-    weights: Option<Vec<T>>,
+    units: Units<T>,
     /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
     /// were built, or the reverse.
     active: Vec<bool>,
@@ -171,7 +167,7 @@ impl<T: Scalar> Amg<T> {
             order: vec![],
             place: vec![],
             a_conducts: None,
-            weights: None,
+            units: Units::plain(),
             active: vec![],
             stale: 0,
             scale: vec![],
@@ -245,12 +241,14 @@ impl<T: Scalar> Amg<T> {
     ) {
         self.set_up_within(jacobian, 0, clock);
         for at in 0..rhs.len() {
-            self.rhs[at] = rhs[self.at(at)] * self.weight(self.at(at));
+            let i = self.at(at);
+            self.rhs[at] = rhs[i] * self.units.row(i);
         }
         let Some(hierarchy) = &mut self.hierarchy else { return };
         hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
         for at in 0..rhs.len() {
-            y[self.at(at)] = self.y[at] * self.scale[at];
+            let i = self.at(at);
+            y[i] = self.y[at] * self.scale[at] * self.units.x(i);
         }
     }
 
@@ -293,8 +291,8 @@ impl<T: Scalar> Amg<T> {
         Some((matrix, scale, dry))
     }
 
-    /// Finds the weights of rows and the order along the flow, once; whether the columns of `A`
-    /// conduct, or nothing when the clock is up.
+    /// Finds the units and the order along the flow, once; whether the columns of `A` conduct, or
+    /// nothing when the clock is up.
     pub(super) fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
@@ -302,11 +300,7 @@ impl<T: Scalar> Amg<T> {
     ) -> Option<bool> {
         if self.a_conducts.is_none() {
             let (mut a, mut b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
-            let couples = if b.entries() > a.entries() { &b } else { &a };
-            self.weights = balance(couples, clock)?;
-            for matrix in [&mut a, &mut b] {
-                self.weights.iter().for_each(|weights| matrix.scale_rows(weights));
-            }
+            self.units = Units::of(&mut a, &mut b, problem.omega(), clock)?;
             let (a, b) = (Flow::of(&a, clock)?, Flow::of(&b, clock)?);
             let a_conducts = a.share <= b.share;
             let carries = if a_conducts { b } else { a };
@@ -344,14 +338,9 @@ impl<T: Scalar> Amg<T> {
         (self.hierarchy, self.walks, self.set_ups) = (None, 0.0, 0);
     }
 
-    /// The factor of row `i`.
-    pub(super) fn weight(&self, i: usize) -> T {
-        self.weights.as_ref().map_or(T::one(), |weights| weights[i])
-    }
-
-    /// The factors of the rows, unless all are 1.
-    pub(super) fn weights(&self) -> Option<&[T]> {
-        self.weights.as_deref()
+    /// The units of rows and unknowns.
+    fn units(&self) -> &Units<T> {
+        &self.units
     }
 
     /// The unknown at a place.
@@ -375,9 +364,10 @@ impl<T: Scalar> Amg<T> {
             }
             row.clear();
             let i = self.at(at);
-            let weight = self.weight(i);
+            let weight = self.units.row(i);
             jacobian.visit_row(i, |j, a| {
-                row.push((self.place.get(j).copied().unwrap_or(j as u32), a * weight));
+                let at = self.place.get(j).copied().unwrap_or(j as u32);
+                row.push((at, a * weight * self.units.x(j)));
             });
             matrix.push(&row);
         }
@@ -453,8 +443,8 @@ impl<T: Scalar> Amg<T> {
             return Inner { iterations: 0, residual: 1.0 };
         }
         // In units of the right-hand side, whose squares might overflow or vanish.
-        let mut residual: Vec<T> =
-            (0..rhs.len()).map(|at| rhs[self.at(at)] * self.weight(self.at(at))).collect();
+        let order = (0..rhs.len()).map(|at| self.at(at));
+        let mut residual: Vec<T> = order.map(|i| rhs[i] * self.units.row(i)).collect();
         let unit = T::of(Norms::of(&residual).l2);
         if unit == T::zero() {
             return Inner { iterations: 0, residual: 0.0 };
@@ -472,7 +462,8 @@ impl<T: Scalar> Amg<T> {
             inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
             inner.residual = dot(&residual, &residual).sqrt();
             for (at, x) in x.iter_mut().enumerate() {
-                y[self.at(at)] += *x * self.scale[at] * unit;
+                let i = self.at(at);
+                y[i] += *x * self.scale[at] * self.units.x(i) * unit;
                 *x = T::zero();
             }
             let wanting = inner.residual > tolerance && inner.iterations < limit;
@@ -587,38 +578,6 @@ fn void_scale<T: Scalar>(
         }
     }
     (scale, dry)
-}
-
-/// Factors of the rows with which what leaves an unknown arrives elsewhere, `wᵀA ≈ 0` as of columns
-/// that add up to nothing, where more than a tenth of the columns lose a hundredth and more of
-/// their diagonal without: rows that somebody has multiplied. None when the clock is up.
-fn balance<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Option<Vec<T>>> {
-    let n = matrix.order();
-    let mut sums = matrix.diagonal.clone();
-    (0..n).for_each(|i| matrix.off(i).for_each(|(j, a)| sums[j] += a));
-    let pairs = sums.iter().zip(&matrix.diagonal);
-    let short = pairs.filter(|&(&sum, &d)| sum < T::of(-LOSS[0]) * d).count();
-    if short as f64 <= LOSS[1] * n as f64 {
-        return Some(None);
-    }
-    let columns = matrix.transpose(clock)?;
-    let mut weights: Vec<T> = matrix.diagonal.iter().map(|d| d.recip()).collect();
-    for pass in 0..2 * PASSES {
-        for k in 0..n {
-            if clock.is_up_at(k) {
-                return None;
-            }
-            let j = if pass % 2 == 0 { k } else { n - 1 - k };
-            let arrives = columns.of(j).iter();
-            let arrives = arrives.fold(T::zero(), |sum, &(i, a)| sum - a * weights[i as usize]);
-            let weight = arrives / matrix.diagonal[j];
-            // A column without a counterpart, or with positive entries, keeps what it has.
-            if weight > T::zero() && weight.is_finite() {
-                weights[j] = weight;
-            }
-        }
-    }
-    Some(Some(weights))
 }
 
 /// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or in

@@ -7,6 +7,7 @@ use super::{
     cycle::SMALL,
     matrix::{Matrix, NONE, members},
     newton::Steps,
+    units::Units,
 };
 use crate::{Clock, limits::FRACTION};
 
@@ -14,11 +15,11 @@ use crate::{Clock, limits::FRACTION};
 const STEPS: usize = 4;
 
 /// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
-/// positive diagonals; `weights` are factors of the rows. Returns the work in walks over the rows.
+/// positive diagonals, in these units. Returns the work in walks over the rows.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     q: &[T],
-    weights: Option<&[T]>,
+    units: &Units<T>,
     x: &mut [T],
     clock: &mut Clock<'_>,
 ) -> Result<f64, Error> {
@@ -26,17 +27,22 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     if clock.is_up() {
         return Ok(0.0);
     }
-    let Some((aggregate, a, b)) = coarser(problem, weights, clock) else { return Ok(0.0) };
+    let Some((aggregate, a, b)) = coarser(problem, units, clock) else { return Ok(0.0) };
     let count = a.order();
     if 10 * count > 9 * n || clock.is_up() {
         return Ok(0.0);
     }
+    // Ω in units of x and r.
+    let own = |i: usize| match &units.unknowns {
+        Some([of_x, _, of_r]) => problem.omega().entry(i) * of_x[i] / of_r[i],
+        None => problem.omega().entry(i),
+    };
     let (mut coarse_q, mut omega) = (vec![T::zero(); count], vec![T::zero(); count]);
     let mut members = vec![T::zero(); count];
     for (i, (&to, &q)) in aggregate.iter().zip(q).enumerate() {
         let to = to as usize;
-        coarse_q[to] += weights.map_or(T::one(), |weights| weights[i]) * problem.q_factor() * q;
-        omega[to] += problem.omega().entry(i);
+        coarse_q[to] += units.row(i) * problem.q_factor() * q;
+        omega[to] += own(i);
         members[to] += T::one();
     }
     omega.iter_mut().zip(&members).for_each(|(omega, &members)| *omega /= members);
@@ -44,7 +50,7 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let (mut coarse_x, mut steps) = (vec![T::zero(); count], Steps::new(&coarse)?);
     let mut walks = 0.0;
     if count > 2 * SMALL {
-        walks += start(&coarse, &coarse_q, None, &mut coarse_x, clock)?;
+        walks += start(&coarse, &coarse_q, &Units::plain(), &mut coarse_x, clock)?;
     }
     let near = FRACTION * Norms::of(&coarse_q).l2;
     for _ in 0..STEPS {
@@ -57,9 +63,9 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     if coarse_x.iter().all(|x| x.is_finite()) {
         for (i, (x, &from)) in x.iter_mut().zip(&aggregate).enumerate() {
             // r is the same on both, so −x is divided by Ω's own entry.
-            *x = coarse_x[from as usize];
+            *x = coarse_x[from as usize] * units.x(i);
             if *x < T::zero() {
-                *x *= coarse.omega().entry(from as usize) / problem.omega().entry(i);
+                *x *= coarse.omega().entry(from as usize) / own(i);
             }
         }
     }
@@ -72,12 +78,16 @@ type Coarser<T> = (Vec<u32>, Matrix<T>, Matrix<T>);
 /// The aggregates of two passes of pairing, unless the clock is up before.
 fn coarser<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
-    weights: Option<&[T]>,
+    units: &Units<T>,
     clock: &mut Clock<'_>,
 ) -> Option<Coarser<T>> {
     let (mut a, mut b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
     for matrix in [&mut a, &mut b] {
-        weights.iter().for_each(|weights| matrix.scale_rows(weights));
+        units.rows.iter().for_each(|rows| matrix.scale_rows(rows));
+    }
+    if let Some([_, of_z, of_r]) = &units.unknowns {
+        a.scale_columns(of_z);
+        b.scale_columns(of_r);
     }
     let (mut aggregate, a, b) = halved(&a, &b, clock)?;
     let (second, a, b) = halved(&a, &b, clock)?;

@@ -90,7 +90,7 @@ impl<T: Scalar> Steps<T> {
         problem.defect(q, x, &mut self.f, &mut self.scratch);
         let norms = problem.norms(&self.f);
         self.size = norms.l2;
-        if let Some(weights) = self.amg.weights() {
+        if let Some(weights) = &self.amg.units().rows {
             let square = |(&f, &weight): (&T, &T)| (f * weight).wide().powi(2);
             self.size = self.f.iter().zip(weights).map(square).sum::<f64>().sqrt();
         }
@@ -333,7 +333,7 @@ where
         {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
             self.started = Some(
-                nested::start(problem, q.entries(), self.steps.amg.weights(), y, clock)
+                nested::start(problem, q.entries(), self.steps.amg.units(), y, clock)
                     .unwrap_or(0.0),
             );
         }
