@@ -113,6 +113,24 @@ def test_a_ring_that_is_hardly_fed_is_told():
     assert "of the oil that goes round enters the film" in film.doubt
 
 
+def test_a_ring_beyond_algebraic_multigrid_is_solved_by_default():
+    ny, nx = 46, 23
+    x, y = np.meshgrid((np.arange(nx) + 0.5) / nx, (np.arange(ny) + 0.5) / ny)
+    gap = 1e-5 * (1.0 + 0.43 * np.cos(2 * np.pi * (x + 0.8 * y)))
+    described = dict(size=(0.0659, 0.0122), speed=10.0, viscosity=0.03, west="periodic",
+                     east="periodic", south=2.33, north=("starved", 0.166))
+    with pytest.warns(UserWarning):
+        by_default = hlcp.film(gap, **described)
+    alone, other = (hlcp.film(gap, method=method, **described) for method in ("AMG", "AUTO"))
+    assert by_default.success and not alone.success
+    assert by_default.sweeps == other.sweeps and (by_default.pressure == other.pressure).all()
+    easy = np.linspace(4e-5, 2e-5, 30) * np.ones((20, 1))
+    pads = [hlcp.film(easy, size=(0.05, 0.03), speed=3.0, viscosity=0.04, **options)
+            for options in ({}, {"method": "AMG"}, {"maxtime": 1e-9})]
+    assert pads[0].success and pads[0].sweeps == pads[1].sweeps
+    assert pads[2].status is hlcp.Status.TIME_LIMIT and pads[2].sweeps <= pads[1].sweeps
+
+
 def test_a_time_step_stores_oil_and_starts_from_the_one_before():
     gap = np.linspace(40e-6, 20e-6, 40) * np.ones((20, 1))
     steady = hlcp.film(gap, **PAD)

@@ -44,18 +44,22 @@ const ROUGH: usize = 8;
 /// Where J mixes conduction with jumps (columns of `A`) and transport (columns of `B`) no grid says
 /// how to coarsen it. Here rows do:
 ///
-/// 1. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
+/// 1. *Units.* Where a tenth of the columns of the operator that couples more lose a hundredth of
+///    their diagonal and more, rows are weighted, and where a tenth of its rows do, unknowns get
+///    other units, so that what leaves an unknown arrives elsewhere and a constant stays. Where the
+///    matrix was symmetric, `aᵢⱼ sⱼ = aⱼᵢ sᵢ` tells them.
+/// 2. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
 ///    void of an oil film, are multiplied by the `s` that solves their own rows with `s = 1` on the
 ///    former (three Gauss–Seidel passes): what full neighbours send in flows on. Then a constant
 ///    nearly solves `J v = 0` also across the edge of the film. An unknown with `s ≈ 0`, through
 ///    which nothing flows, joins no aggregate; sweeps settle it. The operator that conducts is the
 ///    one whose couplings have more of a counterpart across the diagonal, `A` if none has.
-/// 2. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
+/// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
 ///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
 ///    are first scaled by what six symmetric Gauss–Seidel passes on `J v = 0` leave of a constant,
 ///    and coarse entries are sums over pairs of aggregates, which conserves mass. From a hundred
 ///    rows down the system is solved by elimination.
-/// 3. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
+/// 4. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
 ///    flow. Each level is visited twice.
 ///
 /// # Two cycles
