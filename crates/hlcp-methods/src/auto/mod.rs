@@ -53,12 +53,12 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
 ///
-/// All work on one iterate, but on a plane Anderson's iteration: it has one of its own, from the
+/// All work on one iterate, but Anderson's iteration off a line: it has one of its own, from the
 /// start of the solve on, by which its progress is measured, because the iterate that Newton's
 /// methods leave on a film that goes round may have a small residual and be far from every
-/// solution. There no window is shorter than the last one of pivoting, so that all have an equal
-/// share. Where a window ends with a larger residual than that of the iterate that is
-/// kept, the next method goes on from the latter; the residual of that one is at most ten times the
+/// solution. Nor is a window off a line shorter than the last one of pivoting, so that all have an
+/// equal share. Where a window ends with a larger residual than that of the iterate that is kept,
+/// the next method goes on from the latter; the residual of that one is at most ten times the
 /// smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the
 /// window, but that of pivoting, whose first columns may be all but singular; entries of 10⁶ times
 /// the usual size make `Auto` look before the solver does. One exception: [`AmgNewton`] starts on
@@ -94,7 +94,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
 /// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
-/// `c/(6W)` a sweep or more in the mean (half of it on a plane), apart from `2k/c` times `W` sweeps
+/// `c/(6W)` a sweep or more in the mean (half of it off a line), apart from `2k/c` times `W` sweeps
 /// for each method, where `k` is its first promise times its first window, and from the last window
 /// and the first turn of pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It
 /// needs promise times window to stay what it is, so that no promise falls below the progress of a
@@ -154,6 +154,8 @@ pub struct Auto<T: Scalar, A, B> {
     /// Where one of Newton's methods has come to rest, the work after which the others give up, and
     /// the residual that lets them go on.
     last: Option<(usize, f64)>,
+    /// True once the method at work has taken a step of its turn.
+    stepped: bool,
     scratch: Vec<T>,
     history: Vec<AutoTurn>,
 }
@@ -232,6 +234,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             opening: None,
             usual: 0.0,
             last: None,
+            stepped: false,
             scratch: vec![],
             history: Vec::with_capacity(8),
             shape,
@@ -326,6 +329,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
         let choice = self.candidates[at].choice;
+        self.stepped = false;
         self.history.push(AutoTurn { choice, sweeps: 0, residual: self.smallest(), end });
     }
 
@@ -409,11 +413,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
     }
 
-    /// The window of pivoting that was judged last, on a plane.
+    /// The window of pivoting that was judged last, but on a line.
     fn share(&self) -> usize {
         let has_had = |each: &&Candidate<T, A, B>| {
             let is_judged = each.window > each.choice.promise::<T>(self.shape).1;
-            each.choice == AutoChoice::Pivoting && self.shape.plane > 0 && is_judged
+            each.choice == AutoChoice::Pivoting && !self.shape.is_line && is_judged
         };
         self.candidates.iter().find(has_had).map_or(0, |each| each.window / 2)
     }
@@ -505,6 +509,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.is_over() {
             return false;
         }
+        if !self.stepped {
+            // What has come to rest is the method before.
+            return true;
+        }
         self.leave(&[]);
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
         if of_newton && self.last.is_none() {
@@ -562,6 +570,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let norms = opened.unwrap_or_else(|| {
             let candidate = &mut self.candidates[self.at];
             candidate.iterations += 1;
+            self.stepped = true;
             clock.granted = window.saturating_sub(led - self.begun.0);
             let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
             worker.method().step(q, x, y, clock)
@@ -572,7 +581,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.cold = residual > amg::WARM * q.norms().l2;
             self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
-            if self.shape.plane > 0 {
+            if !self.shape.is_line {
                 self.own.0.extend_from_slice(x);
                 self.own.1 = residual;
             }
