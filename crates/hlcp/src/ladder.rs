@@ -54,8 +54,9 @@ impl Rung {
 /// with the solution `[z, r]`.
 ///
 /// To each tolerance the methods take turns, `repeats` times, from the modulus variable `start`. A
-/// solve ends by `limits` too, but for their tolerance; the set-up of a method is not measured. A
-/// solve that diverges beyond all numbers has no rung.
+/// solve ends by `limits` too, but for their tolerance; the set-up of a method is not measured. The
+/// error, the half-steps and whether the tolerance was reached are those of the last repeat. A solve
+/// that diverges beyond all numbers has no rung.
 ///
 /// # Errors
 ///
@@ -105,7 +106,9 @@ pub fn ladder<T: Scalar, M: Method<T>>(
                 outcomes[k].push(solver.solve(q, Options::from_x(start).limits(limits))?);
             }
         }
-        for (k, outcomes) in outcomes.iter().enumerate().filter(|(_, all)| !all.is_empty()) {
+        for (k, outcomes) in outcomes.iter().enumerate() {
+            // The solver holds the answer of the last.
+            let Some(last) = outcomes.last() else { continue };
             let (series, solver) = &methods[k];
             let pairs = [solver.z(), solver.r()].into_iter().zip(truth);
             let differences = pairs.flat_map(|(found, known)| found.iter().zip(known));
@@ -115,7 +118,7 @@ pub fn ladder<T: Scalar, M: Method<T>>(
             let mut seconds: Vec<_> =
                 outcomes.iter().map(|outcome| outcome.elapsed.as_secs_f64()).collect();
             seconds.sort_by(f64::total_cmp);
-            is_left[k] = outcomes[0].converged();
+            is_left[k] = last.converged();
             if !error.is_finite() {
                 continue;
             }
@@ -124,7 +127,7 @@ pub fn ladder<T: Scalar, M: Method<T>>(
                 tolerance,
                 error,
                 seconds: [0, 1, 2].map(|k| seconds[k * (seconds.len() - 1) / 2]),
-                half_steps: outcomes[0].sweeps,
+                half_steps: last.sweeps,
                 reached: is_left[k],
             });
         }
