@@ -62,6 +62,7 @@ enum Command {
     Gallery(lab::gallery::Arguments),
     Charts(lab::charts::Arguments),
     Scenes(lab::scenes::Arguments),
+    Modulus(lab::modulus::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -117,6 +118,7 @@ fn run(command: Command) -> Result<bool, Box<dyn Error>> {
         Command::Gallery(arguments) => lab::gallery::run(&arguments)?,
         Command::Charts(arguments) => lab::charts::run(&arguments)?,
         Command::Scenes(arguments) => lab::scenes::run(&arguments)?,
+        Command::Modulus(arguments) => lab::modulus::run(&arguments)?,
     }
     Ok(true)
 }

@@ -1,12 +1,12 @@
 //! `hlcp charts`: every chart and table of the documents, by the commands that make some of them.
 //!
-//! Says which command runs and how long the one before took; `charts/took.csv` keeps that for the
-//! next time. Only the cost per point, which `cargo bench --bench sweeps` measures, is drawn from
+//! Says which command runs and how long it took; `charts/took.csv` keeps that for the next time. Some
+//! of the commands run alone, by their names. Only the cost per point, which `cargo bench --bench sweeps` measures, is drawn from
 //! data that this command does not make.
 
 use std::{path::PathBuf, time::Instant};
 
-use clap::{Args, Parser};
+use clap::{Args, Parser, builder::PossibleValuesParser};
 use hlcp::files::printable;
 
 use super::{run::Fallible, table::Table};
@@ -19,12 +19,15 @@ use crate::{
 const EXAMPLES: &str = "\
 Examples:
   hlcp charts --quick
-  hlcp charts --draw --out docs";
+  hlcp charts stability-map comparison";
 
 /// Measure and draw all charts and tables of the documents, by the other commands
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
+    /// The commands to run [default: all]
+    #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(STEPS.map(|step| step.name)))]
+    commands: Vec<String>,
     /// Small problems
     #[arg(long)]
     quick: bool,
@@ -37,6 +40,7 @@ pub(crate) struct Arguments {
 }
 
 /// A command with what it takes.
+#[derive(Clone, Copy)]
 struct Step {
     name: &'static str,
     /// Whether it can draw without measuring.
@@ -48,21 +52,25 @@ struct Step {
 }
 
 #[rustfmt::skip] // a table
-const STEPS: [Step; 8] = [
+const STEPS: [Step; 10] = [
     Step { name: "film", draws: false, quick: false, files: &[("--out", "charts/film")] },
     Step { name: "gallery", draws: false, quick: false, files: &[("--out", "charts")] },
     Step { name: "stability-map", draws: true, quick: true, files: &[("--out", "charts")] },
     Step { name: "speed-vs-accuracy", draws: true, quick: true, files: &[("--out", "charts")] },
     Step { name: "comparison", draws: true, quick: true, files: &[("--out", "charts"), ("--tables", "results")] },
     Step { name: "paper", draws: false, quick: true, files: &[("--out", "results")] },
+    Step { name: "scenes", draws: false, quick: false, files: &[("--out", "results")] },
+    Step { name: "modulus", draws: false, quick: true, files: &[("--out", "results")] },
     Step { name: "films", draws: false, quick: true, files: &[("--out", "results/films")] },
     Step { name: "families", draws: false, quick: true, files: &[("--out", "results/families")] },
 ];
 
-pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
+pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Fallible<()> {
     let took = out.join("charts/took.csv");
     let mut known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
-    let steps: Vec<_> = STEPS.iter().filter(|step| step.draws || !draw).collect();
+    let is_asked = |name: &str| commands.is_empty() || commands.iter().any(|asked| asked == name);
+    let steps: Vec<_> =
+        STEPS.iter().filter(|step| is_asked(step.name) && (step.draws || !draw)).collect();
     let begun = Instant::now();
     for (k, Step { name, quick: has_small, files, .. }) in steps.iter().enumerate() {
         let mut words = vec!["hlcp".to_owned(), (*name).to_owned()];
@@ -79,8 +87,10 @@ pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
         let of_step = Instant::now();
         let CommandLine { command, .. } = CommandLine::try_parse_from(words)?;
         crate::run(command)?;
+        let seconds = of_step.elapsed().as_secs();
+        print::line(format_args!("{name} took {seconds} s"))?;
         known.retain(|[of, _]| of != name);
-        known.push([(*name).to_owned(), of_step.elapsed().as_secs().to_string()]);
+        known.push([(*name).to_owned(), seconds.to_string()]);
         if !draw {
             let mut table = Table::new(TOOK);
             known.iter().for_each(|row| table.push(row.to_vec()));
@@ -88,11 +98,11 @@ pub(crate) fn run(Arguments { quick, draw, out }: &Arguments) -> Fallible<()> {
         }
     }
     let points = out.join("charts/cost-per-point");
-    if points.with_extension("csv").exists() {
+    if commands.is_empty() && points.with_extension("csv").exists() {
         cost_per_point(&points)?;
     }
     let (seconds, out) = (begun.elapsed().as_secs(), printable(out.display()));
-    print::line(format_args!("all charts and tables are in {out} after {seconds} s"))?;
+    print::line(format_args!("charts and tables are in {out} after {seconds} s"))?;
     Ok(())
 }
 

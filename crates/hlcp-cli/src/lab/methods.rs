@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use Chart::{Beyond, Comparison, Families, Glance, Growth, Paper, Precisions};
+use Chart::{Beyond, Comparison, Families, Glance, Growth, Own as OwnProblem, Paper, Precisions};
 use How::{Double, Mixed, Own, Single};
 use hlcp_core::Aor;
 use hlcp_methods::{
@@ -24,6 +24,8 @@ use crate::{
 pub(crate) enum Chart {
     /// Seven methods on the first chart of `speed-vs-accuracy`.
     Glance,
+    /// Methods that leave no parameter open, there on a problem of one's own.
+    Own,
     /// The paper's methods there, with the outside anchors last.
     Paper,
     /// There, methods beyond the paper, with the paper's plainest and fastest, and the anchors.
@@ -68,21 +70,21 @@ const METHODS: [Row; 28] = [
     row("AMAOR, best", "AMAOR", Double, [1, 1, 5], &[Paper]),
     row("TMSOR, best", "TMSOR", Double, [2, 3, 0], &[Paper]),
     row("TMAOR, best", "TMAOR", Double, [2, 4, 1], &[Paper]),
-    row("TMGS", "TMGS", Double, [2, 2, 6], &[Paper, Beyond, Comparison, Families, Glance, Growth]),
+    row("TMGS", "TMGS", Double, [2, 2, 6], &[Paper, Beyond, Comparison, Families, Glance, Growth, OwnProblem]),
     row("AMSOR, best", "AMSOR", Double, [1, 0, 4], &[Paper, Beyond, Comparison, Glance, Growth]),
-    row("Anderson (10), TMGS", "ANDERSON", Double, [3, 0, 2], &[Beyond, Comparison, Families, Growth]),
+    row("Anderson (10), TMGS", "ANDERSON", Double, [3, 0, 2], &[Beyond, Comparison, Families, Growth, OwnProblem]),
     row("Newton, lines", "", Own(|scene, limits| newton(scene, TridiagonalPart::new(), limits)), [4, 3, 5], &[Beyond]),
     row("Newton, SSOR", "NEWTON", Own(|scene, limits| newton(scene, Ssor, limits)), [4, 2, 4], &[Beyond, Comparison, Families, Growth]),
-    row("Newton, AMG", "AMG", Double, [6, 2, 5], &[Beyond, Families]),
-    row("multigrid, W", "MGW", Double, [5, 4, 0], &[Beyond, Comparison, Families, Glance]),
+    row("Newton, AMG", "AMG", Double, [6, 2, 5], &[Beyond, Families, OwnProblem]),
+    row("multigrid, W", "MGW", Double, [5, 4, 0], &[Beyond, Comparison, Families, Glance, OwnProblem]),
     row("multigrid, F", "MGF", Double, [5, 1, 1], &[Comparison, Families]),
     row("full multigrid", "FMG", Double, [5, 2, 2], &[Beyond, Comparison, Families, Growth]),
-    row("auto", "AUTO", Double, [6, 0, 3], &[Beyond, Comparison, Glance, Growth]),
+    row("auto", "AUTO", Double, [6, 0, 3], &[Beyond, Comparison, Glance, Growth, OwnProblem]),
     row("pivoting", "PIVOTING", Double, [6, 4, 1], &[Families]),
-    row("adaptive SOR", "ADAPTIVE", Double, [6, 1, 4], &[Families]),
+    row("adaptive SOR", "ADAPTIVE", Double, [6, 1, 4], &[Families, OwnProblem]),
     row("projected SOR", "", Own(peers::projected), [3, 1, 3], &[Paper, Beyond, Glance]),
-    row("Newton, sparse LU", "", Own(|scene, limits| peers::newton(&scene.wide.problem, limits).map(Some)), [4, 4, 6], &[Paper, Beyond, Glance]),
-    row("FBNS, sparse LU", "", Own(|scene, limits| peers::fbns(&scene.wide.problem, limits).map(Some)), [4, 0, 0], &[Paper, Beyond, Glance]),
+    row("Newton, sparse LU", "", Own(|scene, limits| peers::newton(&scene.wide.problem, limits).map(Some)), [4, 4, 6], &[Paper, Beyond, Glance, OwnProblem]),
+    row("FBNS, sparse LU", "", Own(|scene, limits| peers::fbns(&scene.wide.problem, limits).map(Some)), [4, 0, 0], &[Paper, Beyond, Glance, OwnProblem]),
     row("TMGS, f64", "TMGS", Double, [2, 2, 6], &[Precisions]),
     row("TMGS, f32", "TMGS", Single, [2, 0, 5], &[Precisions]),
     row("TMGS, mixed", "TMGS", Mixed, [2, 1, 2], &[Precisions]),

@@ -1,7 +1,7 @@
 //! Methods of others: an outside anchor, and Newton's methods on assembled matrices with faer's
 //! sparse LU.
 
-use std::time::Instant;
+use std::{collections::BTreeMap, time::Instant};
 
 use faer::{
     Mat,
@@ -54,27 +54,17 @@ pub(crate) fn projected(scene: &Scene, limits: &Limits) -> Fallible<Option<Run>>
     let Problem { a, b, q, .. } = &scene.wide.problem;
     let n = q.len();
     let begin = Instant::now();
-    let [a, b] = [a, b].map(|operator| {
-        let mut entries = Assembled { diagonal: vec![0.0; n], starts: vec![0], off: vec![] };
-        for i in 0..n {
-            operator.visit_row(i, &mut |j, entry| {
-                if j == i {
-                    entries.diagonal[i] = entry;
-                } else {
-                    entries.off.push((j as u32, entry));
-                }
-            });
-            entries.starts.push(entries.off.len());
-        }
-        entries
-    });
+    let [a, b] = [a, b].map(|of| Assembled::new(n, |i, visit| of.visit_row(i, visit)));
     let (mut z, mut r) = (vec![2.0_f64; n], vec![0.0_f64; n]);
     let goal = goal(limits, q);
     let (mut sweeps, mut residual) = (0, f64::INFINITY);
     while residual > goal && sweeps < limits.iterations {
         let mut squares = 0.0;
         for i in 0..n {
-            let t = q[i] + a.off(i, &z) - b.off(i, &r);
+            let off = |of: &Assembled, v: &[f64]| -> f64 {
+                of.row(i).filter(|(j, _)| *j != i).map(|(j, entry)| entry * v[j]).sum()
+            };
+            let t = q[i] + off(&a, &z) - off(&b, &r);
             let left = t + a.diagonal[i] * z[i] - b.diagonal[i] * r[i];
             squares += left * left;
             z[i] = ((1.0 - alpha) * z[i] - alpha * t / a.diagonal[i]).max(0.0);
@@ -87,17 +77,30 @@ pub(crate) fn projected(scene: &Scene, limits: &Limits) -> Fallible<Option<Run>>
 }
 
 /// An operator by rows.
-struct Assembled {
-    diagonal: Vec<f64>,
+pub(super) struct Assembled {
+    pub(super) diagonal: Vec<f64>,
     starts: Vec<usize>,
-    off: Vec<(u32, f64)>,
+    entries: Vec<(u32, f64)>,
 }
 
 impl Assembled {
-    /// Returns what row `i` makes of a vector, without the diagonal.
-    fn off(&self, i: usize, v: &[f64]) -> f64 {
-        let row = &self.off[self.starts[i]..self.starts[i + 1]];
-        row.iter().map(|&(j, entry)| entry * v[j as usize]).sum()
+    /// Adds up what `row` visits of each row.
+    pub(super) fn new(n: usize, row: impl Fn(usize, &mut dyn FnMut(usize, f64))) -> Self {
+        let mut all = Self { diagonal: vec![0.0; n], starts: vec![0], entries: vec![] };
+        let mut sums = BTreeMap::new();
+        for i in 0..n {
+            row(i, &mut |j, entry| *sums.entry(j as u32).or_insert(0.0) += entry);
+            all.diagonal[i] = sums.get(&(i as u32)).copied().unwrap_or(0.0);
+            all.entries.extend(std::mem::take(&mut sums));
+            all.starts.push(all.entries.len());
+        }
+        all
+    }
+
+    /// Returns the entries of a row by their columns, which increase.
+    pub(super) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        let row = &self.entries[self.starts[i]..self.starts[i + 1]];
+        row.iter().map(|&(j, entry)| (j as usize, entry))
     }
 }
 

@@ -5,17 +5,20 @@
 //! Multigrid and `AUTO` on the membranes for which other solvers have published counts, in f64 from
 //! their own start. Ends with an error if a figure misses what is published.
 
-use std::time::Duration;
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
 use hlcp_methods::{Options, Outcome, Status};
 
 use super::run::{Fallible, march, to};
-use crate::{print, scenes::Scene};
+use crate::{chart::save, print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
+    /// A folder where what is printed goes into scenes.txt too
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
     /// The most points per side of the spiral and the Bessel obstacle
     #[arg(long, value_name = "NUMBER", default_value_t = 127,
         value_parser = clap::value_parser!(u16).range(127..=5119))]
@@ -27,13 +30,29 @@ type Given<'g> = &'g [(&'static str, f64)];
 const METHODS: [&str; 3] = ["MGS", "AMGS", "TMGS"];
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
-    print::line(format_args!("{:<36} {:<10} ours", "", "published"))?;
-    published()?;
+    let printed = &mut Printed(String::new());
+    printed.line(format_args!("{:<36} {:<10} ours", "", "published"))?;
+    published(printed)?;
     let [what, n] = ["iterations", "n"];
     let [mgs, amgs, tmgs] = METHODS;
-    print::line(format_args!("\n{what:<36} {n:>5} {mgs:>8} {amgs:>8} {tmgs:>8}"))?;
-    counts()?;
-    membranes(arguments.largest)
+    printed.line(format_args!("\n{what:<36} {n:>5} {mgs:>8} {amgs:>8} {tmgs:>8}"))?;
+    counts(printed)?;
+    membranes(printed, arguments.largest)?;
+    match &arguments.out {
+        Some(folder) => save(&folder.join("scenes.txt"), &printed.0),
+        None => Ok(()),
+    }
+}
+
+/// What was printed.
+struct Printed(String);
+
+impl Printed {
+    fn line(&mut self, words: std::fmt::Arguments<'_>) -> std::io::Result<()> {
+        print::line(words)?;
+        self.0 += &format!("{words}\n");
+        Ok(())
+    }
 }
 
 /// What became of a scene, the figures of its answer, and its order.
@@ -57,9 +76,9 @@ fn figure(scene: &str, given: Given<'_>, place: usize) -> Fallible<f64> {
 }
 
 /// Prints published figures and ours; an error unless they agree.
-fn published() -> Fallible<()> {
-    let compare = |what: &str, published: &str, ours: &str, agree: bool| -> Fallible<()> {
-        print::line(format_args!("{what:<36} {published:<10} {ours}"))?;
+fn published(printed: &mut Printed) -> Fallible<()> {
+    let mut compare = |what: &str, published: &str, ours: &str, agree: bool| -> Fallible<()> {
+        printed.line(format_args!("{what:<36} {published:<10} {ours}"))?;
         if agree { Ok(()) } else { Err(format!("{what}: {ours} is not {published}").into()) }
     };
     let ours = figure("journal-bearing", &[("nx", 8.0), ("ny", 12.0)], 0)?;
@@ -109,7 +128,13 @@ fn published() -> Fallible<()> {
 }
 
 /// Prints a line of counts; in parentheses the residual where the iterations ran out.
-fn count(what: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<()> {
+fn count(
+    printed: &mut Printed,
+    what: &str,
+    scene: &str,
+    given: Given<'_>,
+    warm: bool,
+) -> Fallible<()> {
     let (mut cells, mut order) = (String::new(), 0);
     for method in METHODS {
         let (outcome, _, n) = solved(method, scene, given, warm)?;
@@ -121,28 +146,36 @@ fn count(what: &str, scene: &str, given: Given<'_>, warm: bool) -> Fallible<()> 
         cells += &format!(" {cell:>8}");
         order = n;
     }
-    Ok(print::line(format_args!("{what:<36} {order:>5}{cells}"))?)
+    Ok(printed.line(format_args!("{what:<36} {order:>5}{cells}"))?)
 }
 
-fn counts() -> Fallible<()> {
+fn counts(printed: &mut Printed) -> Fallible<()> {
     for m in [32.0, 64.0] {
         let given = [("m", m), ("solution", 1.0)];
-        count(&format!("example1 generic, m = {m}"), "example1", &given, true)?;
+        count(printed, &format!("example1 generic, m = {m}"), "example1", &given, true)?;
     }
     for name in ["disc-lcp", "disc-hlcp"] {
         for m in [31.0, 63.0] {
-            count(&format!("{name}, m = {m}"), name, &[("m", m)], true)?;
+            count(printed, &format!("{name}, m = {m}"), name, &[("m", m)], true)?;
         }
     }
     for cells in [50.0, 100.0] {
-        count(&format!("slider, {cells} cells"), "slider", &[("m", cells)], true)?;
+        count(printed, &format!("slider, {cells} cells"), "slider", &[("m", cells)], true)?;
     }
     for m in [31.0, 63.0] {
         let what = format!("journal bearing, {m} × {m}");
-        count(&what, "journal-bearing", &[("nx", m), ("ny", m)], true)?;
+        count(printed, &what, "journal-bearing", &[("nx", m), ("ny", m)], true)?;
     }
     for m in [33.0, 65.0] {
-        count(&format!("obstacle, {m} × {m}"), "obstacle", &[("m", m)], true)?;
+        count(printed, &format!("obstacle, {m} × {m}"), "obstacle", &[("m", m)], true)?;
+    }
+    for name in ["spiral", "bessel"] {
+        for m in [31.0, 63.0] {
+            count(printed, &format!("{name}, {m} × {m}"), name, &[("m", m)], true)?;
+        }
+    }
+    for (nx, ny) in [(31.0, 32.0), (63.0, 64.0)] {
+        count(printed, &format!("dam, {nx} × {ny}"), "dam", &[("nx", nx), ("ny", ny)], true)?;
     }
     let groove = 3.8_f64.to_degrees();
     for (place, aspect, groove) in
@@ -151,17 +184,17 @@ fn counts() -> Fallible<()> {
         for (nx, ny) in [(31.0, 15.0), (63.0, 31.0), (127.0, 63.0)] {
             let given = [("nx", nx), ("ny", ny), ("aspect", aspect), ("groove", groove)];
             let what = format!("bearing2d {place}, L/D {aspect}, {nx} × {ny}");
-            count(&what, "bearing2d", &given, true)?;
+            count(printed, &what, "bearing2d", &given, true)?;
         }
     }
     for nx in [47.0, 95.0] {
         let given = [("nx", nx), ("ny", 1.0), ("aspect", 1e6), ("groove", groove)];
-        count(&format!("bearing2d 218°, L/D ∞, {nx} × 1"), "bearing2d", &given, true)?;
+        count(printed, &format!("bearing2d 218°, L/D ∞, {nx} × 1"), "bearing2d", &given, true)?;
     }
     for (warm, name) in [(true, "warm"), (false, "cold")] {
         for m in [32, 64] {
             let given = [("m", f64::from(m)), ("steps", m.into())];
-            count(&format!("put, m = steps = {m}, {name}"), "american-put", &given, warm)?;
+            count(printed, &format!("put, m = steps = {m}, {name}"), "american-put", &given, warm)?;
         }
     }
     Ok(())
@@ -169,7 +202,7 @@ fn counts() -> Fallible<()> {
 
 /// Prints iterations and seconds on the spiral and the Bessel obstacle, for grids up to a size; in
 /// parentheses the residual where a solve is given up.
-fn membranes(largest: u16) -> Fallible<()> {
+fn membranes(printed: &mut Printed, largest: u16) -> Fallible<()> {
     /// Where a solve is given up.
     const LONGEST: Duration = Duration::from_secs(30);
     let methods = ["FMG", "MGF", "AMG", "AUTO"];
@@ -177,7 +210,7 @@ fn membranes(largest: u16) -> Fallible<()> {
         for tolerance in tolerances {
             let head: String = methods.iter().map(|name| format!(" {name:>14}")).collect();
             let what = format!("{name} to {tolerance:.0e} ‖q‖₂: iterations, seconds");
-            print::line(format_args!("\n{what:<45} {:>10}{head}", "n"))?;
+            printed.line(format_args!("\n{what:<45} {:>10}{head}", "n"))?;
             // 1279 and 5119 are from the cells of the published run on the Bessel obstacle.
             let sizes = [127, 255, 511, 1023, 1279, 2047, 4095, 5119];
             for m in sizes.into_iter().filter(|m| *m <= largest) {
@@ -195,7 +228,7 @@ fn membranes(largest: u16) -> Fallible<()> {
                     cells += &format!(" {:>14}", format!("{count}, {seconds:.3}"));
                 }
                 let (what, n) = (format!("    {m} × {m}"), problem.q.len());
-                print::line(format_args!("{what:<45} {n:>10}{cells}"))?;
+                printed.line(format_args!("{what:<45} {n:>10}{cells}"))?;
             }
         }
     }

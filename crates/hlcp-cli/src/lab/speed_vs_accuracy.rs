@@ -4,7 +4,8 @@
 //! error of a component of (z, r) to the known solution, not the residual. The charts are drawn
 //! from the CSV files beside them: seven methods on four problems, `speed-vs-accuracy`; all
 //! methods, and two in three precisions, on all problems; certified bounds against errors; a
-//! performance profile over many problems. Ends with an error if a series has no point or a
+//! performance profile over many problems. A problem of one's own, a scene or files, has one chart
+//! of the methods that leave no parameter open. Ends with an error if a series has no point or a
 //! certified bound is below the error it bounds.
 
 use std::{
@@ -25,6 +26,7 @@ use super::{
     Charts,
     added::{self, Measured},
     methods::{Chart, Row, Scene, is_listed, methods},
+    own::Own,
     profile,
     run::{Fallible, Judged, Repeats, Run, measure, to},
     table::Table,
@@ -33,19 +35,19 @@ use crate::{
     chart::{Panel, Point, Series, power_of_ten, write},
     print,
     progress::counting,
-    scenes,
 };
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp speed-vs-accuracy --quick
-  hlcp speed-vs-accuracy --add mine.csv
+  hlcp speed-vs-accuracy --scene dam --nx 31 --ny 32 --out target/charts
+  hlcp speed-vs-accuracy --a A.mtx --b B.mtx --q q.mtx --add mine.csv --out target/charts
 
 A file of --add has the columns of speed-vs-accuracy.csv, which this command writes, one row for
 each tolerance of a method on a problem:
   problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached
 A problem with a comma in its name is in quotes; the half-steps may be left out; reached is true or
-false. The series is drawn on all charts of the methods.";
+false. The series is drawn on all charts of the methods. The library's hlcp::ladder makes such
+rows.";
 
 /// Draw the time that each method takes for an error
 #[derive(Debug, Args)]
@@ -53,6 +55,8 @@ false. The series is drawn on all charts of the methods.";
 pub(crate) struct Arguments {
     #[command(flatten)]
     charts: Charts,
+    #[command(flatten)]
+    own: Own,
     /// Draw the measurements of this file too; may be given more than once
     #[arg(long, value_name = "FILE.csv")]
     add: Vec<PathBuf>,
@@ -99,28 +103,38 @@ fn repeats(quick: bool) -> Repeats {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
-    let Arguments { charts, add } = arguments;
+    let Arguments { charts, own, add } = arguments;
     let Charts { quick, out, .. } = charts;
     let quick = *quick;
-    let problems = problems(quick);
+    let is_own = own.is_asked();
+    let (problems, name, key) = match is_own {
+        true => (
+            vec![Given { title: own.title(), problem: own.clone(), generic: false }],
+            format!("speed-vs-accuracy-{}", own.file()),
+            format!("speed-vs-accuracy{}", own.options()),
+        ),
+        false => (problems(quick), "speed-vs-accuracy".to_owned(), "speed-vs-accuracy".to_owned()),
+    };
     let titles: Vec<&str> = problems.iter().map(|problem| problem.title.as_str()).collect();
     let mut added = vec![];
     for path in add {
         added.extend(added::read(path, &titles)?);
     }
-    let file = |name: &str| out.join(name).with_extension("csv");
-    let measured = charts.measured("speed-vs-accuracy", || measure_all(&problems, quick, out))?;
-    let mut rows = added::read(&file("speed-vs-accuracy"), &titles)?;
+    let path = out.join(name);
+    let csv = path.with_extension("csv");
+    let measured = charts.measured(&key, || match is_own {
+        true => measure_own(&problems[0], quick, &csv),
+        false => measure_all(&problems, quick, out),
+    })?;
+    let mut rows = added::read(&csv, &titles)?;
     if !added.is_empty() {
         let is_new = |(of, run): &(String, Measured)| {
             added.iter().any(|(title, new)| title == of && new.name == run.name)
         };
         rows.retain(|row| !is_new(row));
         rows.extend(added);
-        table(&rows).write_csv(&file("speed-vs-accuracy"))?;
+        table(&rows).write_csv(&csv)?;
     }
-    let precise = added::read(&file("precisions"), &titles)?;
-
     let words = format!(
         "Each method stops at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; its line ends with the last that it reaches; {}. \
          An error of 0 is drawn at 10⁻¹⁶.\n{measured}",
@@ -130,16 +144,43 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
             "the median time of 3 solves, above a second of one"
         }
     );
+    if is_own {
+        let panel = glance(titles[0], &rows, Chart::Own, quick, true);
+        write(&path, 1, 400.0, vec![panel], &words)?;
+    } else {
+        draw_all(out, &titles, &rows, quick, [&words, &measured])?;
+    }
+    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
+    Ok(())
+}
+
+/// Draws all charts but that of a problem of one's own.
+fn draw_all(
+    out: &Path,
+    titles: &[&str],
+    rows: &[(String, Measured)],
+    quick: bool,
+    [words, measured]: [&str; 2],
+) -> Fallible<()> {
+    let precise = added::read(&out.join("precisions.csv"), titles)?;
     let lead = "Newton and FBNS factorise by a sparse LU. ".to_owned();
-    let panels = AT_A_GLANCE.map(|k| glance(titles[k], &rows, quick, k == AT_A_GLANCE[0]));
-    write(&out.join("speed-vs-accuracy"), 4, 300.0, panels.into(), &(lead + &words))?;
+    let panels =
+        AT_A_GLANCE.map(|k| glance(titles[k], rows, Chart::Glance, quick, k == AT_A_GLANCE[0]));
+    write(&out.join("speed-vs-accuracy"), 4, 300.0, panels.into(), &(lead + words))?;
     for (name, rows, chart) in [
-        ("methods", &rows, Chart::Paper),
-        ("beyond", &rows, Chart::Beyond),
+        ("methods", rows, Chart::Paper),
+        ("beyond", rows, Chart::Beyond),
         ("precisions", &precise, Chart::Precisions),
     ] {
         let panel = |(k, title): (usize, &&str)| {
-            let panel = panel(title, k % 4 == 0, &lines(title, rows, chart, quick));
+            let (series, above) = apart(lines(title, rows, chart, quick));
+            let mut panel = panel(title, k % 4 == 0, &series);
+            if !above.is_empty() {
+                // Only named: an axis up to them would make one line of all others.
+                let name = |line: &Series| format!("{} {}", short(&line.name), least(line));
+                let names: Vec<_> = above.iter().map(name).collect();
+                panel = panel.with_places_on_top(vec![(8.1, format!("↑ {}", names.join(", ")))]);
+            }
             let single = rows.iter().filter(|(of, run)| of == title && run.name.ends_with("f32"));
             let floor = single.map(|(_, run)| run.error).fold(f64::INFINITY, f64::min);
             if floor.is_infinite() {
@@ -149,12 +190,20 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
             panel.outline("least error in f32", "grey", "3 3", &[(x, -9.0), (x, 9.0)])
         };
         let panels = titles.iter().enumerate().map(panel).collect();
-        write(&out.join(name), 4, 250.0, panels, &words)?;
+        write(&out.join(name), 4, 250.0, panels, words)?;
     }
-    draw_bounds(out, &titles, &measured)?;
-    profile::draw(out, &methods(Chart::Beyond), quick, &measured)?;
-    print::line(format_args!("wrote the charts to {}", printable(out.display())))?;
-    Ok(())
+    draw_bounds(out, titles, measured)?;
+    profile::draw(out, &methods(Chart::Beyond), quick, measured)
+}
+
+/// Measures the methods that leave no parameter open on a problem of one's own.
+fn measure_own(problem: &Given, quick: bool, path: &Path) -> Fallible<()> {
+    let methods = methods(Chart::Own);
+    let bar = counting(methods.len());
+    let runs = ladders(&problem.pose()?, &methods, repeats(quick), &bar)?;
+    bar.finish_and_clear();
+    let rows: Vec<_> = runs.into_iter().map(|run| (problem.title.clone(), run)).collect();
+    table(&rows).write_csv(path)
 }
 
 /// Measures what the charts are drawn from.
@@ -269,7 +318,7 @@ fn panel(title: &str, is_first: bool, series: &[Series]) -> Panel {
     panel.with_ticks([|v| power_of_ten(0.0 - v), duration])
 }
 
-/// Writes 10^v seconds.
+/// Writes 10^v seconds, a power of ten.
 fn duration(v: f64) -> String {
     let (unit, shift) = match v {
         ..-4.5 => ("µs", 6.0),
@@ -279,29 +328,59 @@ fn duration(v: f64) -> String {
     format!("{} {unit}", 10_f64.powf((v + shift).round()))
 }
 
+/// Returns a name without what the caption says of the method.
+fn short(name: &str) -> String {
+    let name = name.split([',', '(']).next().unwrap_or_default().trim();
+    name.replace("projected", "proj.")
+}
+
+/// Writes the least time of a line.
+fn least(series: &Series) -> String {
+    let seconds = lowest(series);
+    match seconds {
+        0.5.. => format!("{seconds:.0} s"),
+        5e-4.. => format!("{:.0} ms", 1e3 * seconds),
+        _ => format!("{:.0} µs", 1e6 * seconds),
+    }
+}
+
+/// Returns the least time of a line.
+fn lowest(series: &Series) -> f64 {
+    series.points.iter().map(|point| point.y).fold(f64::MAX, f64::min)
+}
+
+/// Parts the lines from those that begin a decade above where all faster ones end, and would only
+/// stretch the axis.
+fn apart(series: Vec<Series>) -> (Vec<Series>, Vec<Series>) {
+    let highest = |line: &Series| line.points.iter().map(|point| point.y).fold(0.0, f64::max);
+    let mut ranges: Vec<_> = series.iter().map(|line| [lowest(line), highest(line)]).collect();
+    ranges.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    let mut top = f64::INFINITY;
+    for (k, [low, high]) in ranges.into_iter().enumerate() {
+        if low >= 10.0 * top {
+            break;
+        }
+        top = if k == 0 { high } else { top.max(high) };
+    }
+    series.into_iter().partition(|line| lowest(line) <= top)
+}
+
 /// Draws some methods, each with its name at the end of its line, and which is the fastest.
-fn glance(title: &str, rows: &[(String, Measured)], quick: bool, is_first: bool) -> Panel {
-    let mut series = lines(title, rows, Chart::Glance, quick);
+fn glance(
+    title: &str,
+    rows: &[(String, Measured)],
+    chart: Chart,
+    quick: bool,
+    is_first: bool,
+) -> Panel {
+    let mut series = lines(title, rows, chart, quick);
     for series in series.iter_mut().filter(|series| is_listed(&series.name)) {
-        // What the caption says is left out.
-        let name = series.name.split([',', '(']).next().unwrap_or_default().trim();
-        series.name = name.replace("projected", "proj.");
+        // Two of a problem of one's own differ in what follows the comma.
+        if chart == Chart::Glance {
+            series.name = short(&series.name);
+        }
     }
-    // A line that begins a decade above where all faster ones end would only stretch the axis.
-    let ends = |series: &Series, pick: fn(f64, f64) -> f64, from| {
-        series.points.iter().map(|point| point.y).fold(from, pick)
-    };
-    series.sort_by(|one, other| {
-        ends(one, f64::min, f64::MAX).total_cmp(&ends(other, f64::min, f64::MAX))
-    });
-    let mut top = f64::MAX / 10.0;
-    let mut inside = 0;
-    while inside < series.len() && ends(&series[inside], f64::min, f64::MAX) < 10.0 * top {
-        let end = ends(&series[inside], f64::max, 0.0);
-        top = if inside == 0 { end } else { top.max(end) };
-        inside += 1;
-    }
-    let above = series.split_off(inside);
+    let (series, above) = apart(series);
     let mut points: Vec<_> = series.iter().flat_map(|series| &series.points).collect();
     points.sort_by(|one, other| one.y.total_cmp(&other.y));
     let mut front: Vec<(f64, f64)> = vec![];
@@ -316,8 +395,7 @@ fn glance(title: &str, rows: &[(String, Measured)], quick: bool, is_first: bool)
     let panel = panel(title, is_first, &series).with_names_at_ends(&series, |_| String::new());
     let panel = panel.band("fastest so far", "#d0d0d0", &front);
     above.iter().fold(panel, |panel, series| {
-        let least = ends(series, f64::min, f64::MAX);
-        panel.with_name_above(series, format!("{} ↑ {least:.0} s", series.name))
+        panel.with_name_above(series, format!("{} ↑ {}", series.name, least(series)))
     })
 }
 
@@ -370,11 +448,10 @@ fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
     write(&path, 1, 400.0, vec![panel], measured)
 }
 
-/// A scene with its numbers.
+/// A problem with what charts call it.
 pub(super) struct Given {
     pub(super) title: String,
-    scene: &'static scenes::Scene,
-    numbers: Vec<(&'static str, f64)>,
+    problem: Own,
     /// Whether the planted solution is a generic one of the same pattern.
     generic: bool,
 }
@@ -385,29 +462,28 @@ impl Given {
         let (number, scene) = if symmetric { (1, "example1") } else { (2, "example2") };
         let solution = if generic { "generic" } else { "0/1" };
         let title = format!("Example {number} ({mu}, {nu}), m = {m}, {solution}");
-        let numbers = vec![("m", m as f64), ("mu", mu), ("nu", nu)];
-        Self { title, scene: scenes::Scene::of(scene), numbers, generic }
+        let problem = Own::scene(scene, &[("m", m as f64), ("mu", mu), ("nu", nu)]);
+        Self { title, problem, generic }
     }
 
     /// Returns a scene that is defined by `m` alone.
     pub(super) fn plain(scene: &str, m: usize) -> Self {
         let letter = if scene == "slider" { "N" } else { "m" };
-        let (title, numbers) = (format!("{scene}, {letter} = {m}"), vec![("m", m as f64)]);
-        Self { title, scene: scenes::Scene::of(scene), numbers, generic: false }
+        let problem = Own::scene(scene, &[("m", m as f64)]);
+        Self { title: format!("{scene}, {letter} = {m}"), problem, generic: false }
     }
 
     /// Returns a film of m × m cells, with a dimple for each 32 × 32, but 2 × 2 at least.
-    fn film(m: usize) -> Self {
+    pub(super) fn film(m: usize) -> Self {
         let (side, k) = (m as f64, (m / 31).max(2));
         let title = format!("film, {m} × {m}, {k} × {k} dimples");
-        let numbers = vec![("nx", side), ("ny", side), ("dimples", k as f64)];
-        Self { title, scene: scenes::Scene::of("film"), numbers, generic: false }
+        let numbers = [("nx", side), ("ny", side), ("dimples", k as f64)];
+        Self { title, problem: Own::scene("film", &numbers), generic: false }
     }
 
     /// Poses the problem in both precisions.
     pub(super) fn pose(&self) -> Fallible<Scene> {
-        let numbers = self.scene.numbers(&self.numbers);
-        let (mut wide, mut narrow) = ((self.scene.wide)(&numbers)?, (self.scene.narrow)(&numbers)?);
+        let (mut wide, mut narrow) = (self.problem.wide()?, self.problem.narrow()?);
         if let Some(known) = wide.known.as_mut().filter(|_| self.generic) {
             // Thirty bits below 2: q is exact in double precision, and the planted pair solves what
             // is posed there.
@@ -421,7 +497,7 @@ impl Given {
             wide.q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
         }
         narrow.q = wide.q.iter().map(|&q| q as f32).collect();
-        let wide = Judged::new(wide, "AMG", &self.scene.limits(), true)?;
-        Ok(Scene { name: self.scene.name, m: self.numbers[0].1, wide, narrow })
+        let wide = Judged::new(wide, "AMG", &self.problem.limits(), true)?;
+        Ok(Scene { name: self.problem.name(), m: self.problem.size(), wide, narrow })
     }
 }

@@ -7,7 +7,10 @@
 //! A problem of `--scene` has one map, and nothing else is measured.
 //! Ends with an error if a method fails inside what is proved.
 
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 use hlcp::files::printable;
@@ -21,6 +24,7 @@ use super::{
     Charts,
     methods::tuned,
     optimal_alpha,
+    own::Own,
     run::{Fallible, march, to},
     table::Table,
 };
@@ -28,13 +32,13 @@ use crate::{
     chart::{COLOURS, Panel, shade, write},
     print,
     progress::counting,
-    scenes::{Given, Problem, Scene},
+    scenes::Problem,
 };
 
 const EXAMPLES: &str = "\
 Examples:
-  hlcp stability-map --quick
-  hlcp stability-map --scene bearing2d --nx 31 --ny 15 --out target/charts";
+  hlcp stability-map --scene bearing2d --nx 31 --ny 15 --out target/charts
+  hlcp stability-map --a A.mtx --b B.mtx --q q.mtx --out target/charts";
 
 /// Draw where each method converges over the plane of α and τ, and how fast
 #[derive(Debug, Args)]
@@ -43,15 +47,14 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     charts: Charts,
     #[command(flatten)]
-    given: Given,
+    own: Own,
 }
 
-/// A scene of a map, with the names of its files and of its panels.
+/// The problem of a map, with the names of its files and of its panels.
 struct Map {
     file: String,
     title: String,
-    scene: &'static str,
-    numbers: Vec<(&'static str, f64)>,
+    problem: Own,
 }
 
 /// How a solve ended, and the contraction of its residual by a sweep.
@@ -95,12 +98,12 @@ const METHODS: [(&str, &str); 3] =
 const COLUMNS: &str =
     "method|precision|alpha|beta|tau|outcome|sweeps|contraction|theorem 2|proved by witness";
 
-pub(crate) fn run(Arguments { charts, given }: &Arguments) -> Fallible<()> {
+pub(crate) fn run(Arguments { charts, own }: &Arguments) -> Fallible<()> {
     let Charts { quick, out, .. } = charts;
     let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
-    let scene = given.scene.name;
-    let (maps, name) = match given.is_asked {
-        true => (vec![Map::of(given)], format!("stability-map --scene {scene}")),
+    let is_own = own.is_asked();
+    let (maps, name) = match is_own {
+        true => (vec![Map::of(own)], format!("stability-map{}", own.options())),
         false => (maps(*quick), "stability-map".to_owned()),
     };
     let measured = charts.measured(&name, || {
@@ -110,12 +113,12 @@ pub(crate) fn run(Arguments { charts, given }: &Arguments) -> Fallible<()> {
             table.write_csv(&map.path(out))?;
         }
         bar.finish_and_clear();
-        if given.is_asked { Ok(()) } else { optimal_alpha::measure(out, *quick) }
+        if is_own { Ok(()) } else { optimal_alpha::measure(out, *quick) }
     })?;
     for map in &maps {
         draw(map, &plane, out, &measured)?;
     }
-    if !given.is_asked {
+    if !is_own {
         optimal_alpha::draw(out, &measured)?;
     }
     print::line(format_args!("wrote the maps to {}", printable(out.display())))?;
@@ -124,9 +127,7 @@ pub(crate) fn run(Arguments { charts, given }: &Arguments) -> Fallible<()> {
 
 /// Solves by each method in each cell.
 fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
-    let scene = Scene::of(map.scene);
-    let numbers = scene.numbers(&map.numbers);
-    let (wide, narrow) = ((scene.wide)(&numbers)?, (scene.narrow)(&numbers)?);
+    let (wide, narrow) = (map.problem.wide()?, map.problem.narrow()?);
     let mut table = Table::new(COLUMNS);
     for lag in [0.0, 0.2] {
         for (method, _) in METHODS {
@@ -138,7 +139,9 @@ fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
             let in_f32 =
                 plane.cells(|alpha, tau| solve(&narrow, method, [alpha, alpha - lag, tau]))?;
             bar.inc(1);
-            contradictions(&map.title, &in_f64, &known)?;
+            let title = format!("{}: {method}, β = α − {lag}", map.title);
+            let words = inside(&in_f64, &known).map_err(|why| format!("{title}: {why}"))?;
+            bar.suspend(|| print::line(format_args!("{title}: {words}")))?;
             for (precision, cells) in [("f64", &in_f64), ("f32", &in_f32)] {
                 for (cell, Known { theorem_2, witness }) in cells.iter().zip(&known) {
                     let Cell { alpha, tau, status, sweeps, contraction } = cell;
@@ -199,11 +202,8 @@ impl Plane {
 
 impl Map {
     /// Returns the map of a problem of the command line.
-    fn of(given: &Given) -> Self {
-        let numbers = given.numbers.all().to_vec();
-        let words: String = numbers.iter().map(|(name, v)| format!(", {name} = {v}")).collect();
-        let scene = given.scene.name;
-        Self { file: format!("own-{scene}"), title: format!("{scene}{words}"), scene, numbers }
+    fn of(own: &Own) -> Self {
+        Self { file: own.file(), title: own.title(), problem: own.clone() }
     }
 
     fn path(&self, out: &Path) -> PathBuf {
@@ -220,16 +220,16 @@ fn maps(quick: bool) -> Vec<Map> {
         ("example2", 2, "example2", 4.0),
     ] {
         let title = format!("Example {number}, m = {m}, μ = ν = {shift}");
-        let numbers = vec![("m", m), ("mu", shift), ("nu", shift)];
-        maps.push(Map { file: file.to_owned(), title, scene, numbers });
+        let problem = Own::scene(scene, &[("m", m), ("mu", shift), ("nu", shift)]);
+        maps.push(Map { file: file.to_owned(), title, problem });
     }
-    for scene in ["disc-lcp", "disc-hlcp"] {
-        let (title, numbers) = (format!("{scene}, m = {m}"), vec![("m", m)]);
-        maps.push(Map { file: scene.to_owned(), title, scene, numbers });
+    for (scene, title, m) in [
+        ("disc-lcp", format!("disc-lcp, m = {m}"), m),
+        ("disc-hlcp", format!("disc-hlcp, m = {m}"), m),
+        ("slider", format!("slider, {cells} cells"), cells),
+    ] {
+        maps.push(Map { file: scene.to_owned(), title, problem: Own::scene(scene, &[("m", m)]) });
     }
-    let title = format!("slider, {cells} cells");
-    let numbers = vec![("m", cells)];
-    maps.push(Map { file: "slider".to_owned(), title, scene: "slider", numbers });
     maps
 }
 
@@ -263,19 +263,32 @@ fn known(problem: &Problem<f64>, method: &str, [alpha, beta, tau]: [f64; 3]) -> 
     Ok(Known { witness, theorem_2: witness && theorem_2(&problem, &plain).applies() })
 }
 
-/// Refuses a proof that a solve contradicts.
-fn contradictions(title: &str, cells: &[Cell], known: &[Known]) -> Fallible<()> {
-    for (cell, known) in cells.iter().zip(known) {
-        let failed = matches!(cell.status, Status::Diverged(_) | Status::Cycling { .. });
-        if known.witness && failed {
-            let Cell { alpha, tau, status, .. } = cell;
-            return Err(format!(
-                "{title}: {status} at α = {alpha}, τ = {tau}, where convergence is proved"
-            )
-            .into());
+/// Counts how the solves end where convergence is proved.
+///
+/// # Errors
+///
+/// Where a solve diverges or cycles. One that runs out of sweeps, or stagnates by rounding, is no
+/// contradiction.
+fn inside(cells: &[Cell], known: &[Known]) -> Fallible<String> {
+    let inside: Vec<_> = cells.iter().zip(known).filter(|(_, known)| known.witness).collect();
+    let words = ends(inside.iter().map(|(cell, _)| cell.status.to_string()));
+    let fails = |cell: &Cell| matches!(cell.status, Status::Diverged(_) | Status::Cycling { .. });
+    match inside.iter().find(|(cell, _)| fails(cell)) {
+        Some((Cell { alpha, tau, status, .. }, _)) => {
+            Err(format!("{words}; it is {status} at α = {alpha}, τ = {tau}").into())
         }
+        None => Ok(words),
     }
-    Ok(())
+}
+
+/// Counts the ways in which solves end, those that converge first.
+fn ends(solves: impl Iterator<Item = String>) -> String {
+    let mut counts = BTreeMap::new();
+    solves.for_each(|end| *counts.entry(end).or_insert(0) += 1);
+    let converged = counts.remove("converged").unwrap_or(0);
+    let n = converged + counts.values().sum::<usize>();
+    let others: String = counts.iter().map(|(end, count)| format!(", {count} {end}")).collect();
+    format!("of {n} cells with a proof {converged} converge{others}")
 }
 
 /// The ways to fail, as in the data and as on the chart, with their colours and marks.
@@ -283,7 +296,7 @@ const FAILURES: [(&str, &str, &str, MarkerShape); 4] = [
     ("diverged", "diverges", COLOURS[1], MarkerShape::Cross),
     ("cycling", "cycles", COLOURS[3], MarkerShape::Circle),
     ("stagnated", "stagnates", COLOURS[2], MarkerShape::Triangle),
-    ("iteration limit", "> 3000", "#b8b8b8", MarkerShape::Plus),
+    ("iteration limit", "> 3000 sweeps", "#b8b8b8", MarkerShape::Plus),
 ];
 
 /// Numbers of sweeps that part the colours.
@@ -349,10 +362,16 @@ fn draw(map: &Map, plane: &Plane, out: &Path, measured: &str) -> Fallible<()> {
         let proved = plane.boundary(|k| cells[k].proved);
         panel.border("convergence proved", "5 3", &proved)
     };
+    let proved = |(cells, (method, _)): (&Vec<Drawn>, _)| {
+        let inside = cells.iter().filter(|cell| cell.proved);
+        format!("{method}: {}", ends(inside.map(|cell| cell.status.clone())))
+    };
+    let words: Vec<_> = panels.iter().zip(METHODS).map(proved).collect();
     let panels = panels.into_iter().enumerate().map(panel).collect();
     let caption = format!(
-        "{}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ from x⁰ = e, β = α, in double precision.\n{measured}",
-        map.title
+        "{}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ from x⁰ = e, β = α, in double precision. {}.\n{measured}",
+        map.title,
+        words.join("; ")
     );
     write(&path, 3, 300.0, panels, &caption)
 }

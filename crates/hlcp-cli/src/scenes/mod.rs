@@ -1,5 +1,6 @@
 //! The table of scenes: a new one is a row here and its file in `hlcp-verify`.
 
+mod files;
 mod problem;
 
 use std::ops::Range;
@@ -13,9 +14,12 @@ use clap::{
 use hlcp_core::{Norms, Scalar};
 use hlcp_methods::{Limits, Tolerance};
 
-pub(crate) use self::problem::{Boxed, Operator, Problem, textured};
 use self::problem::{
     american_put, bearing2d, dam, disc, example, film, journal_bearing, membrane, obstacle, slider,
+};
+pub(crate) use self::{
+    files::Files,
+    problem::{Boxed, Operator, Problem, textured},
 };
 
 /// A kind of problem, defined by a few numbers.
@@ -100,11 +104,17 @@ pub(crate) static SCENES: [Scene; 13] = [
     Scene { name: "spiral", tolerance: ABSOLUTE, wide: membrane::<_, true>, narrow: membrane::<_, true>,
         about: "A membrane on a spiral",
         numbers: &[("m", 255.0)],
-        ladders: &[] },
+        ladders: &[
+            Ladder { title: "spiral", size: "m × m inner nodes",
+                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / m, 1.0] },
+        ] },
     Scene { name: "bessel", tolerance: ABSOLUTE, wide: membrane::<_, false>, narrow: membrane::<_, false>,
         about: "A membrane pressed against a product of Bessel's functions",
         numbers: &[("m", 255.0)],
-        ladders: &[] },
+        ladders: &[
+            Ladder { title: "bessel", size: "m × m inner nodes",
+                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / m, 1.0] },
+        ] },
     Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 63.0), ("ecc", 0.6), ("aspect", 1.0), ("groove", 0.0)],
@@ -119,7 +129,10 @@ pub(crate) static SCENES: [Scene; 13] = [
     Scene { name: "dam", tolerance: RELATIVE, wide: dam, narrow: dam,
         about: "Seepage through a dam of earth",
         numbers: &[("nx", 63.0), ("ny", 64.0), ("length", 1.0), ("tail", 0.5), ("layer", 1.0)],
-        ladders: &[] },
+        ladders: &[
+            Ladder { title: "dam", size: "m × (m + 1) cells, L = 1, tailwater ½",
+                numbers: |m| vec![("nx", m), ("ny", m + 1.0)], amsor: |_| [1.4, 0.5] },
+        ] },
     Scene { name: "slider", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
@@ -200,9 +213,22 @@ impl Numbers {
         number.unwrap_or_else(|| panic!("the scene has no option {name}")).1
     }
 
-    /// All of them.
-    pub(crate) fn all(&self) -> &[(&'static str, f64)] {
-        &self.given
+    /// The first of them, which says how large the scene is.
+    pub(crate) fn first(&self) -> f64 {
+        self.given[0].1
+    }
+
+    /// All of them, as they are typed.
+    pub(crate) fn typed(&self) -> Vec<(&'static str, String)> {
+        let word = |&(name, value): &(&'static str, f64)| {
+            let kind = OPTIONS.iter().find(|(known, ..)| *known == name).map(|(_, kind, _)| kind);
+            let typed = match kind {
+                Some(Kind::Word(words)) => words[value as usize].to_owned(),
+                _ => value.to_string(),
+            };
+            (name, typed)
+        };
+        self.given.iter().map(word).collect()
     }
 
     fn size(&self, name: &str) -> usize {
@@ -312,14 +338,11 @@ fn takers(option: &str) -> impl Iterator<Item = &'static Scene> {
 }
 
 /// The help of an option: what it is, of which scenes, with its defaults.
-fn help(option: &'static str, kind: &Kind, what: &str) -> String {
+fn help(option: &'static str, what: &str) -> String {
     let names: Vec<_> = takers(option).map(|scene| scene.name).collect();
     let default = |scene: &Scene| {
-        let value = scene.numbers(&[]).get(option);
-        match kind {
-            Kind::Word(words) => words[value as usize].to_owned(),
-            _ => value.to_string(),
-        }
+        let typed = scene.numbers(&[]).typed();
+        typed.into_iter().find(|(name, _)| *name == option).unwrap_or_default().1
     };
     let mut defaults = takers(option).map(|scene| (scene.name, default(scene)));
     let usual = defaults.next().unwrap_or_default().1;
@@ -341,7 +364,7 @@ impl clap::Args for Given {
         OPTIONS.iter().fold(command.arg(scene), |command, (name, kind, what)| {
             let arg = Arg::new(*name)
                 .long(*name)
-                .help(help(name, kind, what))
+                .help(help(name, what))
                 .value_name(if matches!(kind, Kind::Word(_)) { "WORD" } else { "NUMBER" })
                 .help_heading("Scenes")
                 .allow_hyphen_values(true);

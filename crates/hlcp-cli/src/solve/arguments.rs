@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use hlcp::files;
 use hlcp_methods::Parameters;
 
-use crate::scenes::Given;
+use crate::scenes::{Files, Given};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -36,20 +36,8 @@ pub(crate) struct Arguments {
     // given, clap drops what others require of it: each says its conflicts.
     #[command(flatten)]
     pub(crate) given: Given,
-    /// A matrix A from a Matrix Market file, instead of a scene
-    #[arg(long, help_heading = FILES, requires = "q", conflicts_with = "scene")]
-    pub(crate) a: Option<PathBuf>,
-    /// The matrix B [default: the identity, which makes the problem an LCP]
-    #[arg(long, help_heading = FILES, requires = "a", conflicts_with = "scene")]
-    pub(crate) b: Option<PathBuf>,
-    /// The vector q: a Matrix Market file, or one number a line
-    #[arg(long, help_heading = FILES, requires = "a", conflicts_with = "scene")]
-    pub(crate) q: Option<PathBuf>,
-    /// The grid of five-point operators A and B, such as 512x512, whose sweeps are faster and which
-    /// multigrid needs [default: what the pattern of A and B shows]
-    #[arg(long, help_heading = FILES, requires = "a", value_name = "NXxNY", value_parser = grid)]
-    #[arg(conflicts_with = "scene")]
-    pub(crate) grid: Option<[usize; 2]>,
+    #[command(flatten)]
+    pub(crate) files: Files,
     /// The start x⁰ [default: all ones; of files 0 for what is not in the paper]
     #[arg(long, help_heading = FILES)]
     pub(crate) x0: Option<PathBuf>,
@@ -134,15 +122,6 @@ pub(crate) struct Arguments {
     pub(crate) certify: bool,
 }
 
-/// The numbers of points in a row of a grid and of rows.
-fn grid(text: &str) -> Result<[usize; 2], String> {
-    let sides = text.split_once(['x', 'X', '×']).map(|(nx, ny)| (nx.parse(), ny.parse()));
-    match sides {
-        Some((Ok(nx), Ok(ny))) => Ok([nx, ny]),
-        _ => Err("give the points in a row and the rows, such as 512x256".into()),
-    }
-}
-
 const FILES: &str = "Files";
 const METHOD: &str = "Method";
 const STOPPING: &str = "Stopping";
@@ -197,9 +176,9 @@ impl Arguments {
             return Err("--out-z and --out-r name the same file".into());
         }
         let inputs = [
-            ("--a", &self.a),
-            ("--b", &self.b),
-            ("--q", &self.q),
+            ("--a", &self.files.a),
+            ("--b", &self.files.b),
+            ("--q", &self.files.q),
             ("--x0", &self.x0),
             ("--z0", &self.z0),
             ("--r0", &self.r0),

@@ -14,10 +14,10 @@ use std::{
 
 pub(crate) use arguments::Arguments;
 use arguments::{NormName, Precision};
-use hlcp::{files, market};
+use hlcp::market;
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
-use hlcp_core::{FivePoint, Identity, LinearOperator, Ranks, Rows, Scalar, Strip, recognise_grid};
+use hlcp_core::{Ranks, Scalar, Strip};
 use hlcp_methods::{
     Clock, Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance,
 };
@@ -85,7 +85,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
     };
     let scene = arguments.given.scene;
     if let (Some([nx, ny]), None, None) =
-        (scene.grid(&arguments.given.numbers), &arguments.a, ranks)
+        (scene.grid(&arguments.given.numbers), &arguments.files.a, ranks)
     {
         // About what is measured.
         let bytes = |method: &Named| match &method.to_string()[..] {
@@ -99,7 +99,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
         let each = if single { each / 2 } else { each };
         memory::check(nx.saturating_mul(ny), each, "take a smaller grid by --m, or --nx and --ny")?;
     }
-    let name = if arguments.a.is_some() { "file" } else { scene.name };
+    let name = if arguments.files.a.is_some() { "file" } else { scene.name };
     let strip = ranks.map(|ranks| strip(arguments, ranks)).transpose()?;
     let mut run = Run { arguments, name, methods, rows: 0, all_converged: true, strip };
     for precision in arguments.precisions() {
@@ -116,7 +116,7 @@ fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn
     let Given { scene, numbers, .. } = &arguments.given;
     let refused = |what: &str| Err(format!("{what} works on one process; leave mpirun out").into());
     match scene.grid(numbers) {
-        _ if arguments.a.is_some() => refused("a problem from files"),
+        _ if arguments.files.a.is_some() => refused("a problem from files"),
         _ if arguments.certify => refused("--certify"),
         // Its operators are posed for the whole grid.
         _ if scene.name == "film" => refused("film"),
@@ -144,62 +144,14 @@ impl Run<'_> {
         &self,
         pose: fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>,
     ) -> Result<Problem<T>, Box<dyn Error>> {
-        let Arguments { a, b, q, given, .. } = self.arguments;
-        let (Some(a), Some(q)) = (a, q) else {
-            return Ok(match &self.strip {
-                Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns())))?,
-                None => pose(&given.numbers)?,
-            });
-        };
-        let (path, a) = (a, market::read_matrix::<T>(a)?);
-        let q = market::read_vector(q, a.order())?;
-        match b {
-            None => self.on_grid([path, path], a, Identity { order: q.len() }, q),
-            Some(of_b) => self.on_grid([path, of_b], a, market::read_matrix::<T>(of_b)?, q),
+        let Arguments { files, given, .. } = self.arguments;
+        if let Some(problem) = files.read()? {
+            return Ok(problem);
         }
-    }
-
-    /// The problem of operators from files, as five-point ones if they are said to be or are found
-    /// to be.
-    fn on_grid<T: Scalar>(
-        &self,
-        paths: [&Path; 2],
-        a: impl Rows<T> + 'static,
-        b: impl Rows<T> + 'static,
-        q: Vec<T>,
-    ) -> Result<Problem<T>, Box<dyn Error>> {
-        if let Some([nx, ny]) = self.arguments.grid {
-            let named = |path: &Path| {
-                let path = files::printable(path.display());
-                move |error| format!("--grid {nx}x{ny} does not fit {path}: {error}")
-            };
-            let a = FivePoint::from_rows(nx, ny, &a).map_err(named(paths[0]))?;
-            let b = FivePoint::from_rows(nx, ny, &b).map_err(named(paths[1]))?;
-            return Ok(Problem::new(a, b, q));
-        }
-        Ok(match recognise_grid(&a, &b) {
-            Some([a, b]) => Problem::new(a, b, q),
-            None => Problem::new(a, b, q),
+        Ok(match &self.strip {
+            Some(strip) => strip.agree(pose(&given.numbers.of_columns(strip.columns())))?,
+            None => pose(&given.numbers)?,
         })
-    }
-
-    /// The error, of a problem from files with the file or the option that mends it.
-    fn in_files(&self, error: hlcp_core::Error) -> Box<dyn Error> {
-        use hlcp_core::Error::{NotFivePoint, NotPositive};
-        let Arguments { a: Some(of_a), b, .. } = self.arguments else { return error.into() };
-        match error {
-            NotPositive { what: what @ ("diagonal of A" | "diagonal of B"), index, .. } => {
-                let of_b = b.as_ref().filter(|_| what.ends_with('B'));
-                let path = files::printable(of_b.unwrap_or(of_a).display());
-                let row = index + 1;
-                format!("{path}, row {row}: {error}").into()
-            }
-            NotFivePoint { .. } => "the files show no grid, which this method needs; name it by \
-                                    --grid NXxNY if A and B are five-point operators, or take \
-                                    AUTO or AMG"
-                .into(),
-            error => error.into(),
-        }
     }
 
     /// What is proved of the solver's answer: of the problem in double precision, which may differ
@@ -277,7 +229,7 @@ impl Run<'_> {
         let (tolerance, rounding) = match (arguments.tol, arguments.rtol) {
             (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
             (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
-            (None, None) if arguments.a.is_some() => (Tolerance::Relative(1e-10), None),
+            (None, None) if arguments.files.a.is_some() => (Tolerance::Relative(1e-10), None),
             (None, None) => (arguments.given.scene.limits().tolerance, None),
         };
         let (iterations, time) = (arguments.max_iterations, arguments.max_seconds);
@@ -286,7 +238,8 @@ impl Run<'_> {
         let time = time.map(Duration::try_from_secs_f64).transpose();
         let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
         let limits = Limits { tolerance, rounding, norm, iterations, time };
-        let posed = given.hlcp(to(arguments.tau)?).map_err(|error| self.in_files(error))?;
+        let posed =
+            given.hlcp(to(arguments.tau)?).map_err(|error| arguments.files.explained(error))?;
         let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
         if let Some(strip) = &self.strip {
             problem = problem.shared_by(strip)?;
@@ -305,12 +258,12 @@ impl Run<'_> {
         }
         let mut alone = arguments.threads > 1 && self.is_first() && !problem.has_shared_sweeps();
         for method in &self.methods {
-            if arguments.a.is_some() && !is_given {
+            if arguments.files.a.is_some() && !is_given {
                 // The paper begins with ones; from 0 a file in other units takes the same steps.
                 x0.fill(if method.first().is_some() { T::one() } else { T::zero() });
             }
             let posed = method.on(problem.clone());
-            let mut solver = Solver::new(posed.map_err(|error| self.in_files(error))?);
+            let mut solver = Solver::new(posed.map_err(|error| arguments.files.explained(error))?);
             if std::mem::take(&mut alone) {
                 say("note: --threads does not speed up the sweeps of this problem, which are \
                      shared on grids of 16384 points or more");

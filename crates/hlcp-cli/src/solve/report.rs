@@ -58,7 +58,7 @@ pub(crate) fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
 pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::Result<()> {
     let Arguments { given, tau, gamma, .. } = arguments;
     let [tau, gamma] = [*tau, *gamma].map(number);
-    let shifts = if arguments.a.is_none() && name.starts_with("example") {
+    let shifts = if arguments.files.a.is_none() && name.starts_with("example") {
         let [mu, nu] = ["mu", "nu"].map(|shift| number(given.numbers.get(shift)));
         format!(" mu = {mu}, nu = {nu},")
     } else {

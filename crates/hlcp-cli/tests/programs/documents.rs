@@ -9,8 +9,16 @@ use std::{
 use crate::{command::hlcp, examples, options};
 
 /// Commands whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 7] =
-    ["charts", "paper", "speed-vs-accuracy", "stability-map", "comparison", "families", "films"];
+const LONG: [&str; 8] = [
+    "charts",
+    "paper",
+    "speed-vs-accuracy",
+    "stability-map",
+    "comparison",
+    "families",
+    "films",
+    "modulus",
+];
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {

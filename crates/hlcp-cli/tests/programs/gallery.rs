@@ -35,31 +35,73 @@ fn the_gallery_is_drawn() {
 }
 
 #[test]
-fn a_problem_of_ones_own_has_a_map() {
+fn each_problem_of_ones_own_has_a_map() {
     let folder = Folder::new("own-map");
     let run = |options: &str| {
-        let mut command = hlcp("stability-map", &format!("{options} --out"));
+        let mut command = hlcp("stability-map", &format!("{options} --quick --out"));
         command.arg(&folder.0).output().unwrap()
     };
-    let output = run("--quick --scene dam --nx 5 --ny 6");
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    let mut names: Vec<_> =
-        fs::read_dir(&folder.0).unwrap().map(|e| e.unwrap().file_name()).collect();
-    names.sort();
-    assert_eq!(names, ["measured.csv", "stability-own-dam.csv", "stability-own-dam.svg"]);
     let read = |name: &str| fs::read_to_string(folder.0.join(name)).unwrap();
-    let svg = read("stability-own-dam.svg");
-    assert!(
-        svg.contains("nx = 5, ny = 6") && svg.contains("hlcp stability-map --scene dam --quick")
-    );
-    // Three methods with two βs in two precisions, α and τ from 0.25 to 2 by 0.25.
-    assert_eq!(read("stability-own-dam.csv").lines().count(), 1 + 3 * 2 * 2 * 8 * 8);
-    // The same data, drawn anew; another scene has none.
-    assert!(run("--draw --quick --scene dam --nx 5 --ny 6").status.success());
-    assert_eq!(read("stability-own-dam.svg"), svg);
-    assert!(
-        text(&run("--draw --scene slider").stderr).contains("no data of stability-map --scene")
-    );
+    let [small, large] =
+        [3, 4].map(|m| format!("stability-own-example1-m-{m}-mu-4-nu-4-solution-default"));
+    for (m, name) in [(3, &small), (4, &large)] {
+        let output = run(&format!("--m {m}"));
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        // Corollary 1 proves the row τ = 1 up to α = 1, and all cells there converge.
+        let told = text(&output.stdout);
+        assert_eq!(told.lines().filter(|line| line.contains("cells with a proof")).count(), 6);
+        assert!(!told.contains("limit") && !told.contains("diverged"), "{told}");
+        let svg = read(&format!("{name}.svg"));
+        assert!(svg.contains(&format!("example1, m = {m}, mu = 4")), "{svg}");
+        assert!(svg.contains(&format!("hlcp stability-map --scene example1 --m {m} --mu 4")));
+        // Three methods with two βs in two precisions, α and τ from 0.25 to 2 by 0.25.
+        assert_eq!(read(&format!("{name}.csv")).lines().count(), 1 + 3 * 2 * 2 * 8 * 8);
+    }
+    let mut names: Vec<_> = fs::read_dir(&folder.0)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let files = [&small, &large].map(|name| [format!("{name}.csv"), format!("{name}.svg")]);
+    assert_eq!(names, [&["measured.csv".to_owned()], files.as_flattened()].concat());
+    // The same data, drawn anew; the problem with another number has none.
+    let svg = read(&format!("{small}.svg"));
+    assert!(run("--draw --m 3").status.success());
+    assert_eq!(read(&format!("{small}.svg")), svg);
+    let refused = text(&run("--draw --m 5").stderr);
+    assert!(refused.contains("no data of stability-map --scene example1 --m 5"), "{refused}");
+}
+
+#[test]
+fn files_of_ones_own_are_measured() {
+    let folder = Folder::new("own-files");
+    let data = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("data");
+    for name in ["A.mtx", "B.mtx", "q.mtx"] {
+        fs::copy(data.join(name), folder.0.join(name)).unwrap();
+    }
+    let mine = "\"A.mtx, B.mtx, q.mtx\",mine,1e-2,3e-3,0.001,0.002,0.004,,true\n";
+    folder.write("mine.csv", format!("{COLUMNS}{mine}"));
+    let files = "--a A.mtx --b B.mtx --q q.mtx";
+    for (command, more) in [("stability-map", ""), ("speed-vs-accuracy", " --add mine.csv")] {
+        let options = format!("--quick --out charts {files}{more}");
+        let output = hlcp(command, &options).current_dir(&folder.0).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    let read = |name: &str| {
+        let path = folder.0.join("charts").join(name);
+        fs::read_to_string(&path).unwrap_or_else(|_| panic!("{}", path.display()))
+    };
+    let own = "own-a-A_mtx-b-B_mtx-q-q_mtx";
+    for chart in ["stability", "speed-vs-accuracy"] {
+        let svg = read(&format!("{chart}-{own}.svg"));
+        assert!(svg.contains(&format!("{files} --quick")), "{svg}");
+    }
+    let csv = read(&format!("speed-vs-accuracy-{own}.csv"));
+    for series in ["mine", "auto", "TMGS", "\"Newton, sparse LU\""] {
+        let row = format!("\"A.mtx, B.mtx, q.mtx\",{series},");
+        assert!(csv.lines().any(|line| line.starts_with(&row)), "{series}: {csv}");
+    }
+    assert!(read(&format!("speed-vs-accuracy-{own}.svg")).contains(">mine<"));
 }
 
 const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached\n";

@@ -333,7 +333,7 @@ fn what_an_option_requires_is_required_in_every_company() {
 fn nonsense_is_refused_by_every_command() {
     let place = Place::new("nonsense");
     let all = commands();
-    assert_eq!(all.len(), 11, "{all:?}");
+    assert_eq!(all.len(), 12, "{all:?}");
     for command in &all {
         let options = options(command);
         for (option, takes) in options {

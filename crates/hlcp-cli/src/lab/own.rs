@@ -1,0 +1,107 @@
+//! A problem that is measured: a scene with its numbers, or files.
+
+use clap::Args;
+use hlcp_methods::Limits;
+
+use super::run::Fallible;
+use crate::scenes::{Files, Given, Problem, Scene};
+
+/// A problem of the command line.
+#[derive(Debug, Clone, Args)]
+pub(super) struct Own {
+    // First: it looks at `--a` before that is taken.
+    #[command(flatten)]
+    given: Given,
+    #[command(flatten)]
+    files: Files,
+}
+
+impl Own {
+    /// Returns a scene with numbers that differ from its defaults.
+    pub(super) fn scene(name: &str, numbers: &[(&'static str, f64)]) -> Self {
+        let scene = Scene::of(name);
+        let given = Given { scene, numbers: scene.numbers(numbers), is_asked: true };
+        Self { given, files: Files::default() }
+    }
+
+    /// Whether a problem was typed.
+    pub(super) fn is_asked(&self) -> bool {
+        self.given.is_asked || self.files.a.is_some()
+    }
+
+    /// The name of the scene, unless the problem is from files.
+    pub(super) fn name(&self) -> &'static str {
+        if self.files.a.is_some() { "files" } else { self.given.scene.name }
+    }
+
+    /// The first number of the scene.
+    pub(super) fn size(&self) -> f64 {
+        self.given.numbers.first()
+    }
+
+    /// Returns what a chart calls the problem: no other has the same.
+    pub(super) fn title(&self) -> String {
+        match &self.files.a {
+            Some(_) => self.paths().map(|(_, path)| path).collect::<Vec<_>>().join(", "),
+            None => {
+                let numbers = self.given.numbers.typed().into_iter();
+                let words: String = numbers.map(|(name, v)| format!(", {name} = {v}")).collect();
+                self.given.scene.name.to_owned() + &words
+            }
+        }
+    }
+
+    /// Returns the options that name the problem.
+    pub(super) fn options(&self) -> String {
+        match &self.files.a {
+            Some(_) => self.paths().map(|(name, path)| format!(" --{name} {path}")).collect(),
+            None => {
+                let numbers = self.given.numbers.typed().into_iter();
+                let words: String = numbers.map(|(name, v)| format!(" --{name} {v}")).collect();
+                format!(" --scene {}{words}", self.given.scene.name)
+            }
+        }
+    }
+
+    /// Returns the options as a part of the name of a file, without a point.
+    pub(super) fn file(&self) -> String {
+        let words = self.options().replace(" --", " ").replace(" -", " minus").replace('.', "_");
+        let words = words.trim().trim_start_matches("scene ");
+        let letter = |c: char| if c.is_alphanumeric() || c == '_' { c } else { '-' };
+        format!("own-{}", words.chars().map(letter).collect::<String>())
+    }
+
+    fn paths(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let Files { a, b, q, .. } = &self.files;
+        let paths = [("a", a), ("b", b), ("q", q)].into_iter();
+        paths.filter_map(|(name, path)| {
+            Some((name, hlcp::files::printable(path.as_ref()?.display()).to_string()))
+        })
+    }
+
+    /// Poses the problem in double precision.
+    pub(super) fn wide(&self) -> Fallible<Problem<f64>> {
+        let Given { scene, numbers, .. } = &self.given;
+        Ok(match self.files.read()? {
+            Some(problem) => problem,
+            None => (scene.wide)(numbers)?,
+        })
+    }
+
+    /// Poses the problem in single precision.
+    pub(super) fn narrow(&self) -> Fallible<Problem<f32>> {
+        let Given { scene, numbers, .. } = &self.given;
+        Ok(match self.files.read()? {
+            Some(problem) => problem,
+            None => (scene.narrow)(numbers)?,
+        })
+    }
+
+    /// Limits with the problem's tolerance.
+    pub(super) fn limits(&self) -> Limits {
+        match &self.files.a {
+            Some(_) => Limits::relative(1e-10),
+            None => self.given.scene.limits(),
+        }
+    }
+}
