@@ -113,7 +113,7 @@ const METHODS: [Published; 12] = [
     },
     Published {
         name: "momentum",
-        source: "Zhang, Dai and Zhang, Comput. Appl. Math. 42 (2023)",
+        source: "on splittings in Li, Chen and Han, arXiv:2312.10891 (2023)",
         formula: "M x⁺ = M x − F(x) + βD(x − x⁻)",
         parameter: MOMENTA,
         next: |equation, beta, memory, x, y| {
@@ -126,7 +126,7 @@ const METHODS: [Published; 12] = [
     },
     Published {
         name: "relaxation-based splitting",
-        source: "Song and Song, Comput. Math. Appl. (2023), as in Li, Chen and Han, arXiv:2312.10891",
+        source: "Song and Song, Comput. Appl. Math. 42 (2023), doi:10.1007/s40314-022-02157-x",
         formula: "M x⁺ = M x − F(x) − G(|x| − u), u⁺ = (1 − ω)u + ω|x⁺|",
         parameter: RELAXATIONS,
         next: |equation, omega, memory, x, y| {
@@ -281,8 +281,8 @@ struct Memory {
 }
 
 impl<'p> Equation<'p> {
-    fn new(problem: &'p Problem<f64>) -> Fallible<Self> {
-        let (posed, n) = (problem.hlcp(1.0)?, problem.q.len());
+    fn new(problem: &'p Problem<f64>, tau: f64) -> Fallible<Self> {
+        let (posed, n) = (problem.hlcp(tau)?, problem.q.len());
         let (a, b) = (&problem.a, &problem.b);
         let sum = |of_a: f64, of_b: f64| {
             let omega = posed.omega();
@@ -446,14 +446,51 @@ fn problems(quick: bool) -> Vec<(String, Own)> {
     ]
 }
 
-/// One of all that are compared, with its parameter on a problem.
+/// One of all that are compared, with its parameter on a problem, and τ.
 #[derive(Clone, Copy)]
-enum Rival {
-    Published(&'static Published, f64),
-    Ours(&'static str, f64),
+struct Rival {
+    method: Compared,
+    parameter: f64,
+    tau: f64,
 }
 
-/// Of AMSOR.
+#[derive(Clone, Copy)]
+enum Compared {
+    Published(&'static Published),
+    Ours(&'static str),
+}
+
+impl Rival {
+    /// Returns a method with all the parameters and τ that are tried.
+    fn all(method: Compared) -> impl Iterator<Item = Self> {
+        let (parameters, taus): (&[f64], &[f64]) = match method {
+            Compared::Published(published) => (published.parameter.1, &TAUS),
+            Compared::Ours("AMSOR") => (&ALPHAS, &TAUS),
+            Compared::Ours("AUTO") => (&[1.0], &[1.0]),
+            Compared::Ours(_) => (&[1.0], &TAUS),
+        };
+        let pairs = parameters.iter().flat_map(move |&p| taus.iter().map(move |&tau| (p, tau)));
+        pairs.map(move |(parameter, tau)| Self { method, parameter, tau })
+    }
+
+    /// Returns what was chosen.
+    fn choice(&self) -> String {
+        let name = match self.method {
+            Compared::Published(published) => published.parameter.0,
+            Compared::Ours("AMSOR") => "α",
+            Compared::Ours(_) => "",
+        };
+        let own = (!name.is_empty()).then(|| format!("{name} = {}", self.parameter));
+        let tau = (self.tau != 1.0).then(|| format!("τ = {}", self.tau));
+        let all: Vec<_> = own.into_iter().chain(tau).collect();
+        if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
+    }
+}
+
+/// What is tried of τ.
+const TAUS: [f64; 2] = [1.0, 0.5];
+
+/// What is tried of AMSOR's α.
 const ALPHAS: [f64; 13] = [0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.75, 1.8, 1.85, 1.9];
 
 /// Returns the best of some rivals, and its run: that with the fewest sweeps.
@@ -473,8 +510,9 @@ fn best(
 }
 
 pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
-    /// Longer than any solve of the best parameters.
+    /// Longer than any solve with the best parameters.
     const LONGEST: Duration = Duration::from_secs(2);
+    let iterations = if *quick { 1000 } else { 20_000 };
     let (problems, published) = (problems(*quick), const { &METHODS });
     let bar = counting(problems.len() * (published.len() + OURS.len()));
     let head: String = problems.iter().map(|(title, _)| format!("|{title}")).collect();
@@ -482,25 +520,27 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     for (title, own) in &problems {
         bar.set_message(title.clone());
         let judged = Judged::new(own.wide()?, "AMG", &own.limits(), false)?;
-        let equation = Equation::new(&judged.problem)?;
-        let limits = to(1e-10, usize::MAX, Some(LONGEST));
+        let mut equations = vec![];
+        for tau in TAUS {
+            equations.push((tau, Equation::new(&judged.problem, tau)?));
+        }
+        let limits = to(1e-10, iterations, Some(LONGEST));
         let solve = |rival: &Rival| -> Fallible<Option<Run>> {
-            Ok(Some(match *rival {
-                Rival::Published(method, value) => run_one(&equation, method, value, &limits)?,
-                Rival::Ours(name, alpha) => {
-                    solve(&judged.problem, &tuned(name, [alpha; 2])?, 1.0, &limits)?
+            let Rival { parameter, tau, .. } = *rival;
+            Ok(Some(match rival.method {
+                Compared::Published(method) => {
+                    let equation = equations.iter().find(|(of, _)| *of == tau);
+                    run_one(&equation.ok_or("an equation")?.1, method, parameter, &limits)?
+                }
+                Compared::Ours(name) => {
+                    solve(&judged.problem, &tuned(name, [parameter; 2])?, tau, &limits)?
                 }
             }))
         };
         let mut rivals = vec![];
-        for method in published {
-            let values = method.parameter.1.iter();
-            rivals.push(best(values.map(|&value| Rival::Published(method, value)), solve)?);
-            bar.inc(1);
-        }
-        for name in OURS {
-            let alphas = if name == "AMSOR" { &ALPHAS[..] } else { &[1.0] };
-            rivals.push(best(alphas.iter().map(|&alpha| Rival::Ours(name, alpha)), solve)?);
+        let published = published.iter().map(Compared::Published);
+        for method in published.chain(OURS.map(Compared::Ours)) {
+            rivals.push(best(Rival::all(method), solve)?);
             bar.inc(1);
         }
         let repeats = Repeats { longest: 1.0, ..Repeats::least(if *quick { 1 } else { 5 }) };
@@ -512,14 +552,7 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
                 seconds.push("–".to_owned());
                 continue;
             }
-            let at = match *rival {
-                Rival::Published(Published { parameter: ("", _), .. }, _) => String::new(),
-                Rival::Published(Published { parameter: (name, _), .. }, value) => {
-                    format!(" ({name} = {value})")
-                }
-                Rival::Ours("AMSOR", alpha) => format!(" (α = {alpha})"),
-                Rival::Ours(..) => String::new(),
-            };
+            let at = rival.choice();
             let error = judged.error(&run.answer);
             if error > 1e-4 {
                 return Err(format!("{title}{at}: the answer is {error:e} off").into());
@@ -540,13 +573,13 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     };
     let mut sources = Table::new("method|step|source");
     for Published { name, source, formula, .. } in published {
-        sources.push([*name, *formula, *source].map(String::from).into());
+        sources.push([*name, *formula, *source].map(|cell| cell.replace('|', "\\|")).into());
     }
     let flag = if *quick { " --quick" } else { "" };
     let text = format!(
         "# The modulus literature in one table\n\nWritten by `cargo run --release -- modulus{flag}` ({}).\n\n\
-         Published methods of the modulus family, each from its formula, beside the library's. From x⁰ = e (films 0) to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ ‖q‖₂, τ = 1. \
-         A parameter is the best of a list, by sweeps.\n\n## Sweeps\n\nOf the methods with an LU they are solves with its factors. AUTO counts the work of all it tries in sweeps.\n\n{}\n\
+         Published methods of the modulus family, each from its formula, beside the library's. From x⁰ = e (films 0) to ‖A z − B r + q‖₂ ≤ 10⁻¹⁰ ‖q‖₂. \
+         A parameter and τ, which is 1 or ½, are the best of a list, by sweeps.\n\n## Sweeps\n\nOf the methods with an LU they are solves with its factors. AUTO counts the work of all it tries in sweeps.\n\n{}\n\
          ## Milliseconds\n\nThe least of {} solves, with the set-up. The published methods run in plain loops over rows, the library's in its own.\n\n{}\n\
          ## Formulas\n\nWritten for A z − B r + q = 0 with C = A + BΩ, G = BΩ − A, F(x) = C x − G|x| + γq, x⁻ the iterate before x, and M the lower triangle of C with its diagonal D.\n\n{}",
         provenance("").trim_start_matches([' ', '·']),

@@ -433,18 +433,13 @@ fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
     for (k, title) in titles.iter().enumerate() {
         let mut points = vec![];
         for (_, [_, error, bound]) in rows.iter().filter(|(_, row)| row[0] == *title) {
-            let [x, y] = [error.parse::<f64>()?, bound.parse()?].map(|v| v.max(NOTHING));
-            points.push(Point { x, y });
+            let [x, bound] = [error.parse::<f64>()?, bound.parse()?].map(|v| v.max(NOTHING));
+            points.push(Point { x, y: bound / x });
         }
         series.push(Series { name: (*title).to_owned(), style: [k; 3], points });
     }
-    let axes = ["largest error of (z, r)", "certified bound on it"];
-    let panel = Panel::log_log("Certified bounds of AMSOR's answers", axes, &series).outline(
-        "bound = error",
-        "grey",
-        "3 3",
-        &[(-17.0, -17.0), (1.0, 1.0)],
-    );
+    let axes = ["largest error of (z, r)", "certified bound over the error"];
+    let panel = Panel::log_log("Certified bounds of AMSOR's answers", axes, &series);
     write(&path, 1, 400.0, vec![panel], measured)
 }
 
