@@ -399,7 +399,8 @@ fn glance(
     })
 }
 
-/// Returns the error of each answer of AMSOR down the ladder, and the certified bound on it.
+/// Returns the error of each answer of AMSOR down the ladder, and what is proved of it: of the answer
+/// and of the solution that it is compared with.
 fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
     let amsor =
         methods(Chart::Beyond).into_iter().find(|row| row.name == "AMSOR").ok_or("AMSOR")?;
@@ -415,7 +416,7 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
         if error > bound + doubt {
             return Err(format!("{title}: the error {error:e} is above its bound {bound:e}").into());
         }
-        pairs.push([error, bound]);
+        pairs.push([error, bound + doubt]);
         if !run.converged() {
             break;
         }
@@ -440,7 +441,8 @@ fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
     }
     let axes = ["largest error of (z, r)", "certified bound over the error"];
     let panel = Panel::log_log("Certified bounds of AMSOR's answers", axes, &series);
-    write(&path, 1, 400.0, vec![panel], measured)
+    let words = "The bounds hold the errors of the answer and of the planted solution, which solves a rounded q.";
+    write(&path, 1, 400.0, vec![panel], &format!("{words}\n{measured}"))
 }
 
 /// A problem with what charts call it.

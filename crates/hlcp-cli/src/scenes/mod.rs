@@ -106,14 +106,14 @@ pub(crate) static SCENES: [Scene; 13] = [
         numbers: &[("m", 255.0)],
         ladders: &[
             Ladder { title: "spiral", size: "m × m inner nodes",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / m, 1.0] },
+                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / (m + 2.0), 1.0] },
         ] },
     Scene { name: "bessel", tolerance: ABSOLUTE, wide: membrane::<_, false>, narrow: membrane::<_, false>,
         about: "A membrane pressed against a product of Bessel's functions",
         numbers: &[("m", 255.0)],
         ladders: &[
             Ladder { title: "bessel", size: "m × m inner nodes",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / m, 1.0] },
+                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / (m + 10.0), 1.0] },
         ] },
     Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
