@@ -55,8 +55,8 @@ impl Rung {
 ///
 /// To each tolerance the methods take turns, `repeats` times, from the modulus variable `start`. A
 /// solve ends by `limits` too, but for their tolerance; the set-up of a method is not measured. The
-/// error, the half-steps and whether the tolerance was reached are those of the last repeat. A solve
-/// that diverges beyond all numbers has no rung.
+/// error, the half-steps and whether the tolerance was reached are those of the last repeat. A
+/// solve that diverges beyond all numbers has no rung.
 ///
 /// # Errors
 ///

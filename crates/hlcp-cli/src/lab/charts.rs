@@ -1,8 +1,8 @@
 //! `hlcp charts`: every chart and table of the documents, by the commands that make some of them.
 //!
-//! Says which command runs and how long it took; `charts/took.csv` keeps that for the next time. Some
-//! of the commands run alone, by their names. Only the cost per point, which `cargo bench --bench sweeps` measures, is drawn from
-//! data that this command does not make.
+//! Says which command runs and how long it took; `charts/took.csv` keeps that for the next time.
+//! Some of the commands run alone, by their names. Only the cost per point is drawn from data that
+//! this command does not make, but `cargo bench --bench sweeps`.
 
 use std::{path::PathBuf, time::Instant};
 

@@ -512,7 +512,7 @@ fn best(
 pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     /// Longer than any solve with the best parameters.
     const LONGEST: Duration = Duration::from_secs(2);
-    let iterations = if *quick { 1000 } else { 20_000 };
+    let iterations = if *quick { 300 } else { 20_000 };
     let (problems, published) = (problems(*quick), const { &METHODS });
     let bar = counting(problems.len() * (published.len() + OURS.len()));
     let head: String = problems.iter().map(|(title, _)| format!("|{title}")).collect();

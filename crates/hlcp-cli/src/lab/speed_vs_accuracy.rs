@@ -399,8 +399,8 @@ fn glance(
     })
 }
 
-/// Returns the error of each answer of AMSOR down the ladder, and what is proved of it: of the answer
-/// and of the solution that it is compared with.
+/// Returns the error of each answer of AMSOR down the ladder, and what is proved of it: of the
+/// answer and of the solution that it is compared with.
 fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
     let amsor =
         methods(Chart::Beyond).into_iter().find(|row| row.name == "AMSOR").ok_or("AMSOR")?;
