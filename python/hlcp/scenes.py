@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from hlcp import _hlcp
 from hlcp._operators import FivePoint, count, number, real, stencil, vector
 
-__all__ = ["AmericanPut", "Scene", "bearing2d", "disc_hlcp", "disc_lcp", "example1", "example2",
-           "journal_bearing", "obstacle", "slider"]
+__all__ = ["AmericanPut", "Scene", "bearing2d", "bessel", "dam", "disc_hlcp", "disc_lcp",
+           "example1", "example2", "journal_bearing", "obstacle", "slider", "spiral"]
 
 
 class Scene(NamedTuple):
@@ -103,6 +103,33 @@ def journal_bearing(nx: int, ny: int, ecc: float = 0.1, b: float = 10.0) -> Scen
 def obstacle(m: int) -> Scene:
     """Return PETSc's membrane over a dome, an LCP on (m - 2) x (m - 2) points."""
     return _scene(_hlcp.obstacle(count("m", m, 0)))
+
+
+def spiral(m: int) -> Scene:
+    """Return a membrane on the spiral of Gräser and Kornhuber, an LCP on m x m points."""
+    return _scene(_hlcp.membrane(True, count("m", m, 0)))
+
+
+def bessel(m: int) -> Scene:
+    """Return a membrane pressed against a product of Bessel's functions, an LCP on m x m points."""
+    return _scene(_hlcp.membrane(False, count("m", m, 0)))
+
+
+def dam(nx: int, ny: int, length: float = 1.0, tail: float = 0.5, layer: float = 1.0) -> Scene:
+    """Return seepage through a dam of earth, an HLCP on ny x nx cells, from the crest down.
+
+    z is the pressure head and r the dry share of the pores.
+
+    Parameters
+    ----------
+    nx, ny : int
+        Columns of points between the faces, and rows of cells.
+    length, tail : float
+        The length of the base, and the depth of the tailwater, over the depth upstream.
+    layer : float
+        The conductivity of the lower half over that of the upper.
+    """
+    return _scene(_hlcp.dam(count("nx", nx, 0), count("ny", ny, 0), length, tail, layer))
 
 
 def bearing2d(nx: int, ny: int, ecc: float = 0.6, aspect: float = 1.0,

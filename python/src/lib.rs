@@ -22,7 +22,7 @@ use hlcp::{
     certify_within,
 };
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Disc, Example, JournalBearing, Obstacle, Posed, Slider,
+    AmericanPut, Bearing2d, Dam, Disc, Example, JournalBearing, Membrane, Obstacle, Posed, Slider,
     uniqueness_within,
 };
 use numpy::{Element, PyArray1, PyReadonlyArray1};
@@ -726,6 +726,29 @@ mod _hlcp {
         room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
         let (a, _, q) = Obstacle { m }.pose().map_err(wrong)?;
         posed(py, &a, None, q, None)
+    }
+
+    /// Poses a membrane on a spiral, or below Bessel's functions.
+    #[pyfunction]
+    fn membrane(py: Python<'_>, spiral: bool, m: usize) -> PyResult<Scene<'_>> {
+        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
+        let (a, _, q) = Membrane { spiral, m }.pose().map_err(wrong)?;
+        posed(py, &a, None, q, None)
+    }
+
+    /// Poses seepage through a dam.
+    #[pyfunction]
+    fn dam(
+        py: Python<'_>,
+        nx: usize,
+        ny: usize,
+        length: f64,
+        tail: f64,
+        layer: f64,
+    ) -> PyResult<Scene<'_>> {
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
+        let (a, b, q) = Dam { nx, ny, length, tail, layer }.pose().map_err(wrong)?;
+        posed(py, &a, Some(&b), q, None)
     }
 
     /// Returns A of all LCPs of a put, and how many there are.

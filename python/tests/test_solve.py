@@ -272,6 +272,7 @@ def test_a_certificate_is_of_the_numbers_as_they_are_given():
 SCENES = {
     "example1": (8,), "example2": (8,), "disc_lcp": (15,), "disc_hlcp": (15,), "slider": (40,),
     "journal_bearing": (12, 10), "obstacle": (12,), "bearing2d": (15, 7),
+    "spiral": (15,), "bessel": (15,), "dam": (15, 16),
 }
 
 
@@ -283,6 +284,15 @@ def test_scenes_have_the_answers_they_come_with(name):
     assert residual(A, B, q, result) <= 1e-10 * np.linalg.norm(q)
     if z is not None:
         assert np.abs(result.z - z).max() <= 1e-7 and np.abs(result.r - r).max() <= 1e-6
+
+
+def test_a_dam_seeps_as_dupuit_says():
+    A, B, q, *_ = scenes.dam(31, 32, length=2.0, tail=0.25)
+    z = hlcp.solve(A, B, q, rtol=1e-11).z
+    # Through the first faces, from the upstream depth 1 - y in the middle of each row.
+    y = 1 - (np.arange(32) + 0.5) / 32
+    wet = (1 - y - z[:, 0]).sum() * (1 / 32) / (2.0 / 32)
+    assert abs(wet - (1 - 0.25**2) / 4) < 1e-8
 
 
 def test_every_scene_is_tested():
