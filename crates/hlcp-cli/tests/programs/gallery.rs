@@ -101,7 +101,8 @@ fn files_of_ones_own_are_measured() {
         let row = format!("\"A.mtx, B.mtx, q.mtx\",{series},");
         assert!(csv.lines().any(|line| line.starts_with(&row)), "{series}: {csv}");
     }
-    assert!(read(&format!("speed-vs-accuracy-{own}.svg")).contains(">mine<"));
+    // At the end of its line, or above all others with its time.
+    assert!(read(&format!("speed-vs-accuracy-{own}.svg")).contains(">mine"));
 }
 
 const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached\n";
