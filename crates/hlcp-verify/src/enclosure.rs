@@ -565,8 +565,7 @@ fn widths(
         }));
     }
     let within = SIDE / (centre.len() as f64).sqrt();
-    let enough = |rest: &[f64]| rest.iter().all(|rest| rest.abs() <= within);
-    let e = matrix.solve(&vec![level; centre.len()], enough, clock);
+    let e = matrix.solve(&vec![level; centre.len()], within, clock);
     e.iter().all(|&e| e > 0.0 && e.is_finite()).then_some(e)
 }
 

@@ -5,7 +5,7 @@ use hlcp_methods::Clock;
 
 use crate::{
     rounding::{Sum, div_down, div_up, mul_up},
-    sparse::{Sparse, dot},
+    sparse::Sparse,
 };
 
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
@@ -185,7 +185,7 @@ fn balanced(z: &impl Comparison, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
 fn improved(z: &impl Comparison, best: &Bracket, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
     let shift = best.upper * (1.0 + 8.0 * f64::EPSILON);
     let (matrix, _) = scaled(z, |_| 0, &best.vector, shift, clock)?;
-    let factor = matrix.solve(&vec![1.0; z.order()], |rest| dot(rest, rest) <= 1e-10, clock);
+    let factor = matrix.solve(&vec![1.0; z.order()], 1e-5, clock);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)

@@ -415,7 +415,7 @@ fn solve(
     let ones = vec![1.0; right.len()];
     // No row of the residual, in units of the norm of e, shall be half of that of e.
     let half = 0.5 / (right.len() as f64).sqrt();
-    let factor = matrix.solve(&ones, |rest| rest.iter().all(|rest| rest.abs() <= half), clock);
+    let factor = matrix.solve(&ones, half, clock);
     Some(right.iter().zip(factor).map(|(x, y)| x * y).collect())
 }
 

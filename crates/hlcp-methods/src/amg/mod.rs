@@ -229,33 +229,6 @@ impl<T: Scalar> Amg<T> {
         self.build(matrix, scale, |at| dry[at], clock);
     }
 
-    /// Overwrites `y` with what a W-cycle makes of `rhs`, as [`Preconditioner::solve`] does; with
-    /// anything when the clock is up.
-    ///
-    /// # Panics
-    ///
-    /// Unless the problem, `rhs` and `y` are of the order of the problem given to
-    /// [`new`](Self::new).
-    pub fn cycle<A: Rows<T>, B: Rows<T>>(
-        &mut self,
-        jacobian: &Jacobian<'_, T, A, B>,
-        rhs: &[T],
-        y: &mut [T],
-        clock: &mut Clock<'_>,
-    ) {
-        self.set_up_within(jacobian, 0, clock);
-        for at in 0..rhs.len() {
-            let i = self.at(at);
-            self.rhs[at] = rhs[i] * self.units.row(i);
-        }
-        let Some(hierarchy) = &mut self.hierarchy else { return };
-        hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
-        for at in 0..rhs.len() {
-            let i = self.at(at);
-            y[i] = self.y[at] * self.scale[at] * self.units.x(i);
-        }
-    }
-
     /// Puts J on the finest level and leaves the others as they are; whether there are any, and
     /// time.
     fn renew<A: Rows<T>, B: Rows<T>>(
@@ -400,8 +373,8 @@ impl<T: Scalar> Amg<T> {
     /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
     /// K-cycles, and returns the norm of its residual in units of that of `rhs`.
     ///
-    /// Ends when that is at most `tolerance`, after about `limit` iterations, or where rounding
-    /// lets nothing be gained.
+    /// Ends when that is at most `tolerance`, after about `limit` iterations, where rounding lets
+    /// nothing be gained, or when the clock is up.
     ///
     /// # Panics
     ///
@@ -409,13 +382,14 @@ impl<T: Scalar> Amg<T> {
     /// [`new`](Self::new).
     ///
     /// ```
-    /// use hlcp_methods::{Amg, FivePoint, Hlcp, Jacobian};
+    /// use hlcp_methods::{Amg, Clock, FivePoint, Hlcp, Jacobian};
     ///
     /// let problem = Hlcp::lcp(FivePoint::new(40, 40, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
     /// let (x, rhs, mut y) = ([1.0; 1600], [1.0; 1600], [0.0; 1600]);
     /// let jacobian = Jacobian::new(&problem, &x);
     /// let mut amg = Amg::new(&problem)?;
-    /// let residual = amg.solve_to(&jacobian, &rhs, &mut y, 1e-12, 50);
+    /// let goal = (1e-12, 50);
+    /// let residual = amg.solve_to(&jacobian, &rhs, &mut y, goal, &mut Clock::endless());
     /// assert!(residual <= 1e-12 && y.iter().all(|&y| y > 0.0));
     /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
@@ -424,13 +398,13 @@ impl<T: Scalar> Amg<T> {
         jacobian: &Jacobian<'_, T, A, B>,
         rhs: &[T],
         y: &mut [T],
-        tolerance: f64,
-        limit: usize,
+        (tolerance, limit): (f64, usize),
+        clock: &mut Clock<'_>,
     ) -> f64 {
-        self.solve_within(jacobian, rhs, y, (tolerance, limit), &mut Clock::endless()).residual
+        self.solve_within(jacobian, rhs, y, (tolerance, limit), clock).residual
     }
 
-    /// As [`solve_to`](Self::solve_to), but ends when the clock is up, too.
+    /// As [`solve_to`](Self::solve_to), with the iterations.
     pub(crate) fn solve_within<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
@@ -602,8 +576,25 @@ fn check<T: Scalar>(
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
+    /// Overwrites `y` with what a W-cycle makes of `rhs`.
+    ///
+    /// # Panics
+    ///
+    /// Unless the problem, `rhs` and `y` are of the order of the problem given to
+    /// [`new`](Amg::new).
     fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
-        self.cycle(jacobian, rhs, y, &mut Clock::endless());
+        self.set_up(jacobian);
+        for at in 0..rhs.len() {
+            let i = self.at(at);
+            self.rhs[at] = rhs[i] * self.units.row(i);
+        }
+        let Some(hierarchy) = &mut self.hierarchy else { return };
+        let clock = &mut Clock::endless();
+        hierarchy.cycle(Cycle::W, &self.rhs, &mut self.y, &mut self.product, clock);
+        for at in 0..rhs.len() {
+            let i = self.at(at);
+            y[i] = self.y[at] * self.scale[at] * self.units.x(i);
+        }
     }
 }
 

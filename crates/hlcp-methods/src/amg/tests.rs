@@ -233,7 +233,8 @@ fn stiff_blocks_in_soft_ground_cost_no_more_iterations() {
     let rhs: Vec<f64> = (0..m * m).map(noise).collect();
     let mut y = vec![0.0; m * m];
     let mut amg = Amg::new(&problem).unwrap();
-    let left = amg.solve_to(&Jacobian::new(&problem, &x), &rhs, &mut y, 1e-6, 20);
+    let (jacobian, clock) = (Jacobian::new(&problem, &x), &mut Clock::endless());
+    let left = amg.solve_to(&jacobian, &rhs, &mut y, (1e-6, 20), clock);
     assert!(left <= 1e-6 && amg.set_ups() == 1, "{left:e}, {} set-ups", amg.set_ups());
 }
 
