@@ -206,6 +206,12 @@ impl<'c> Clock<'c> {
     pub fn is_up_at(&mut self, row: usize) -> bool {
         if row % STRETCH == STRETCH - 1 { self.is_up() } else { self.up }
     }
+
+    /// As [`is_up`](Self::is_up) before a walk over so many rows; few of them are walked over
+    /// without asking.
+    pub(crate) fn is_up_before(&mut self, rows: usize) -> bool {
+        rows >= STRETCH && self.is_up()
+    }
 }
 
 /// The rows that a loop walks over between two looks at the clock.

@@ -5,8 +5,9 @@ use hlcp_core::Scalar;
 /// Steps without progress that end the first phase, or each.
 pub(crate) const PATIENCE: usize = 6;
 
-/// A residual of at most this part of the smallest one that steps have led to is progress.
-const PROGRESS: f64 = 0.9;
+/// A residual of at most this part of the smallest one that steps have led to is progress, as is a
+/// defect of at most this part of the one before a cycle.
+pub(crate) const PROGRESS: f64 = 0.9;
 
 /// The record of a phase.
 #[derive(Debug, Clone, Copy)]

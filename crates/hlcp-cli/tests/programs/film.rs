@@ -172,28 +172,6 @@ fn is_cut(points: &[Point], given: &[[f64; 2]]) -> bool {
 }
 
 #[test]
-fn a_plane_wedge_of_two_points_has_its_load() {
-    let (length, thin) = (0.05, 2e-5);
-    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
-    for k in [0.5, 9.0] {
-        let gap = |s: f64| thin * (1.0 + k * (1.0 - s));
-        let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
-        let load = unit * length * (f64::ln_1p(k) - 2.0 * k / (2.0 + k)) / (k * k);
-        // Euler and Maclaurin: the sum over the points is off by Δx²/12 times the difference of
-        // dp/dx between the ends.
-        let ends = unit * length * k / (2.0 + k) * (1.0 + (1.0 + k).powi(-2));
-        let off = ends / (12.0 * 400.0 * 400.0);
-        for places in [&[0.0, 1.0][..], &[0.0, 0.37, 1.0]] {
-            let wedge: Vec<[f64; 2]> = places.iter().map(|&s| [s * length, gap(s)]).collect();
-            let (report, points) = solved("few", Some(&text(&wedge, [1.0, 1.0])), &flags);
-            assert!(is_cut(&points, &wedge), "{report}");
-            // Half as much again for the terms of higher order and the six digits printed.
-            assert!((printed(&report, "load") - load).abs() <= 1.5 * off, "{report} {load} {off}");
-        }
-    }
-}
-
-#[test]
 fn a_gap_of_three_points_narrows_and_widens() {
     let vee: [[f64; 2]; 3] = [[0.0, 31e-6], [9e-3, 19e-6], [20e-3, 34e-6]];
     let [falling, rising] =

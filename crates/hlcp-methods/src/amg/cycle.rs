@@ -15,9 +15,6 @@ use crate::{
 /// from 0.
 pub(super) const SMALL: usize = 100;
 
-/// Rows that take long enough to walk over to look at the clock before.
-const LONG: usize = 4096;
-
 /// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level
 /// that is large, whose unknowns hang together too little to be joined.
 const PASSES: usize = 6;
@@ -182,17 +179,12 @@ struct Descent<'h, 'c, T> {
 }
 
 impl<T: Scalar> Descent<'_, '_, T> {
-    /// Returns whether there is no time for a walk over so many rows.
-    fn is_late(&mut self, rows: usize) -> bool {
-        rows >= LONG && self.clock.is_up()
-    }
-
     /// A forward sweep, the coarser levels, a forward sweep, on the first of `levels`.
     fn visit(&mut self, levels: &mut [Level<T>], rhs: &[T], y: &mut [T], product: &mut [T]) {
         let Some((Level { matrix, aggregate, .. }, coarser)) = levels.split_first_mut() else {
             return;
         };
-        if self.is_late(rhs.len()) {
+        if self.clock.is_up_before(rhs.len()) {
             return;
         }
         // Half a walk, half of one for the residual, one, and half of one for the product.
@@ -225,7 +217,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
             }
         }
         coarser[0].work = work;
-        if !self.is_late(rhs.len()) {
+        if !self.clock.is_up_before(rhs.len()) {
             matrix.sweep(rhs, y, product);
         }
     }
@@ -274,7 +266,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
 pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
     for _ in 0..PASSES {
-        if v.len() >= LONG && clock.is_up() {
+        if clock.is_up_before(v.len()) {
             break;
         }
         for i in (0..v.len()).chain((0..v.len()).rev()) {

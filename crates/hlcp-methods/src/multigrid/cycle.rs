@@ -4,9 +4,6 @@ use hlcp_core::{FivePoint, Hlcp, Norms, Omega, Rhs, Scalar, Smoother, Strip, Tra
 
 use crate::Clock;
 
-/// Points of a grid whose sweep takes long enough to look at the clock before.
-const LONG: usize = 4096;
-
 /// How often a cycle visits the coarser grids.
 ///
 /// ```
@@ -106,14 +103,9 @@ pub(super) struct Equation<'l, T: Scalar> {
 }
 
 impl<T: Scalar> Equation<'_, T> {
-    /// Returns whether there is no time for a walk over this grid.
-    fn is_late(&self, clock: &mut Clock<'_>) -> bool {
-        self.points >= LONG && clock.is_up()
-    }
-
     /// A forward and a backward sweep.
     pub(super) fn smooth(&mut self, x: &mut [T], clock: &mut Clock<'_>) {
-        if self.is_late(clock) {
+        if clock.is_up_before(self.points) {
             return;
         }
         let between = &mut self.between[..x.len()];
@@ -150,7 +142,7 @@ impl<T: Scalar> Equation<'_, T> {
     /// receives the interpolated `x_H − I x`, unless it is not finite. Between the grids `x_H` has
     /// the scale of `x`.
     pub(super) fn correct(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
-        if self.is_late(clock) {
+        if clock.is_up_before(self.points) {
             return;
         }
         let Some((level, coarser)) = self.coarser.split_first_mut() else { return };
@@ -170,7 +162,7 @@ impl<T: Scalar> Equation<'_, T> {
         for &visit in visits {
             below.cycle(visit, coarse, clock);
         }
-        if self.points >= LONG && clock.is_up() {
+        if clock.is_up_before(self.points) {
             return;
         }
         keep_own(gathered, own, coarse);
@@ -189,7 +181,7 @@ impl<T: Scalar> Equation<'_, T> {
     /// Overwrites `x` by nested iteration: from the coarsest grid's solution, one cycle on each
     /// finer grid.
     pub(super) fn nested(&mut self, kind: Cycle, x: &mut [T], clock: &mut Clock<'_>) {
-        if self.is_late(clock) {
+        if clock.is_up_before(self.points) {
             return;
         }
         x.fill(T::zero());
@@ -206,7 +198,7 @@ impl<T: Scalar> Equation<'_, T> {
             let (between, parallel) = (&mut *self.between, self.parallel);
             Equation { smoother, f: (T::one(), f), points, coarser, between, parallel }
                 .nested(kind, coarse, clock);
-            if self.points >= LONG && clock.is_up() {
+            if clock.is_up_before(self.points) {
                 return;
             }
             keep_own(gathered, own, coarse);

@@ -1,9 +1,9 @@
 //! Decides whether the next iteration is a cycle or sweeps.
 
+use crate::safeguard::PROGRESS;
+
 /// An iteration that multiplies the defect by more than this is slow enough to try the other kind.
 const SLOW: f64 = 0.5;
-/// A cycle that multiplies the defect by more than this has stalled.
-const STALLED: f64 = 0.9;
 /// How many cycles a trial takes beyond the number of slow sweeps that are borne: the first ones
 /// after many sweeps may raise the defect while the error falls.
 const TRIAL: usize = 2;
@@ -73,7 +73,7 @@ impl Pace {
         self.last = defect;
         match self.phase {
             Phase::Unknown => Turn::Compare,
-            Phase::Cycles if gain <= STALLED => Turn::Cycle,
+            Phase::Cycles if gain <= PROGRESS => Turn::Cycle,
             Phase::Cycles => self.sweep(Turn::Sweep),
             Phase::Sweeps { .. } if gain <= SLOW => Turn::Sweep,
             Phase::Sweeps { bear: 0 } => {

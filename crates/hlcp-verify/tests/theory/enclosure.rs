@@ -107,11 +107,20 @@ struct Tally {
     ratios: Vec<f64>,
 }
 
+/// The bound in the sentence of a certificate, exactly; `None` for one that is infinite.
+fn printed(said: &str) -> Option<BigRational> {
+    let (_, bound) = said.split_once("≤ ")?;
+    let (mantissa, exponent) = bound.split_once('e')?;
+    let (whole, places) = mantissa.split_once('.')?;
+    let digits: BigRational = format!("{whole}{places}").parse().ok()?;
+    Some(digits * exact(10.0).pow(exponent.parse::<i32>().ok()? - places.len() as i32))
+}
+
 /// Whether an exact solution is within the bounds and on the sides of a certificate, with the
-/// value of the functional within its bounds.
+/// value of the functional within its bounds, and no farther than it is said.
 fn holds(case: &Case, certificate: &Certificate, in_z: &[bool], y: &[BigRational]) -> bool {
     let zero = BigRational::zero();
-    let mut sum = BigRational::zero();
+    let (mut sum, said) = (BigRational::zero(), printed(&certificate.to_string()));
     for (j, y) in y.iter().enumerate() {
         let star = if in_z[j] { [y, &zero] } else { [&zero, y] };
         let sides = [Branch::Z, Branch::R].map(|side| certificate.sides[j] == side);
@@ -119,7 +128,10 @@ fn holds(case: &Case, certificate: &Certificate, in_z: &[bool], y: &[BigRational
             [(case.z[j], certificate.z[j]), (case.r[j], certificate.r[j])].into_iter().enumerate()
         {
             let near = bound == f64::INFINITY || (exact(given) - star[k]).abs() <= exact(bound);
-            if !near || sides[k] && !star[k].is_positive() || sides[1 - k] && !star[k].is_zero() {
+            let said = said.as_ref().is_none_or(|said| (exact(given) - star[k]).abs() <= *said);
+            let wrong_side =
+                sides[k] && !star[k].is_positive() || sides[1 - k] && !star[k].is_zero();
+            if !near || !said || wrong_side {
                 return false;
             }
             sum += exact(case.c[k][j]) * star[k];
