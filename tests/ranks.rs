@@ -1,5 +1,7 @@
 //! Ranks that share a problem come to the bits of one process.
 
+mod common;
+
 use std::{
     fmt,
     ops::ControlFlow,
@@ -12,6 +14,7 @@ use std::{
     time::Duration,
 };
 
+use common::noise;
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
     Ranks, Rows, Scalar, Shifted, Step, Strip, Transfer, ranks_as_threads,
@@ -20,13 +23,6 @@ use hlcp_methods::{
     Anderson, Clock, Cycle, Divergence, Limits, Method, Mms, Multigrid, Named, Norm, Options,
     Parameters, Progress, Solver, Status,
 };
-
-/// A number in −1..1 without pattern.
-fn noise(seed: usize) -> f64 {
-    let mixed = (seed as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    ((mixed ^ mixed >> 31).wrapping_mul(0xBF58_476D_1CE4_E5B9) >> 11) as f64 / (1_u64 << 52) as f64
-        - 1.0
-}
 
 /// Which problem, on which grid.
 #[derive(Debug, Clone, Copy)]

@@ -149,19 +149,6 @@ fn the_oracle_finds_planted_solutions() {
     }
 }
 
-/// A strictly dominant A with a positive diagonal is a P-matrix, so with B = I there is one
-/// solution for every q.
-#[test]
-fn the_oracle_finds_one_solution_of_a_p_matrix() {
-    for seed in 0..1000 {
-        let random = &mut Random(seed);
-        let n = 1 + random.index(5);
-        let a = random.dominant(&Pattern { n, grid: None });
-        let q = random.vector(n, -4, 4);
-        assert_eq!(solutions(&a, &identity(n), &q).len(), 1, "{a:?}, {q:?}");
-    }
-}
-
 /// Positive weights w with wᵀA = 0 and wᵀB ≥ 0 leave wᵀ(A z − B r + q) ≤ wᵀq < 0.
 #[test]
 fn the_oracle_finds_nothing_where_weighted_rows_say_so() {

@@ -6,6 +6,7 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 use hlcp_methods::{Clock, Method};
 
 use crate::{
+    comparison::{check_pair, ratio},
     decimal::decimal,
     enclosure::{Assembled, Refusal, by_method, holds, holds_one, is_z_pair},
     rounding::{Doubled, larger},
@@ -483,29 +484,6 @@ fn check<T: Scalar>(
     all_finite("q", q)?;
     all_finite("z", z)?;
     all_finite("r", r)
-}
-
-fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<(), Error> {
-    a.check("A")?;
-    b.check("B")?;
-    let [found, expected] = [b.order(), a.order()];
-    if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
-}
-
-fn positive(v: &[f64]) -> bool {
-    v.iter().all(|&v| v > 0.0 && v.is_finite())
-}
-
-fn positive_diagonals<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
-    let sound = |entry: T| entry > T::zero() && entry.is_finite();
-    (0..a.order()).all(|i| sound(a.diagonal_entry(i)) && sound(b.diagonal_entry(i)))
-}
-
-/// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.
-fn ratio<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Vec<f64>> {
-    let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
-    let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
-    (positive_diagonals(a, b) && positive(&omega)).then_some(omega)
 }
 
 /// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.

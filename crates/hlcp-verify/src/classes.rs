@@ -15,7 +15,7 @@ use hlcp_core::{Error, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
-    comparison::{Modulus, visit},
+    comparison::{Modulus, check_pair, visit},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::{Interval, sign},
@@ -247,12 +247,8 @@ pub fn is_m<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn has_w_property<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Answer, Error> {
-    a.check("A")?;
-    b.check("B")?;
-    let [found, n] = [b.order(), a.order()];
-    if found != n {
-        return Err(Error::Order { what: "B", found, expected: n });
-    }
+    check_pair(a, b)?;
+    let n = a.order();
     if n > 20 {
         let range = "at most 20, for which there are a million choices of columns";
         return Err(Error::Parameter { name: "the order", value: n as f64, range });

@@ -1,6 +1,6 @@
 //! The comparison matrices of the theorems, row by row from the operators.
 
-use hlcp_core::{Hlcp, Omega, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Omega, Rows, Scalar};
 
 use crate::{
     perron::Comparison,
@@ -33,6 +33,30 @@ pub(crate) fn merge<T: Scalar>(
             _ => row.insert(next, (j, [0.0, b])),
         }
     });
+}
+
+/// Refuses operators that are no pair.
+pub(crate) fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<(), Error> {
+    a.check("A")?;
+    b.check("B")?;
+    let [found, expected] = [b.order(), a.order()];
+    if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
+}
+
+pub(crate) fn positive(v: &[f64]) -> bool {
+    v.iter().all(|&v| v > 0.0 && v.is_finite())
+}
+
+fn positive_diagonals<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
+    let sound = |entry: T| entry > T::zero() && entry.is_finite();
+    (0..a.order()).all(|i| sound(a.diagonal_entry(i)) && sound(b.diagonal_entry(i)))
+}
+
+/// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.
+pub(crate) fn ratio<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Vec<f64>> {
+    let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
+    let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
+    (positive_diagonals(a, b) && positive(&omega)).then_some(omega)
 }
 
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.

@@ -14,7 +14,7 @@ use hlcp_methods::Clock;
 
 use crate::{
     classes::{Answer, radius_below_one},
-    comparison::{Against, Coupled, Transposed, Weights},
+    comparison::{Against, Coupled, Transposed, Weights, check_pair, positive, ratio},
     perron::{Comparison, scaled},
     rounding::{Sum, sign},
 };
@@ -243,14 +243,9 @@ pub fn uniqueness_within<T: Scalar>(
     b: &impl Rows<T>,
     clock: &mut Clock<'_>,
 ) -> Result<Uniqueness, Error> {
-    a.check("A")?;
-    b.check("B")?;
-    let [found, expected] = [b.order(), a.order()];
-    if found != expected {
-        return Err(Error::Order { what: "B", found, expected });
-    }
+    check_pair(a, b)?;
     let columns = Transposed::new(a, b);
-    let is_z = (0..expected).all(|j| columns.is_z(0, j) && columns.is_z(1, j));
+    let is_z = (0..a.order()).all(|j| columns.is_z(0, j) && columns.is_z(1, j));
     let reason = match search(&columns, clock) {
         Found::Common(v) => return Ok(Uniqueness::Proved(Witness::Left { v })),
         Found::Differ(disproof) if disproof.proves(&columns) => {
@@ -273,11 +268,7 @@ fn from_the_right<T: Scalar>(
     b: &impl Rows<T>,
     clock: &mut Clock<'_>,
 ) -> Option<Witness> {
-    let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
-    let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
-    if !positive(&omega) {
-        return None;
-    }
+    let omega = ratio(a, b)?;
     let coupled = Coupled { a, b, omega: Weights::Chosen(&omega), against: Against::Pair };
     let Answer::Yes(d) = radius_below_one(&coupled, clock) else { return None };
     Some(Witness::Right { omega, d })
@@ -468,8 +459,4 @@ fn supported(z: &impl Comparison, choice: &[bool], mut u: Vec<f64>) -> Option<Ve
         places.reverse();
     }
     (!places.is_empty()).then_some(u)
-}
-
-fn positive(v: &[f64]) -> bool {
-    v.iter().all(|&v| v > 0.0 && v.is_finite())
 }

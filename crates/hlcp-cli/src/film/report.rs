@@ -381,7 +381,7 @@ impl Report<'_> {
         text: &mut String,
         [own, clamped]: &[Coefficients; 2],
     ) -> fmt::Result {
-        let [axes, stiff, damp] = self.axes();
+        let [axes, ..] = self.axes();
         writeln!(text, "coefficients      {axes}; for slow motions, then by the clamp")?;
         if self.figures.broken_share > 0.0 {
             writeln!(
@@ -390,32 +390,31 @@ impl Report<'_> {
                  frequency take --whirl"
             )?;
         }
-        let pairs = [
-            ("stiffness", stiff, &own.stiffness, &clamped.stiffness),
-            ("damping", damp, &own.damping, &clamped.damping),
-        ];
-        for (name, unit, own, clamped) in pairs {
-            for (k, (own, clamped)) in own.iter().zip(clamped).enumerate() {
+        self.print_matrices(text, &[own, clamped])
+    }
+
+    /// Prints the rows of stiffness and damping, one beside the other.
+    fn print_matrices(&self, text: &mut String, all: &[&Coefficients]) -> fmt::Result {
+        let [_, stiff, damp] = self.axes();
+        for (name, unit, is_damping) in [("stiffness", stiff, false), ("damping", damp, true)] {
+            let of = |found: &Coefficients, k: usize| {
+                row(if is_damping { &found.damping[k] } else { &found.stiffness[k] })
+            };
+            for k in 0..self.bearing.modes.len() {
                 let name = if k == 0 { format!("{name}, {unit}") } else { String::new() };
-                writeln!(text, "{name:<16}{}  |{}", row(own), row(clamped))?;
+                let rows: Vec<String> = all.iter().map(|found| of(found, k)).collect();
+                writeln!(text, "{name:<16}{}", rows.join("  |"))?;
             }
         }
         Ok(())
     }
 
     fn print_whirl(&self, text: &mut String, whirl: &Whirl) -> fmt::Result {
-        let [axes, stiff, damp] = self.axes();
+        let [axes, ..] = self.axes();
         for (ratio, found) in &whirl.at {
             let omega = ratio * whirl.running;
             writeln!(text, "whirl of {ratio:<9}{axes}; at {omega:.6e} rad/s")?;
-            for (name, unit, matrix) in
-                [("stiffness", stiff, &found.stiffness), ("damping", damp, &found.damping)]
-            {
-                for (k, entries) in matrix.iter().enumerate() {
-                    let name = if k == 0 { format!("{name}, {unit}") } else { String::new() };
-                    writeln!(text, "{name:<16}{}", row(entries))?;
-                }
-            }
+            self.print_matrices(text, &[found])?;
         }
         if self.bearing.journal.is_none() {
             return Ok(());

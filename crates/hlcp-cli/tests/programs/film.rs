@@ -325,20 +325,6 @@ fn wrong_input_is_refused_in_one_line() {
 }
 
 #[test]
-fn gaps_above_a_millimetre_are_solved_with_a_warning() {
-    let profile = text(&bumpy(), [1.0, 1.0]);
-    let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
-    // The points are in millimetres and micrometres.
-    let (forgotten, _) = film("forgotten", Some(&profile), &flags);
-    let err = String::from_utf8_lossy(&forgotten.stderr);
-    assert_eq!((forgotten.status.code(), err.lines().count()), (Some(0), 1), "{err}");
-    assert!(err.contains("--h-unit") && err.contains("--x-unit"), "{err}");
-    let units = format!("{flags} --x-unit 1e-3 --h-unit 1e-6");
-    let (given, _) = film("given", Some(&profile), &units);
-    assert!(given.status.success() && given.stderr.is_empty());
-}
-
-#[test]
 fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     // Points in millimetres and micrometres.
     let profile = text(&bumpy(), [1.0, 1.0]);
@@ -394,6 +380,9 @@ fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
     let wedge = "0 2e-5\n80 1e-5\n";
     assert!(warned(wedge, "0.04").contains("the film 80 m long"));
     assert_eq!(warned(wedge, "0.04 --x-unit mm"), "");
+    // The points are in millimetres and micrometres.
+    let forgotten = warned(&text(&bumpy(), [1.0, 1.0]), "0.041");
+    assert!(forgotten.contains("--h-unit") && forgotten.contains("--x-unit"), "{forgotten}");
     let thick = warned(wedge, "400000 --x-unit mm");
     assert!(thick.contains("--viscosity is in Pa s"), "{thick}");
 }

@@ -1,4 +1,4 @@
-use hlcp_core::{Aor, Csr, FivePoint, Identity, Omega, Rhs, Tridiagonal, Varying};
+use hlcp_core::{Aor, Csr, FivePoint, Identity, Omega, Rhs, Varying};
 use nalgebra::{DMatrix, DVector, dmatrix};
 
 use super::{
@@ -429,24 +429,6 @@ fn rows_that_do_not_hang_together_are_no_obstacle() {
     let mut one = self::solver(&a, &b);
     assert!(one.solve(&[-3.0], Limits::absolute(1e-10)).unwrap().converged());
     assert_eq!(one.z(), [1.5]);
-}
-
-/// Elastic–plastic torsion of a strip, in whose answer plastic parts have grown from the edges by a
-/// fifth of the points each: one by one, for Newton's method alone.
-#[test]
-fn a_front_takes_no_step_for_each_point() {
-    let n = 2048;
-    let h = 1.0 / (n + 1) as f64;
-    let a = Tridiagonal::new(n, |_| [-1.0, 2.0, -1.0]).unwrap();
-    let distance = |j: usize| j.min(n + 1 - j) as f64 * h;
-    let fold = |j: usize| 2.0 * distance(j) - distance(j - 1) - distance(j + 1);
-    let q: Vec<f64> = (1..=n).map(|j| 5.0 * h * h - fold(j)).collect();
-    let b = Identity { order: n };
-    let mut solver = solver(&a, &b);
-    let outcome = solver.solve(&q, from_one(&vec![1.0; n])).unwrap();
-    assert!(outcome.converged() && outcome.iterations <= n / 5 + 2, "{outcome}");
-    // The fold of the distance is half a cell from the nearest point, and z there off by its slope.
-    assert!((solver.z()[n / 2] - 0.1).abs() < h, "{}", solver.z()[n / 2]);
 }
 
 /// z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1 have no solution: phases end one after the other, and the base has

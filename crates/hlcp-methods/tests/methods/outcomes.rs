@@ -370,9 +370,9 @@ fn a_cycle_behind_a_false_suspicion() {
     assert_eq!(outcome.status, Status::Cycling { period: 2 }, "{outcome}");
 }
 
-/// Scaling the data and the start by a power of two scales the iterates and nothing else; by a
-/// power of ten, up to rounding.
-fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
+/// Scaling the data and the start by a power of two scales the iterates and nothing else;
+/// `answers.rs` has powers of ten.
+fn scales<T: Scalar>(powers: [i32; 2]) {
     let relative = 64.0 * T::epsilon().to_f64().unwrap();
     let limits = Limits { rounding: Some(0.0), ..Limits::relative(relative) };
     for norm in [Norm::L2, Norm::LInf] {
@@ -387,7 +387,7 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
         };
         let (unit, z) = solve(1.0);
         assert!(unit.converged());
-        for power in binary {
+        for power in powers {
             let factor = 2_f64.powi(power);
             let (outcome, scaled) = solve(factor);
             assert!(outcome.converged());
@@ -395,12 +395,6 @@ fn scales<T: Scalar>(binary: [i32; 2], decimal: [i32; 2]) {
             assert_eq!(outcome.residual.l2, unit.residual.l2 * factor);
             let factor = T::from(factor).unwrap();
             assert!(z.iter().zip(scaled).all(|(&z, scaled)| z * factor == scaled));
-        }
-        for power in decimal {
-            let (outcome, _) = solve(10_f64.powi(power));
-            assert!(outcome.converged());
-            assert!(outcome.iterations.abs_diff(unit.iterations) <= 1);
-            assert!(outcome.residual.l2 > 0.0);
         }
     }
 }
@@ -428,8 +422,8 @@ fn the_scale_of_the_start_does_not_matter() {
 
 #[test]
 fn the_scale_of_the_data_does_not_matter() {
-    scales::<f64>([498, -498], [150, -150]);
-    scales::<f32>([60, -60], [18, -18]);
+    scales::<f64>([498, -498]);
+    scales::<f32>([60, -60]);
 }
 
 /// Whatever the bits, a solve answers: with an error, or with an outcome that holds.

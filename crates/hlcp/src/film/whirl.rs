@@ -298,6 +298,18 @@ mod tests {
     use super::*;
     use crate::film::{Drive, Journal, Load, Motion, Settings, Side};
 
+    /// A journal of 100 mm in a bearing of this length, in its middle, fed by a groove of 1 bar.
+    fn journal(length: f64, speed: f64) -> Bearing {
+        let journal =
+            Journal { diameter: 0.1, length, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
+        let mut bearing = Bearing::journal(journal, [36, 6]);
+        bearing.film.speeds = [speed, 0.0];
+        bearing.film.viscosity = vec![0.02];
+        bearing.film.supplies =
+            vec![Supply { corner: [0.0; 2], size: [0.0, length], pressure: 1e5 }];
+        bearing
+    }
+
     /// What the forces gain per displacement along a coordinate in the last of so many turns of
     /// small whirls, by implicit steps in time.
     fn transient(
@@ -340,12 +352,7 @@ mod tests {
             (ecc, turn, speed) in (0.1..0.8_f64, 0.0..TAU, 8.0..20.0),
             (ratio, steps) in (0.25..1.5, 16..40_usize),
         ) {
-            let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
-            let mut bearing = Bearing::journal(journal, [36, 6]);
-            bearing.film.speeds = [speed, 0.0];
-            bearing.film.viscosity = vec![0.02];
-            let groove = Supply { corner: [0.0; 2], size: [0.0, 0.05], pressure: 1e5 };
-            bearing.film.supplies = vec![groove];
+            let mut bearing = journal(0.05, speed);
             bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
             let settings = Settings::default();
             let solved = Solved::new(bearing.here().unwrap(), None, &settings).unwrap();
@@ -413,12 +420,7 @@ mod tests {
     /// A rotor of half the critical mass comes to rest after a push, one of twice that does not.
     #[test]
     fn a_rotor_above_the_critical_mass_whirls() {
-        let journal =
-            Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
-        let mut bearing = Bearing::journal(journal, [36, 6]);
-        bearing.film.speeds = [15.0, 0.0];
-        bearing.film.viscosity = vec![0.02];
-        bearing.film.supplies = vec![Supply { corner: [0.0; 2], size: [0.0, 0.05], pressure: 1e5 }];
+        let mut bearing = journal(0.05, 15.0);
         bearing.position = vec![5e-5, 0.0];
         let settings = Settings::default();
         let load = Load { direction: Some(bearing.load_direction(0.0)), ..Load::of(1000.0) };
@@ -482,10 +484,7 @@ mod tests {
             (length, at, pressure) in (0.025..0.1, 0.0..1.0, 1e3..2e5),
             other in prop_oneof![Just(None), (0.0..1.0_f64).prop_map(Some)],
         ) {
-            let journal = Journal { diameter: 0.1, length, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
-            let mut bearing = Bearing::journal(journal, [36, 6]);
-            bearing.film.speeds = [speed, 0.0];
-            bearing.film.viscosity = vec![0.02];
+            let mut bearing = journal(length, speed);
             let around = bearing.film.lengths[0];
             let groove = |at: f64| {
                 Supply { corner: [at * around, 0.0], size: [0.0, length], pressure }
