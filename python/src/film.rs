@@ -12,10 +12,9 @@ use hlcp::film::{
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::{exceptions::PyRuntimeError, prelude::*, types::PyDict};
-use rayon::ThreadPoolBuilder;
+use pyo3::{prelude::*, types::PyDict};
 
-use crate::{apart, released, room, shown, wrong};
+use crate::{apart, on_threads, released, room, shown, wrong};
 
 /// A film as `hlcp/_film.py` describes it.
 #[derive(FromPyObject)]
@@ -307,13 +306,7 @@ impl How {
             let (method, in_parallel) = (self.method.as_deref(), self.threads > 1);
             work(&film::Settings { method, in_parallel, watch: Some(&watch) })
         };
-        released(py, || {
-            if self.threads == 1 {
-                return run();
-            }
-            let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
-            pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?.install(run)
-        })
+        released(py, || on_threads(self.threads, run))
     }
 }
 
@@ -373,15 +366,16 @@ fn refuse_idle(film: &Film) -> PyResult<()> {
     Err(wrong(format!("nothing drives the film: the walls carry nothing and {what}")))
 }
 
-/// How to feed a film that runs dry.
-fn feeding(bearing: &Bearing) -> &'static str {
-    if bearing.journal.is_some() {
-        "nothing feeds this film, so it runs dry; feed it above the pressure of cavitation, by \
-         grooves=[(0, 2e5)], ambient=101325 or supplies"
-    } else {
-        "nothing feeds this film, so it runs dry; feed it above the pressure of cavitation, by \
-         ambient=101325 or supplies"
+/// Refuses a film that nothing feeds, and says what it does not do for that, and how to feed it.
+fn refuse_dry(bearing: &Bearing, film: &Film, what: &str) -> PyResult<()> {
+    if film.is_fed() {
+        return Ok(());
     }
+    let grooves = if bearing.journal.is_some() { "grooves=[(0, 2e5)], " } else { "" };
+    Err(wrong(format!(
+        "it {what}: nothing feeds this film, so it runs dry; feed it above the pressure of \
+         cavitation, by {grooves}ambient=101325 or supplies"
+    )))
 }
 
 /// Moves the wall to where it carries the load, and solves there; how many films that took.
@@ -397,10 +391,7 @@ fn carried(
     let Some((force, at, attitude)) = carries else {
         return Ok((Solved::new(film, start, settings).map_err(wrong)?, 1));
     };
-    if !film.is_fed() {
-        let dry = feeding(bearing);
-        return Err(wrong(format!("it carries nothing instead of {} N: {dry}", number(force))));
-    }
+    refuse_dry(bearing, &film, &format!("carries nothing instead of {} N", number(force)))?;
     let load = load(bearing, (force, at, attitude));
     let Carried { found, solved, films: [films, failed], forces: [least, largest], off, .. } =
         bearing.carry(&load, start, settings).map_err(wrong)?;
@@ -517,10 +508,7 @@ pub(crate) fn bearing_coefficients(
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let how: How = how.bind(py).extract()?;
         how.run(py, &stop, move |settings| {
-            if !solved.film.is_fed() {
-                let dry = feeding(&bearing);
-                return Err(wrong(format!("it answers to no motion: {dry}")));
-            }
+            refuse_dry(&bearing, &solved.film, "answers to no motion")?;
             if frequency.is_some_and(|ratio| ratio > 0.0) {
                 refuse_rest(&bearing)?;
             }
@@ -544,10 +532,7 @@ pub(crate) fn bearing_threshold(
     apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         refuse_rest(&bearing)?;
-        if !solved.film.is_fed() {
-            let dry = feeding(&bearing);
-            return Err(wrong(format!("it answers to no motion: {dry}")));
-        }
+        refuse_dry(&bearing, &solved.film, "answers to no motion")?;
         let found = released(py, || Threshold::of(&bearing, &solved).map_err(wrong))?;
         Ok(found.map(|found| [found.mass, found.omega / bearing.running_speed()]))
     })
@@ -586,10 +571,7 @@ pub(crate) fn bearing_sensitivities(
         let parameters: Vec<Named<'_>> = parameters.bind(py).extract()?;
         let parameters = parameters.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
         let found = released(py, || {
-            if !solved.film.is_fed() {
-                let dry = feeding(&bearing);
-                return Err(wrong(format!("it changes with nothing: {dry}")));
-            }
+            refuse_dry(&bearing, &solved.film, "changes with nothing")?;
             let load = carries.map(|carries| load(&bearing, carries));
             bearing.sensitivities(&solved, &parameters, load.as_ref()).map_err(wrong)
         })?;
@@ -613,20 +595,13 @@ pub(crate) fn bearing_sensitivities(
 }
 
 /// Proved figures by their names.
-fn bounds<'py>(
-    py: Python<'py>,
-    bearing: &Bearing,
-    proved: ProvedFigures,
-) -> PyResult<Bound<'py, PyAny>> {
-    let friction = bearing.proved_drag(&proved);
-    let ProvedFigures { load, sides, supplies, peak, .. } = proved;
-    let named = PyDict::new(py);
-    named.set_item("load", load)?;
-    named.set_item("friction", friction)?;
-    named.set_item("sides", sides)?;
-    named.set_item("supplies", supplies)?;
-    named.set_item("peak", peak)?;
-    Ok(named.into_any())
+#[derive(IntoPyObject)]
+pub(crate) struct Bounds {
+    load: [f64; 2],
+    friction: [[f64; 2]; 2],
+    sides: [[f64; 2]; 4],
+    supplies: Vec<[f64; 2]>,
+    peak: [f64; 2],
 }
 
 /// Proves the figures of a film that is solved, or of all films that differ from it by a part: a
@@ -636,7 +611,7 @@ pub(crate) fn bearing_bounds(
     py: Python<'_>,
     stored_film: Py<PyAny>,
     part: Option<f64>,
-) -> PyResult<(String, Option<Py<PyAny>>)> {
+) -> PyResult<(String, Option<Bounds>)> {
     apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let proved = released(py, || match part {
@@ -654,14 +629,18 @@ pub(crate) fn bearing_bounds(
             }
         })?;
         Ok(match proved {
-            Ok((said, proved)) => (said, Some(bounds(py, &bearing, proved)?.unbind())),
+            Ok((said, proved)) => {
+                let friction = bearing.proved_drag(&proved);
+                let ProvedFigures { load, sides, supplies, peak, .. } = proved;
+                (said, Some(Bounds { load, friction, sides, supplies, peak }))
+            }
             Err(refusal) => (format!("nothing is proved, because {refusal}"), None),
         })
     })
 }
 
 /// What each step of a motion does, one number after the other.
-#[derive(Default)]
+#[derive(Default, IntoPyObject)]
 struct Steps {
     load: Vec<f64>,
     at: Vec<[f64; 2]>,
@@ -675,8 +654,7 @@ struct Steps {
     broken_share: Vec<f64>,
     position: Vec<Vec<f64>>,
     imbalance: f64,
-    converged: bool,
-    last: Option<FilmFigures>,
+    success: bool,
 }
 
 /// Takes a step from each time to the next one, perhaps from where a load is carried.
@@ -688,7 +666,7 @@ fn moved(
     rows: &[Vec<f64>],
     (mass, attitude, begins): (Option<f64>, f64, Option<Carries>),
     settings: &film::Settings<'_>,
-) -> PyResult<(Motion, Steps)> {
+) -> PyResult<(Motion, Steps, Option<FilmFigures>)> {
     if begins.is_some() {
         carried(&mut bearing, begins, None, settings)?;
     }
@@ -717,7 +695,8 @@ fn moved(
     let mut motion = Motion::new(bearing, settings).map_err(wrong)?;
     let (begun, mut entered) = (motion.oil(), 0.0);
     let settled = motion.solved.as_ref().is_none_or(|solved| solved.outcome.converged());
-    let mut steps = Steps { converged: settled, ..Steps::default() };
+    let mut steps = Steps { success: settled, ..Steps::default() };
+    let mut last = None;
     for (k, pair) in times.windows(2).enumerate() {
         let (duration, given) = (pair[1] - pair[0], drives[k + 1].clone());
         let drive = match mass {
@@ -728,7 +707,7 @@ fn moved(
         let found = found.map_err(|error| wrong(format!("times[{}]: {error}", k + 1)))?;
         let (bearing, solved) = (&motion.bearing, motion.solved.as_ref());
         let solved = solved.ok_or_else(|| wrong("there is no film after a step"))?;
-        steps.converged &= solved.outcome.converged();
+        steps.success &= solved.outcome.converged();
         let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
         let [carried, x, y] = bearing.load(&solved.film, &found, &solved.z);
@@ -748,10 +727,10 @@ fn moved(
         } else {
             bearing.position.clone()
         });
-        steps.last = Some(found);
+        last = Some(found);
     }
     steps.imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);
-    Ok((motion, steps))
+    Ok((motion, steps, last))
 }
 
 /// Moves the wall of a bearing: what each step does, and the last film.
@@ -768,27 +747,14 @@ pub(crate) fn bearing_motion(
         let walled: Walled<'_> = walled.bind(py).extract()?;
         let (bearing, of_oil) = (walled.bearing()?, walled.oil);
         let how: How = how.bind(py).extract()?;
-        let (motion, steps) =
+        let (motion, steps, figures) =
             how.run(py, &stop, move |settings| moved(bearing, &times, &rows, driven, settings))?;
         let Motion { bearing, solved, .. } = motion;
         let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
         let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));
-        let last = reported(py, &bearing, solved, (steps.load.len(), steps.last, of_oil))?;
+        let last = reported(py, &bearing, solved, (steps.load.len(), figures, of_oil))?;
         last.set_item("step", oil.map(|(time, oil)| (time, PyArray1::from_vec(py, oil))))?;
-        let found = PyDict::new(py);
-        found.set_item("load", steps.load)?;
-        found.set_item("at", steps.at)?;
-        found.set_item("friction", steps.friction)?;
-        found.set_item("power", steps.power)?;
-        found.set_item("sides", steps.sides)?;
-        found.set_item("supplied", steps.supplied)?;
-        found.set_item("oil", steps.oil)?;
-        found.set_item("peak", steps.peak)?;
-        found.set_item("least_gap", steps.least_gap)?;
-        found.set_item("broken_share", steps.broken_share)?;
-        found.set_item("position", steps.position)?;
-        found.set_item("imbalance", steps.imbalance)?;
-        found.set_item("success", steps.converged)?;
+        let found = steps.into_pyobject(py)?;
         found.set_item("last", last)?;
         Ok(found.into_any().unbind())
     })

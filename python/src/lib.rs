@@ -321,16 +321,6 @@ struct Answer<T> {
 }
 
 impl<T: Real> Job<'_, T> {
-    /// Solves, on as many threads as are asked for.
-    fn run(&self) -> PyResult<Answer<T>> {
-        if self.settings.threads == 1 {
-            return self.choose();
-        }
-        let pool = ThreadPoolBuilder::new().num_threads(self.settings.threads).build();
-        let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-        pool.install(|| self.choose())
-    }
-
     /// Makes the method, and iterates it.
     fn choose(&self) -> PyResult<Answer<T>> {
         let Settings { splittings, window, tau, .. } = self.settings;
@@ -431,6 +421,15 @@ fn tell<T: Real>(callback: &Py<PyAny>, progress: &Progress<'_, T>) -> PyResult<b
     })
 }
 
+/// Works on so many threads.
+fn on_threads<R: Send>(threads: usize, work: impl FnOnce() -> PyResult<R> + Send) -> PyResult<R> {
+    if threads == 1 {
+        return work();
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?.install(work)
+}
+
 /// Runs without the interpreter; a panic becomes an exception.
 fn released<R: Send>(py: Python<'_>, work: impl FnOnce() -> PyResult<R> + Send) -> PyResult<R> {
     py.detach(|| {
@@ -501,7 +500,7 @@ fn solve_in<'py, T: Real>(
         limits: settings.limits()?,
         failure: &failure,
     };
-    let answer = released(py, || job.run());
+    let answer = released(py, || on_threads(settings.threads, || job.choose()));
     drop(job);
     failure.raised()?;
     let Answer { z, r, x, outcome } = answer?;
