@@ -113,7 +113,7 @@ impl Slopes {
         operators: Operators,
         (moving, inertia): (usize, f64),
     ) -> Result<Self, FilmError> {
-        let mut linear = Linear::of(operators, &guess.r, LINEAR)?;
+        let mut linear = Linear::of(&guess.film, operators, &guess.r, LINEAR)?;
         let modes = &bearing.modes[..moving];
         let answer = |mode: &Vec<f64>| linear.answer(&guess.widened(mode, &guess.r));
         let ways = modes.iter().map(answer).collect::<Result<Vec<_>, _>>()?;

@@ -121,7 +121,7 @@ impl Bearing {
         solved.check_steady()?;
         let wanted = load.map(|load| Wanted::new(self, load, 1.0));
         let moving: &[usize] = wanted.as_ref().map_or(&[], |wanted| &wanted.moving);
-        let mut linear = Linear::of(operators(&solved.film)?, &solved.r, LINEAR)?;
+        let mut linear = Linear::of(&solved.film, operators(&solved.film)?, &solved.r, LINEAR)?;
         let mut answer = |parameter: &Parameter| {
             let (change, position, ambient) = self.change(parameter);
             let film = &solved.film;

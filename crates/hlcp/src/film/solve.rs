@@ -330,7 +330,7 @@ impl Solved {
             operators[1] = Box::new(Identity { order: self.r.len() });
         }
         let tolerance = if with_speed { LINEAR } else { SEARCH };
-        let mut linear = Linear::of(operators, &self.r, tolerance)?;
+        let mut linear = Linear::of(film, operators, &self.r, tolerance)?;
         for &column in moving {
             let mode = &bearing.modes[column];
             let [z, mut emptied] = linear.answer(&self.widened(mode, r))?;

@@ -119,6 +119,37 @@ proptest! {
     }
 }
 
+/// Holds the stiffness of a pad against differences of what it carries.
+fn derives(film: Film) {
+    let (pad, settings) = (Bearing::pad(film), Settings::default());
+    let at = |rise: f64| {
+        let film = pad.at(&[rise, 0.0, 0.0]).unwrap();
+        Solved::new(film, None, &settings).unwrap()
+    };
+    let solved = at(0.0);
+    let found = Coefficients::new(&pad, &solved).unwrap();
+    let by = 1e-9;
+    let [less, more] = [-by, by].map(|rise| {
+        let solved = at(rise);
+        pad.forces(&solved.film, &solved.z)
+    });
+    for k in 0..3 {
+        let difference = (less[k] - more[k]) / (2.0 * by);
+        let off = (found.stiffness[k][0] - difference).abs();
+        let lever = if k == 0 { 1.0 } else { 0.05 };
+        assert!(off <= 1e-5 * lever * found.stiffness[0][0], "{k}: {off} of {difference}");
+    }
+}
+
+#[test]
+fn stiffness_is_the_difference_of_loads() {
+    for cells in [[60, 20], [20, 60]] {
+        let film = Film::new(cells, [0.05, 0.03], 3.0, 0.04);
+        let film = film.with_gap(|x, y| 4e-5 - 4e-4 * x + 1e-5 * (200.0 * y).sin());
+        derives(Film { sides: [Side::Pressure(1e5); 4], ..film });
+    }
+}
+
 /// In the middle of lobes that are alike the journal is pushed alike in all directions.
 #[test]
 fn three_and_four_lobes_have_no_direction() {
