@@ -17,7 +17,7 @@ pub(super) const SMALL: usize = 100;
 
 /// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level
 /// that is large, whose unknowns hang together too little to be joined.
-const PASSES: usize = 6;
+pub(super) const PASSES: usize = 3;
 
 /// Bounds the entries of a near-kernel vector.
 pub(super) const SPREAD: f64 = 1e3;
@@ -115,21 +115,21 @@ impl<T: Scalar> Hierarchy<T> {
         Some(Self { levels, bottom, walked })
     }
 
-    /// Replaces the matrix, unless it is the only level; unknowns of which `apart` is true stay on
-    /// the first.
+    /// Drops the first matrix, and counts from zero.
+    pub(super) fn drop_rows(&mut self) {
+        self.walked = 0;
+        self.levels[0].matrix = Matrix::with_capacity(0, 0);
+    }
+
+    /// Puts a matrix in the place of the first, unless that is the only one; unknowns of which
+    /// `apart` is true stay on the first level.
     pub(super) fn renew(&mut self, matrix: Matrix<T>, apart: &[bool]) -> bool {
         let Some((first, [_, ..])) = self.levels.split_first_mut() else { return false };
-        let walks = self.walked as f64 / first.matrix.entries() as f64;
-        self.walked = (walks * matrix.entries() as f64) as usize;
         first.matrix = matrix;
         for (to, _) in first.aggregate.iter_mut().zip(apart).filter(|pair| *pair.1) {
             *to = NONE;
         }
         true
-    }
-
-    fn matrix(&self) -> &Matrix<T> {
-        &self.levels[0].matrix
     }
 
     /// The entries of all levels over those of the first.
@@ -146,12 +146,12 @@ impl<T: Scalar> Hierarchy<T> {
 
     /// The entries of the first level.
     pub(super) fn entries(&self) -> usize {
-        self.matrix().entries()
+        self.levels[0].matrix.entries()
     }
 
     /// Returns the work of set-up and cycles, in walks over the first level.
     pub(super) fn walks(&self) -> f64 {
-        self.walked as f64 / self.entries() as f64
+        self.walked as f64 / self.entries().max(1) as f64
     }
 
     /// Overwrites `y` with a cycle for `rhs`, and `product` with the matrix times `y`;
@@ -194,15 +194,14 @@ impl<T: Scalar> Descent<'_, '_, T> {
                 lu.solve(rhs, y);
                 matrix.product(y, product);
             } else {
-                matrix.sweep_from_zero(rhs, y, product);
+                matrix.sweep_from_zero(rhs, y, product, |_, _| ());
                 (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product));
             }
             return;
         }
-        matrix.sweep_from_zero(rhs, y, product);
         let mut work = std::mem::replace(&mut coarser[0].work, Work::new(0));
         work.rhs.fill(T::zero());
-        matrix.residual_above(y, product, |i, residual| {
+        matrix.sweep_from_zero(rhs, y, product, |i, residual| {
             if aggregate[i] != NONE {
                 work.rhs[aggregate[i] as usize] += residual;
             }

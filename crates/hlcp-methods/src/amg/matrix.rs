@@ -16,10 +16,12 @@ pub(super) struct Matrix<T> {
     pub(super) diagonal: Vec<T>,
     /// The reciprocals of the diagonal; 0 where it is no pivot, and an unknown stays as it is.
     inverse: Vec<T>,
-    starts: Vec<usize>,
-    middles: Vec<usize>,
+    starts: Vec<u32>,
+    middles: Vec<u32>,
     columns: Vec<u32>,
     values: Vec<T>,
+    /// How far right of the diagonal entries are, at most.
+    reach: usize,
 }
 
 impl<T: Scalar> Matrix<T> {
@@ -33,6 +35,7 @@ impl<T: Scalar> Matrix<T> {
             middles: Vec::with_capacity(n),
             columns: Vec::with_capacity(entries),
             values: Vec::with_capacity(entries),
+            reach: 0,
         }
     }
 
@@ -64,12 +67,13 @@ impl<T: Scalar> Matrix<T> {
                 self.values.push(a);
             }
         }
-        self.middles.push(self.columns.len());
+        self.middles.push(self.columns.len() as u32);
         for &(j, a) in row.iter().filter(|entry| entry.0 > i) {
             self.columns.push(j);
             self.values.push(a);
+            self.reach = self.reach.max((j - i) as usize);
         }
-        self.starts.push(self.columns.len());
+        self.starts.push(self.columns.len() as u32);
         self.diagonal.push(diagonal);
         self.inverse.push(pivot(diagonal));
     }
@@ -83,7 +87,9 @@ impl<T: Scalar> Matrix<T> {
         self.columns.len() + self.order()
     }
 
-    fn range(&self, range: Range<usize>) -> impl Iterator<Item = (usize, T)> + '_ {
+    #[inline(always)]
+    fn range(&self, range: Range<u32>) -> impl Iterator<Item = (usize, T)> + '_ {
+        let range = range.start as usize..range.end as usize;
         let columns = self.columns[range.clone()].iter();
         columns.zip(&self.values[range]).map(|(&j, &a)| (j as usize, a))
     }
@@ -95,51 +101,58 @@ impl<T: Scalar> Matrix<T> {
 
     /// As [`off`](Self::off), to be overwritten.
     pub(super) fn off_mut(&mut self, i: usize) -> impl Iterator<Item = (usize, &mut T)> {
-        let range = self.starts[i]..self.starts[i + 1];
+        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
         let columns = self.columns[range.clone()].iter();
         columns.zip(&mut self.values[range]).map(|(&j, a)| (j as usize, a))
     }
 
-    #[inline]
+    #[inline(always)]
     fn lower(&self, i: usize, y: &[T]) -> T {
         self.range(self.starts[i]..self.middles[i]).fold(T::zero(), |sum, (j, a)| sum + a * y[j])
     }
 
-    #[inline]
+    #[inline(always)]
     fn upper(&self, i: usize, y: &[T]) -> T {
         self.range(self.middles[i]..self.starts[i + 1])
             .fold(T::zero(), |sum, (j, a)| sum + a * y[j])
     }
 
-    /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and `rest` with `rhs` less what is
-    /// left of the diagonal and on it: 0 but for rounding and for rows without a pivot.
-    pub(super) fn sweep_from_zero(&self, rhs: &[T], y: &mut [T], rest: &mut [T]) {
-        for i in 0..self.order() {
-            let known = rhs[i] - self.lower(i, y);
-            y[i] = known * self.inverse[i];
-            rest[i] = known - self.diagonal[i] * y[i];
-        }
-    }
-
-    /// Takes from `rest` what is right of the diagonal, row by row, and shows what is left.
-    pub(super) fn residual_above(&self, y: &[T], rest: &[T], mut show: impl FnMut(usize, T)) {
-        for (i, &rest) in rest.iter().enumerate() {
-            show(i, rest - self.upper(i, y));
+    /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and shows the residual of each row,
+    /// as soon as the sweep is beyond its columns; overwrites `rest` with the part of it on and
+    /// left of the diagonal: 0 but for rounding and for rows without a pivot.
+    pub(super) fn sweep_from_zero(
+        &self,
+        rhs: &[T],
+        y: &mut [T],
+        rest: &mut [T],
+        mut show: impl FnMut(usize, T),
+    ) {
+        for k in 0..self.order() + self.reach {
+            if k < self.order() {
+                let known = rhs[k] - self.lower(k, y);
+                y[k] = known * self.inverse[k];
+                rest[k] = known - self.diagonal[k] * y[k];
+            }
+            if let Some(i) = k.checked_sub(self.reach) {
+                show(i, rest[i] - self.upper(i, y));
+            }
         }
     }
 
     /// Sweeps `y` forward, and overwrites `product` with the matrix times the new `y`.
     pub(super) fn sweep(&self, rhs: &[T], y: &mut [T], product: &mut [T]) {
-        for i in 0..self.order() {
-            let lower = self.lower(i, y);
-            let known = rhs[i] - self.upper(i, y) - lower;
-            if self.inverse[i] != T::zero() {
-                y[i] = known * self.inverse[i];
+        for k in 0..self.order() + self.reach {
+            if k < self.order() {
+                let lower = self.lower(k, y);
+                let known = rhs[k] - self.upper(k, y) - lower;
+                if self.inverse[k] != T::zero() {
+                    y[k] = known * self.inverse[k];
+                }
+                product[k] = lower + self.diagonal[k] * y[k];
             }
-            product[i] = lower + self.diagonal[i] * y[i];
-        }
-        for (i, product) in product.iter_mut().enumerate() {
-            *product += self.upper(i, y);
+            if let Some(i) = k.checked_sub(self.reach) {
+                product[i] += self.upper(i, y);
+            }
         }
     }
 

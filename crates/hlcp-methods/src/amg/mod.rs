@@ -14,7 +14,7 @@ pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
 pub(crate) use self::newton::WARM;
 use self::{
-    cycle::{Cycle, Hierarchy, SPREAD, bounded, near_kernel},
+    cycle::{Cycle, Hierarchy, PASSES, SPREAD, bounded, near_kernel},
     matrix::Matrix,
     order::Flow,
     units::Units,
@@ -24,16 +24,20 @@ use crate::{
     krylov::{Inner, add, dot},
 };
 
-/// Gauss–Seidel passes over the rows of the void.
-const PASSES: usize = 3;
-
 /// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
-/// since they were built, and until a linear solve takes half of `KEPT` iterations.
+/// since they were built.
 const FEW: f64 = 0.003;
 
 /// The directions that the outer iteration keeps, and the iterations after which a hierarchy is
 /// built anew around what they leave.
 const KEPT: usize = 20;
+
+/// The iterations from which on coarser levels that were kept are built anew where more than half
+/// of `KEPT` are left at the rate so far.
+const PROBE: usize = 4;
+
+/// The entries of a vector that stay in the cache while all directions are gone through.
+const BLOCK: usize = 1 << 12;
 
 /// How often that is done, and the iterations that find what they leave.
 const BOOTSTRAPS: usize = 2;
@@ -56,9 +60,9 @@ const ROUGH: usize = 8;
 ///    one whose couplings have more of a counterpart across the diagonal, `A` if none has.
 /// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
 ///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
-///    are first scaled by what six symmetric Gauss–Seidel passes on `J v = 0` leave of a constant,
-///    and coarse entries are sums over pairs of aggregates, which conserves mass. From a hundred
-///    rows down the system is solved by elimination.
+///    are first scaled by what three symmetric Gauss–Seidel passes on `J v = 0` leave of a
+///    constant, and coarse entries are sums over pairs of aggregates, which conserves mass. From a
+///    hundred rows down the system is solved by elimination.
 /// 4. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
 ///    flow. Each level is visited twice.
 ///
@@ -74,19 +78,20 @@ const ROUGH: usize = 8;
 /// # Cost
 ///
 /// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
-/// `x` have changed: some 25 to 30 walks over the rows of J. [`AmgNewton`] keeps the coarser levels
-/// while three thousandths of the signs have changed at most, and linear solves take ten iterations
-/// at most: that takes five walks. A cycle takes about five, however
-/// large the problem.
+/// `x` have changed: some 20 walks over the rows of J. [`AmgNewton`] keeps the coarser levels while
+/// three thousandths of the signs have changed at most, and no linear solve is seen, after four
+/// iterations, to take more than ten others: that takes five walks. A cycle takes about five,
+/// however large the problem.
 ///
 /// # Storage
 ///
 /// J itself is assembled: a row's entries with 32-bit columns, since a walk through [`Rows`] calls
 /// a function for each entry, and a cycle takes several walks. With five entries a row and `f64`
-/// that is 80 bytes per row; all levels together have [`complexity`](Self::complexity) times as
-/// many, about 1.3 to 1.5 on grids. Next to it `4n` numbers, `2n` on coarser levels, and for
-/// [`AmgNewton`] `2n` and two vectors for each iteration of its longest linear solve, at most 20
-/// pairs. A set-up allocates, and a linear solve does; a cycle does not.
+/// that is 72 bytes per row; all levels together have [`complexity`](Self::complexity) times as
+/// many, about 1.3 to 1.5 on grids. Next to it `n` numbers, `2n` on coarser levels, `3n` as a
+/// [`Preconditioner`], and for [`AmgNewton`] `2n` and two vectors for each iteration of its longest
+/// linear solve, at most 20 pairs. A set-up allocates, and a linear solve does; a cycle does not
+/// after the first.
 ///
 /// # Convergence
 ///
@@ -122,6 +127,7 @@ const ROUGH: usize = 8;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Amg<T> {
+    n: usize,
     /// The unknown at each place of the order along the flow, and the place of each unknown; empty
     /// where they agree.
     order: Vec<u32>,
@@ -136,7 +142,8 @@ pub struct Amg<T> {
     /// The factors of the columns of J, by place.
     scale: Vec<T>,
     hierarchy: Option<Hierarchy<T>>,
-    // A right-hand side, a solution and its product with J, by place and in the unit of `scale`.
+    // A right-hand side, a solution and its product with J, by place and in the unit of `scale`; of
+    // the first single cycle on.
     rhs: Vec<T>,
     y: Vec<T>,
     product: Vec<T>,
@@ -155,19 +162,19 @@ impl<T: Scalar> Amg<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] for an order of 2³² and more, [`Error::NotPositive`] for the first
-    /// diagonal entry of `A` or `B` that is zero, negative or not finite, [`Error::NotFinite`] for
+    /// [`Error::Parameter`] for 2³² entries and more, [`Error::NotPositive`] for the first diagonal
+    /// entry of `A` or `B` that is zero, negative or not finite, [`Error::NotFinite`] for
     /// the first row of `A` or `B` with an entry that is NaN or infinite.
     pub fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<Self, Error> {
         let n = problem.order();
-        if n >= u32::MAX as usize {
-            let range = "less than 2³² − 1, which columns are named with";
-            return Err(Error::Parameter { name: "the order", value: n as f64, range });
+        let entries = check(["row of A", "diagonal of A"], problem.a())?
+            + check(["row of B", "diagonal of B"], problem.b())?;
+        if entries > u32::MAX as usize {
+            let (name, range) = ("the number of entries of A and B", "less than 2³²");
+            return Err(Error::Parameter { name, value: entries as f64, range });
         }
-        check(["row of A", "diagonal of A"], problem.a())?;
-        check(["row of B", "diagonal of B"], problem.b())?;
-        let zeros = || vec![T::zero(); n];
         Ok(Self {
+            n,
             order: vec![],
             place: vec![],
             a_conducts: None,
@@ -176,9 +183,9 @@ impl<T: Scalar> Amg<T> {
             stale: 0,
             scale: vec![],
             hierarchy: None,
-            rhs: zeros(),
-            y: zeros(),
-            product: zeros(),
+            rhs: vec![],
+            y: vec![],
+            product: vec![],
             kept: vec![],
             walks: 0.0,
             set_ups: 0,
@@ -203,7 +210,7 @@ impl<T: Scalar> Amg<T> {
         clock: &mut Clock<'_>,
     ) {
         let n = jacobian.problem().order();
-        assert_eq!(n, self.rhs.len(), "a problem of the same order");
+        assert_eq!(n, self.n, "a problem of the same order");
         let active = (0..n).map(|i| jacobian.is_active(i));
         if self.hierarchy.is_some() {
             let pairs = active.clone().zip(&self.active);
@@ -217,14 +224,10 @@ impl<T: Scalar> Amg<T> {
         self.stale = 0;
         self.active.clear();
         self.active.extend(active);
-        let Some(a_conducts) = self.orient(jacobian.problem(), clock) else {
-            self.hierarchy = None;
-            return;
-        };
-        let Some((mut matrix, scale, dry)) = self.split(jacobian, a_conducts, clock) else {
-            self.hierarchy = None;
-            return;
-        };
+        self.discard();
+        let Some(a_conducts) = self.orient(jacobian.problem(), clock) else { return };
+        let split = self.split(jacobian, a_conducts, clock);
+        let Some((mut matrix, scale, dry)) = split else { return };
         matrix.scale_columns(&scale);
         self.build(matrix, scale, |at| dry[at], clock);
     }
@@ -237,6 +240,8 @@ impl<T: Scalar> Amg<T> {
         clock: &mut Clock<'_>,
     ) -> bool {
         let Some(a_conducts) = self.a_conducts else { return false };
+        self.walks = self.walks();
+        self.hierarchy.iter_mut().for_each(Hierarchy::drop_rows);
         let Some((mut matrix, scale, dry)) = self.split(jacobian, a_conducts, clock) else {
             return false;
         };
@@ -262,7 +267,7 @@ impl<T: Scalar> Amg<T> {
     ) -> Option<(Matrix<T>, Vec<T>, Vec<bool>)> {
         let matrix = self.assemble(jacobian, clock)?;
         let void = |at| jacobian.is_active(self.at(at)) != a_conducts;
-        let void: Vec<bool> = (0..self.rhs.len()).map(void).collect();
+        let void: Vec<bool> = (0..self.n).map(void).collect();
         self.walks += PASSES as f64;
         let (scale, dry) = void_scale(&matrix, &void, clock);
         Some((matrix, scale, dry))
@@ -310,14 +315,15 @@ impl<T: Scalar> Amg<T> {
         self.walks + self.hierarchy.as_ref().map_or(0.0, Hierarchy::walks)
     }
 
+    /// Drops the hierarchy, but not what it has cost.
+    fn discard(&mut self) {
+        self.walks = self.walks();
+        self.hierarchy = None;
+    }
+
     /// Forgets the hierarchy, and counts from zero.
     pub(crate) fn forget(&mut self) {
         (self.hierarchy, self.walks, self.set_ups) = (None, 0.0, 0);
-    }
-
-    /// The units of rows and unknowns.
-    fn units(&self) -> &Units<T> {
-        &self.units
     }
 
     /// The unknown at a place.
@@ -331,9 +337,8 @@ impl<T: Scalar> Amg<T> {
         jacobian: &Jacobian<'_, T, A, B>,
         clock: &mut Clock<'_>,
     ) -> Option<Matrix<T>> {
-        let n = self.rhs.len();
-        let entries = self.hierarchy.as_ref().map_or(4 * n, Hierarchy::entries);
-        let mut matrix = Matrix::with_capacity(n, entries);
+        let n = self.n;
+        let mut matrix = Matrix::with_capacity(n, 4 * n);
         let mut row: Vec<(u32, T)> = vec![];
         for at in 0..n {
             if clock.is_up_at(at) {
@@ -359,14 +364,13 @@ impl<T: Scalar> Amg<T> {
         apart: impl Fn(usize) -> bool,
         clock: &mut Clock<'_>,
     ) {
-        self.walks = self.walks();
         let v = near_kernel(&matrix, clock);
         matrix.scale_columns(&v);
         scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
         self.scale = scale;
         self.hierarchy = Hierarchy::new(matrix, apart, clock);
-        // Assembled, scaled twice, six symmetric passes.
-        self.walks += 3.0 + 12.0;
+        // Assembled, scaled twice, symmetric passes.
+        self.walks += 3.0 + 2.0 * PASSES as f64;
         self.set_ups += 1;
     }
 
@@ -413,7 +417,7 @@ impl<T: Scalar> Amg<T> {
         (tolerance, limit): (f64, usize),
         clock: &mut Clock<'_>,
     ) -> Inner {
-        assert!([rhs.len(), y.len()] == [self.rhs.len(); 2], "vectors of the problem's order");
+        assert!([rhs.len(), y.len()] == [self.n; 2], "vectors of the problem's order");
         let few = (FEW * rhs.len() as f64) as usize;
         self.set_up_within(jacobian, few, clock);
         y.fill(T::zero());
@@ -429,15 +433,11 @@ impl<T: Scalar> Amg<T> {
         }
         residual.iter_mut().for_each(|r| *r /= unit);
         let mut x = vec![T::zero(); rhs.len()];
-        let mut inner = Inner { iterations: 0, residual: 1.0 };
-        for bootstraps in 0..=BOOTSTRAPS {
+        let (mut inner, mut bootstraps) = (Inner { iterations: 0, residual: 1.0 }, 0);
+        loop {
             let left = limit.saturating_sub(inner.iterations);
-            let steps = match bootstraps {
-                BOOTSTRAPS => left,
-                _ if self.stale > 0 => left.min(KEPT / 2),
-                _ => left.min(KEPT),
-            };
-            inner.iterations += self.flexible(&mut residual, &mut x, (tolerance, steps), clock);
+            let steps = self.flexible(&mut residual, &mut x, (tolerance, left), clock);
+            inner.iterations += steps;
             inner.residual = dot(&residual, &residual).sqrt();
             for (at, x) in x.iter_mut().enumerate() {
                 let i = self.at(at);
@@ -445,14 +445,17 @@ impl<T: Scalar> Amg<T> {
                 *x = T::zero();
             }
             let wanting = inner.residual > tolerance && inner.iterations < limit;
-            if !wanting || bootstraps == BOOTSTRAPS || clock.is_up() {
+            if !wanting || clock.is_up() {
                 break;
             }
             if self.stale > 0 {
                 self.set_up_within(jacobian, 0, clock);
-            } else {
+            } else if bootstraps < BOOTSTRAPS {
                 self.bootstrap(jacobian, clock);
                 inner.iterations += ROUGH;
+                bootstraps += 1;
+            } else if steps == 0 {
+                break;
             }
         }
         inner
@@ -469,10 +472,8 @@ impl<T: Scalar> Amg<T> {
         self.flexible(&mut residual, &mut v, (0.0, ROUGH), clock);
         bounded(&mut v);
         v.iter_mut().zip(&self.scale).for_each(|(v, &scale)| *v *= scale);
-        let Some(mut matrix) = self.assemble(jacobian, clock) else {
-            self.hierarchy = None;
-            return;
-        };
+        self.discard();
+        let Some(mut matrix) = self.assemble(jacobian, clock) else { return };
         matrix.scale_columns(&v);
         self.build(matrix, v, |_| false, clock);
     }
@@ -486,39 +487,65 @@ impl<T: Scalar> Amg<T> {
         clock: &mut Clock<'_>,
     ) -> usize {
         let Some(hierarchy) = &mut self.hierarchy else { return 0 };
-        for step in 0..limit {
-            if dot(residual, residual).sqrt() <= goal || clock.is_up() {
-                return step;
+        // The products, orthogonal and of length 1, are those of the directions times the inverse
+        // of a triangle.
+        let (mut triangle, mut lengths): (Vec<Vec<f64>>, Vec<f64>) = (vec![], vec![]);
+        let start = dot(residual, residual).sqrt();
+        for step in 0..limit.min(KEPT) {
+            let size = dot(residual, residual).sqrt();
+            // At the rate so far.
+            let left = (goal / size).ln() * step as f64 / (size / start).ln();
+            let is_slow = self.stale > 0 && step >= PROBE && left > KEPT as f64 / 2.0;
+            if size <= goal || is_slow || clock.is_up() {
+                break;
             }
-            let at = step % KEPT;
-            if self.kept.len() == at {
+            if self.kept.len() == step {
                 self.kept.push([vec![T::zero(); x.len()], vec![T::zero(); x.len()]]);
             }
-            // The oldest pair gives way; pairs beyond it are of this solve once all have been used.
-            let (before, rest) = self.kept.split_at_mut(at);
-            let Some(([p, product], after)) = rest.split_first_mut() else { return step };
-            let after = if step < KEPT { &[] } else { &*after };
-            hierarchy.cycle(Cycle::K, residual, p, product, clock);
+            let (before, rest) = self.kept.split_at_mut(step);
+            let Some([direction, product]) = rest.first_mut() else { break };
+            hierarchy.cycle(Cycle::K, residual, direction, product, clock);
             if clock.is_up() {
-                return step;
+                break;
             }
-            for [older, image] in before.iter().chain(after) {
-                let share = dot(product, image);
-                add(product, -share, image);
-                add(p, -share, older);
+            let blocks = || (0..x.len()).step_by(BLOCK).map(|at| at..x.len().min(at + BLOCK));
+            let mut shares = vec![0.0; step];
+            for block in blocks() {
+                for ([_, older], share) in before.iter().zip(&mut shares) {
+                    *share += dot(&product[block.clone()], &older[block.clone()]);
+                }
             }
-            let inverse = dot(product, product).sqrt().recip();
-            let length = dot(residual, product) * inverse;
+            let (mut square, mut along) = (0.0, 0.0);
+            for block in blocks() {
+                let product = &mut product[block.clone()];
+                for ([_, older], share) in before.iter().zip(&shares) {
+                    add(product, -share, &older[block.clone()]);
+                }
+                square += dot(product, product);
+                along += dot(product, &residual[block]);
+            }
+            let inverse = square.sqrt().recip();
+            let length = along * inverse;
             if !(inverse.is_normal() && length.is_finite()) {
-                return step;
+                break;
             }
-            for v in [&mut *p, &mut *product] {
-                v.iter_mut().for_each(|v| *v *= T::of(inverse));
+            for (product, residual) in product.iter_mut().zip(&mut *residual) {
+                *product *= T::of(inverse);
+                *residual -= T::of(length) * *product;
             }
-            add(x, length, p);
-            add(residual, -length, product);
+            shares.push(square.sqrt());
+            triangle.push(shares);
+            lengths.push(length);
         }
-        limit
+        let steps = lengths.len();
+        for k in (0..steps).rev() {
+            lengths[k] /= triangle[k][k];
+            for i in 0..k {
+                lengths[i] -= lengths[k] * triangle[k][i];
+            }
+            add(x, lengths[k], &self.kept[k][0]);
+        }
+        steps
     }
 }
 
@@ -559,20 +586,22 @@ fn void_scale<T: Scalar>(
 }
 
 /// Refuses a diagonal entry that is not positive, and rows with an entry that is not finite or in
-/// no column.
+/// no column; how many entries there are.
 fn check<T: Scalar>(
     [name, diagonal]: [&'static str; 2],
     operator: &impl Rows<T>,
-) -> Result<(), Error> {
+) -> Result<usize, Error> {
     let wide = |value: T| value.to_f64().unwrap_or(f64::NAN);
+    let mut entries = 0;
     for index in 0..operator.order() {
         let d = operator.diagonal_entry(index);
         if !(d > T::zero() && d.is_finite()) {
             return Err(Error::NotPositive { what: diagonal, index, value: wide(d) });
         }
         check_row(name, operator, index)?;
+        entries += operator.copy_row(index, &mut []);
     }
-    Ok(())
+    Ok(entries)
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
@@ -584,6 +613,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Amg<T> {
     /// [`new`](Amg::new).
     fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
         self.set_up(jacobian);
+        for numbers in [&mut self.rhs, &mut self.y, &mut self.product] {
+            numbers.resize(self.n, T::zero());
+        }
         for at in 0..rhs.len() {
             let i = self.at(at);
             self.rhs[at] = rhs[i] * self.units.row(i);

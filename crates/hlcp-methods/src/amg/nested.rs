@@ -89,16 +89,16 @@ fn coarser<T: Scalar, A: Rows<T>, B: Rows<T>>(
         a.scale_columns(of_z);
         b.scale_columns(of_r);
     }
-    let (mut aggregate, a, b) = halved(&a, &b, clock)?;
-    let (second, a, b) = halved(&a, &b, clock)?;
+    let (mut aggregate, a, b) = halved(a, b, clock)?;
+    let (second, a, b) = halved(a, b, clock)?;
     aggregate.iter_mut().for_each(|to| *to = second[*to as usize]);
     Some((aggregate, a, b))
 }
 
-fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
+fn halved<T: Scalar>(a: Matrix<T>, b: Matrix<T>, clock: &mut Clock<'_>) -> Option<Coarser<T>> {
     let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
     // In one unit: of equal traces.
-    let both = [(a, T::one()), (b, trace(a) / trace(b))];
+    let both = [(&a, T::one()), (&b, trace(&a) / trace(&b))];
     let (aggregate, bonds) = pairs(&both, &[], |_| false, clock)?;
     let count = bonds.len();
     let mut sum = |m| in_series(m, &aggregate, count, clock)?.aggregated(&aggregate, count, clock);
@@ -115,13 +115,16 @@ fn halved<T: Scalar>(a: &Matrix<T>, b: &Matrix<T>, clock: &mut Clock<'_>) -> Opt
 /// symmetric conducts: transport stays as it is, and so do the sums of rows and of columns, that is
 /// the balances.
 fn in_series<T: Scalar>(
-    matrix: &Matrix<T>,
+    mut matrix: Matrix<T>,
     aggregate: &[u32],
     count: usize,
     clock: &mut Clock<'_>,
 ) -> Option<Matrix<T>> {
     let (n, two) = (matrix.order(), T::one() + T::one());
-    let conduction = conduction(matrix, clock)?;
+    let conduction = conduction(&matrix, clock)?;
+    if conduction.entries() == n {
+        return Some(matrix);
+    }
     let members = members(aggregate, count);
     // Which members of the aggregate at hand, a bit each, touch another one.
     let mut touching = vec![(NONE, 0_u8); count];
@@ -158,8 +161,7 @@ fn in_series<T: Scalar>(
     // The same couplings seen from the other side: rows and columns of a symmetric pattern come in
     // one order.
     let other = half.transpose(clock)?;
-    let mut weakened = Matrix::with_capacity(n, matrix.entries());
-    let (mut loss, mut row) = (vec![T::zero(); n], vec![]);
+    let mut loss = vec![T::zero(); n];
     for i in 0..n {
         if clock.is_up_at(i) {
             return None;
@@ -172,13 +174,11 @@ fn in_series<T: Scalar>(
                 total += loss[j];
             }
         }
-        row.clear();
-        row.push((i as u32, matrix.diagonal[i] - total));
-        row.extend(matrix.off(i).map(|(j, a)| (j as u32, a + loss[j])));
-        weakened.push(&row);
+        matrix.off_mut(i).for_each(|(j, a)| *a += loss[j]);
+        matrix.diagonal[i] -= total; // no pivot here
         conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
     }
-    Some(weakened)
+    Some(matrix)
 }
 
 /// The symmetric part of the negative couplings, `min(−aᵢⱼ, −aⱼᵢ)` where that is positive.
@@ -222,7 +222,7 @@ mod tests {
         let clock = &mut Clock::endless();
         let fine = Matrix::<f64>::of(&a.unwrap(), clock).unwrap();
         let aggregate: Vec<u32> = (0..16).map(|k| k / 8 * 2 + k % 4 / 2).collect();
-        let weakened = in_series(&fine, &aggregate, 4, clock).unwrap();
+        let weakened = in_series(fine, &aggregate, 4, clock).unwrap();
         let coarse = weakened.aggregated(&aggregate, 4, clock).unwrap();
         let row = |j: usize| 1.0 / (0.5 / c(1, j) + 1.0 / c(2, j) + 0.5 / c(3, j));
         let line = |i: usize| 1.0 / (0.5 / d(i, 1) + 1.0 / d(i, 2) + 0.5 / d(i, 3));
@@ -244,7 +244,7 @@ mod tests {
         let clock = &mut Clock::endless();
         let fine = Matrix::<f64>::of(&b.unwrap(), clock).unwrap();
         let aggregate = [0, 0, 1, 1, 2, 2];
-        let weakened = in_series(&fine, &aggregate, 3, clock).unwrap();
+        let weakened = in_series(fine, &aggregate, 3, clock).unwrap();
         let coarse = weakened.aggregated(&aggregate, 3, clock).unwrap();
         assert_eq!(coarse.diagonal, [3.0, 5.0, 7.0]);
         assert_eq!(coarse.off(2).collect::<Vec<_>>(), [(1, -5.0)]);

@@ -90,7 +90,7 @@ impl<T: Scalar> Steps<T> {
         problem.defect(q, x, &mut self.f, &mut self.scratch);
         let norms = problem.norms(&self.f);
         self.size = norms.l2;
-        if let Some(weights) = &self.amg.units().rows {
+        if let Some(weights) = &self.amg.units.rows {
             let square = |(&f, &weight): (&T, &T)| (f * weight).wide().powi(2);
             self.size = self.f.iter().zip(weights).map(square).sum::<f64>().sqrt();
         }
@@ -333,8 +333,7 @@ where
         {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
             self.started = Some(
-                nested::start(problem, q.entries(), self.steps.amg.units(), y, clock)
-                    .unwrap_or(0.0),
+                nested::start(problem, q.entries(), &self.steps.amg.units, y, clock).unwrap_or(0.0),
             );
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.

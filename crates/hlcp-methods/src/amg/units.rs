@@ -2,11 +2,11 @@
 
 use hlcp_core::{Omega, Scalar};
 
-use super::matrix::{Groups, Matrix};
+use super::{
+    cycle::PASSES,
+    matrix::{Groups, Matrix},
+};
 use crate::Clock;
-
-/// Symmetric Gauss–Seidel passes that level what is left of a start.
-const PASSES: usize = 3;
 
 /// Rows are weighted where more than the latter part of the columns lose more than the former of
 /// their diagonal, and unknowns get other units where as many rows do.
