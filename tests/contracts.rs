@@ -16,14 +16,14 @@ use hlcp_core::{
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
-    Parameters, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
+    Parameters, Renumbered, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
 /// The rows beside the library's names, each with an arm in [`method`]: parameters and mixtures
 /// that no name has. A row whose method checks no pivots, since it knows no rows, has "closure" in
 /// its name.
-const BESIDE: [&str; 12] = [
+const BESIDE: [&str; 13] = [
     "MJ by the diagonal",
     "TMJ by the diagonal",
     "M by a closure",
@@ -36,6 +36,7 @@ const BESIDE: [&str; 12] = [
     "Newton with lines on AMGS",
     "Newton on adaptive SOR",
     "Anderson on adaptive SOR",
+    "TMGS in another order",
 ];
 
 /// Every name of the library but those of Table 1, which are others with parameters of their own,
@@ -92,6 +93,12 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
             TridiagonalPart::new(),
         )),
         "Newton on adaptive SOR" => Box::new(Newton::new(AdaptiveSor::new(problem)?, Ssor)),
+        "TMGS in another order" => {
+            let order = (0..problem.order()).rev().collect();
+            Box::new(Renumbered::new(problem, order, |problem| {
+                Tmms::mirrored(problem, Aor::gauss_seidel())
+            })?)
+        }
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
         name => {
             let open = name.ends_with("SOR") || name.ends_with("AOR");

@@ -152,6 +152,26 @@ impl<T: Scalar> Lists<T> {
     }
 }
 
+/// An order of `n` unknowns by noise.
+pub(crate) fn shuffled(n: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| noise(i).total_cmp(&noise(j)));
+    order
+}
+
+/// The rows of an operator, the unknown `order[i]` of which is to be called `i`.
+pub(crate) fn renamed(operator: &impl Rows<f64>, order: &[usize]) -> Lists<f64> {
+    let Lists(rows) = Lists::of(operator);
+    let mut names = vec![0; order.len()];
+    order.iter().enumerate().for_each(|(name, &i)| names[i] = name);
+    let row = |&i: &usize| {
+        let mut row: Vec<_> = rows[i].iter().map(|&(j, a)| (names[j], a)).collect();
+        row.sort_by_key(|entry| entry.0);
+        row
+    };
+    Lists(order.iter().map(row).collect())
+}
+
 impl<T: Scalar> LinearOperator<T> for Lists<T> {
     fn order(&self) -> usize {
         self.0.len()
@@ -181,70 +201,60 @@ impl<T: Scalar> Rows<T> for Lists<T> {
     }
 }
 
-/// An operator that shows its rows one by one, and nothing of a grid or of arrays.
-pub(crate) struct Walked<O>(pub(crate) O);
+/// An operator that shows its rows one by one, and nothing of a grid or of arrays, and counts the
+/// products with it; a walk over all rows counts as one.
+pub(crate) struct Walked<O> {
+    of: O,
+    pub(crate) products: AtomicUsize,
+}
+
+impl<O> Walked<O> {
+    pub(crate) fn new(of: O) -> Self {
+        Self { of, products: AtomicUsize::new(0) }
+    }
+
+    /// Runs `work` with a clock that is up when it has been asked more than `late` times; returns
+    /// what it makes, how often it asked, and the most products before a look or after the last.
+    pub(crate) fn cut<R>(
+        &self,
+        late: usize,
+        work: impl FnOnce(&mut Clock<'_>) -> R,
+    ) -> (R, usize, usize) {
+        let (mut asked, mut most) = (0, 0);
+        let mut ask = || {
+            asked += 1;
+            most = most.max(self.products.swap(0, Relaxed));
+            asked > late
+        };
+        self.products.store(0, Relaxed);
+        let made = work(&mut Clock::new(&mut ask));
+        (made, asked, most.max(self.products.swap(0, Relaxed)))
+    }
+}
 
 impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Walked<O> {
     fn order(&self) -> usize {
-        self.0.order()
+        self.of.order()
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        self.0.apply(x, y);
+        self.products.fetch_add(1, Relaxed);
+        self.of.apply(x, y);
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.0.try_visit_row(i, visit)
+        self.of.try_visit_row(i, visit)
     }
 }
 
 impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Walked<O> {
     fn diagonal_entry(&self, i: usize) -> T {
-        self.0.diagonal_entry(i)
+        self.of.diagonal_entry(i)
     }
 }
 
 impl<T: Scalar, O: Rows<T>> Rows<T> for Walked<O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        self.0.visit_row(i, visit);
-    }
-}
-
-/// Counts the products with an operator; a walk over all rows counts as one.
-pub(crate) struct Counted<O> {
-    of: O,
-    pub(crate) products: AtomicUsize,
-}
-
-impl<O> Counted<O> {
-    pub(crate) fn new(of: O) -> Self {
-        Self { of, products: AtomicUsize::new(0) }
-    }
-}
-
-impl<O: LinearOperator<f64>> LinearOperator<f64> for Counted<O> {
-    fn order(&self) -> usize {
-        self.of.order()
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        self.products.fetch_add(1, Relaxed);
-        self.of.apply(x, y);
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) -> bool {
-        self.of.try_visit_row(i, visit)
-    }
-}
-
-impl<O: Diagonal<f64>> Diagonal<f64> for Counted<O> {
-    fn diagonal_entry(&self, i: usize) -> f64 {
-        self.of.diagonal_entry(i)
-    }
-}
-
-impl<O: Rows<f64>> Rows<f64> for Counted<O> {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
         if i == 0 {
             self.products.fetch_add(1, Relaxed);
         }

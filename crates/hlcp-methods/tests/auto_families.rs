@@ -4,11 +4,11 @@
 mod common;
 
 use approx::assert_abs_diff_eq;
-use common::Lists;
+use common::{Lists, renamed, shuffled};
 use hlcp_core::{Aor, Error, FivePoint, Hlcp, Omega, Rows, Varying};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
-    Multigrid, Newton, Options, Outcome, Solver, Ssor,
+    Multigrid, Named, Newton, Options, Outcome, Solver, Ssor,
 };
 use hlcp_verify::{Film, Side, families};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
@@ -131,11 +131,11 @@ fn every_family_is_solved_at_a_fair_price() {
     }
 }
 
-/// Rows multiplied by 10^±6, unknowns by 10^±3, or z and r exchanged: the first two with at most
-/// 4000 unknowns of each family that draws sparse matrices converge, with 1.5 times the work that
-/// they take as they are at most in the geometric mean.
+/// Rows multiplied by 10^±6, unknowns by 10^±3, z and r exchanged, or all renumbered: the first two
+/// with at most 4000 unknowns of each family that draws sparse matrices converge, with 1.5 times
+/// the work that they take as they are at most in the geometric mean.
 #[test]
-fn units_and_names_cost_little() {
+fn units_names_and_numbers_cost_little() {
     let mut runner = TestRunner::deterministic();
     let mut powers = |n: usize, size: f64| {
         let powers = prop::collection::vec((-size..size).prop_map(|power| 10_f64.powf(power)), n);
@@ -148,12 +148,22 @@ fn units_and_names_cost_little() {
         Lists(of.0.iter().zip(rows).map(row).collect())
     };
     let work = |a: &Lists<f64>, b: &Lists<f64>, q: &[f64]| solve(a, b, q).0.sweeps as f64;
+    let renumbered = |a: &Lists<f64>, b: &Lists<f64>, q: &[f64]| {
+        let order = shuffled(q.len());
+        let [a, b] = [a, b].map(|of| renamed(of, &order));
+        let q: Vec<f64> = order.iter().map(|&i| q[i]).collect();
+        let auto = "AUTO".parse::<Named>().unwrap().on(posed(&a, &b)).unwrap();
+        let limits = Limits { rounding: Some(4.0), ..Limits::default() };
+        let outcome = Solver::new(auto).solve(&q, limits).unwrap();
+        assert!(outcome.converged(), "{outcome}");
+        outcome.sweeps as f64
+    };
     let sparse = families::NAMES.into_iter().filter(|name| !["dense", "single"].contains(name));
     let small = |family| {
         let drawn = (1..).filter_map(move |seed| families::draw(family, seed));
         drawn.filter(|drawn| drawn.pose::<f64>().1.len() <= 4000).take(2)
     };
-    let mut logarithms = [(); 3].map(|()| vec![]);
+    let mut logarithms = [(); 4].map(|()| vec![]);
     for drawn in sparse.flat_map(small) {
         let ([a, b], q) = drawn.pose::<f64>();
         let (n, a, b) = (q.len(), Lists::of(&a), Lists::of(&b));
@@ -165,6 +175,7 @@ fn units_and_names_cost_little() {
             work(&times(&a, &r, &ones), &times(&b, &r, &ones), &weighted),
             work(&times(&a, &ones, &s), &times(&b, &ones, &t), &q),
             work(&b, &a, &opposite),
+            renumbered(&a, &b, &q),
         ];
         for (all, work) in logarithms.iter_mut().zip(disguised) {
             all.push((work / plain).ln());

@@ -23,6 +23,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
 ///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
+/// Unknowns are taken in the order that they have; [`Renumbered`](crate::Renumbered) gives them
+/// another one, as [`Named`](crate::Named) does where they are numbered at random.
+///
 /// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses)
 /// says which is at work, and [`history`](Self::history) why those before were left.
 ///

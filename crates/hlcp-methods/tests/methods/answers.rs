@@ -3,7 +3,7 @@
 
 use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
-use crate::common::{Altered, Counted, Walked};
+use crate::common::{Altered, Walked};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingStep};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms,
@@ -97,7 +97,7 @@ fn scaling_q_scales_the_iterates_of_newtons_methods() {
 fn inner_solves_end_with_the_time() {
     let m = 40;
     let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
-    let a = Counted::new(a);
+    let a = Walked::new(a);
     let products = &a.products;
     let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
     let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
@@ -147,7 +147,7 @@ fn cycles_end_with_the_time() {
 fn steps_look_at_the_clock_between_sweeps() {
     const WALKS: usize = 3;
     let m = 180;
-    let a = Counted::new(FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    let a = Walked::new(FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
     let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
     let p = || problem.clone();
     let tmgs = || Tmms::mirrored(p(), Aor::gauss_seidel()).unwrap();
@@ -160,17 +160,10 @@ fn steps_look_at_the_clock_between_sweeps() {
     let q = Rhs::new(&q).unwrap();
     for (name, method) in methods {
         let mut cut = |late: usize| {
-            let (mut asked, mut most) = (0, 0);
-            let mut ask = || {
-                asked += 1;
-                most = most.max(a.products.swap(0, Ordering::Relaxed));
-                asked > late
-            };
             method.restart();
-            a.products.store(0, Ordering::Relaxed);
             let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
-            let _ = method.step(&q, &x, &mut y, &mut Clock::new(&mut ask));
-            (asked, most.max(a.products.swap(0, Ordering::Relaxed)))
+            let (_, asked, most) = a.cut(late, |clock| method.step(&q, &x, &mut y, clock));
+            (asked, most)
         };
         let (whole, most) = cut(usize::MAX);
         assert!(most <= WALKS, "{name}: {most} walks of {whole} looks");
@@ -214,7 +207,7 @@ fn walked_and_fused_sweeps_judge_a_far_start_alike() {
         let a = FivePoint::new(1, 1, [0.0, 0.0, entry, 0.0, 0.0]).unwrap();
         let omega = || Omega::Uniform(entry);
         let fused = Hlcp::new(a, Identity { order: 1 }, omega()).unwrap();
-        let walked = Hlcp::new(Walked(a), Identity { order: 1 }, omega()).unwrap();
+        let walked = Hlcp::new(Walked::new(a), Identity { order: 1 }, omega()).unwrap();
         let gs = Aor::gauss_seidel();
         let [fused, walked] = [
             Solver::new(Mms::new(fused, gs).unwrap()).solve(&[q], Options::from_x(&[x0])).unwrap(),

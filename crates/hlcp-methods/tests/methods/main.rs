@@ -11,3 +11,4 @@ mod multigrid;
 mod newton;
 mod outcomes;
 mod planted;
+mod renumbered;

@@ -7,7 +7,7 @@ use std::{
 };
 
 use crate::common::{
-    Altered, Counted, Failing, from, planted, posed, problem, solve_from_ones, tmgs,
+    Altered, Failing, Walked, from, planted, posed, problem, solve_from_ones, tmgs,
 };
 use hlcp_core::{
     Aor, DiagonalMatrix, Hlcp, Identity, Omega, Rhs, Rows, Scalar, SplittingStep, Step, Tridiagonal,
@@ -236,7 +236,7 @@ fn a_solve_forgets_the_last_one_and_counts_its_work() {
         solves.fetch_add(1, Relaxed);
         y.copy_from_slice(rhs);
     });
-    let a = Counted::new(dense.a.clone());
+    let a = Walked::new(dense.a.clone());
     let omega = Omega::Uniform(dense.omega[0]);
     let problem = Hlcp::new(&a, Identity { order: 3 }, omega).unwrap();
     let base = Mms::with_splitting(problem.with_gamma(dense.gamma).unwrap(), damped).unwrap();
