@@ -413,23 +413,24 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     };
     use Sweep::{Amms, Backward, Dynamic, Mms, Obvious, RedBlack, Triad, Walked};
-    row("half-step with norm, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Mms, Triad)?);
-    row("half-step with norm, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Mms, Triad)?);
-    row("backward, m = 512", "triad", 512, "≤ 4.0", compare::<f64>(512, Backward, Triad)?);
-    row("backward, m = 4096", "triad", 4096, "≤ 2.0", compare::<f64>(4096, Backward, Triad)?);
-    for (m, target) in [(512, "≤ 4.0"), (4096, "≤ 2.0")] {
-        let figures = compare::<f64>(m, RedBlack, Triad)?;
-        row(&format!("red–black, m = {m}"), "triad", m, target, figures);
-    }
-    row("obvious loop, m = 512", "half-step", 512, "≥ 3.5", compare::<f64>(512, Obvious, Mms)?);
-    row("AMMS half-step, m = 512", "MMS half-step", 512, "≤ 1.3", compare::<f64>(512, Amms, Mms)?);
-    row(
-        "AMMS half-step, m = 4096",
-        "MMS half-step",
-        4096,
-        "≤ 1.3",
-        compare::<f64>(4096, Amms, Mms)?,
-    );
+    let compared = |rows: &[(&str, &str, usize, &str, Sweep, Sweep)]| {
+        for &(what, rival, m, target, ours, theirs) in rows {
+            let figures = compare::<f64>(m, ours, theirs)?;
+            row(&format!("{what}, m = {m}"), rival, m, target, figures);
+        }
+        Ok::<_, Box<dyn Error>>(())
+    };
+    compared(&[
+        ("half-step with norm", "triad", 512, "≤ 4.0", Mms, Triad),
+        ("half-step with norm", "triad", 4096, "≤ 2.0", Mms, Triad),
+        ("backward", "triad", 512, "≤ 4.0", Backward, Triad),
+        ("backward", "triad", 4096, "≤ 2.0", Backward, Triad),
+        ("red–black", "triad", 512, "≤ 4.0", RedBlack, Triad),
+        ("red–black", "triad", 4096, "≤ 2.0", RedBlack, Triad),
+        ("obvious loop", "half-step", 512, "≥ 3.5", Obvious, Mms),
+        ("AMMS half-step", "MMS half-step", 512, "≤ 1.3", Amms, Mms),
+        ("AMMS half-step", "MMS half-step", 4096, "≤ 1.3", Amms, Mms),
+    ])?;
     let [of_passes, of_threads] = varying(4096, &pool)?;
     row("varying coefficients and Ω, m = 4096", "pass over 13 arrays", 4096, "≤ 2.5", of_passes);
     for m in [512, 4096] {
@@ -443,20 +444,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         row(&what, "half-step in f64", m, "", corrected_in_single(m)?);
     }
     row("assembled TMGS, whole solve, m = 512", "ours", 512, "≥ 6", solve(512)?);
-    row(
-        "walk over a user's rows, m = 512",
-        "obvious loop",
-        512,
-        "≤ 2.5",
-        compare::<f64>(512, Walked, Obvious)?,
-    );
-    row(
-        "the same behind dyn, m = 512",
-        "obvious loop",
-        512,
-        "",
-        compare::<f64>(512, Dynamic, Obvious)?,
-    );
+    compared(&[
+        ("walk over a user's rows", "obvious loop", 512, "≤ 2.5", Walked, Obvious),
+        ("the same behind dyn", "obvious loop", 512, "", Dynamic, Obvious),
+    ])?;
     for m in [1024, 4096] {
         for (name, what) in
             [("half-step", Mms), ("backward", Backward), ("AMMS", Amms), ("red–black", RedBlack)]

@@ -1,7 +1,11 @@
 //! The ladder's rungs are the solves that they say they are.
 
+#[path = "../../../tests/common/mod.rs"]
+mod common;
+
+use common::{Altered, problem};
 use hlcp::{
-    Aor, Clock, Error, Hlcp, Limits, Method, Mms, Norms, Omega, Options, Rhs, Solver, Tolerance,
+    Aor, Error, Limits, Method, Mms, Options, Solver, Tolerance,
     ladder::{COLUMNS, TOLERANCES, ladder},
 };
 use hlcp_verify::Disc;
@@ -9,9 +13,7 @@ use hlcp_verify::Disc;
 /// Accelerated SOR on the scene.
 fn method(alpha: f64) -> impl Method<f64> {
     let scene = SCENE.pose::<f64>().unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &scene.a, &scene.b).unwrap();
-    let problem = Hlcp::new(scene.a, scene.b, omega).unwrap();
-    Mms::new(problem, Aor::sor(alpha).unwrap().accelerated()).unwrap()
+    Mms::new(problem(1.0, scene.a, scene.b), Aor::sor(alpha).unwrap().accelerated()).unwrap()
 }
 
 fn solver(alpha: f64) -> Solver<f64, impl Method<f64>> {
@@ -52,48 +54,22 @@ fn a_rung_is_a_solve_to_its_tolerance() {
     assert!(rungs.iter().any(|rung| !rung.reached), "150 sweeps are too few for one of them");
 }
 
-/// A method that takes its step in every other solve only, beginning with the first.
-struct Tired<M> {
-    method: M,
-    solves: usize,
-}
-
-impl<M: Method<f64>> Method<f64> for Tired<M> {
-    type A = M::A;
-    type B = M::B;
-
-    fn problem(&self) -> &Hlcp<f64, M::A, M::B> {
-        self.method.problem()
-    }
-
-    fn step(
-        &mut self,
-        q: &Rhs<'_, f64>,
-        x: &[f64],
-        y: &mut Vec<f64>,
-        clock: &mut Clock<'_>,
-    ) -> Norms {
-        let norms = self.method.step(q, x, y, clock);
-        if self.solves.is_multiple_of(2) {
-            y.copy_from_slice(x);
-        }
-        norms
-    }
-
-    fn restart(&mut self) {
-        self.solves += 1;
-        self.method.restart();
-    }
-}
-
 #[test]
 fn a_rung_is_of_its_last_repeat() {
     let scene = SCENE.pose::<f64>().unwrap();
     let (start, truth) = (vec![0.7; 144], [&scene.z[..], &scene.r[..]]);
     let limits = Limits { rounding: Some(0.0), iterations: 2000, ..Limits::default() };
     let run = |repeats| {
-        let method = Tired { method: method(1.4), solves: 0 };
-        let mut methods = [("tired".to_owned(), Solver::new(method))];
+        let mut solves = 0;
+        // It takes its step in every other solve only, beginning with the first.
+        let tired = Altered::new(method(1.4), move |k, x, y, norms, _| {
+            solves += usize::from(k == 1);
+            if solves % 2 == 0 {
+                y.copy_from_slice(x);
+            }
+            norms
+        });
+        let mut methods = [("tired".to_owned(), Solver::new(tired))];
         ladder(&mut methods, &scene.q, &start, truth, limits, repeats).unwrap()
     };
     // The second solve stays where it begins, at r = 0.

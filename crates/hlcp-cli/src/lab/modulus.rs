@@ -11,14 +11,9 @@ use std::{
 };
 
 use clap::Args;
-use faer::{
-    Mat,
-    linalg::solvers::Solve,
-    sparse::{SparseColMat, Triplet, linalg::solvers::Lu},
-};
 use hlcp::files::printable;
 use hlcp_core::{Hlcp, Norms, Rhs, Rows};
-use hlcp_methods::{Clock, Limits, Method, Solver, Work};
+use hlcp_methods::{Clock, Limits, Method, Solver, SparseLu, Work};
 
 use super::{
     methods::tuned,
@@ -55,20 +50,25 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
+/// The name of a parameter, and the values that are tried.
+type Parameter = (&'static str, &'static [f64]);
+
 /// A published method.
 struct Published {
     name: &'static str,
     source: &'static str,
     formula: &'static str,
-    /// The name of the parameter, and the values that are tried.
-    parameter: (&'static str, &'static [f64]),
+    parameter: Parameter,
+    /// Makes the next iterate from the parameter, what is kept, and the one before.
     next: fn(&Equation<'_>, f64, &mut Memory, &[f64], &mut [f64]),
 }
 
-const NONE: (&str, &[f64]) = ("", &[0.0]);
-const SHIFTS: (&str, &[f64]) = ("θ", &[-0.45, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.25, 0.5]);
-const MOMENTA: (&str, &[f64]) = ("β", &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95]);
-const RELAXATIONS: (&str, &[f64]) = ("ω", &[0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6]);
+const NONE: Parameter = ("", &[0.0]);
+const SHIFTS: Parameter = ("θ", &[-0.45, -0.4, -0.3, -0.2, -0.1, 0.0, 0.1, 0.25, 0.5]);
+const MOMENTA: Parameter = ("β", &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95]);
+const RELAXATIONS: Parameter = ("ω", &[0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6]);
+const ALPHAS: Parameter =
+    ("α", &[0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.75, 1.8, 1.85, 1.9]);
 
 const METHODS: [Published; 12] = [
     Published {
@@ -76,10 +76,7 @@ const METHODS: [Published; 12] = [
         source: "Bai, Numer. Linear Algebra Appl. 17 (2010) 917–933",
         formula: "M x⁺ = M x − F(x)",
         parameter: NONE,
-        next: |equation, _, memory, x, y| {
-            equation.c.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
-        },
+        next: |equation, _, memory, x, y| equation.c.forward(1.0, 1, &memory.f, x, y),
     },
     Published {
         name: "two-sweep",
@@ -97,8 +94,7 @@ const METHODS: [Published; 12] = [
                     .map(|(j, a)| a * turned[j])
                     .sum::<f64>();
             }
-            equation.c.forward(1.0, 1, f, y);
-            descend(x, y);
+            equation.c.forward(1.0, 1, f, x, y);
         },
     },
     Published {
@@ -107,8 +103,7 @@ const METHODS: [Published; 12] = [
         formula: "(M + θD) x⁺ = (M + θD) x − F(x), D the diagonal of C",
         parameter: SHIFTS,
         next: |equation, theta, memory, x, y| {
-            equation.c.forward(1.0 + theta, 1, &memory.f, y);
-            descend(x, y);
+            equation.c.forward(1.0 + theta, 1, &memory.f, x, y);
         },
     },
     Published {
@@ -120,8 +115,7 @@ const METHODS: [Published; 12] = [
             for (i, f) in memory.f.iter_mut().enumerate() {
                 *f -= beta * equation.c.diagonal[i] * (x[i] - memory.before[i]);
             }
-            equation.c.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
+            equation.c.forward(1.0, 1, &memory.f, x, y);
         },
     },
     Published {
@@ -131,8 +125,7 @@ const METHODS: [Published; 12] = [
         parameter: RELAXATIONS,
         next: |equation, omega, memory, x, y| {
             equation.lag(memory, x);
-            equation.c.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
+            equation.c.forward(1.0, 1, &memory.f, x, y);
             relax(omega, &mut memory.other, y);
         },
     },
@@ -143,9 +136,7 @@ const METHODS: [Published; 12] = [
         parameter: RELAXATIONS,
         next: |equation, omega, memory, x, y| {
             equation.lag(memory, x);
-            equation.directly(0.0, memory, y);
-            y.iter_mut().for_each(|y| *y *= omega);
-            descend(x, y);
+            equation.directly([0.0, omega], memory, x, y);
             relax(omega, &mut memory.other, y);
         },
     },
@@ -154,10 +145,7 @@ const METHODS: [Published; 12] = [
         source: "Wang, Cao and Chen, J. Optim. Theory Appl. 181 (2019) 216–230",
         formula: "(C + θD) x⁺ = (C + θD) x − F(x)",
         parameter: SHIFTS,
-        next: |equation, theta, memory, x, y| {
-            equation.directly(theta, memory, y);
-            descend(x, y);
-        },
+        next: |equation, theta, memory, x, y| equation.directly([theta, 1.0], memory, x, y),
     },
     Published {
         name: "preconditioned",
@@ -166,8 +154,7 @@ const METHODS: [Published; 12] = [
         parameter: NONE,
         next: |equation, _, memory, x, y| {
             equation.precondition(&mut memory.f);
-            equation.preconditioned.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
+            equation.preconditioned.forward(1.0, 1, &memory.f, x, y);
         },
     },
     Published {
@@ -177,13 +164,11 @@ const METHODS: [Published; 12] = [
         parameter: NONE,
         next: |equation, _, memory, x, y| {
             equation.precondition(&mut memory.f);
-            equation.preconditioned.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
+            equation.preconditioned.forward(1.0, 1, &memory.f, x, y);
             let half = y.to_vec();
             equation.defect(&half, &mut memory.f);
             equation.precondition(&mut memory.f);
-            equation.preconditioned.backward(&memory.f, y);
-            descend(&half, y);
+            equation.preconditioned.backward(&memory.f, &half, y);
             memory.sweeps += 1;
         },
     },
@@ -193,8 +178,7 @@ const METHODS: [Published; 12] = [
         formula: "M the lower triangle of each diagonal block: (D/ω − L) x⁺ = (D/ω − L) x − F(x)",
         parameter: RELAXATIONS,
         next: |equation, omega, memory, x, y| {
-            equation.c.forward(1.0 / omega, 4, &memory.f, y);
-            descend(x, y);
+            equation.c.forward(1.0 / omega, 4, &memory.f, x, y);
         },
     },
     Published {
@@ -226,8 +210,7 @@ const METHODS: [Published; 12] = [
         formula: "u⁺ = x − M⁻¹F(x), x⁺ = u⁺ + (t − 1)/t⁺ (u⁺ − u), t⁺ = ½(1 + √(1 + 4t²)), from t = 1 again where (x − u⁺)ᵀ(u⁺ − u) > 0",
         parameter: NONE,
         next: |equation, _, memory, x, y| {
-            equation.c.forward(1.0, 1, &memory.f, y);
-            descend(x, y);
+            equation.c.forward(1.0, 1, &memory.f, x, y);
             let Memory { other, t, .. } = memory;
             let turn: f64 = (0..x.len()).map(|i| (x[i] - y[i]) * (y[i] - other[i])).sum();
             if turn > 0.0 {
@@ -245,7 +228,7 @@ const METHODS: [Published; 12] = [
     },
 ];
 
-/// Makes the next iterate of a correction.
+/// Replaces a correction of `x` by the next iterate.
 fn descend(x: &[f64], y: &mut [f64]) {
     y.iter_mut().zip(x).for_each(|(y, x)| *y = x - *y);
 }
@@ -275,7 +258,7 @@ struct Memory {
     /// |x| of relaxed methods, the last sweep's end or direction of others; at first |x⁰|.
     other: Vec<f64>,
     t: f64,
-    lu: Option<Lu<usize, f64>>,
+    lu: Option<SparseLu>,
     sweeps: usize,
     scratch: Vec<f64>,
 }
@@ -321,22 +304,19 @@ impl<'p> Equation<'p> {
         }
     }
 
-    /// Solves with `C + θD`, whose factors are kept; NaN where it is singular.
-    fn directly(&self, theta: f64, memory: &mut Memory, y: &mut [f64]) {
-        let n = y.len();
+    /// Overwrites `y` with `x − ω (C + θD)⁻¹f`, and keeps the factors; NaN where it is singular.
+    fn directly(&self, [theta, omega]: [f64; 2], memory: &mut Memory, x: &[f64], y: &mut [f64]) {
         let lu = memory.lu.get_or_insert_with(|| {
-            let entries = (0..n).flat_map(|i| {
-                self.c.row(i).map(move |(j, c)| {
-                    Triplet::new(i, j, if i == j { (1.0 + theta) * c } else { c })
-                })
-            });
-            let entries: Vec<_> = entries.collect();
-            let matrix = SparseColMat::try_new_from_triplets(n, n, &entries);
-            matrix.expect("indices below n").sp_lu().expect("C + θD is an M-matrix")
+            let row = |i: usize, each: &mut dyn FnMut(usize, f64)| {
+                self.c
+                    .row(i)
+                    .for_each(|(j, c)| each(j, if i == j { (1.0 + theta) * c } else { c }));
+            };
+            SparseLu::of(y.len(), row).expect("room for the factors")
         });
-        let mut solution = Mat::from_fn(n, 1, |i, _| memory.f[i]);
-        lu.solve_in_place(solution.as_mut());
-        y.iter_mut().enumerate().for_each(|(i, y)| *y = solution[(i, 0)]);
+        lu.solve(&memory.f, y);
+        y.iter_mut().for_each(|y| *y *= omega);
+        descend(x, y);
     }
 }
 
@@ -347,9 +327,9 @@ impl Assembled {
         next.map_or(0.0, |(_, c)| c / self.diagonal[i])
     }
 
-    /// Solves with the lower triangle, of which the diagonal is multiplied, of each of some
-    /// diagonal blocks.
-    fn forward(&self, factor: f64, blocks: usize, f: &[f64], y: &mut [f64]) {
+    /// Overwrites `y` with `x − M⁻¹f`, where `M` is the lower triangle, with its diagonal times a
+    /// factor, of each of some diagonal blocks.
+    fn forward(&self, factor: f64, blocks: usize, f: &[f64], x: &[f64], y: &mut [f64]) {
         let size = y.len().div_ceil(blocks);
         for i in 0..y.len() {
             let first = i - i % size;
@@ -357,14 +337,16 @@ impl Assembled {
             let sum: f64 = known.map(|(j, c)| c * y[j]).sum();
             y[i] = (f[i] - sum) / (factor * self.diagonal[i]);
         }
+        descend(x, y);
     }
 
-    /// Solves with the upper triangle.
-    fn backward(&self, f: &[f64], y: &mut [f64]) {
+    /// Overwrites `y` with `x − M⁻¹f`, where `M` is the upper triangle.
+    fn backward(&self, f: &[f64], x: &[f64], y: &mut [f64]) {
         for i in (0..y.len()).rev() {
             let sum: f64 = self.row(i).filter(|(j, _)| *j > i).map(|(j, c)| c * y[j]).sum();
             y[i] = (f[i] - sum) / self.diagonal[i];
         }
+        descend(x, y);
     }
 }
 
@@ -427,8 +409,9 @@ fn run_one(
     Ok(Run::new(begin, outcome, &solver))
 }
 
-/// The library's methods beside these.
-const OURS: [&str; 5] = ["MGS", "AMGS", "TMGS", "AMSOR", "AUTO"];
+/// The library's methods beside these, with their parameters.
+const OURS: [(&str, Parameter); 5] =
+    [("MGS", NONE), ("AMGS", NONE), ("TMGS", NONE), ("AMSOR", ALPHAS), ("AUTO", NONE)];
 
 /// The problems, whose MGS takes thousands of sweeps at most.
 fn problems(quick: bool) -> Vec<(String, Own)> {
@@ -449,38 +432,31 @@ fn problems(quick: bool) -> Vec<(String, Own)> {
 /// One of all that are compared, with its parameter on a problem, and τ.
 #[derive(Clone, Copy)]
 struct Rival {
-    method: Compared,
-    parameter: f64,
+    name: &'static str,
+    /// The formula, unless it is a method of the library.
+    published: Option<&'static Published>,
+    /// The parameter's name and value.
+    parameter: (&'static str, f64),
     tau: f64,
 }
 
-#[derive(Clone, Copy)]
-enum Compared {
-    Published(&'static Published),
-    Ours(&'static str),
-}
-
 impl Rival {
-    /// Returns a method with all the parameters and τ that are tried.
-    fn all(method: Compared) -> impl Iterator<Item = Self> {
-        let (parameters, taus): (&[f64], &[f64]) = match method {
-            Compared::Published(published) => (published.parameter.1, &TAUS),
-            Compared::Ours("AMSOR") => (&ALPHAS, &TAUS),
-            Compared::Ours("AUTO") => (&[1.0], &[1.0]),
-            Compared::Ours(_) => (&[1.0], &TAUS),
+    /// Returns all methods, each with all the parameters and τ that are tried.
+    fn all() -> Vec<Vec<Self>> {
+        let published = const { &METHODS }.iter().map(|of| (of.name, Some(of), of.parameter));
+        let ours = OURS.into_iter().map(|(name, parameter)| (name, None, parameter));
+        let tried = |(name, published, (letter, values)): (_, _, Parameter)| -> Vec<Self> {
+            let taus = if name == "AUTO" { &TAUS[..1] } else { &TAUS };
+            let rival = |value, tau| Self { name, published, parameter: (letter, value), tau };
+            values.iter().flat_map(|&v| taus.iter().map(move |&tau| rival(v, tau))).collect()
         };
-        let pairs = parameters.iter().flat_map(move |&p| taus.iter().map(move |&tau| (p, tau)));
-        pairs.map(move |(parameter, tau)| Self { method, parameter, tau })
+        published.chain(ours).map(tried).collect()
     }
 
     /// Returns what was chosen.
     fn choice(&self) -> String {
-        let name = match self.method {
-            Compared::Published(published) => published.parameter.0,
-            Compared::Ours("AMSOR") => "α",
-            Compared::Ours(_) => "",
-        };
-        let own = (!name.is_empty()).then(|| format!("{name} = {}", self.parameter));
+        let (name, value) = self.parameter;
+        let own = (!name.is_empty()).then(|| format!("{name} = {value}"));
         let tau = (self.tau != 1.0).then(|| format!("τ = {}", self.tau));
         let all: Vec<_> = own.into_iter().chain(tau).collect();
         if all.is_empty() { String::new() } else { format!(" ({})", all.join(", ")) }
@@ -490,33 +466,25 @@ impl Rival {
 /// What is tried of τ.
 const TAUS: [f64; 2] = [1.0, 0.5];
 
-/// What is tried of AMSOR's α.
-const ALPHAS: [f64; 13] = [0.9, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.75, 1.8, 1.85, 1.9];
-
-/// Returns the best of some rivals, and its run: that with the fewest sweeps.
-fn best(
-    rivals: impl Iterator<Item = Rival>,
-    mut solve: impl FnMut(&Rival) -> Fallible<Option<Run>>,
-) -> Fallible<Rival> {
-    let mut best: Option<(usize, Rival)> = None;
+/// Returns the best of some rivals: that with the fewest sweeps.
+fn best(rivals: Vec<Rival>, solve: impl Fn(&Rival) -> Fallible<Run>) -> Fallible<Rival> {
+    let mut tried = vec![];
     for rival in rivals {
-        let Some(run) = solve(&rival)? else { continue };
-        let sweeps = if run.converged() { run.outcome.sweeps } else { usize::MAX };
-        if best.is_none_or(|(least, _)| sweeps < least) {
-            best = Some((sweeps, rival));
-        }
+        let run = solve(&rival)?;
+        tried.push((if run.converged() { run.outcome.sweeps } else { usize::MAX }, rival));
     }
-    Ok(best.ok_or("no rival")?.1)
+    Ok(tried.into_iter().min_by_key(|(sweeps, _)| *sweeps).ok_or("no rival")?.1)
 }
 
 pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     /// Longer than any solve with the best parameters.
     const LONGEST: Duration = Duration::from_secs(2);
-    let iterations = if *quick { 300 } else { 20_000 };
-    let (problems, published) = (problems(*quick), const { &METHODS });
-    let bar = counting(problems.len() * (published.len() + OURS.len()));
+    let (iterations, repeats) = if *quick { (300, 1) } else { (20_000, 5) };
+    let (problems, names) = (problems(*quick), Rival::all().into_iter().map(|of| of[0].name));
+    let names: Vec<_> = names.collect();
+    let bar = counting(problems.len() * names.len());
     let head: String = problems.iter().map(|(title, _)| format!("|{title}")).collect();
-    let mut cells: Vec<[Vec<String>; 2]> = vec![Default::default(); published.len() + OURS.len()];
+    let mut cells: Vec<[Vec<String>; 2]> = vec![Default::default(); names.len()];
     for (title, own) in &problems {
         bar.set_message(title.clone());
         let judged = Judged::new(own.wide()?, "AMG", &own.limits(), false)?;
@@ -525,26 +493,20 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
             equations.push((tau, Equation::new(&judged.problem, tau)?));
         }
         let limits = to(1e-10, iterations, Some(LONGEST));
-        let solve = |rival: &Rival| -> Fallible<Option<Run>> {
-            let Rival { parameter, tau, .. } = *rival;
-            Ok(Some(match rival.method {
-                Compared::Published(method) => {
-                    let equation = equations.iter().find(|(of, _)| *of == tau);
-                    run_one(&equation.ok_or("an equation")?.1, method, parameter, &limits)?
-                }
-                Compared::Ours(name) => {
-                    solve(&judged.problem, &tuned(name, [parameter; 2])?, tau, &limits)?
-                }
-            }))
+        let solve = |&Rival { name, published, parameter: (_, value), tau }: &Rival| {
+            let Some(method) = published else {
+                return Ok(solve(&judged.problem, &tuned(name, [value; 2])?, tau, &limits)?);
+            };
+            let equation = equations.iter().find(|(of, _)| *of == tau).ok_or("an equation")?;
+            run_one(&equation.1, method, value, &limits)
         };
         let mut rivals = vec![];
-        let published = published.iter().map(Compared::Published);
-        for method in published.chain(OURS.map(Compared::Ours)) {
-            rivals.push(best(Rival::all(method), solve)?);
+        for tried in Rival::all() {
+            rivals.push(best(tried, solve)?);
             bar.inc(1);
         }
-        let repeats = Repeats { longest: 1.0, ..Repeats::least(if *quick { 1 } else { 5 }) };
-        let runs = measure(repeats, &rivals, solve)?;
+        let rule = Repeats { longest: 1.0, ..Repeats::least(repeats) };
+        let runs = measure(rule, &rivals, |rival| solve(rival).map(Some))?;
         for ((rival, run), [sweeps, seconds]) in rivals.iter().zip(runs).zip(&mut cells) {
             let run = run.ok_or("a run")?;
             if !run.converged() {
@@ -562,8 +524,6 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
         }
     }
     bar.finish_and_clear();
-    let names = published.iter().map(|method| method.name).chain(OURS);
-    let names: Vec<_> = names.collect();
     let table = |what: &str, place: usize| {
         let mut table = Table::new(&format!("{what}{head}"));
         for (name, cells) in names.iter().zip(&cells) {
@@ -572,7 +532,7 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
         table.markdown()
     };
     let mut sources = Table::new("method|step|source");
-    for Published { name, source, formula, .. } in published {
+    for Published { name, source, formula, .. } in const { &METHODS } {
         sources.push([*name, *formula, *source].map(|cell| cell.replace('|', "\\|")).into());
     }
     let flag = if *quick { " --quick" } else { "" };
@@ -584,7 +544,7 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
          ## Formulas\n\nWritten for A z − B r + q = 0 with C = A + BΩ, G = BΩ − A, F(x) = C x − G|x| + γq, x⁻ the iterate before x, and M the lower triangle of C with its diagonal D.\n\n{}",
         provenance("").trim_start_matches([' ', '·']),
         table("sweeps", 0),
-        if *quick { 1 } else { 5 },
+        repeats,
         table("ms", 1),
         sources.markdown(),
     );

@@ -7,7 +7,7 @@ use hlcp::{Rows, market};
 use hlcp_verify::Example;
 
 use crate::{
-    command::{hlcp, json, refused, text},
+    command::{hlcp, is_refusal, json, refused, text},
     folder::Folder,
 };
 
@@ -150,29 +150,18 @@ fn what_a_matrix_may_look_like() {
     let symmetric = "%%matrixmarket MATRIX coordinate Integer symmetric\n2 2 3\n1 1 4\n2 1 -1\n2 2 3\n\n% end\n";
     assert_eq!(read(symmetric), expected);
 
-    let vector = |text: &str| market::read_vector::<f64>(&folder.write("q.mtx", text), 3).unwrap();
-    assert_eq!(
-        vector("%%MatrixMarket matrix array real general\n3 1\n1.5\n0\n-2\n"),
-        [1.5, 0.0, -2.0]
-    );
-    assert_eq!(
-        vector("%%MatrixMarket matrix array integer general\n3 1\n1\n0\n-2"),
-        [1.0, 0.0, -2.0]
-    );
-    assert_eq!(
-        vector("%%MatrixMarket matrix coordinate real general\n3 1 2\n3 1 -2\n1 1 1.5\n"),
-        [1.5, 0.0, -2.0]
-    );
-    assert_eq!(
-        vector("%%MatrixMarket matrix array real general\n1 3\n1.5\n0\n-2\n"),
-        [1.5, 0.0, -2.0]
-    );
-    assert_eq!(
-        vector("%%MatrixMarket matrix coordinate integer general\n1 3 2\n1 3 -2\n1 1 1\n"),
-        [1.0, 0.0, -2.0]
-    );
-    assert_eq!(vector("1.5\n\n% note\n0\n-2\n"), [1.5, 0.0, -2.0]);
-    assert_eq!(vector("% note\n\n1.5\n0\n-2\n"), [1.5, 0.0, -2.0]);
+    for text in [
+        "%%MatrixMarket matrix array real general\n3 1\n1\n0\n-2.0\n",
+        "%%MatrixMarket matrix array integer general\n3 1\n1\n0\n-2",
+        "%%MatrixMarket matrix coordinate real general\n3 1 2\n3 1 -2\n1 1 1e0\n",
+        "%%MatrixMarket matrix array real general\n1 3\n1\n0\n-2\n",
+        "%%MatrixMarket matrix coordinate integer general\n1 3 2\n1 3 -2\n1 1 1\n",
+        "1.0\n\n% note\n0\n-2\n",
+        "% note\n\n1\n0\n-2\n",
+    ] {
+        let vector = market::read_vector::<f64>(&folder.write("q.mtx", text), 3).unwrap();
+        assert_eq!(vector, [1.0, 0.0, -2.0], "{text}");
+    }
 }
 
 const HEAD: &str = "%%MatrixMarket matrix coordinate real general\n";
@@ -315,10 +304,7 @@ fn maps_and_profiles_lose_no_cell() {
         (b"0 \xff\n", "profile", "map: neither an NPY file nor text"),
     ] {
         folder.write("map", bytes);
-        let output = run(form);
-        let err = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{named}: {err}");
-        assert!(err.lines().count() == 1 && err.contains(named), "{named}: {err}");
+        is_refusal(&run(form), form, named);
     }
     let load = |text_of: &str| {
         folder.write("map", text_of);

@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::Value;
 
 use crate::{
-    command::text,
+    command::{is_refusal, text},
     film_plane::{film, folder, journal, number},
 };
 
@@ -70,9 +70,7 @@ fn what_no_memory_holds_is_refused_in_words() {
         command.args(["-c", limited, env!("CARGO_BIN_EXE_hlcp")]);
         command.args(arguments.split_whitespace()).current_dir(folder("memory"));
         let output = command.output().expect("a shell");
-        let err = text(&output.stderr);
-        assert_eq!((output.status.code(), err.lines().count()), (Some(1), 1), "{arguments}: {err}");
-        assert!(err.contains(what), "{arguments}: {err}");
+        is_refusal(&output, &arguments, what);
     }
 }
 
@@ -217,11 +215,7 @@ fn wrong_films_are_refused_in_one_line() {
     ];
     let bushes = bushes.into_iter().map(|(arguments, what)| (format!("{arguments} {round}"), what));
     for (arguments, what) in cases.chain(bushes) {
-        let output = film("refused", &arguments);
-        let err = text(&output.stderr);
-        assert_eq!(output.status.code(), Some(1), "{arguments}: {err}");
-        assert_eq!((err.lines().count(), output.stdout.len()), (1, 0), "{arguments}: {err}");
-        assert!(err.contains(what), "{arguments}: {err}");
+        is_refusal(&film("refused", &arguments), &arguments, what);
         let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
         assert_eq!(left, 0, "{arguments}: something was written");
     }
@@ -232,19 +226,15 @@ fn wrong_films_are_refused_in_one_line() {
         ),
         ("", "a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion"),
     ] {
-        let output = film("refused", &format!("{} {place}", journal(0.1)));
-        let err = text(&output.stderr);
-        assert!(output.status.code() == Some(1) && err.contains(what), "{err}");
+        is_refusal(&film("refused", &format!("{} {place}", journal(0.1))), place, what);
     }
     let options = "lx ly diameter length clearance lobes ecc attitude tilt pad pocket dimples supply \
                    groove dam side x-unit h-unit p-unit speed rpm ambient cavitation oil load whirl \
                    mass data-tolerance";
     for option in options.split(' ') {
         for value in ["nan", "inf", "1,nan"] {
-            let output = film("refused", &format!("--journal --{option} {value}"));
-            let err = text(&output.stderr);
-            let is_named = err.contains(&format!("--{option}")) && err.lines().count() == 1;
-            assert!(output.status.code() == Some(1) && is_named, "--{option} {value}: {err}");
+            let asked = format!("--journal --{option} {value}");
+            let err = is_refusal(&film("refused", &asked), &asked, &format!("--{option}"));
             assert!(err.contains(&format!("'{value}'")), "--{option} {value}: {err}");
         }
     }

@@ -1,6 +1,6 @@
 //! Every option of every command: it has an effect, or it is refused; none is passed over.
 
-use std::{collections::BTreeMap, fs, process::Command};
+use std::{collections::BTreeMap, fs, iter, process::Command};
 
 use crate::{
     command::{hlcp, text},
@@ -27,99 +27,25 @@ pub(crate) fn options(command: &str) -> Vec<(String, bool)> {
     found.collect()
 }
 
-/// A value of each option that changes what is computed or printed. Empty for a flag.
-const OF_SOLVE: [(&str, &str); 47] = [
-    ("scene", "disc-lcp"),
-    ("m", "7"),
-    ("mu", "3"),
-    ("nu", "3"),
-    ("solution", "generic"),
-    ("nx", "17"),
-    ("ny", "18"),
-    ("dimples", "2"),
-    ("depth", "1.5"),
-    ("ecc", "0.4"),
-    ("b-length", "8"),
-    ("aspect", "2"),
-    ("groove", "30"),
-    ("length", "0.7"),
-    ("tail", "0.3"),
-    ("layer", "2"),
-    ("rate", "0.05"),
-    ("volatility", "0.3"),
-    ("maturity", "0.5"),
-    ("spot", "1"),
-    ("steps", "5"),
-    ("a", "A.mtx"),
-    ("b", "B.mtx"),
-    ("q", "q.txt"),
-    ("grid", "2x2"),
-    ("x0", "half.txt"),
-    ("z0", "half.txt"),
-    ("r0", "half.txt"),
-    ("method", "TMGS"),
-    ("base", "MGS"),
-    ("window", "3"),
-    ("alpha", "1.2"),
-    ("beta", "1.1"),
-    ("alpha2", "1.15"),
-    ("beta2", "1.2"),
-    ("tau", "1.3"),
-    ("gamma", "1.7"),
-    ("precision", "f32"),
-    ("threads", "2"),
-    ("tol", "1e-5"),
-    ("rtol", "1e-4"),
-    ("norm", "linf"),
-    ("max-iterations", "2"),
-    ("max-seconds", "0"),
-    ("out-z", "z.mtx"),
-    ("out-r", "r.mtx"),
-    ("repeats", "2"),
-];
+/// A value of each option that takes one, which changes what is computed or printed.
+const OF_SOLVE: &str = "\
+    --scene disc-lcp --m 7 --mu 3 --nu 3 --solution generic --nx 17 --ny 18 --dimples 2 \
+    --depth 1.5 --ecc 0.4 --b-length 8 --aspect 2 --groove 30 --length 0.7 --tail 0.3 \
+    --layer 2 --rate 0.05 --volatility 0.3 --maturity 0.5 --spot 1 --steps 5 --a A.mtx \
+    --b B.mtx --q q.txt --grid 2x2 --x0 half.txt --z0 half.txt --r0 half.txt --method TMGS \
+    --base MGS --window 3 --alpha 1.2 --beta 1.1 --alpha2 1.15 --beta2 1.2 --tau 1.3 \
+    --gamma 1.7 --precision f32 --threads 2 --tol 1e-5 --rtol 1e-4 --norm linf \
+    --max-iterations 2 --max-seconds 0 --out-z z.mtx --out-r r.mtx --repeats 2";
 
-const OF_FILM: [(&str, &str); 40] = [
-    ("map", "map.csv"),
-    ("pad", "plane,4e-5,2e-5"),
-    ("lx", "0.05"),
-    ("ly", "0.02"),
-    ("diameter", "0.1"),
-    ("length", "0.05"),
-    ("clearance", "1e-4"),
-    ("lobes", "2,0.3"),
-    ("ecc", "0.4"),
-    ("attitude", "20"),
-    ("tilt", "1e-5,1e-5"),
-    ("nx", "9"),
-    ("ny", "5"),
-    ("pocket", "0.005,0.005,0.01,0.01,1e-5"),
-    ("dimples", "2,1,0.01,0.01,1e-5"),
-    ("roughness", "rough.csv"),
-    ("supply", "0.01,0.005,0.01,0.01,1e5"),
-    ("groove", "30,2e5"),
-    ("dam", "20,80,0.03,1e-5"),
-    ("side", "north=closed"),
-    ("x-unit", "1.1"),
-    ("h-unit", "1.1"),
-    ("p-unit", "1.1"),
-    ("speed", "2"),
-    ("rpm", "1000"),
-    ("viscosity", "0.05"),
-    ("ambient", "1e5"),
-    ("cavitation", "-1e4"),
-    ("oil", "950,1800"),
-    ("load", "1000"),
-    ("whirl", "0.5,1"),
-    ("motion", "motion.csv"),
-    ("mass", "1"),
-    ("refine", "3"),
-    ("method", "NEWTON"),
-    ("threads", "2"),
-    ("out", "other"),
-    ("certify", ""),
-    ("data-tolerance", "1e-3"),
-    ("json", ""),
-];
+const OF_FILM: &str = "\
+    --map map.csv --pad plane,4e-5,2e-5 --lx 0.05 --ly 0.02 --diameter 0.1 --length 0.05 \
+    --clearance 1e-4 --lobes 2,0.3 --ecc 0.4 --attitude 20 --tilt 1e-5,1e-5 --nx 9 --ny 5 \
+    --pocket 0.005,0.005,0.01,0.01,1e-5 --dimples 2,1,0.01,0.01,1e-5 --roughness rough.csv \
+    --supply 0.01,0.005,0.01,0.01,1e5 --groove 30,2e5 --dam 20,80,0.03,1e-5 \
+    --side north=closed --x-unit 1.1 --h-unit 1.1 --p-unit 1.1 --speed 2 --rpm 1000 \
+    --viscosity 0.05 --ambient 1e5 --cavitation -1e4 --oil 950,1800 --load 1000 \
+    --whirl 0.5,1 --motion motion.csv --mass 1 --refine 3 --method NEWTON --threads 2 \
+    --out other --data-tolerance 1e-3";
 
 /// Options whose effect may be on the time alone, or too small for the digits of a small problem.
 const SLIGHT: [&str; 8] =
@@ -246,14 +172,17 @@ impl Place {
 
 /// The options of a command with a value each; the table has every one.
 fn valued(command: &str) -> Vec<(String, String)> {
-    let table: &[(&str, &str)] = if command == "film" { &OF_FILM } else { &OF_SOLVE };
+    let table = if command == "film" { OF_FILM } else { OF_SOLVE };
+    let mut words = table.split_whitespace();
+    let values: BTreeMap<&str, &str> =
+        iter::from_fn(|| Some((words.next()?.trim_start_matches('-'), words.next()?))).collect();
     let pair = |(option, takes): (String, bool)| {
         if !takes {
             return (option, String::new());
         }
-        let value = table.iter().find(|(name, _)| *name == option);
+        let value = values.get(&*option).map(|value| (*value).to_owned());
         let value = value.unwrap_or_else(|| panic!("{command} --{option} is not in the table"));
-        (option, value.1.to_owned())
+        (option, value)
     };
     options(command).into_iter().map(pair).collect()
 }

@@ -1,9 +1,6 @@
 //! Bad input is refused with the offending value and its index.
 
-use hlcp_core::{
-    Aor, Coefficients, DiagonalMatrix, Error, FivePoint, FivePointView, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs,
-};
+use hlcp_core::{Aor, DiagonalMatrix, Error, FivePoint, Hlcp, Jacobi, Omega, Rhs};
 use hlcp_methods::{Mms, NameError, Named, Parameters, Tmms};
 
 use nalgebra::{DMatrix, dmatrix};
@@ -27,33 +24,6 @@ fn orders_that_differ_are_refused() {
         Hlcp::new(stencil(4.0), stencil(4.0), short).unwrap_err(),
         Error::Order { what: "omega", found: 5, expected: 6 }
     );
-}
-
-/// An operator of order 6 that shows a grid of eight points.
-#[derive(Debug)]
-struct Misshapen;
-
-impl LinearOperator<f64> for Misshapen {
-    fn order(&self) -> usize {
-        6
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.copy_from_slice(x);
-    }
-
-    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        let unit = [0.0, 0.0, 1.0, 0.0, 0.0];
-        Some(FivePointView::new(4, 2, unit.map(Coefficients::Uniform)))
-    }
-}
-
-#[test]
-fn grids_of_another_order_are_refused() {
-    let refused = |what| Error::Order { what, found: 8, expected: 6 };
-    let (omega, stencil) = (|| Omega::Uniform(2.0), stencil(4.0));
-    assert_eq!(Hlcp::new(Misshapen, stencil, omega()).unwrap_err(), refused("the grid of A"));
-    assert_eq!(Hlcp::new(stencil, Misshapen, omega()).unwrap_err(), refused("the grid of B"));
 }
 
 #[test]

@@ -178,7 +178,7 @@ proptest! {
     #[test]
     fn the_fused_sweep_is_the_walk(case in cases()) {
         let (a, b) = (case.operator(&case.a), case.operator(&case.b));
-        let walked = case.step(Walked(&a), Walked(&b));
+        let walked = case.step(Walked::new(&a), Walked::new(&b));
         agree(&case, case.step(a, b), walked)?;
     }
 
@@ -187,7 +187,7 @@ proptest! {
     fn diagonal_operators_fit_any_grid(case in cases()) {
         let a = case.operator(&case.a);
         let b = || DiagonalMatrix::new(case.b.iter().map(|row| row[2]).collect()).unwrap();
-        let walked = case.step(Walked(&a), Walked(b()));
+        let walked = case.step(Walked::new(&a), Walked::new(b()));
         let diagonal = case.b.iter().map(|row| [0.0, 0.0, row[2], 0.0, 0.0]).collect();
         agree(&Case { b: diagonal, ..case.clone() }, case.step(&a, b()), walked)?;
     }
@@ -202,7 +202,7 @@ proptest! {
         let fused = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
         let fused = fused.residual(&q, &z, &r, &mut scratch);
         prop_assert!(scratch.is_empty(), "no scratch");
-        let walked = Hlcp::new(Walked(&a), Walked(&b), Omega::Uniform(1.0)).unwrap();
+        let walked = Hlcp::new(Walked::new(&a), Walked::new(&b), Omega::Uniform(1.0)).unwrap();
         let walked = walked.residual(&q, &z, &r, &mut scratch);
         // Entry by entry the same operations: only the squares are summed in another order.
         prop_assert_eq!(fused.linf, walked.linf);
@@ -222,7 +222,7 @@ fn operators_on_different_grids_are_walked() {
     let aor = Aor::new(1.2, 0.9).unwrap();
     let problem = Hlcp::new(a, b, Omega::Uniform(1.5)).unwrap();
     let _ = aor.step(&problem, &rhs, &x, &mut fused, &mut vec![]);
-    let problem = Hlcp::new(Walked(a), Walked(b), Omega::Uniform(1.5)).unwrap();
+    let problem = Hlcp::new(Walked::new(a), Walked::new(b), Omega::Uniform(1.5)).unwrap();
     let _ = aor.step(&problem, &rhs, &x, &mut walked, &mut vec![]);
     assert_eq!(fused, walked);
 }

@@ -115,6 +115,15 @@ fn every_lie_is_found_out() {
     assert_eq!(check_operator(&liar(Lie::None)), Ok(()));
 }
 
+#[test]
+fn grids_of_another_order_are_refused() {
+    let refused = |what| Error::Order { what, found: 16, expected: 12 };
+    let (liar, honest, omega) = (|| liar(Lie::ViewOrder), || liar(Lie::None), Omega::Uniform(2.0));
+    let found = Hlcp::new(liar(), honest(), omega.clone()).err();
+    assert_eq!(found, Some(refused("the grid of A")));
+    assert_eq!(Hlcp::new(honest(), liar(), omega).err(), Some(refused("the grid of B")));
+}
+
 /// In double precision no operator of ours contradicts itself: see `products.rs`.
 #[test]
 fn single_precision_is_no_contradiction_and_two_orders_are() {
@@ -127,7 +136,8 @@ fn single_precision_is_no_contradiction_and_two_orders_are() {
 #[test]
 fn a_sweep_that_is_led_outside_names_the_check() {
     let problem =
-        Hlcp::new(Walked(liar(Lie::Outside)), Identity { order: 12 }, Omega::Uniform(4.0)).unwrap();
+        Hlcp::new(Walked::new(liar(Lie::Outside)), Identity { order: 12 }, Omega::Uniform(4.0))
+            .unwrap();
     let step = || {
         let q = [1.0; 12];
         Aor::gauss_seidel().step(

@@ -35,7 +35,7 @@ impl Shown {
     fn of<'g, T: Scalar>(self, grid: &'g Grid<'g, T>) -> Box<dyn LinearOperator<T> + 'g> {
         match self {
             Self::FivePoint => Box::new(grid),
-            Self::Rows => Box::new(Walked(grid)),
+            Self::Rows => Box::new(Walked::new(grid)),
             Self::Products => Box::new(Products(grid)),
         }
     }

@@ -94,8 +94,8 @@ proptest! {
         let (narrow_a, narrow_b) = (csr::<i32>(&case.a), csr::<u32>(&case.b));
         prop_assert_eq!(&(y.clone(), norms), &case.step(&wide_a, &wide_b));
         prop_assert_eq!(&(y.clone(), norms), &case.step(&narrow_a, &narrow_b));
-        prop_assert_eq!(&(y.clone(), norms), &case.step(&Walked(&a), &b));
-        let problem = Hlcp::new(Walked(&a), Walked(&b), case.omega.clone()).unwrap();
+        prop_assert_eq!(&(y.clone(), norms), &case.step(&Walked::new(&a), &b));
+        let problem = Hlcp::new(Walked::new(&a), Walked::new(&b), case.omega.clone()).unwrap();
         let problem = problem.with_gamma(1.25).unwrap();
         let (q, mut walked) = (Rhs::new(&case.q).unwrap(), vec![f64::NAN; case.x.len()]);
         prop_assert_eq!(norms, case.aor.step(&problem, &q, &case.x, &mut walked, &mut vec![]));
@@ -107,9 +107,9 @@ proptest! {
     fn assembled_rows_go_with_a_diagonal(case in cases()) {
         let n = case.x.len();
         let (a, b) = (csr::<u32>(&case.a), DiagonalMatrix::new(case.q.clone()).unwrap());
-        prop_assert_eq!(case.step(&a, &b), case.step(&Walked(&a), &Walked(&b)));
+        prop_assert_eq!(case.step(&a, &b), case.step(&Walked::new(&a), &Walked::new(&b)));
         let identity = Identity { order: n };
-        prop_assert_eq!(case.step(&a, &identity), case.step(&Walked(&a), &Walked(identity)));
+        prop_assert_eq!(case.step(&a, &identity), case.step(&Walked::new(&a), &Walked::new(identity)));
     }
 
     /// The residual and its exact value over assembled rows are those by calls.
@@ -117,7 +117,7 @@ proptest! {
     fn residuals_over_assembled_rows_agree(case in cases(), exchanged: bool) {
         let (a, b) = (csr::<i32>(&case.a), csr::<usize>(&case.b));
         let known = Hlcp::new(&a, &b, case.omega.clone()).unwrap();
-        let silent = Hlcp::new(Walked(&a), Walked(&b), case.omega.clone()).unwrap();
+        let silent = Hlcp::new(Walked::new(&a), Walked::new(&b), case.omega.clone()).unwrap();
         let (q, n) = (Rhs::new(&case.q).unwrap(), case.x.len());
         let (mut z, mut r, mut scratch) = (vec![0.0; n], vec![0.0; n], vec![]);
         let known = if exchanged { known.exchanged().unwrap() } else { known };
@@ -145,7 +145,7 @@ proptest! {
         let coloured = Multicolour::new(aor, &problem);
         let (q, mut y) = (Rhs::new(&case.q).unwrap(), vec![f64::NAN; n]);
         let norms = if silent {
-            let silent = Hlcp::new(Walked(&a), Walked(&b), case.omega.clone()).unwrap();
+            let silent = Hlcp::new(Walked::new(&a), Walked::new(&b), case.omega.clone()).unwrap();
             let silent = silent.with_gamma(1.25).unwrap();
             coloured.step(&silent, &q, &case.x, &mut y, &mut vec![])
         } else {

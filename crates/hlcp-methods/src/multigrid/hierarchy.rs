@@ -10,11 +10,11 @@ use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Tr
 ///
 /// ```
 /// use hlcp_methods::{
-///     Coarsen, Cycle, Error, FivePoint, FivePointView, Grids, Hlcp, Identity, Multigrid,
+///     Coarsen, Cycle, Diagonal, Error, FivePoint, FivePointView, Grids, Hlcp, Identity, Multigrid,
 ///     Omega, Rediscretise, Varying,
 /// };
 ///
-/// /// `Rediscretise`, with a look at the grids.
+/// /// `Rediscretise`, with a look at the grids and at what it makes.
 /// struct Look;
 ///
 /// impl Coarsen<f64> for Look {
@@ -27,11 +27,16 @@ use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Tr
 ///         assert_eq!(grids.ratio(), [3.0 / 6.0, 3.0 / 7.0]); // there is one cell more than points
 ///         // 4 of 6 cells from the edge, and 5 of 7: near 2/3
 ///         assert_eq!(grids.nearest(1, 1), [3, 4]);
-///         Rediscretise.coarsen(fine, grids)
+///         let [a, b] = Rediscretise.coarsen(fine, grids)?;
+///         // Differences shrink by (h/H)², the zero-order parts 5 − 4 and 1 stay.
+///         let shrunk = 2.0 * grids.ratio().map(|ratio| ratio * ratio).iter().sum::<f64>();
+///         assert!((a.diagonal_entry(0) - shrunk - 1.0).abs() < 1e-15);
+///         assert_eq!(b.diagonal_entry(0), 1.0);
+///         Ok([a, b])
 ///     }
 /// }
 ///
-/// let a = FivePoint::new(5, 6, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
+/// let a = FivePoint::new(5, 6, [-1.0, -1.0, 5.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 30 }, Omega::Uniform(4.0))?;
 /// Multigrid::with_levels(problem, Cycle::V, &Look)?;
 /// # Ok::<(), Error>(())
@@ -134,30 +139,12 @@ pub trait Coarsen<T: Scalar> {
 /// numbers.
 ///
 /// ```
-/// use hlcp_methods::{
-///     Coarsen, Cycle, Diagonal, Error, FivePoint, FivePointView, Grids, Hlcp, Identity,
-///     Multigrid, Omega, Rediscretise, Varying,
-/// };
-///
-/// /// `Rediscretise`, with a look at what it makes.
-/// struct Look;
-///
-/// impl Coarsen<f64> for Look {
-///     fn coarsen(
-///         &self,
-///         fine: [FivePointView<'_, f64>; 2],
-///         grids: &Grids<'_, f64>,
-///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
-///         let [a, b] = Rediscretise.coarsen(fine, grids)?;
-///         // Differences shrink by (h/H)² = 1/4, the zero-order parts 1 and 1 stay.
-///         assert_eq!((a.diagonal_entry(0), b.diagonal_entry(0)), (4.0 / 4.0 + 1.0, 1.0));
-///         Ok([a, b])
-///     }
-/// }
+/// use hlcp_methods::{Cycle, Error, FivePoint, Hlcp, Identity, Multigrid, Omega, Rediscretise};
 ///
 /// let a = FivePoint::new(5, 5, [-1.0, -1.0, 4.0 + 1.0, -1.0, -1.0])?;
 /// let problem = Hlcp::new(a, Identity { order: 25 }, Omega::Uniform(4.0))?;
-/// Multigrid::with_levels(problem, Cycle::V, &Look)?;
+/// let multigrid = Multigrid::with_levels(problem, Cycle::V, &Rediscretise)?;
+/// assert_eq!(multigrid.grids().count(), 2);
 /// # Ok::<(), Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

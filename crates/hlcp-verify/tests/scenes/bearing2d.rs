@@ -2,10 +2,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::common::{assembled, by_tmgs, problem, scattered};
+use crate::{
+    common::{assembled, by_tmgs, problem, scattered},
+    proved,
+};
 use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Diagonal, Error};
-use hlcp_verify::{Bearing2d, Convergence, Proof, classes::is_m, convergence, uniqueness};
+use hlcp_verify::{Bearing2d, Convergence, Proof, convergence};
 use nalgebra::{DMatrix, DVector};
 
 /// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
@@ -215,33 +218,16 @@ fn the_bearings_solution_is_proved_unique() {
     for groove in [0.0, 3.8] {
         let scene = Bearing2d { nx: 31, ny: 9, ecc: 0.6, aspect: 1.0, groove };
         let (a, b, _) = scene.pose::<f64>().unwrap();
-        assert!(is_m(&a).is_yes() && is_m(&b).is_yes());
-        assert!(uniqueness(&a, &b).unwrap().is_proved());
-        let problem = problem(1.0, a, b);
-        let plain = Aor::gauss_seidel();
-        assert!(matches!(convergence(&problem, &[plain]), Convergence::NotProved(_)));
-        let fast = plain.accelerated();
-        let found = convergence(&problem, &[fast, fast.backward()]);
-        assert!(matches!(found, Convergence::Proved(Proof::Columns, _)), "{found}");
+        let (plain, fast) = (Aor::gauss_seidel(), Aor::gauss_seidel().accelerated());
+        assert_eq!(proved(&a, &b, &[fast, fast.backward()]), Proof::Columns);
+        let found = convergence(&problem(1.0, a, b), &[plain]);
+        assert!(matches!(found, Convergence::NotProved(_)));
     }
 }
 
 #[test]
-fn bad_parameters_are_refused_with_their_value() {
+fn grids_without_points_and_overflow_are_refused() {
     let plain = Bearing2d { nx: 3, ny: 4, ecc: 0.5, aspect: 1.0, groove: 0.3 };
-    let bad = [
-        ("ecc", Bearing2d { ecc: 1.0, ..plain }, 1.0),
-        ("ecc", Bearing2d { ecc: -0.5, ..plain }, -0.5),
-        ("aspect", Bearing2d { aspect: 0.0, ..plain }, 0.0),
-        ("aspect", Bearing2d { aspect: f64::INFINITY, ..plain }, f64::INFINITY),
-        ("groove", Bearing2d { groove: f64::NEG_INFINITY, ..plain }, f64::NEG_INFINITY),
-    ];
-    for (parameter, scene, number) in bad {
-        let Error::Parameter { name, value, .. } = scene.pose::<f64>().unwrap_err() else {
-            panic!("{parameter}")
-        };
-        assert_eq!((name, value), (parameter, number));
-    }
     let empty = Bearing2d { nx: 0, ..plain };
     assert!(matches!(empty.pose::<f64>().unwrap_err(), Error::Grid { nx: 0, .. }));
     let overflowing = Bearing2d { aspect: 1e-200, ..plain };

@@ -1,11 +1,10 @@
 //! Films over a rectangle, against closed forms, balances and differences.
 
-use approx::assert_abs_diff_eq;
 use std::f64::consts::TAU;
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, check_operator};
 use hlcp_methods::{AmgNewton, Limits, Mms, Options, Solver};
-use hlcp_verify::{Film, FilmChange, FilmFigures, Side, Supply, TimeStep};
+use hlcp_verify::{Film, FilmFigures, Side, Supply, TimeStep};
 
 /// `z` and `r`, to what rounding allows.
 fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
@@ -23,16 +22,6 @@ fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
 fn figures(film: &Film, ambient: f64) -> FilmFigures {
     let [z, r] = solved(film, None);
     film.figures(&z, &r, ambient)
-}
-
-/// Numbers between 0 and 1 that have no pattern.
-pub(crate) fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
 }
 
 /// Fowell's pocket slider on `nx × ny` cells, a strip of 3 mm along y.
@@ -152,96 +141,6 @@ fn a_squeezed_film_breaks_turns_and_closes_when_it_should() {
     assert!((front - 0.0230077051).abs() <= 1.0 / cells as f64, "{front}");
     let held = oil.iter().sum::<f64>() / cells as f64;
     assert!((held - gap(0.0) - entered).abs() <= 1e-13, "{held} {entered}");
-}
-
-/// A film with everything: rough, uneven in viscosity, tilted, a pocket and a groove.
-fn generic(periodic: bool, seed: u64) -> Film {
-    let mut next = noise(seed);
-    let [nx, ny] = [23, 11];
-    let mut film = Film {
-        gap: (0..nx * ny).map(|k| 2e-5 + 4e-7 * (k % nx) as f64 + 1e-5 * next()).collect(),
-        viscosity: (0..nx * ny).map(|_| 0.02 + 0.02 * next()).collect(),
-        speeds: [3.0, -0.5],
-        sides: [Side::Pressure(2e5), Side::Starved(0.6), Side::Closed, Side::Pressure(1e5)],
-        supplies: vec![
-            Supply { corner: [0.011, 0.004], size: [0.004, 0.003], pressure: 4e5 },
-            Supply { corner: [0.03, 0.0], size: [0.0, 0.01], pressure: 1.5e5 },
-        ],
-        cavitation: 2e4,
-        ..Film::new([nx, ny], [0.05, 0.02], 0.0, 1.0)
-    };
-    if periodic {
-        film.sides[..2].fill(Side::Periodic);
-    }
-    film
-}
-
-#[test]
-fn what_is_fed_leaves() {
-    for (seed, periodic) in [(1, false), (2, true), (3, false), (4, true)] {
-        let film = generic(periodic, seed);
-        let [z, r] = solved(&film, None);
-        let found = film.figures(&z, &r, 0.0);
-        let through = found.supplies.iter().map(|flow| flow.abs()).sum::<f64>();
-        assert!(found.imbalance.abs() <= 1e-10 * through, "{found:?}");
-        assert!((0.01..0.9).contains(&found.broken_share), "{found:?}");
-        // Free cells balance one by one.
-        let out = film.outflow(&z, &r);
-        assert!(film.free_cells().iter().all(|&k| out[k].abs() <= 1e-10 * through));
-        assert!(film.is_fed());
-    }
-}
-
-#[test]
-fn derivatives_are_those_of_the_balances() {
-    let film =
-        Film { step: Some(TimeStep { duration: 1e-3, oil: vec![1e-5; 253] }), ..generic(true, 6) };
-    let mut next = noise(7);
-    let z: Vec<f64> = (0..253).map(|_| (next() - 0.4).max(0.0)).collect();
-    let r: Vec<f64> = z.iter().map(|&z| if z > 0.0 { 0.0 } else { next() }).collect();
-    let mode: Vec<f64> = (0..253).map(|_| next() - 0.5).collect();
-    // What leaves and what is stored, in SI units, at fixed pressures.
-    let balance = |by: f64| -> Vec<f64> {
-        let gap = film.gap.iter().zip(&mode).map(|(h, mode)| h + by * mode).collect();
-        let moved = Film { gap, ..film.clone() };
-        let unit = film.pressure_unit() / moved.pressure_unit();
-        let z: Vec<f64> = z.iter().map(|z| z * unit).collect();
-        let mut out = moved.outflow(&z, &r);
-        for k in moved.free_cells() {
-            out[k] += moved.cell() / 1e-3 * (1.0 - r[k]) * moved.gap[k];
-        }
-        out
-    };
-    let thin = film.gap.iter().copied().fold(f64::INFINITY, f64::min);
-    let unit = film.pressure_unit() * thin.powi(3) / (12.0 * film.viscosity[0]);
-    let wider = FilmChange { gap: mode.clone(), ..FilmChange::default() };
-    let exact = film.rows_change(&z, &r, &wider);
-    // Third derivatives are some 10 of the first over h²: 10 (1e-10/1e-5)²; rounding is 1e-16/1e-5.
-    let by = 1e-10;
-    let (less, more) = (balance(-by), balance(by));
-    let size = exact.iter().fold(0.0_f64, |size, v| size.max(v.abs()));
-    for k in 0..253 {
-        let difference = (more[k] - less[k]) / (2.0 * by * unit);
-        assert_abs_diff_eq!(exact[k], difference, epsilon = 1e-8 * size);
-    }
-    // What is stored is what a step adds to the rows of a steady film, by its duration.
-    let emptied: Vec<f64> = (0..253).map(|_| next() - 0.5).collect();
-    let still = Film { step: None, ..film.clone() };
-    let product = |film: &Film| {
-        let (_, b, _) = film.pose().unwrap();
-        let mut product = vec![0.0; 253];
-        b.apply(&emptied, &mut product);
-        product
-    };
-    let [with, without] = [product(&film), product(&still)];
-    let [by_gap, by_both] =
-        [&[0.0; 253][..], &emptied].map(|emptied| film.storing(&r, &mode, emptied));
-    let steady = still.rows_change(&z, &r, &wider);
-    for k in 0..253 {
-        assert!((exact[k] - steady[k] - by_gap[k] / 1e-3).abs() <= 1e-12 * size);
-        let emptied = by_gap[k] - by_both[k];
-        assert!((with[k] - without[k] - emptied / 1e-3).abs() <= 1e-9 * with[k].abs().max(1.0));
-    }
 }
 
 #[test]

@@ -2,12 +2,27 @@
 
 mod american_put;
 mod bearing2d;
-mod certificates;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod dam;
 mod disc;
+#[path = "../theory/exact.rs"]
+mod exact;
 mod film;
 mod membrane;
 mod proved_film;
 mod published;
+
+use hlcp_core::{Aor, Rows};
+use hlcp_verify::{Convergence, Proof, classes::is_m, convergence, uniqueness};
+
+/// Holds that A and B are M-matrices, that every q has one solution and that the steps converge to
+/// it, and returns what proves the last.
+fn proved(a: &impl Rows<f64>, b: &impl Rows<f64>, steps: &[Aor<f64>]) -> Proof {
+    assert!(is_m(a).is_yes() && is_m(b).is_yes());
+    assert!(uniqueness(a, b).unwrap().is_proved());
+    match convergence(&common::problem(1.0, a, b), steps) {
+        Convergence::Proved(proof, _) => proof,
+        found => panic!("{found}"),
+    }
+}

@@ -6,42 +6,25 @@ use hlcp_verify::{
     Branch, Certificate, Film, Side, Supply, TimeStep, certify, certify_box, uniqueness,
 };
 use num_rational::BigRational;
-use num_traits::{Num, One, Signed, ToPrimitive, Zero};
+use num_traits::{One, Signed, ToPrimitive, Zero};
 
-use crate::film::noise;
+use crate::exact::{eliminated, exact};
+
+/// Numbers between 0 and 1 that have no pattern.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
 
 type Exact = BigRational;
-
-fn exact(value: f64) -> Exact {
-    Exact::from_float(value).expect("finite")
-}
 
 /// How many films the environment asks for, or else `usual`.
 fn films_asked(usual: usize) -> usize {
     std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
-}
-
-/// Solves `M x = −q` by Jordan's elimination without fractions, of E. Bareiss: `det x`, and `det`.
-fn eliminate<T: Num + Clone>(mut rows: Vec<Vec<T>>) -> Option<(Vec<T>, T)> {
-    let (n, mut last) = (rows.len(), T::one());
-    for k in 0..n {
-        let pivot = (k..n).find(|&i| !rows[i][k].is_zero())?;
-        if pivot != k {
-            // Keeps the sign of the determinant.
-            rows.swap(k, pivot);
-            rows[k].iter_mut().for_each(|entry| *entry = T::zero() - entry.clone());
-        }
-        let top = rows[k].clone();
-        for row in rows.iter_mut().enumerate().filter(|(i, _)| *i != k).map(|(_, row)| row) {
-            let factor = row[k].clone();
-            for (entry, top_entry) in row.iter_mut().zip(&top) {
-                let both = top[k].clone() * entry.clone() - factor.clone() * top_entry.clone();
-                *entry = both / last.clone();
-            }
-        }
-        last = top[k].clone();
-    }
-    Some((rows.into_iter().map(|row| row[n].clone()).collect(), last))
 }
 
 /// Exact `z` and `r`, from a guess of where `z > 0`.
@@ -67,14 +50,7 @@ fn solution(
             });
             row[n] = exact(-q[i]);
         }
-        let integers = rows.iter().map(|row| {
-            // All denominators are powers of two.
-            let most = row.iter().map(|v| v.denom()).max().expect("an entry");
-            let scaled = |v: &Exact| (v * Exact::from(most.clone())).to_integer();
-            row.iter().map(scaled).collect()
-        });
-        let (found, det) = eliminate(integers.collect())?;
-        let found: Vec<Exact> = found.into_iter().map(|x| Exact::new(x, det.clone())).collect();
+        let (found, _) = eliminated(rows)?;
         let wrong: Vec<usize> = (0..n).filter(|&j| found[j].is_negative()).collect();
         if wrong.is_empty() {
             let of = |side: bool| -> Vec<Exact> {

@@ -2,42 +2,12 @@
 
 use crate::common::NotFinite;
 use hlcp_core::FivePoint;
-use hlcp_verify::{Branch, Uniqueness, certify, certify_box, uniqueness};
+use hlcp_verify::{Branch, certify, certify_box};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
-use num_traits::{Signed, Zero};
+use num_traits::Signed;
 
-use crate::exact;
-
-/// The solution of `K y = rhs` by elimination; `None` for a singular matrix.
-pub(crate) fn solve(
-    mut k: Vec<Vec<BigRational>>,
-    mut rhs: Vec<BigRational>,
-) -> Option<Vec<BigRational>> {
-    let n = rhs.len();
-    for i in 0..n {
-        let p = (i..n).find(|&p| !k[p][i].is_zero())?;
-        k.swap(i, p);
-        rhs.swap(i, p);
-        for row in i + 1..n {
-            let share = &k[row][i] / &k[i][i];
-            let pivot_row = k[i].clone();
-            for (entry, above) in k[row].iter_mut().zip(&pivot_row).skip(i) {
-                *entry -= &share * above;
-            }
-            let entry = &share * &rhs[i];
-            rhs[row] -= entry;
-        }
-    }
-    for i in (0..n).rev() {
-        for column in i + 1..n {
-            let entry = &k[i][column] * &rhs[column];
-            rhs[i] -= entry;
-        }
-        rhs[i] = &rhs[i] / &k[i][i];
-    }
-    Some(rhs)
-}
+use crate::exact::{eliminated, exact};
 
 /// The exact solution on a support: `y` with `zᵢ = yᵢ` or `rᵢ = yᵢ`, if it is non-negative.
 fn on_support(
@@ -48,8 +18,8 @@ fn on_support(
 ) -> Option<Vec<BigRational>> {
     let n = q.len();
     let entry = |i: usize, j: usize| exact(if in_z[j] { a[(i, j)] } else { -b[(i, j)] });
-    let k = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
-    let y = solve(k, q.iter().map(|&q| -exact(q)).collect())?;
+    let row = |i| (0..n).map(|j| entry(i, j)).chain([-exact(q[i])]).collect();
+    let (y, _) = eliminated((0..n).map(row).collect())?;
     y.iter().all(|y| !y.is_negative()).then_some(y)
 }
 
@@ -83,12 +53,4 @@ fn nothing_is_claimed_of_a_stencil_with_nan() {
     ] {
         assert_eq!(spoilt, None);
     }
-}
-
-/// This pair has three solutions for one q.
-#[test]
-fn uniqueness_is_refuted_where_there_are_several() {
-    let a = nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0];
-    let b = nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0];
-    assert!(matches!(uniqueness(&a, &b).unwrap(), Uniqueness::Refuted(_)));
 }

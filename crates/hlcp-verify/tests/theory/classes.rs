@@ -1,6 +1,6 @@
 //! The classes of matrices against dense linear algebra, and the lemmas on them.
 
-use crate::{any_pair, comparison};
+use crate::{any_pair, comparison, uniqueness::determinant};
 use hlcp_core::{Error, Identity};
 use hlcp_verify::{
     Slider,
@@ -8,14 +8,8 @@ use hlcp_verify::{
     uniqueness,
 };
 use nalgebra::{DMatrix, DVector};
+use num_traits::{Signed, Zero};
 use proptest::prelude::*;
-
-/// The determinant by the first column, exact for small integers.
-fn determinant(m: &DMatrix<f64>) -> f64 {
-    let minor = |i: usize| determinant(&m.clone().remove_row(i).remove_column(0));
-    let term = |i: usize| (-1.0_f64).powi(i as i32) * m[(i, 0)] * minor(i);
-    if m.is_empty() { 1.0 } else { (0..m.nrows()).map(term).sum() }
-}
 
 proptest! {
     /// The W-property against the determinants of all choices of columns.
@@ -32,17 +26,11 @@ proptest! {
             DMatrix::from_fn(n, n, entry)
         };
         let (a, b) = (of(0), of(1));
-        let choice = |k: usize| {
-            let columns: Vec<_> =
-                (0..n).map(|j| if k >> j & 1 == 1 { b.column(j) } else { a.column(j) }).collect();
-            determinant(&DMatrix::from_columns(&columns))
-        };
-        let all: Vec<f64> = (0..1 << n).map(choice).collect();
-        let some = |sign: f64| all.iter().any(|d| d * sign > 0.0);
+        let all: Vec<_> = (0..1 << n).map(|choice| determinant([&a, &b], choice)).collect();
         let found = has_w_property(&a, &b).unwrap();
-        if some(1.0) && some(-1.0) {
+        if all.iter().any(Signed::is_positive) && all.iter().any(Signed::is_negative) {
             prop_assert_eq!(found, Answer::No(Failure::Signs));
-        } else if all.contains(&0.0) {
+        } else if all.iter().any(Zero::is_zero) {
             prop_assert_eq!(found, Answer::Undecided);
         } else {
             prop_assert_eq!(found, Answer::Yes(()));

@@ -5,9 +5,9 @@ use hlcp_verify::{Convergence, Proof, convergence};
 use nalgebra::{DMatrix, dmatrix};
 use num_rational::BigRational;
 use num_traits::{One, Signed, Zero};
-use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
+use proptest::{collection::vec, prelude::*};
 
-use crate::{cases_asked, exact, rational};
+use crate::{exact::exact, for_all, rational};
 
 /// A pair with signs at random, near the edge of what `v` proves and beyond it.
 #[derive(Debug, Clone)]
@@ -153,12 +153,7 @@ fn rationals(numbers: &[f64]) -> Vec<BigRational> {
 
 /// Asks `HLCP_CASES` random cases, or 2,000.
 fn for_all_cases(mut check: impl FnMut(&Case)) -> usize {
-    let (strategy, mut runner) = (cases(), TestRunner::default());
-    let asked = cases_asked(2_000);
-    for _ in 0..asked {
-        check(&strategy.new_tree(&mut runner).unwrap().current());
-    }
-    asked
+    for_all(2_000, &cases(), |case| check(&case))
 }
 
 /// The paper's AMSOR and Jacobi multiply `Σ vᵢ|Fᵢ|` by at most the factor of the theorem, wherever

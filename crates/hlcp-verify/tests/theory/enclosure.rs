@@ -1,14 +1,16 @@
 //! Boxes that are said to hold a solution, against exact rational arithmetic.
 
 use hlcp_core::{FivePoint, LinearOperator};
-use hlcp_methods::Clock;
-use hlcp_verify::{Branch, Certificate, Refusal, certify, certify_box, certify_range, uniqueness};
+use hlcp_methods::{Clock, solve};
+use hlcp_verify::{
+    Branch, Certificate, Refusal, Slider, certify, certify_box, certify_range, uniqueness,
+};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-use crate::{cases_asked, certificate::solutions_on, exact};
+use crate::{cases_asked, certificate::solutions_on, exact::exact, for_all};
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -163,43 +165,25 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let is_unique = uniqueness(a, b).map_err(|e| e.to_string())?.is_proved();
     tally.alone += usize::from(certificate.is_alone);
     if q.len() <= 3 && (is_unique || certificate.is_alone) {
-        // An unknown that is 0 stands on both sides, and its solution comes twice.
-        let mut all: Vec<Vec<BigRational>> = solutions_on(a, b, q, &vec![Branch::Open; q.len()])
-            .into_iter()
-            .filter(|(in_z, y)| {
-                is_unique || {
-                    let zero = BigRational::zero();
-                    // The bounds on the error are around the pair that was given, and may reach
-                    // further than the intervals.
-                    y.iter().enumerate().all(|(j, y)| {
-                        let star = if in_z[j] { [y, &zero] } else { [&zero, y] };
-                        let inside = |[lower, upper]: [f64; 2], star: &BigRational| {
-                            &exact(lower) <= star
-                                && (upper == f64::INFINITY || star <= &exact(upper))
-                        };
-                        let [of_z, of_r] = certificate.interval(j);
-                        inside(of_z, star[0]) && inside(of_r, star[1])
-                    })
-                }
+        // The bounds on the error are around the pair that was given, and may reach further.
+        let inside = |x: &&Vec<BigRational>| {
+            x.iter().enumerate().all(|(j, x)| {
+                let parts = [x, &-x].map(|part| part.max(&BigRational::zero()).clone());
+                certificate.interval(j).iter().zip(parts).all(|([lower, upper], part)| {
+                    exact(*lower) <= part && (upper.is_infinite() || part <= exact(*upper))
+                })
             })
-            .map(|(in_z, y)| {
-                let sign = |in_z: bool, y: BigRational| if in_z { y } else { -y };
-                in_z.into_iter().zip(y).map(|(in_z, y)| sign(in_z, y)).collect()
-            })
-            .collect();
-        all.dedup();
-        all.sort();
-        all.dedup();
-        if all.len() > 1 {
-            return Err(format!("{} solutions within {certificate:?}", all.len()));
+        };
+        let everywhere = solutions(a, b, q);
+        let within: Vec<_> = everywhere.iter().filter(|x| is_unique || inside(x)).collect();
+        if within.len() > 1 {
+            return Err(format!("{} solutions within {certificate:?}", within.len()));
         }
-        if !is_unique {
-            let everywhere = solutions_on(a, b, q, &vec![Branch::Open; q.len()]);
-            let differ = |(in_z, y): &(Vec<bool>, Vec<BigRational>)| {
-                (0..q.len()).any(|j| !y[j].is_zero() && in_z[j] != (all[0][j].is_positive()))
-            };
-            tally.several += usize::from(everywhere.iter().any(differ));
-        }
+        let differs = |x: &Vec<BigRational>| {
+            let pairs = x.iter().zip(within[0]);
+            pairs.into_iter().any(|(x, one)| !x.is_zero() && x.is_positive() != one.is_positive())
+        };
+        tally.several += usize::from(!is_unique && everywhere.iter().any(differs));
     }
     tally.open += usize::from(certificate.count(Branch::Open) > 0);
     tally.proved += 1;
@@ -223,8 +207,7 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
 /// Every claim is exactly true, in `HLCP_CASES` random cases (3,000 if it is not set).
 #[test]
 fn no_claim_near_an_answer_is_false() {
-    let asked = cases_asked(3_000) / FAMILIES.len();
-    let mut runner = TestRunner::default();
+    let (asked, mut runner) = (cases_asked(3_000) / FAMILIES.len(), TestRunner::default());
     for (family, name) in FAMILIES.into_iter().enumerate() {
         let (strategy, mut tally) = (cases(family), Tally::default());
         for _ in 0..asked {
@@ -282,14 +265,12 @@ fn a_box_that_passes_holds_a_solution() {
             (pair, q, lower, upper)
         })
     });
-    let (mut runner, mut passed, mut alone, mut several) = (TestRunner::default(), 0, 0, 0);
-    let asked = cases_asked(3_000);
-    for _ in 0..asked {
-        let ([a, b], q, lower, upper) = strategy.new_tree(&mut runner).unwrap().current();
+    let (mut passed, mut alone, mut several) = (0, 0, 0);
+    let asked = for_all(3_000, &strategy, |([a, b], q, lower, upper)| {
         let zero = vec![0.0; q.len()];
         let ends = [&lower[..], &upper];
         let found = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap();
-        let Some(found) = found else { continue };
+        let Some(found) = found else { return };
         passed += 1;
         let within = |x: &Vec<BigRational>| {
             x.iter()
@@ -315,7 +296,7 @@ fn a_box_that_passes_holds_a_solution() {
         }
         alone += usize::from(found.is_alone);
         several += usize::from(inside.len() > 1);
-    }
+    });
     println!("{asked} boxes: {passed} hold a solution, {alone} one only; {several} hold several");
     assert!(50 * passed > asked && 2 * alone > passed, "{passed}, {alone} of {asked}");
 }
@@ -353,17 +334,15 @@ fn all_problems_of_a_range_have_a_solution_in_it() {
             },
         )
     });
-    let (mut runner, mut proved, mut reached) = (TestRunner::default(), 0, 0);
-    let asked = cases_asked(3_000);
-    for _ in 0..asked {
-        let (ends, worst, inside) = strategy.new_tree(&mut runner).unwrap().current();
+    let (mut proved, mut reached) = (0, 0);
+    let asked = for_all(3_000, &strategy, |(ends, worst, inside)| {
         let [low, high] = &ends;
         let matrices = |s: usize| [low, high].map(|(pair, _)| pair[s].clone());
         let ([a, b], zero) = ([matrices(0), matrices(1)], vec![0.0; low.1.len()]);
         let [a, b] = [&a, &b].map(|pair| [&pair[0], &pair[1]]);
         let q = [&low.1[..], &high.1];
         let found = certify_range(a, b, q, [&zero, &zero], &mut Clock::endless()).unwrap();
-        let Ok(found) = found else { continue };
+        let Ok(found) = found else { return };
         proved += 1;
         let within = |x: &Vec<BigRational>| {
             (0..x.len()).all(|j| {
@@ -391,7 +370,7 @@ fn all_problems_of_a_range_have_a_solution_in_it() {
             });
             reached += usize::from(near);
         }
-    }
+    });
     println!("{asked} ranges: {proved} proved, {reached} of them as narrow as can be");
     assert!(2 * proved > asked && 2 * reached > proved, "{proved}, {reached} of {asked}");
 }
@@ -443,6 +422,19 @@ fn a_box_is_refused_or_said_to_hold_several() {
         if let Some(found) = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap() {
             assert!(!found.is_alone || count == 1, "{q:?}");
         }
+    }
+}
+
+/// From 0, which is as far from the answer as its peak, the box is found that tells the error.
+#[test]
+fn any_guess_will_do() {
+    for cells in [50, 512] {
+        let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
+        let zero = vec![0.0; cells - 1];
+        let certificate = certify(&a, &b, &q, &zero, &zero).unwrap().expect("a box");
+        let peak = |x: &[f64]| x.iter().copied().fold(0.0, f64::max);
+        let (bound, error) = (peak(&certificate.z), peak(&solve(&a, &b, &q).unwrap().z));
+        assert!((0.999 * error..1.3 * error).contains(&bound), "{bound:e} of {error:e}");
     }
 }
 

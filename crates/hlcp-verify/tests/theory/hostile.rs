@@ -1,7 +1,7 @@
 //! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
 //! nothing false.
 
-use crate::{cases_asked, exact};
+use crate::{exact::exact, for_all};
 use approx::assert_abs_diff_eq;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -16,9 +16,7 @@ use hlcp_verify::{
 use nalgebra::{DMatrix, dmatrix, dvector};
 use num_rational::BigRational;
 use num_traits::Signed;
-use proptest::{
-    collection::vec, prelude::*, sample::select, strategy::ValueTree, test_runner::TestRunner,
-};
+use proptest::{collection::vec, prelude::*, sample::select};
 
 /// For all functions on one pair together, which make some forty searches: a search has at most 40
 /// steps with three walks of each of four rows for each of two steps of a method, and one walk for
@@ -254,15 +252,13 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
 
 #[test]
 fn every_claim_about_hostile_pairs_is_exactly_true() {
-    let cases_asked = cases_asked(2_000);
-    let (mut runner, strategy, mut decided) = (TestRunner::default(), cases(), [0, 0]);
-    for _ in 0..cases_asked {
-        let case = strategy.new_tree(&mut runner).unwrap().current();
+    let mut decided = [0, 0];
+    let asked = for_all(2_000, &cases(), |case| {
         let [matrices, pairs] = check(&case).unwrap_or_else(|e| panic!("{e}: {case:?}"));
         decided = [decided[0] + matrices, decided[1] + pairs];
-    }
-    println!("{cases_asked} pairs: {} matrices and {} pairs decided", decided[0], decided[1]);
-    assert!(decided[0] > cases_asked / 2 && decided[1] > cases_asked / 8, "{decided:?}");
+    });
+    println!("{asked} pairs: {} matrices and {} pairs decided", decided[0], decided[1]);
+    assert!(decided[0] > asked / 2 && decided[1] > asked / 8, "{decided:?}");
 }
 
 /// The balancing of rows meets 10¹⁶⁵/10⁻¹⁶⁵ and its inverse; balanced, all moduli are 1.

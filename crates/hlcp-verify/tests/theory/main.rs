@@ -7,6 +7,7 @@ mod columns;
 mod common;
 mod convergence;
 mod enclosure;
+mod exact;
 mod examples;
 mod hostile;
 mod newton;
@@ -23,14 +24,9 @@ use hlcp_verify::{
     oracle::{Dense, Iteration, aor_splitting},
 };
 use nalgebra::{DMatrix, DVector};
-use proptest::prelude::*;
+use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use num_rational::BigRational;
-
-/// The value as a rational number.
-fn exact(value: f64) -> BigRational {
-    BigRational::from_float(value).expect("finite")
-}
 
 fn rational(whole: i64) -> BigRational {
     BigRational::from_integer(whole.into())
@@ -39,6 +35,14 @@ fn rational(whole: i64) -> BigRational {
 /// How many random cases the environment asks for, or else `usual`.
 fn cases_asked(usual: usize) -> usize {
     std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
+/// Calls `each` with as many random cases as the environment asks for, or `usual`; returns how
+/// many.
+fn for_all<V>(usual: usize, strategy: &impl Strategy<Value = V>, mut each: impl FnMut(V)) -> usize {
+    let (asked, mut runner) = (cases_asked(usual), TestRunner::default());
+    (0..asked).for_each(|_| each(strategy.new_tree(&mut runner).unwrap().current()));
+    asked
 }
 
 fn comparison(a: &DMatrix<f64>) -> DMatrix<f64> {

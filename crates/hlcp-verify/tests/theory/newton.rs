@@ -2,9 +2,9 @@
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
-use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
+use proptest::{collection::vec, prelude::*};
 
-use crate::{cases_asked, certificate::solve, rational};
+use crate::{exact::eliminated, for_all, rational};
 
 /// The hypothesis that a case breaks, if it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,8 +83,8 @@ impl Case {
         let entry = |i: usize, j: usize| {
             if x[j].is_negative() { &self.w[i][j] } else { &self.a[i][j] }.clone()
         };
-        let rows = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
-        solve(rows, self.q.iter().map(|q| -q).collect())
+        let row = |i| (0..n).map(|j| entry(i, j)).chain([-&self.q[i]]).collect();
+        eliminated((0..n).map(row).collect()).map(|(x, _)| x)
     }
 
     /// The steps from the start to the solution, at most n + 2, if F ≤ 0 and x increases from the
@@ -109,35 +109,25 @@ impl Case {
     }
 }
 
-/// The share of `asked` cases that rise.
-fn rising(without: Without, asked: usize) -> (usize, usize) {
-    let (strategy, mut runner) = (cases(without), TestRunner::default());
-    let (mut rising, mut most) = (0, 0);
-    for _ in 0..asked {
-        let case = strategy.new_tree(&mut runner).unwrap().current();
-        let steps = case.rises();
-        assert!(without != Without::Nothing || steps.is_some(), "{case:?}");
-        rising += usize::from(steps.is_some());
-        most = most.max(steps.unwrap_or(0));
-    }
-    (rising, most)
-}
-
 /// Full steps increase from the first on and end in at most n + 2, from any start, in
 /// `HLCP_CASES` random cases, or 1,500.
 #[test]
 fn newton_rises_to_the_solution() {
-    let asked = cases_asked(1_500);
-    let (rising, most) = rising(Without::Nothing, asked);
-    println!("{rising} of {asked} cases, at most {most} steps");
+    let mut most = 0;
+    let asked = for_all(1_500, &cases(Without::Nothing), |case| {
+        most = most.max(case.rises().unwrap_or_else(|| panic!("{case:?}")));
+    });
+    println!("{asked} cases, at most {most} steps");
 }
 
 /// Without any one of the hypotheses some do not.
 #[test]
 fn newton_may_fall_without_any_one_of_the_hypotheses() {
     for without in [Without::Sizes, Without::Diagonal, Without::Signs, Without::MMatrix] {
-        let (rising, _) = rising(without, 300);
-        println!("{without:?}: {rising} of 300 rise");
-        assert!(rising < 300, "{without:?}");
+        let mut rising = 0;
+        let asked =
+            for_all(300, &cases(without), |case| rising += usize::from(case.rises().is_some()));
+        println!("{without:?}: {rising} of {asked} rise");
+        assert!(rising < asked, "{without:?}");
     }
 }

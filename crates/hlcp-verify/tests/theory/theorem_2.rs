@@ -1,6 +1,6 @@
 //! Theorem 2 beyond its hypotheses, where it fails; `sizes.rs` has the property.
 
-use crate::common::posed;
+use crate::common::{noise, posed};
 use crate::{stays_away, textbook};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Scalar};
 use hlcp_verify::{
@@ -65,22 +65,17 @@ fn theorem_2_is_said_of_its_own_steps_alone() {
 /// a unit in the last place too small in any row.
 #[test]
 fn theorem_2_holds_at_tau_1_whatever_the_diagonals() {
-    fn holds<T: Scalar>(seed: u64) {
-        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-        let mut random = |low: f64, high: f64| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            low + (high - low) * (state >> 11) as f64 / (1_u64 << 53) as f64
+    fn holds<T: Scalar>(seed: usize) {
+        let random = |k: usize, low: f64, high: f64| {
+            low + (high - low) * 0.5 * (1.0 + noise(1000 * k + seed))
         };
-        let [of_a, of_b]: [Vec<f64>; 2] =
-            [4.5, 1.0].map(|low| (0..64).map(|_| random(low, 2.0 * low)).collect());
-        // |bᵢⱼ|ωⱼ is at most 0.9 |aᵢⱼ| = 0.9, as ω is at most 9.
-        let off: Vec<f64> = (0..64).map(|_| random(0.0, 0.1)).collect();
-        let t = |value: f64| T::of(value);
-        let a = FivePoint::from_fn(8, 8, |i, j| [-1.0, -1.0, of_a[8 * j + i], -1.0, -1.0].map(t));
+        let a = FivePoint::from_fn(8, 8, |i, j| {
+            [-1.0, -1.0, random(8 * j + i, 4.5, 9.0), -1.0, -1.0].map(T::of)
+        });
         let b = FivePoint::from_fn(8, 8, |i, j| {
-            [0.0, -off[8 * j + i], of_b[8 * j + i], -off[8 * j + i], 0.0].map(t)
+            // |bᵢⱼ|ωⱼ is at most 0.9 |aᵢⱼ| = 0.9, as ω is at most 9.
+            let off = -random(64 + 8 * j + i, 0.0, 0.1);
+            [0.0, off, random(128 + 8 * j + i, 1.0, 2.0), off, 0.0].map(T::of)
         });
         let (a, b) = (a.unwrap(), b.unwrap());
         let problem = Hlcp::from_pair(a, b).unwrap();

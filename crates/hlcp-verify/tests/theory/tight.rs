@@ -10,7 +10,7 @@ use hlcp_verify::{
 use num_rational::BigRational;
 use num_traits::{One, ToPrimitive, Zero};
 
-use crate::{common::Lists, exact};
+use crate::{common::Lists, exact::exact};
 
 /// Where the truth comes from.
 enum Truth {

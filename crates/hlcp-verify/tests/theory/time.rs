@@ -1,10 +1,7 @@
 //! Proofs that end with the time, by counting.
 
-use std::sync::atomic::Ordering::Relaxed;
-
-use crate::common::Counted;
+use crate::common::Walked;
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, LinearOperator, Omega};
-use hlcp_methods::Clock;
 use hlcp_verify::{
     Convergence, Reason, Refusal, Uniqueness, certify_within, convergence_within, uniqueness_within,
 };
@@ -15,22 +12,6 @@ const M: usize = 180;
 /// which those before the first look, and the checks of what it takes for linear solves, have
 /// several.
 const WALKS: usize = 6;
-
-type Grid = Counted<FivePoint<f64>>;
-
-/// Runs `work` with a clock that is up when it has been asked more than `late` times; returns what
-/// it makes, how often it asked, and the most walks over `a` before a look or after the last one.
-fn cut<R>(a: &Grid, late: usize, work: impl FnOnce(&mut Clock<'_>) -> R) -> (R, usize, usize) {
-    let (mut asked, mut most) = (0, 0);
-    let mut ask = || {
-        asked += 1;
-        most = most.max(a.products.swap(0, Relaxed));
-        asked > late
-    };
-    a.products.store(0, Relaxed);
-    let made = work(&mut Clock::new(&mut ask));
-    (made, asked, most.max(a.products.swap(0, Relaxed)))
-}
 
 /// Some of the times at which `whole` looks can end.
 fn times(whole: usize) -> impl Iterator<Item = usize> {
@@ -51,9 +32,8 @@ fn a_certificate_ends_with_the_time() {
     a.apply(&exact, &mut q);
     q.iter_mut().zip(&r).for_each(|(q, r)| *q = r - *q);
     let z: Vec<f64> = exact.iter().map(|z| if *z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
-    let a = Counted::new(a);
-    let certified =
-        |late| cut(&a, late, |clock| certify_within(&a, &b, &q, &z, &r, clock).unwrap());
+    let a = Walked::new(a);
+    let certified = |late| a.cut(late, |clock| certify_within(&a, &b, &q, &z, &r, clock).unwrap());
     let (found, whole, most) = certified(usize::MAX);
     assert!(found.is_ok_and(|found| found.error() < 2e-6));
     assert!(whole > 150 && most <= WALKS, "{whole} looks, {most} walks");
@@ -69,9 +49,9 @@ fn a_certificate_ends_with_the_time() {
 
 #[test]
 fn searches_for_witnesses_end_with_the_time() {
-    let a = Counted::new(FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    let a = Walked::new(FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
     let b = Identity { order: M * M };
-    let decided = |late| cut(&a, late, |clock| uniqueness_within(&a, &b, clock).unwrap());
+    let decided = |late| a.cut(late, |clock| uniqueness_within(&a, &b, clock).unwrap());
     let (found, whole, most) = decided(usize::MAX);
     assert!(matches!(found, Uniqueness::Proved(_)));
     assert!(whole > 1 && most <= WALKS, "{whole} looks, {most} walks");
@@ -82,7 +62,7 @@ fn searches_for_witnesses_end_with_the_time() {
     }
     let problem = Hlcp::new(&a, &b, Omega::Uniform(4.0)).unwrap();
     let steps = [Aor::gauss_seidel()];
-    let proved = |late| cut(&a, late, |clock| convergence_within(&problem, &steps, clock));
+    let proved = |late| a.cut(late, |clock| convergence_within(&problem, &steps, clock));
     let (found, whole, most) = proved(usize::MAX);
     assert!(matches!(found, Convergence::Proved(..)));
     // The hypotheses are checked after the search.

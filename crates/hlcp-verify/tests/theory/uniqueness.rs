@@ -6,36 +6,22 @@ use hlcp_core::Identity;
 use hlcp_verify::{Disproof, Reason, Uniqueness, Witness, families, uniqueness};
 use nalgebra::{DMatrix, dmatrix};
 use num_rational::BigRational;
-use num_traits::{One, Signed, Zero};
-use proptest::{
-    prelude::*,
-    strategy::ValueTree,
-    test_runner::{Config, TestRunner},
+use num_traits::{Signed, Zero};
+use proptest::prelude::*;
+
+use crate::{
+    cases_asked,
+    exact::{eliminated, exact},
+    for_all, radius,
 };
 
-use crate::{cases_asked, exact, radius};
-
-/// The determinant of the columns of `a`, and of `b` where the bit of `choice` is set.
-fn determinant([a, b]: [&DMatrix<f64>; 2], choice: u32) -> BigRational {
+/// A positive multiple of the determinant of the columns of `a`, and of `b` where the bit of
+/// `choice` is set.
+pub(crate) fn determinant([a, b]: [&DMatrix<f64>; 2], choice: u32) -> BigRational {
     let n = a.nrows();
     let entry = |i: usize, j: usize| exact(if choice >> j & 1 == 1 { b } else { a }[(i, j)]);
-    let mut m: Vec<Vec<_>> = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
-    let mut product = BigRational::one();
-    for k in 0..n {
-        let Some(pivot) = (k..n).find(|&i| !m[i][k].is_zero()) else { return BigRational::zero() };
-        if pivot != k {
-            m.swap(pivot, k);
-            product = -product;
-        }
-        let (above, below) = m.split_at_mut(k + 1);
-        let row = &above[k];
-        product *= row[k].clone();
-        for other in below {
-            let factor = &other[k] / &row[k];
-            other.iter_mut().zip(row).for_each(|(entry, of_row)| *entry -= &factor * of_row);
-        }
-    }
-    product
+    let row = |i| (0..n).map(|j| entry(i, j)).chain([BigRational::zero()]).collect();
+    eliminated((0..n).map(row).collect()).map_or_else(BigRational::zero, |(_, det)| det)
 }
 
 /// Whether all choices of columns have determinants of one sign, so that every `q` has exactly one
@@ -133,9 +119,8 @@ fn pairs() -> impl Strategy<Value = ([DMatrix<f64>; 2], bool)> {
 /// No verdict is false, and a pair of Z-matrices of which one is a nonsingular M-matrix has one.
 #[test]
 fn no_verdict_is_false() {
-    let (mut runner, mut counts) = (TestRunner::new(Config::default()), [[0; 3]; 2]);
-    for _ in 0..cases_asked(2_000) {
-        let ([a, b], rounded) = pairs().new_tree(&mut runner).unwrap().current();
+    let mut counts = [[0; 3]; 2];
+    let asked = for_all(2_000, &pairs(), |([a, b], rounded)| {
         let unique = is_unique([&a, &b]);
         let found = uniqueness(&a, &b).unwrap();
         let are_z = is_z(&a) && is_z(&b);
@@ -157,10 +142,10 @@ fn no_verdict_is_false() {
             }
         };
         counts[usize::from(are_z)][kind] += 1;
-    }
+    });
     println!("proved, refuted, open: {:?} of any signs, {:?} Z-pairs", counts[0], counts[1]);
     // Refutations of other signs are rare: both choices must be Z-matrices.
-    let least = cases_asked(2_000) / 200;
+    let least = asked / 200;
     let [[of_any_signs, ..], of_z] = counts;
     assert!(of_any_signs > least && of_z.iter().all(|&count| count > least), "{counts:?}");
 }
@@ -169,9 +154,8 @@ fn no_verdict_is_false() {
 /// every `q` has one solution exactly if all choices are.
 #[test]
 fn one_choice_speaks_for_all() {
-    let (mut runner, mut counts) = (TestRunner::new(Config::default()), [0; 2]);
-    for _ in 0..cases_asked(1_000) {
-        let ([a, b], _) = pairs().new_tree(&mut runner).unwrap().current();
+    let mut counts = [0; 2];
+    let asked = for_all(1_000, &pairs(), |([a, b], _)| {
         let n = a.nrows();
         let choice = |bits: u32| {
             DMatrix::from_fn(n, n, |i, j| if bits >> j & 1 == 1 { b[(i, j)] } else { a[(i, j)] })
@@ -182,8 +166,8 @@ fn one_choice_speaks_for_all() {
             assert_eq!(is_unique([&a, &b]), all, "{a} {b}");
             counts[usize::from(all)] += 1;
         }
-    }
-    assert!(counts.iter().all(|&count| count > cases_asked(1_000) / 50), "{counts:?}");
+    });
+    assert!(counts.iter().all(|&count| count > asked / 50), "{counts:?}");
 }
 
 /// Without an M-matrix among the choices a `u` proves nothing.
@@ -308,11 +292,9 @@ fn verdicts_on_families() {
 #[test]
 fn absolute_value_equations() {
     const N: usize = 100;
-    let (mut runner, mut counts) = (TestRunner::new(Config::default()), [[0; 3]; 2]);
+    let mut counts = [[0; 3]; 2];
     let square = prop::collection::vec(-1.0..1.0_f64, N * N);
-    for _ in 0..cases_asked(12) {
-        let strategy = (square.clone(), square.clone(), 0.95..1.25_f64);
-        let (of_a, of_b, weight) = strategy.new_tree(&mut runner).unwrap().current();
+    for_all(12, &(square.clone(), square, 0.95..1.25_f64), |(of_a, of_b, weight)| {
         let [of_a, of_b] = [of_a, of_b].map(|entries| DMatrix::from_vec(N, N, entries));
         // B is a tenth of A's entries or less, so that the sum and the difference are Z-matrices.
         let z = DMatrix::from_fn(N, N, |i, j| {
@@ -334,6 +316,6 @@ fn absolute_value_equations() {
         // With full random A and B a tenth of that size nothing is decided.
         let found = uniqueness(&(&of_a + 0.1 * &of_b), &(of_a - 0.1 * of_b)).unwrap();
         assert_eq!(found, Uniqueness::Open(Reason::Signs));
-    }
+    });
     println!("proved, refuted, open: {:?} with ρ(|A⁻¹||B|) < 1, {:?} others", counts[1], counts[0]);
 }

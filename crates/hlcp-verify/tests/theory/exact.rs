@@ -1,0 +1,42 @@
+//! Linear systems in exact arithmetic.
+
+use num_rational::BigRational;
+use num_traits::{One, Zero};
+
+/// The value as a rational number.
+pub(crate) fn exact(value: f64) -> BigRational {
+    BigRational::from_float(value).expect("finite")
+}
+
+/// Solves `M x = b` of the rows `[M | b]`: `x`, and a positive multiple of
+/// `det M`; `None` where that is zero.
+///
+/// It is Jordan's elimination without fractions, of E. Bareiss.
+pub(crate) fn eliminated(rows: Vec<Vec<BigRational>>) -> Option<(Vec<BigRational>, BigRational)> {
+    let whole = |row: Vec<BigRational>| {
+        // By the least common multiple of its denominators.
+        let one = BigRational::one().to_integer();
+        let multiple = row.iter().fold(one, |so_far, v| (v * &so_far).denom() * so_far);
+        row.into_iter().map(|v| (v * &multiple).to_integer()).collect::<Vec<_>>()
+    };
+    let mut rows: Vec<Vec<_>> = rows.into_iter().map(whole).collect();
+    let (n, mut last) = (rows.len(), BigRational::one().to_integer());
+    for k in 0..n {
+        let pivot = (k..n).find(|&i| !rows[i][k].is_zero())?;
+        if pivot != k {
+            // Keeps the sign of the determinant.
+            rows.swap(k, pivot);
+            rows[k].iter_mut().for_each(|entry| *entry = -&*entry);
+        }
+        let top = rows[k].clone();
+        for row in rows.iter_mut().enumerate().filter(|(i, _)| *i != k).map(|(_, row)| row) {
+            let factor = row[k].clone();
+            for (entry, above) in row.iter_mut().zip(&top) {
+                *entry = (&top[k] * &*entry - &factor * above) / &last;
+            }
+        }
+        last = top[k].clone();
+    }
+    let x = rows.into_iter().map(|row| BigRational::new(row[n].clone(), last.clone())).collect();
+    Some((x, last.into()))
+}
