@@ -1,9 +1,9 @@
 //! `hlcp families`: `AUTO` on problems that nobody chose, beside every other method.
 //!
 //! Problems are drawn by seed from the families of `hlcp-verify`. Each is solved by `AUTO`, and by
-//! the other methods in about three times as long; where `AUTO` fails they get ten seconds. Times
-//! are with the set-up, the shortest of up to four. The distributions go to `families.md`, every
-//! run to `families.csv`.
+//! the other methods in one and a half times as long as the best so far; where `AUTO` fails they
+//! get ten seconds. Times are with the set-up, the shortest of up to four. The distributions go to
+//! `families.md`, every run to `families.csv`.
 
 use std::{
     path::PathBuf,
@@ -118,28 +118,30 @@ impl Row {
         let alone = measure(repeats, &["AUTO"], |_| by_auto())?;
         let mut auto = alone.into_iter().flatten().next().expect("AUTO refuses nothing");
         // Others may be at the processor meanwhile.
-        let time = if auto.converged() { 0.02 + 3.0 * auto.quartile(0) } else { PATIENCE[1] };
-        let by = |name: &str| -> Fallible<Option<Run>> {
-            let run = solve(&problem, &name.parse()?, 1.0, &limits(time)).ok();
-            Ok(run.filter(Run::converged).map(kept))
+        let time = |best: f64| 0.02 + 1.5 * best;
+        let mut best = if auto.converged() { auto.quartile(0) } else { PATIENCE[1] };
+        // Where B is singular, rounding excuses an answer of any size, and the smallest is wanted.
+        let relative = |run: &Run| run.outcome.relative.l2;
+        let excused = if auto.converged() { 10.0 * relative(&auto) } else { f64::INFINITY };
+        let by = |name: &str, seconds: f64| -> Fallible<Option<Run>> {
+            let run = solve(&problem, &name.parse()?, 1.0, &limits(seconds)).ok();
+            let run = run.filter(|run| run.converged() && relative(run) <= excused.max(ROUNDED));
+            Ok(run.map(kept))
         };
         let rivals: Vec<_> = methods(Chart::Families).iter().map(|row| row.name).collect();
         let mut others = vec![];
         for name in rivals {
-            let run = measure(repeats, &[name], |name| by(name))?.pop().flatten();
+            let run = measure(repeats, &[name], |name| by(name, time(best)))?.pop().flatten();
+            best = run.as_ref().map_or(best, |run| best.min(run.quartile(0)));
             others.extend(run.map(|run| (name, run)));
         }
-        // Where B is singular, rounding excuses an answer of any size, and the smallest is wanted.
-        let relative = |run: &Run| run.outcome.relative.l2;
-        let excused = if auto.converged() { 10.0 * relative(&auto) } else { f64::INFINITY };
-        others.retain(|(_, run)| relative(run) <= excused.max(ROUNDED));
         others.sort_by(|one, other| one.1.quartile(0).total_cmp(&other.1.quartile(0)));
         // AUTO and the fastest once more, in turns.
-        if let (true, Some((name, best))) = (auto.converged(), others.first_mut()) {
+        if let (true, Some((name, first))) = (auto.converged(), others.first_mut()) {
             let again = measure(repeats, &["AUTO", *name], |name| {
-                if *name == "AUTO" { by_auto() } else { by(name) }
+                if *name == "AUTO" { by_auto() } else { by(name, time(best)) }
             })?;
-            for (run, again) in [&mut auto, best].into_iter().zip(again) {
+            for (run, again) in [&mut auto, first].into_iter().zip(again) {
                 run.seconds.extend(again.map_or(vec![], |again| again.seconds));
                 run.seconds.sort_by(f64::total_cmp);
             }

@@ -59,8 +59,8 @@ impl AutoChoice {
             Self::Newton if is_line => (0.01, 1000),
             Self::Newton => (0.005, 240),
             Self::Anderson => (0.02, 24),
-            // Ten digits in ten eliminations, as a rule; but a front may take thirty.
-            Self::Pivoting => (2.3 / worth as f64, 36 * worth),
+            // Ten digits in ten eliminations, as a rule; but a front may take eighty.
+            Self::Pivoting => (2.3 / worth as f64, 84 * worth),
         }
     }
 }

@@ -43,7 +43,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
-/// | pivoting | ten digits in ten eliminations | 36 eliminations |
+/// | pivoting | ten digits in ten eliminations | 84 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
 /// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
@@ -182,7 +182,7 @@ const LEAST: usize = 100;
 
 /// The window of elimination over the work of a usual solve by it, which is what others have to
 /// show what they promise.
-const RENT: usize = 3;
+const RENT: usize = 7;
 
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.
