@@ -3,8 +3,8 @@ use std::{fmt, str::FromStr, sync::LazyLock};
 use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton,
-    Pivoting, Ssor, Tmms, TridiagonalPart, renumbered::numbered,
+    AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton,
+    Pivoting, Renumbered, Ssor, Tmms, TridiagonalPart, cuthill_mckee,
 };
 
 /// Any method on a problem with operators `A` and `B`.
@@ -37,7 +37,7 @@ pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
 ///
 /// | name | method |
 /// |---|---|
-/// | `AUTO` | [`Auto`](crate::Auto), [`Renumbered`](crate::Renumbered) where unknowns are numbered at random |
+/// | `AUTO` | [`Auto`], [`Renumbered`] where unknowns are numbered at random |
 /// | `ADAPTIVE` | [`AdaptiveSor`] |
 /// | `NEWTON` | [`Newton`] with [`TridiagonalPart`] where both operators are tridiagonal, else [`Ssor`] |
 /// | `AMG` | [`AmgNewton`], Newton's method with algebraic multigrid |
@@ -498,7 +498,10 @@ impl Named {
                 Box::new(FullMultigrid::new(Multigrid::new(problem, cycle)?))
             }
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),
-            Kind::Auto => numbered(problem)?,
+            Kind::Auto => match cuthill_mckee(&problem) {
+                Some(order) => Box::new(Renumbered::new(problem, order, Auto::new)?),
+                None => Box::new(Auto::new(problem)?),
+            },
         })
     }
 }

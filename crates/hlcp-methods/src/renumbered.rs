@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use hlcp_core::{Csr, Error, Hlcp, Norms, Omega, Rhs, Rows, Scalar};
 
-use crate::{Auto, BoxedMethod, Clock, Method, Work, method::iterate};
+use crate::{Clock, Method, Work, method::iterate};
 
 /// A method that works on the problem with its unknowns in another order.
 ///
@@ -257,21 +257,6 @@ fn downstream<T: Scalar>(operator: &impl Rows<T>, places: &[usize]) -> f64 {
         });
     }
     sum
-}
-
-/// Returns [`Auto`] on a problem, renumbered where that brings unknowns near that are coupled.
-pub(crate) fn numbered<'p, T, A, B>(
-    problem: Hlcp<T, A, B>,
-) -> Result<BoxedMethod<'p, T, A, B>, Error>
-where
-    T: Scalar,
-    A: Rows<T> + Clone + 'p,
-    B: Rows<T> + Clone + 'p,
-{
-    Ok(match cuthill_mckee(&problem) {
-        Some(order) => Box::new(Renumbered::new(problem, order, Auto::new)?),
-        None => Box::new(Auto::new(problem)?),
-    })
 }
 
 impl<T, A, B, M> Method<T> for Renumbered<T, A, B, M>
