@@ -10,15 +10,11 @@ mod common;
 
 use std::{cell::RefCell, error::Error};
 
-use common::{against, done, machine, seconds, solved_on};
+use common::{against, done, machine, row, seconds, solved_on, varying};
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Smoother, Step, Transfer};
 use hlcp_methods::{Cycle, FullMultigrid, Multigrid, Solver};
 use hlcp_verify::Disc;
 use rayon::{ThreadPool, ThreadPoolBuilder};
-
-fn row(what: &str, rival: &str, target: &str, n: usize, (ratio, time): (f64, f64)) {
-    println!("| {what} | {rival} | {ratio:.2} | {target} | {:.3} |", time / n as f64 * 1e9);
-}
 
 /// The passes of a cycle against a half-step with norms of MMS.
 fn passes<A: Rows<f64>, B: Rows<f64>>(
@@ -109,12 +105,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         passes(m, "", a, b, &pool)?;
         closed(m, a, b)?;
     }
-    let varying = |m: usize, seed: f64| {
-        FivePoint::from_fn(m, m, |i, j| {
-            let v = 0.1 * (seed + (j * m + i) as f64).sin();
-            [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
-        })
-    };
     for m in [255, 1023] {
         passes(m, "varying, ", varying(m, 1.0)?, varying(m, 2.0)?, &pool)?;
     }

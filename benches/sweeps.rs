@@ -77,14 +77,11 @@ struct Scene<T> {
     parallel: bool,
 }
 
-fn to<T: Scalar>(v: f64) -> T {
-    T::from(v).expect("a small number")
-}
-
 impl<T: Scalar> Scene<T> {
     fn new(m: usize) -> Result<Self, Box<dyn Error>> {
-        let stencil = |c: [f64; 5]| FivePoint::new(m, m, c.map(to));
-        let wave = |rate: f64| (0..m * m).map(|i| to((i as f64 * rate).sin())).collect::<Vec<T>>();
+        let stencil = |c: [f64; 5]| FivePoint::new(m, m, c.map(T::of));
+        let wave =
+            |rate: f64| (0..m * m).map(|i| T::of((i as f64 * rate).sin())).collect::<Vec<T>>();
         Ok(Self {
             m,
             a: stencil([-1.0, -1.0, 8.0, -1.0, -1.0])?,
@@ -98,8 +95,8 @@ impl<T: Scalar> Scene<T> {
 
     fn sweep(&mut self, what: Sweep) -> f64 {
         let Self { m, a, b, q, x, y, parallel } = self;
-        let omega = Omega::Uniform(to(1.1));
-        let aor = Aor::new(to(1.1), to(0.9)).expect("parameters");
+        let omega = Omega::Uniform(T::of(1.1));
+        let aor = Aor::new(T::of(1.1), T::of(0.9)).expect("parameters");
         let rhs = Rhs::new(q).expect("finite");
         let problem = Hlcp::new(*a, *b, omega.clone()).expect("a problem");
         let problem = if *parallel { problem.in_parallel() } else { problem };
@@ -144,7 +141,7 @@ enum Sweep {
 }
 
 fn triad<T: Scalar>(x: &[T], q: &[T], y: &mut [T]) {
-    let factor = to::<T>(0.3);
+    let factor = T::of(0.3);
     for ((y, &x), &q) in y.iter_mut().zip(x).zip(q) {
         *y = factor * x + q;
     }
@@ -154,10 +151,10 @@ fn triad<T: Scalar>(x: &[T], q: &[T], y: &mut [T]) {
 /// The half-step as one would write it first: everything fused, point by point, with the sum of
 /// squares.
 fn obvious<T: Scalar>(m: usize, q: &[T], x: &[T], y: &mut [T]) -> T {
-    let (one, omega) = (T::one(), to::<T>(1.1));
-    let (over_alpha, triangle) = (to::<T>(1.1).recip(), to::<T>(0.9) / to::<T>(1.1));
+    let (one, omega) = (T::one(), T::of(1.1));
+    let (over_alpha, triangle) = (T::of(1.1).recip(), T::of(0.9) / T::of(1.1));
     let (a, b) = (-one, -one * omega);
-    let (a_centre, b_centre) = (to::<T>(8.0), to::<T>(8.0) * omega);
+    let (a_centre, b_centre) = (T::of(8.0), T::of(8.0) * omega);
     let over_pivot = ((a_centre + b_centre) * over_alpha).recip();
     let mut squares = T::zero();
     for j in 0..m {
@@ -215,15 +212,9 @@ fn shared<T: Scalar>(
 fn varying(m: usize, pool: &ThreadPool) -> Result<[(f64, f64); 2], Box<dyn Error>> {
     let n = m * m;
     let wave = |seed: f64, size: f64| move |k: usize| size * (seed + k as f64).sin();
-    let operator = |seed: f64| {
-        FivePoint::from_fn(m, m, |i, j| {
-            let v = wave(seed, 0.1)(j * m + i);
-            [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
-        })
-    };
-    let (a, b) = (operator(1.0)?, operator(2.0)?);
     let omega: Vec<f64> = (0..n).map(wave(3.0, 0.2)).map(|w| w + 1.0).collect();
-    let problem = Hlcp::new(a, b, Omega::Each(omega))?;
+    let problem =
+        Hlcp::new(common::varying(m, 1.0)?, common::varying(m, 2.0)?, Omega::Each(omega))?;
     let (q, x): (Vec<f64>, Vec<f64>) =
         (0..n).map(|k| (wave(4.0, 1.0)(k), wave(5.0, 1.0)(k))).unzip();
     let (rhs, aor) = (Rhs::new(&q)?, Aor::new(1.1, 0.9)?);
@@ -406,11 +397,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let pool = ThreadPoolBuilder::new().num_threads(2).build()?;
     println!("{}\n", machine());
     println!("| what | against | ratio | target | ns per point |\n|---|---|---|---|---|");
-    let row = |what: &str, rival: &str, m: usize, target: &str, (ratio, time): (f64, f64)| {
-        println!(
-            "| {what} | {rival} | {ratio:.2} | {target} | {:.3} |",
-            time / (m * m) as f64 * 1e9
-        );
+    let row = |what: &str, rival: &str, m: usize, target: &str, figures| {
+        common::row(what, rival, target, m * m, figures);
     };
     use Sweep::{Amms, Backward, Dynamic, Mms, Obvious, RedBlack, Triad, Walked};
     let compared = |rows: &[(&str, &str, usize, &str, Sweep, Sweep)]| {

@@ -8,15 +8,15 @@ mod counting;
 
 use std::{fmt, sync::Arc};
 
-use common::{Lists, from};
+use common::{Lists, from, named, names};
 
 use hlcp_core::{
     Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
     LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingStep, Step,
 };
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Named, Newton, Norm, Options, Outcome,
-    Parameters, Renumbered, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
+    AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Newton, Norm, Options, Outcome, Renumbered,
+    Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
@@ -39,12 +39,9 @@ const BESIDE: [&str; 13] = [
     "TMGS in another order",
 ];
 
-/// Every name of the library but those of Table 1, which are others with parameters of their own,
-/// and all beside.
-fn rows() -> impl Iterator<Item = String> {
-    let is_of_table_1 = |name: &String| name.ends_with(|last: char| last.is_ascii_digit());
-    let names = Named::names().into_iter().filter(move |name| !is_of_table_1(name));
-    names.chain(BESIDE.map(str::to_owned))
+/// The names of the library, and all beside.
+fn rows() -> Vec<String> {
+    names().chain(BESIDE.map(str::to_owned)).collect()
 }
 
 /// Whether a name is for five-point operators on a grid.
@@ -61,13 +58,13 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
     row: &str,
     problem: Hlcp<T, A, B>,
 ) -> Result<Boxed<T, A, B>, Error> {
-    let to = |v: f64| T::from(v).unwrap();
     // Twice the largest pivot of the table's problem.
     let closure = || {
         SplittingStep(move |rhs: &[T], y: &mut [T]| {
-            y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / to(26.0));
+            y.iter_mut().zip(rhs).for_each(|(y, &rhs)| *y = rhs / T::of(26.0));
         })
     };
+    let pairs = Aor::with_pairs([T::of(1.1), T::of(0.9)], [T::of(0.8), T::of(1.05)]);
     Ok(match row {
         "MJ by the diagonal" => Box::new(Mms::new(problem, Jacobi)?),
         "TMJ by the diagonal" => Box::new(Tmms::new(problem, Jacobi, Jacobi)?),
@@ -75,12 +72,9 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
         "TM by a closure and GS" => {
             Box::new(Tmms::new(problem, closure(), Aor::gauss_seidel().backward())?)
         }
-        "M backward with own parameters" => {
-            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?;
-            Box::new(Mms::new(problem, aor.backward())?)
-        }
+        "M backward with own parameters" => Box::new(Mms::new(problem, pairs?.backward())?),
         "M red-black" | "AM red-black" | "TM red-black" => {
-            let aor = Aor::with_pairs([to(1.1), to(0.9)], [to(0.8), to(1.05)])?.red_black(NX)?;
+            let aor = pairs?.red_black(NX)?;
             match row {
                 "M red-black" => Box::new(Mms::new(problem, aor)?),
                 "AM red-black" => Box::new(Mms::new(problem, aor.accelerated())?),
@@ -100,13 +94,7 @@ fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>
             })?)
         }
         "Anderson on adaptive SOR" => Box::new(Anderson::new(AdaptiveSor::new(problem)?, 3)?),
-        name => {
-            let open = name.ends_with("SOR") || name.ends_with("AOR");
-            let alpha = open.then_some(1.1);
-            let beta = name.ends_with("AOR").then_some(0.8);
-            let parameters = Parameters { alpha, beta, ..Parameters::default() };
-            Named::parse(name, parameters).expect("a row is a name").on(problem)?
-        }
+        name => named(name, [1.1, 0.8]).on(problem)?,
     })
 }
 
@@ -116,7 +104,7 @@ const A: [f64; 5] = [-1.1, -0.9, 6.3, -1.3, -0.7];
 const B: [f64; 5] = [-0.3, -0.8, 4.1, -0.6, -0.2];
 
 fn stencil<T: Scalar>(coefficients: [f64; 5]) -> FivePoint<T> {
-    FivePoint::new(NX, N / NX, coefficients.map(|c| T::from(c).unwrap())).unwrap()
+    FivePoint::new(NX, N / NX, coefficients.map(|c| T::of(c))).unwrap()
 }
 
 fn assembled<T: Scalar + nalgebra::Scalar>(operator: &impl Rows<T>) -> CsrMatrix<T> {
@@ -129,12 +117,12 @@ fn assembled<T: Scalar + nalgebra::Scalar>(operator: &impl Rows<T>) -> CsrMatrix
 }
 
 fn omega<T: Scalar>() -> Omega<T> {
-    Omega::Each((0..N).map(|i| T::from(1.3 + 0.2 * f64::cos(i as f64)).unwrap()).collect())
+    Omega::Each((0..N).map(|i| T::of(1.3 + 0.2 * f64::cos(i as f64))).collect())
 }
 
 /// A planted solution of mixed signs, neither 0 nor 1 nor equal.
 fn signed<T: Scalar>() -> Vec<T> {
-    (0..N).map(|i| T::from(1.5 * f64::sin(2.1 * i as f64 + 0.4)).unwrap()).collect()
+    (0..N).map(|i| T::of(1.5 * f64::sin(2.1 * i as f64 + 0.4))).collect()
 }
 
 /// B r* − A z*, walked row by row in double precision.
@@ -142,10 +130,10 @@ fn planted_q<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Vec<T> {
     let (signed, mut q) = (signed::<T>(), vec![0.0; N]);
     for (i, q) in q.iter_mut().enumerate() {
         let (z, r) = (|j: usize| signed[j].max(T::zero()), |j: usize| (-signed[j]).max(T::zero()));
-        a.visit_row(i, &mut |j, a| *q -= a.to_f64().unwrap() * z(j).to_f64().unwrap());
-        b.visit_row(i, &mut |j, b| *q += b.to_f64().unwrap() * r(j).to_f64().unwrap());
+        a.visit_row(i, &mut |j, a| *q -= a.wide() * z(j).wide());
+        b.visit_row(i, &mut |j, b| *q += b.wide() * r(j).wide());
     }
-    q.into_iter().map(|q| T::from(q).unwrap()).collect()
+    q.into_iter().map(|q| T::of(q)).collect()
 }
 
 /// A method on the planted problem with one kind of operators.
@@ -173,14 +161,14 @@ where
     B: Rows<T> + Clone + 'static,
 {
     fn new(row: &str, kind: &'static str, a: A, b: B) -> Self {
-        let (q, start) = (planted_q(&a, &b), vec![T::from(0.6).unwrap(); N]);
+        let (q, start) = (planted_q(&a, &b), vec![T::of(0.6); N]);
         let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
         Self { row: row.to_owned(), kind, a, b, q, start, limits }
     }
 
     fn solver(&self) -> Solver<T, Boxed<T, A, B>> {
         let problem = Hlcp::new(self.a.clone(), self.b.clone(), omega())
-            .and_then(|problem| problem.with_gamma(T::from(1.7).unwrap()))
+            .and_then(|problem| problem.with_gamma(T::of(1.7)))
             .expect("a sound pair");
         Solver::new(method(&self.row, problem).expect("a sound problem"))
     }
@@ -210,12 +198,12 @@ where
         let mut solver = self.solver();
         let outcome = self.solve(&mut solver);
         assert!(outcome.converged(), "{self}: {contract}: {outcome}");
-        let rounding = 60.0 * T::epsilon().to_f64().unwrap();
+        let rounding = 60.0 * T::epsilon().wide();
         let off = 1.5 / 0.2 * (outcome.residual.linf + rounding);
         for (i, signed) in signed::<T>().into_iter().enumerate() {
             let [z, r] = [solver.z()[i], solver.r()[i]];
             for (found, planted) in [(z, signed), (r, -signed)] {
-                let distance = (found - planted.max(T::zero())).abs().to_f64().unwrap();
+                let distance = (found - planted.max(T::zero())).abs().wide();
                 assert!(distance <= off && found >= T::zero(), "{self}: {contract}, in row {i}");
             }
             assert_eq!(z * r, T::zero(), "{self}: {contract}, in row {i}");
@@ -341,7 +329,7 @@ where
 fn one_answer<T: Scalar>(row: &str, answers: &[Vec<T>]) {
     // Of q and of the terms of A z and B r.
     let size = 12.0 + 7.0 * 1.5 + 4.5 * 1.5;
-    let epsilon = T::epsilon().to_f64().unwrap();
+    let epsilon = T::epsilon().wide();
     // Four roundings are excused in single precision, none in double precision.
     let excused = if epsilon > 1e-12 { 4.0 * epsilon * size } else { 0.0 };
     let tolerance = 2.0 * 1.5 / 0.2 * (excused.max(1e-10) + 60.0 * epsilon);
@@ -366,7 +354,7 @@ fn table<T: Scalar + nalgebra::Scalar>() {
     let (cylinder, torus) = (cylinder.unwrap(), torus.unwrap());
     let on_torus = a.periodic([true, true]).unwrap();
     let closed = |row: &str| Case::new(row, "closed grids", on_torus, torus).keeps_all();
-    for row in &rows().collect::<Vec<_>>() {
+    for row in &rows() {
         if is_on_grids(row) {
             let answers = [
                 Case::new(row, "stencils", a, b).keeps_all(),
@@ -407,7 +395,7 @@ fn every_contract_is_kept_in_single_precision() {
 /// Order 1, where every splitting is the whole matrix or a multiple of it.
 #[test]
 fn every_method_solves_a_problem_of_order_one() {
-    for row in &rows().collect::<Vec<_>>() {
+    for row in &rows() {
         for (q, z, r) in [(-6.3, 1.5, 0.0), (4.1, 0.0, 2.0)] {
             let a = FivePoint::new(1, 1, [-1.1, -0.9, 4.2, -1.3, -0.7]).unwrap();
             let b = FivePoint::new(1, 1, [-0.3, -0.8, 2.05, -0.6, -0.2]).unwrap();
@@ -438,24 +426,24 @@ fn bits<T: Scalar>(
 
 /// The number of threads changes no bit of an iterate or of a norm.
 fn keeps_on_threads<T: Scalar>() {
-    let to = |v: f64| T::from(v).unwrap();
     // Enough points to be shared, and a multiple of no block.
     let (nx, ny) = (157, 131);
     let wave = |rate: f64| move |i: usize| f64::sin(rate * i as f64);
-    let q: Vec<T> = (0..nx * ny).map(wave(1.3)).map(to).collect();
+    let q: Vec<T> = (0..nx * ny).map(wave(1.3)).map(T::of).collect();
     let varying = |centre: f64| {
         let row = |i, j| {
             let v = 0.2 * wave(0.7)(nx * j + i);
-            [v - 1.1, v - 0.9, centre - v, v - 1.3, v - 0.7].map(to)
+            [v - 1.1, v - 0.9, centre - v, v - 1.3, v - 0.7].map(T::of)
         };
         FivePoint::from_fn(nx, ny, row).unwrap()
     };
-    let constant = |row: [f64; 5]| FivePoint::new(nx, ny, row.map(to)).unwrap();
-    let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| to(1.4 + 0.3 * w)).collect());
-    let of_constants = Hlcp::new(constant(A), constant(B), Omega::Uniform(to(1.4))).unwrap();
+    let constant = |row: [f64; 5]| FivePoint::new(nx, ny, row.map(T::of)).unwrap();
+    let each = Omega::Each((0..nx * ny).map(wave(0.9)).map(|w| T::of(1.4 + 0.3 * w)).collect());
+    let of_constants = Hlcp::new(constant(A), constant(B), Omega::Uniform(T::of(1.4))).unwrap();
     let of_arrays = Hlcp::new(varying(6.3), varying(5.9), each).unwrap();
     // On this grid red-black is a name.
-    for row in &rows().map(|row| row.replace(" red-black", "RBGS")).collect::<Vec<_>>() {
+    for row in rows() {
+        let row = &row.replace(" red-black", "RBGS");
         let constants = bits(method(row, of_constants.clone()).unwrap(), &q);
         let arrays = bits(method(row, of_arrays.clone()).unwrap(), &q);
         for threads in [1, 2, 4, 8] {
@@ -597,11 +585,4 @@ fn sweeps_are_counted_as_the_splittings_say() {
     let limits = Limits { iterations: 5, ..Limits::absolute(1e-10) };
     let outcome = Solver::new(mms).solve(&q, Options::from_x(&[0.6; N]).limits(limits)).unwrap();
     assert_eq!((outcome.iterations, outcome.sweeps), (5, 15));
-}
-
-/// Nothing is in order on a grid without columns.
-#[test]
-fn a_red_black_order_needs_columns() {
-    let refusal = Aor::<f64>::gauss_seidel().red_black(0);
-    assert!(matches!(refusal, Err(Error::Parameter { value: 0.0, .. })));
 }

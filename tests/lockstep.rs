@@ -6,7 +6,10 @@ mod common;
 use common::{permuted, planted, posed, red_black};
 use hlcp_core::{Aor, Jacobi, Rhs, Step};
 use hlcp_methods::{Clock, Method, Mms, Tmms};
-use hlcp_verify::oracle::{Dense, Iteration, aor_splitting};
+use hlcp_verify::{
+    Planted,
+    oracle::{Dense, Iteration, aor_splitting},
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
@@ -44,6 +47,14 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         (alpha(), beta(), alpha(), beta()).prop_map(|(a, b, c, d)| [[a, b], [c, d]]),
     ];
     (pair, any::<bool>()).prop_map(|([a, b], backward)| Parameters { a, b, backward })
+}
+
+/// A problem with a start.
+fn begun() -> impl Strategy<Value = (Planted, DVector<f64>)> {
+    (planted(1..41, 1.5), -3.0..3.0).prop_map(|(p, start)| {
+        let start = p.x().map(|x| x.sin() + start);
+        (p, start)
+    })
 }
 
 /// A bound on the distance of two computations of one iterate, carried from step to step.
@@ -115,16 +126,14 @@ fn lockstep_in(
 
 proptest! {
     #[test]
-    fn mms_is_method_1(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
-        let start = p.x().map(|x| x.sin() + start);
+    fn mms_is_method_1((p, start) in begun(), aor in parameters()) {
         let textbook = [aor.textbook(&p.dense)];
         let mut mms = Mms::new(posed(&p.dense), aor.library()).unwrap();
         lockstep(&mut mms, &textbook, &p.dense.q, &start)?;
     }
 
     #[test]
-    fn jacobi_by_the_diagonal_is_method_1(p in planted(1..41, 1.5), start in -3.0..3.0) {
-        let start = p.x().map(|x| x.sin() + start);
+    fn jacobi_by_the_diagonal_is_method_1((p, start) in begun()) {
         let jacobi = Parameters { a: [1.0, 0.0], b: [1.0, 0.0], backward: false };
         let mut mms = Mms::new(posed(&p.dense), Jacobi).unwrap();
         lockstep(&mut mms, &[jacobi.textbook(&p.dense)], &p.dense.q, &start)?;
@@ -132,20 +141,17 @@ proptest! {
 
     #[test]
     fn tmms_is_method_2(
-        p in planted(1..41, 1.5),
+        (p, start) in begun(),
         first in parameters(),
         second in parameters(),
-        start in -3.0..3.0,
     ) {
-        let start = p.x().map(|x| x.sin() + start);
         let textbook = [first.textbook(&p.dense), second.textbook(&p.dense)];
         let mut tmms = Tmms::new(posed(&p.dense), first.library(), second.library()).unwrap();
         lockstep(&mut tmms, &textbook, &p.dense.q, &start)?;
     }
 
     #[test]
-    fn amms_is_the_accelerated_method_of_section_4(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
-        let start = p.x().map(|x| x.sin() + start);
+    fn amms_is_the_accelerated_method_of_section_4((p, start) in begun(), aor in parameters()) {
         let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
         let mut amms = Mms::new(posed(&p.dense), aor.library().accelerated()).unwrap();
         lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
@@ -155,14 +161,12 @@ proptest! {
     /// points.
     #[test]
     fn red_black_order_is_a_permutation(
-        p in planted(1..41, 1.5),
+        (p, start) in begun(),
         nx in 1..9_usize,
         aor in parameters(),
-        start in -3.0..3.0,
     ) {
         let order = red_black(p.dense.q.len(), nx);
         let sorted = permuted(&p.dense, &order);
-        let start = p.x().map(|x| x.sin() + start);
         let library = aor.library().red_black(nx).unwrap();
         let mut mms = Mms::new(posed(&p.dense), library).unwrap();
         lockstep_in(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
@@ -174,8 +178,7 @@ proptest! {
     /// The norms a step returns are those of A z − B r + q at its input, by the paper's
     /// definitions.
     #[test]
-    fn a_step_measures_its_input(p in planted(1..41, 1.5), aor in parameters(), start in -3.0..3.0) {
-        let x = p.x().map(|x| x.sin() + start);
+    fn a_step_measures_its_input((p, x) in begun(), aor in parameters()) {
         let z = (x.abs() + &x) / p.dense.gamma;
         let r = (x.abs() - &x).component_mul(&p.dense.omega) / p.dense.gamma;
         let residual = &p.dense.a * &z - &p.dense.b * &r + &p.dense.q;

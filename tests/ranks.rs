@@ -14,7 +14,7 @@ use std::{
     time::Duration,
 };
 
-use common::noise;
+use common::{named, noise};
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
     Ranks, Rows, Scalar, Shifted, Step, Strip, Transfer, ranks_as_threads,
@@ -123,19 +123,13 @@ where
     A: Rows<T> + Clone + 'static,
     B: Rows<T> + Clone + 'static,
 {
-    let open = name.ends_with("SOR") || name.ends_with("AOR");
-    let parameters = Parameters {
-        alpha: open.then_some(1.2),
-        beta: name.ends_with("AOR").then_some(0.8),
-        ..Parameters::default()
-    };
     let method: Box<dyn Method<T, A = A, B = B>> = match name {
         "Anderson on AMGS" => {
             let base = Aor::gauss_seidel().accelerated();
             Box::new(Anderson::new(Mms::new(problem, base).unwrap(), 4).unwrap())
         }
         "by the diagonal" => Box::new(Mms::new(problem, Jacobi).unwrap()),
-        name => Named::parse(name, parameters).unwrap().on(problem).unwrap(),
+        name => named(name, [1.2, 0.8]).on(problem).unwrap(),
     };
     let q = vector(strip, case.grid, |i, j| noise(13 * i + 5 * j + 2));
     let start = vector(strip, case.grid, |i, j| noise(i + 17 * j));
@@ -153,25 +147,13 @@ where
     Course { history, status, iterations, residual, x }
 }
 
-const NAMES: [&str; 17] = [
-    "MJ",
-    "TMGS",
-    "TMAOR",
-    "AMGS",
-    "AMSOR",
-    "MRBGS",
-    "TMRBSOR",
-    "AMRBGS",
-    "ADAPTIVE",
-    "ANDERSON",
-    "Anderson on AMGS",
-    "by the diagonal",
-    "MGV",
-    "MGF",
-    "MGW",
-    "FMG",
-    "AUTO",
+const NAMES: [&str; 15] = [
+    "MJ", "TMGS", "TMAOR", "AMGS", "AMSOR", "MRBGS", "TMRBSOR", "AMRBGS", "ADAPTIVE", "ANDERSON",
+    "MGV", "MGF", "MGW", "FMG", "AUTO",
 ];
+
+/// What has no name.
+const BESIDE: [&str; 3] = ["Anderson on AMGS", "by the diagonal", "exchanged"];
 
 fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
     let alone = course::<T>(None, Case { threads: 1, ..case }, name);
@@ -195,7 +177,7 @@ fn agrees<T: Scalar>(case: Case, name: &str, ranks: usize) {
 
 #[test]
 fn any_number_of_ranks_comes_to_the_bits_of_one_process() {
-    for (k, name) in NAMES.into_iter().chain(["exchanged"]).enumerate() {
+    for (k, name) in NAMES.into_iter().chain(BESIDE).enumerate() {
         for ranks in [1, 2, 3, 5] {
             let grid = [[1300, 19], [1025, 9], [1111, 1], [1281, 8]][(k + ranks) % 4];
             // Of one row AUTO makes a tridiagonal problem, which one process solves by elimination.
@@ -220,14 +202,18 @@ type Laplacian = Hlcp<f64, FivePoint<f64>, FivePoint<f64>>;
 
 const GRID: [usize; 2] = [700, 6];
 
-/// A small problem that ranks share, with its right-hand side.
-fn small(ranks: Arc<dyn Ranks>) -> (Strip, Laplacian, Vec<f64>) {
-    let strip = Strip::new(ranks, GRID).unwrap();
+/// A problem that ranks share on a grid, with its right-hand side.
+fn on_grid(ranks: Arc<dyn Ranks>, grid: [usize; 2]) -> (Strip, Laplacian, Vec<f64>) {
+    let strip = Strip::new(ranks, grid).unwrap();
     let [nx, ny] = strip.grid();
     let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
     let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
-    let q = strip.vector(|i, j| noise(i + GRID[0] * j));
+    let q = strip.vector(|i, j| noise(i + grid[0] * j));
     (strip, problem, q)
+}
+
+fn small(ranks: Arc<dyn Ranks>) -> (Strip, Laplacian, Vec<f64>) {
+    on_grid(ranks, GRID)
 }
 
 /// All ranks have the same, and this is it.
@@ -328,16 +314,12 @@ fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
 fn a_panic_on_one_rank_ends_all() {
     let ended = panic::catch_unwind(|| {
         ranks_as_threads(3, |ranks| {
-            let strip = Strip::new(ranks, [800, 9]).unwrap();
-            let [nx, ny] = strip.grid();
-            let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
-            let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+            let (strip, problem, q) = on_grid(ranks, [800, 9]);
             let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
             let mut observer = |progress: &Progress<'_, f64>| {
                 assert!(strip.rank() != 1 || progress.iteration < 4, "as it was to");
                 ControlFlow::Continue(())
             };
-            let q = vec![-1.0; nx * ny];
             solver.solve(&q, Options::default().observer(&mut observer)).unwrap()
         })
     });
@@ -436,27 +418,60 @@ fn an_operator_of_ones_own_fetches_what_it_needs() {
     assert_eq!([solved(2), solved(3)], [alone.clone(), alone]);
 }
 
-/// Ranks that count what they send.
+/// Ranks that count the messages and bytes that they send, and pause without pattern if they are
+/// slow.
 #[derive(Debug)]
-struct Counting(Arc<dyn Ranks>, [AtomicU64; 2]);
+struct Watched {
+    of: Arc<dyn Ranks>,
+    sent: [AtomicU64; 2],
+    /// The pauses so far.
+    slow: Option<AtomicU64>,
+}
 
-impl Ranks for Counting {
+impl Watched {
+    fn new(of: Arc<dyn Ranks>) -> Self {
+        Self { of, sent: [0, 0].map(AtomicU64::new), slow: None }
+    }
+
+    /// Returns the messages and bytes that `work` sends.
+    fn during(&self, work: impl FnOnce()) -> [u64; 2] {
+        let sent = || self.sent.each_ref().map(|count| count.load(Relaxed));
+        let before = sent();
+        work();
+        let after = sent();
+        [after[0] - before[0], after[1] - before[1]]
+    }
+
+    fn pause(&self) {
+        let Some(pauses) = &self.slow else { return };
+        let turn = pauses.fetch_add(1, Relaxed) as usize;
+        match (noise(turn + 1_000_003 * self.of.rank()) * 50.0) as i64 {
+            ..40 => {}
+            40..48 => thread::yield_now(),
+            tens => thread::sleep(Duration::from_micros(tens as u64)),
+        }
+    }
+}
+
+impl Ranks for Watched {
     fn size(&self) -> usize {
-        self.0.size()
+        self.of.size()
     }
 
     fn rank(&self) -> usize {
-        self.0.rank()
+        self.of.rank()
     }
 
     fn send(&self, to: usize, numbers: &[f64]) {
-        self.1[0].fetch_add(1, Relaxed);
-        self.1[1].fetch_add(8 * numbers.len() as u64, Relaxed);
-        self.0.send(to, numbers);
+        self.pause();
+        self.sent[0].fetch_add(1, Relaxed);
+        self.sent[1].fetch_add(8 * numbers.len() as u64, Relaxed);
+        self.of.send(to, numbers);
     }
 
     fn receive(&self, from: usize, numbers: &mut [f64]) {
-        self.0.receive(from, numbers);
+        self.pause();
+        self.of.receive(from, numbers);
     }
 }
 
@@ -469,20 +484,15 @@ fn a_sweep_sends_what_the_documents_say() {
     const NY: usize = 41;
     for red_black in [false, true] {
         let sent = ranks_as_threads(RANKS, |ranks| {
-            let counting = Arc::new(Counting(ranks, [0, 0].map(AtomicU64::new)));
-            let strip = Strip::new(counting.clone(), [1300, NY]).unwrap();
-            let [nx, ny] = strip.grid();
-            let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
-            let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
-            let q = vec![-1.0; nx * ny];
-            let (q, x) = (problem.rhs(&q).unwrap(), vec![1.0; nx * ny]);
+            let watched = Arc::new(Watched::new(ranks));
+            let (strip, problem, q) = on_grid(watched.clone(), [1300, NY]);
+            let (x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
+            let q = problem.rhs(&q).unwrap();
             let aor = Aor::gauss_seidel();
-            let aor = if red_black { aor.red_black(nx).unwrap() } else { aor };
-            let count = || counting.1.each_ref().map(|count| count.load(Relaxed));
-            let before = count();
-            aor.step(&problem, &q, &x, &mut vec![0.0; nx * ny], &mut vec![]);
-            let after = count();
-            [after[0] - before[0], after[1] - before[1]]
+            let aor = if red_black { aor.red_black(strip.grid()[0]).unwrap() } else { aor };
+            watched.during(|| {
+                aor.step(&problem, &q, &x, &mut y, &mut vec![]);
+            })
         });
         let (column, stretches) = (8 * NY as u64, [2, 2, 2]);
         let whole: u64 = stretches.iter().sum();
@@ -506,28 +516,23 @@ fn a_sweep_sends_what_the_documents_say() {
 fn a_cycle_sends_what_the_documents_say() {
     const RANKS: usize = 3;
     let sent = ranks_as_threads(RANKS, |ranks| {
-        let counting = Arc::new(Counting(ranks, [0, 0].map(AtomicU64::new)));
-        let strip = Strip::new(counting.clone(), [1300, 103]).unwrap();
-        let [nx, ny] = strip.grid();
-        let a = FivePoint::new(nx, ny, [-1.0, -1.0, 4.3, -1.0, -1.0]).unwrap();
-        let problem = Hlcp::new(a, a, Omega::Uniform(1.0)).unwrap().shared_by(&strip).unwrap();
+        let watched = Arc::new(Watched::new(ranks));
+        let (strip, problem, mut q) = on_grid(watched.clone(), [1300, 103]);
+        q.fill(-1.0);
         let mut multigrid = Multigrid::new(problem.clone(), Cycle::V).unwrap();
         let shared = Transfer::<f64>::shared_by(&strip);
         let gathered = Transfer::<f64>::shared_by(shared.strip().unwrap());
         assert_eq!(shared.strip().unwrap().whole(), [649, 51]);
         assert_eq!(gathered.strip().unwrap().whole(), [324, 25]);
-        let q = vec![-1.0; nx * ny];
-        let (q, mut x) = (problem.rhs(&q).unwrap(), vec![1.0; nx * ny]);
-        let mut y = x.clone();
+        let (mut x, mut y) = (vec![1.0; q.len()], vec![0.0; q.len()]);
+        let q = problem.rhs(&q).unwrap();
         // The first iteration measures more than a cycle.
         multigrid.step(&q, &x, &mut y, &mut Clock::endless());
-        let count = || counting.1.each_ref().map(|count| count.load(Relaxed));
-        let before = count();
-        multigrid.step(&q, &y, &mut x, &mut Clock::endless());
+        let sent = watched.during(|| {
+            multigrid.step(&q, &y, &mut x, &mut Clock::endless());
+        });
         assert_eq!(multigrid.coarse_grids_help(), Some(true));
-        let after = count();
-        let own = gathered.strip().unwrap().grid()[0] as u64;
-        ([after[0] - before[0], after[1] - before[1]], own)
+        (sent, gathered.strip().unwrap().grid()[0] as u64)
     });
     for (rank, (sent, own)) in sent.into_iter().enumerate() {
         let neighbours = u64::from(rank > 0) + u64::from(rank + 1 < RANKS);
@@ -547,41 +552,6 @@ fn a_cycle_sends_what_the_documents_say() {
     }
 }
 
-/// Ranks that send and receive after pauses without pattern.
-#[derive(Debug)]
-struct Slow(Arc<dyn Ranks>, AtomicU64);
-
-impl Slow {
-    fn pause(&self) {
-        let turn = self.1.fetch_add(1, Relaxed) as usize;
-        match (noise(turn + 1_000_003 * self.0.rank()) * 50.0) as i64 {
-            ..40 => {}
-            40..48 => thread::yield_now(),
-            tens => thread::sleep(Duration::from_micros(tens as u64)),
-        }
-    }
-}
-
-impl Ranks for Slow {
-    fn size(&self) -> usize {
-        self.0.size()
-    }
-
-    fn rank(&self) -> usize {
-        self.0.rank()
-    }
-
-    fn send(&self, to: usize, numbers: &[f64]) {
-        self.pause();
-        self.0.send(to, numbers);
-    }
-
-    fn receive(&self, from: usize, numbers: &mut [f64]) {
-        self.pause();
-        self.0.receive(from, numbers);
-    }
-}
-
 /// As often as `HLCP_RANKS_RUNS` says, without a deadlock or another course.
 #[test]
 fn delays_change_nothing() {
@@ -591,8 +561,9 @@ fn delays_change_nothing() {
         let case = Case { grid: [1100, 10 + run % 30], varying: run % 2 == 1, threads: 1 };
         let alone = course::<f64>(None, case, name);
         let courses = ranks_as_threads(ranks, |ranks| {
-            let seed = AtomicU64::new(run as u64 * 7919);
-            let strip = Strip::new(Arc::new(Slow(ranks, seed)), case.grid).unwrap();
+            let slow = Some(AtomicU64::new(run as u64 * 7919));
+            let ranks = Arc::new(Watched { slow, ..Watched::new(ranks) });
+            let strip = Strip::new(ranks, case.grid).unwrap();
             course::<f64>(Some(&strip), case, name)
         });
         assert_eq!(courses[0], alone, "{name}, {case:?}");

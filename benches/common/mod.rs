@@ -4,6 +4,7 @@
 
 use std::{hint::black_box, time::Instant};
 
+use hlcp_core::{Error, FivePoint, Varying};
 use hlcp_methods::{Limits, Method, Options, Solver};
 use rayon::ThreadPool;
 
@@ -52,6 +53,19 @@ pub(crate) fn solved_on<M: Method<f64> + Send>(
     let times = against(|| seconds(&mut alone), || pool.install(|| seconds(&mut together)));
     assert!(alone.x() == together.x(), "the same bits");
     times
+}
+
+/// Prints a row: the ratio of two rivals, and nanoseconds for each of `n` unknowns.
+pub(crate) fn row(what: &str, rival: &str, target: &str, n: usize, (ratio, time): (f64, f64)) {
+    println!("| {what} | {rival} | {ratio:.2} | {target} | {:.3} |", time / n as f64 * 1e9);
+}
+
+/// A five-point operator on m × m points whose coefficients are around those of Example 1.
+pub(crate) fn varying(m: usize, seed: f64) -> Result<FivePoint<Varying<f64>>, Error> {
+    FivePoint::from_fn(m, m, |i, j| {
+        let v = 0.1 * (seed + (j * m + i) as f64).sin();
+        [v - 1.0, v - 0.9, 8.0 + v, v - 0.8, v - 1.1]
+    })
 }
 
 /// The processor, the compiler and the day.

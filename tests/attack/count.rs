@@ -3,9 +3,10 @@
 use std::{collections::BTreeMap, fmt};
 
 use crate::{
+    common::names,
     oracle::solutions,
     problems::{Case, grown},
-    runs::{Fault, Precision, methods, runs},
+    runs::{Fault, Precision, runs},
 };
 
 /// The counts of one method in one precision.
@@ -39,12 +40,9 @@ impl Tally {
         self.problems += 1;
         self.unsolvable += usize::from(found == 0);
         self.several += usize::from(found > 1);
-        for name in methods() {
+        for name in names() {
             for precision in [Precision::Single, Precision::Double] {
-                let runs = match precision {
-                    Precision::Single => runs::<f32>(&case, precision, &name, found > 0),
-                    Precision::Double => runs::<f64>(&case, precision, &name, found > 0),
-                };
+                let runs = runs(&case, precision, &name, found > 0);
                 let counts = self.by_method.entry((name.clone(), precision)).or_default();
                 for (run, start) in runs.into_iter().zip(&case.starts) {
                     counts.runs += 1;

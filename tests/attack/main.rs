@@ -61,10 +61,7 @@ fn every_method_tells_the_truth() {
 /// The faults of one method on one case.
 fn faults(case: &Case, name: &str, precision: Precision) -> Vec<(Fault, String)> {
     let solvable = !solutions(&case.a, &case.b, &case.q).is_empty();
-    let runs = match precision {
-        Precision::Single => runs::<f32>(case, precision, name, solvable),
-        Precision::Double => runs::<f64>(case, precision, name, solvable),
-    };
+    let runs = runs(case, precision, name, solvable);
     assert_eq!(runs.len(), case.starts.len(), "{name} takes the problem");
     runs.into_iter().flat_map(|run| run.faults).collect()
 }

@@ -6,11 +6,11 @@ use std::{
 };
 
 use hlcp_core::{FivePoint, Hlcp, Omega, Rows, Scalar, Varying};
-use hlcp_methods::{BoxedMethod, Limits, Named, Options, Parameters, Progress, Solver};
+use hlcp_methods::{BoxedMethod, Limits, Options, Progress, Solver};
 use num_traits::ToPrimitive;
 
 use crate::{
-    common::Lists,
+    common::{Lists, named},
     oracle::{exact, residual_squared},
     problems::{Case, Matrix, entries},
 };
@@ -32,29 +32,11 @@ fn asked(precision: Precision, q_norm: f64) -> f64 {
     }
 }
 
-/// The methods under attack: every name of the library but those of Table 1, which are others with
-/// parameters of their own.
-pub(crate) fn methods() -> Vec<String> {
-    let names = Named::names().into_iter();
-    names.filter(|name| !name.ends_with(|last: char| last.is_ascii_digit())).collect()
-}
-
-/// The method of this name, with α = 1.2 and β = 0.9 where it leaves them open.
-fn named(name: &str) -> Named {
-    let alpha = (name.ends_with("SOR") || name.ends_with("AOR")).then_some(1.2);
-    let beta = name.ends_with("AOR").then_some(0.9);
-    Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).expect("a name")
-}
-
-pub(crate) fn to<T: Scalar>(value: f64) -> T {
-    T::from(value).expect("a float")
-}
-
 pub(crate) fn lists<T: Scalar>(matrix: &Matrix) -> Lists<T> {
     let mut rows = vec![vec![]; matrix.len()];
     entries(matrix)
         .filter(|(.., entry)| *entry != 0)
-        .for_each(|(i, j, entry)| rows[i].push((j, to(entry as f64))));
+        .for_each(|(i, j, entry)| rows[i].push((j, T::of(entry as f64))));
     Lists(rows)
 }
 
@@ -62,7 +44,8 @@ fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> FivePoint<Varying<T>> {
     let n = matrix.len();
     let row = |i: usize, j: usize| {
         let k = nx * j + i;
-        let entry = |inside: bool, at: usize| to(if inside { matrix[k][at] as f64 } else { 0.0 });
+        let entry =
+            |inside: bool, at: usize| T::of(if inside { matrix[k][at] as f64 } else { 0.0 });
         [
             entry(j > 0, k.wrapping_sub(nx)),
             entry(i > 0, k.wrapping_sub(1)),
@@ -97,12 +80,14 @@ pub(crate) struct Run {
 }
 
 /// The runs of a method on a case, from all its starts; none where the method refuses the problem.
-pub(crate) fn runs<T: Scalar>(
-    case: &Case,
-    precision: Precision,
-    name: &str,
-    solvable: bool,
-) -> Vec<Run> {
+pub(crate) fn runs(case: &Case, precision: Precision, name: &str, solvable: bool) -> Vec<Run> {
+    match precision {
+        Precision::Single => runs_in::<f32>(case, precision, name, solvable),
+        Precision::Double => runs_in::<f64>(case, precision, name, solvable),
+    }
+}
+
+fn runs_in<T: Scalar>(case: &Case, precision: Precision, name: &str, solvable: bool) -> Vec<Run> {
     match case.grid {
         Some(nx) => {
             let [a, b] = [&case.a, &case.b].map(|matrix| five_point::<T>(matrix, nx));
@@ -126,16 +111,16 @@ where
     T: Scalar,
     O: Rows<T> + Clone + 'static,
 {
-    let vector = |v: &[i64]| v.iter().map(|&v| to(v as f64)).collect::<Vec<T>>();
+    let vector = |v: &[i64]| v.iter().map(|&v| T::of(v as f64)).collect::<Vec<T>>();
     let omega = match &case.omega {
         None => Omega::diagonal_ratio(T::one(), &a, &b).expect("positive diagonals"),
         Some(omega) => Omega::Each(vector(omega)),
     };
     let problem = Hlcp::new(a, b, omega)
-        .and_then(|problem| problem.with_gamma(to(case.gamma as f64)))
+        .and_then(|problem| problem.with_gamma(T::of(case.gamma as f64)))
         .and_then(|problem| if case.exchanged { problem.exchanged() } else { Ok(problem) })
         .expect("a sound pair");
-    let Ok(method) = named(name).on(problem.clone()) else { return vec![] };
+    let Ok(method) = named(name, [1.2, 0.9]).on(problem.clone()) else { return vec![] };
     let mut solver = Solver::new(method);
     let mut runs = vec![];
     for start in &case.starts {
@@ -165,7 +150,7 @@ where
     T: Scalar,
     O: Rows<T> + Clone + 'static,
 {
-    let q: Vec<T> = case.q().into_iter().map(to).collect();
+    let q: Vec<T> = case.q().into_iter().map(T::of).collect();
     let limits = Limits { iterations: case.iterations, ..Limits::default() };
     let (mut smallest, mut best) = (f64::INFINITY, vec![]);
     let mut note = |progress: &Progress<'_, T>| {
@@ -183,7 +168,7 @@ where
     let mut fault =
         |fault, detail: String| run.faults.push((fault, format!("{outcome}: {detail}")));
 
-    let doubles = |v: &[T]| v.iter().map(|v| v.to_f64().expect("a float")).collect::<Vec<_>>();
+    let doubles = |v: &[T]| v.iter().map(|v| v.wide()).collect::<Vec<_>>();
     let [z, r] = [solver.z(), solver.r()].map(doubles);
     for i in 0..q.len() {
         let sound = |v: f64| v.is_finite() && v >= 0.0;
@@ -224,17 +209,16 @@ where
 /// norms are that near the exact one, so they differ by (2n + 5)ε‖S‖ and, where numbers underflow,
 /// as many of the smallest. One rounding is to spare for what is of second order in ε.
 fn rounding<T: Scalar, O: Rows<T>>(case: &Case, problem: &Hlcp<T, O, O>, x: &[T]) -> f64 {
-    let to_f64 = |v: T| v.to_f64().expect("a float");
-    let gamma = to_f64(problem.gamma());
+    let gamma = problem.gamma().wide();
     let mut squares = 0.0;
     for (i, q) in case.q().into_iter().enumerate() {
         let mut size = q.abs();
-        let size_of = |entry: T, j: usize| 2.0 * to_f64(entry.abs()) * to_f64(x[j].abs()) / gamma;
+        let size_of = |entry: T, j: usize| 2.0 * entry.abs().wide() * x[j].abs().wide() / gamma;
         problem.a().visit_row(i, &mut |j, a| size += size_of(a, j));
-        let omega = |j| to_f64(problem.omega().entry(j));
+        let omega = |j| problem.omega().entry(j).wide();
         problem.b().visit_row(i, &mut |j, b| size += omega(j) * size_of(b, j));
         squares += size * size;
     }
     let count = (2 * x.len() + 6) as f64;
-    count * (to_f64(T::epsilon()) * squares.sqrt() + to_f64(T::min_positive_value()))
+    count * (T::epsilon().wide() * squares.sqrt() + T::min_positive_value().wide())
 }

@@ -7,7 +7,7 @@ use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows,
     Scalar,
 };
-use hlcp_methods::{Clock, Limits, Method, Options, Outcome, Solver, Tmms};
+use hlcp_methods::{Clock, Limits, Method, Named, Options, Outcome, Parameters, Solver, Tmms};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -34,6 +34,19 @@ pub(crate) fn assembled(operator: &impl Rows<f64>) -> DMatrix<f64> {
 pub(crate) fn problem<T: Scalar, A: Rows<T>, B: Rows<T>>(tau: f64, a: A, b: B) -> Hlcp<T, A, B> {
     let omega = Omega::diagonal_ratio(T::from(tau).unwrap(), &a, &b).unwrap();
     Hlcp::new(a, b, omega).unwrap()
+}
+
+/// Every name of the library but those of Table 1, which are others with parameters of their own.
+pub(crate) fn names() -> impl Iterator<Item = String> {
+    let is_of_table_1 = |name: &String| name.ends_with(|last: char| last.is_ascii_digit());
+    Named::names().into_iter().filter(move |name| !is_of_table_1(name))
+}
+
+/// The method of a name, with α and β where it leaves them open.
+pub(crate) fn named(name: &str, [alpha, beta]: [f64; 2]) -> Named {
+    let [sor, aor] = ["SOR", "AOR"].map(|splitting| name.ends_with(splitting));
+    let (alpha, beta) = ((sor || aor).then_some(alpha), aor.then_some(beta));
+    Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).expect("a name")
 }
 
 /// The two-step method with Gauss–Seidel, forward and backward.

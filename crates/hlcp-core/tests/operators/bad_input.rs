@@ -113,6 +113,9 @@ fn parameters_out_of_range_are_refused() {
     assert!(matches!(Aor::new(1.1, f64::NAN), Err(Error::Parameter { name: "beta", .. })));
     // Their reciprocals and ratios overflow.
     assert!(Aor::new(5e-324, 0.0).is_err() && Aor::new(1e-300, 1e300).is_err());
+    // Nothing is in order on a grid without columns.
+    let without = Aor::<f64>::gauss_seidel().red_black(0);
+    assert!(matches!(without, Err(Error::Parameter { value: 0.0, .. })));
 }
 
 #[test]
