@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    path::Path,
     process::{Command, Output},
 };
 
@@ -14,6 +15,11 @@ pub(crate) fn hlcp(subcommand: &str, arguments: &str) -> Command {
     command
 }
 
+/// Runs a command in a folder.
+pub(crate) fn run_in(folder: &Path, subcommand: &str, arguments: &str) -> Output {
+    hlcp(subcommand, arguments).current_dir(folder).output().expect("the command starts")
+}
+
 /// Runs `hlcp solve`.
 pub(crate) fn solve(arguments: &str) -> Output {
     hlcp("solve", arguments).output().expect("the command starts")
@@ -21,6 +27,30 @@ pub(crate) fn solve(arguments: &str) -> Output {
 
 pub(crate) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("the output is UTF-8")
+}
+
+/// What a command has printed, which must succeed.
+pub(crate) fn succeeded(output: &Output, asked: &str) -> String {
+    assert_eq!(output.status.code(), Some(0), "{asked}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// A number of a JSON object.
+pub(crate) fn number(object: &Value, key: &str) -> f64 {
+    object[key].as_f64().unwrap_or_else(|| panic!("no {key} in {object}"))
+}
+
+/// Holds a number to another one but for a part of it.
+#[track_caller]
+pub(crate) fn near(found: f64, wanted: f64, part: f64) {
+    approx::assert_relative_eq!(found, wanted, epsilon = 0.0, max_relative = part);
+}
+
+/// The rows of a CSV file, without the first ones.
+pub(crate) fn rows(path: &Path, heads: usize) -> Vec<Vec<f64>> {
+    let csv = std::fs::read_to_string(path).expect("a file of numbers");
+    let row = |line: &str| line.split(',').map(|v| v.parse().expect("a number")).collect();
+    csv.lines().skip(heads).map(row).collect()
 }
 
 /// The one JSON object on stdout, and the exit status.

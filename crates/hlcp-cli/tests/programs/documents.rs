@@ -6,19 +6,15 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::{command::hlcp, examples, options};
+use crate::{
+    command::{hlcp, run_in, succeeded},
+    examples, options,
+};
 
-/// Commands whose full run takes minutes; here they run with `--quick`.
-const LONG: [&str; 8] = [
-    "charts",
-    "paper",
-    "speed-vs-accuracy",
-    "stability-map",
-    "comparison",
-    "families",
-    "films",
-    "modulus",
-];
+/// Whether the full run of a command takes minutes; here it runs with `--quick`.
+fn is_long(command: &str) -> bool {
+    options::options(command).iter().any(|(option, _)| option == "quick")
+}
 
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {
@@ -98,17 +94,14 @@ fn what_the_documents_say_to_type_works() {
             ["hlcp", "=", ..] => {} // a dependency of a Cargo.toml
             // `hlcp charts` runs these.
             ["cargo", "run", "--release", "--", name] | ["hlcp", name]
-                if name != "charts" && LONG.contains(&name) => {}
+                if name != "charts" && is_long(name) => {}
             ["cargo", "run", "--release", "--example", name] => examples::runs(name),
             ["cargo", "run", "--release", "--", ref rest @ ..] | ["hlcp", ref rest @ ..] => {
-                let mut program = hlcp(rest[0], &rest[1..].join(" "));
-                program.current_dir(&folder);
-                if LONG.contains(&rest[0]) && !rest.contains(&"--quick") {
-                    program.arg("--quick");
+                let mut arguments = rest[1..].join(" ");
+                if is_long(rest[0]) && !rest.contains(&"--quick") {
+                    arguments += " --quick";
                 }
-                let output = program.output().unwrap_or_else(|e| panic!("{command}: {e}"));
-                let err = String::from_utf8_lossy(&output.stderr);
-                assert!(output.status.success(), "{command}: {err}");
+                succeeded(&run_in(&folder, rest[0], &arguments), &command);
             }
             ["cargo", "install", "--locked", "hlcp-cli"]
             | ["cargo", "add", "hlcp"]
@@ -144,8 +137,7 @@ fn what_the_documents_say_to_type_works() {
 
 /// The examples that the help of a command ends with, but for those that take minutes.
 fn help_examples(command: &str) -> Vec<String> {
-    let output = hlcp(command, "--help").output().expect("the command starts");
-    let help = String::from_utf8(output.stdout).expect("the help is UTF-8");
+    let help = succeeded(&hlcp(command, "--help").output().unwrap(), command);
     let lines = help.lines().skip_while(|line| *line != "Examples:").skip(1);
     let found = lines.map_while(|line| line.strip_prefix("  hlcp ")).map(String::from);
     found.collect()
@@ -154,15 +146,12 @@ fn help_examples(command: &str) -> Vec<String> {
 #[test]
 fn the_help_of_each_command_has_examples_that_work() {
     let folder = workplace("help");
-    for command in ["solve", "film", "gallery"].into_iter().chain(LONG) {
+    for command in options::commands().iter().filter(|command| *command != "scenes") {
         let examples = help_examples(command);
         assert_eq!(examples.len(), 2, "{command}: {examples:?}");
-        for example in examples.iter().filter(|_| !LONG.contains(&command)) {
+        for example in examples.iter().filter(|_| !is_long(command)) {
             let arguments = example.strip_prefix(command).expect("it is the command's");
-            let mut program = hlcp(command, arguments);
-            let output = program.current_dir(&folder).output().expect("the command starts");
-            let err = String::from_utf8_lossy(&output.stderr);
-            assert!(output.status.success(), "{example}: {err}");
+            succeeded(&run_in(&folder, command, arguments), example);
         }
     }
 }

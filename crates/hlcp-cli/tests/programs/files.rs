@@ -7,21 +7,13 @@ use hlcp::{Rows, market};
 use hlcp_verify::Example;
 
 use crate::{
-    command::{hlcp, is_refusal, json, refused, text},
-    folder::Folder,
+    command::{is_refusal, json, refused, run_in, succeeded},
+    folder::{Folder, entries, market_text},
+    fuzz::npy,
 };
 
-fn market_text(operator: &impl Rows<f64>) -> String {
-    let mut lines = vec![];
-    for i in 0..operator.order() {
-        operator.visit_row(i, &mut |j, a| lines.push(format!("{} {} {a:e}", i + 1, j + 1)));
-    }
-    let n = operator.order();
-    format!(
-        "%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n{}\n",
-        lines.len(),
-        lines.join("\n")
-    )
+fn text_of(operator: &impl Rows<f64>) -> String {
+    market_text(operator.order(), &entries(operator))
 }
 
 fn numbers(v: &[f64]) -> String {
@@ -34,8 +26,8 @@ fn the_sample_files_are_example_1() {
     let scene = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 }.pose::<f64>().unwrap();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data");
     let sample = |name| fs::read_to_string(data.join(name)).unwrap();
-    assert_eq!(sample("A.mtx"), market_text(&scene.a));
-    assert_eq!(sample("B.mtx"), market_text(&scene.b));
+    assert_eq!(sample("A.mtx"), text_of(&scene.a));
+    assert_eq!(sample("B.mtx"), text_of(&scene.b));
     let folder = Folder::new("samples");
     let [q, z, r] = ["q.mtx", "z.mtx", "r.mtx"].map(|name| folder.0.join(name));
     market::write_vectors(&[(&q, &scene.q)]).unwrap();
@@ -73,8 +65,8 @@ fn a_certificate_in_single_precision_is_of_the_files() {
 fn a_scene_through_files() {
     let folder = Folder::new("scene");
     let scene = Example { symmetric: false, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
-    let a = folder.write("A.mtx", market_text(&scene.a));
-    let b = folder.write("B.mtx", market_text(&scene.b));
+    let a = folder.write("A.mtx", text_of(&scene.a));
+    let b = folder.write("B.mtx", text_of(&scene.b));
     let q = folder.write("q.txt", numbers(&scene.q));
     let (z, r) = (folder.0.join("z.mtx"), folder.0.join("r.mtx"));
     let (a, b, q) = (a.display(), b.display(), q.display());
@@ -106,8 +98,8 @@ fn a_scene_through_files() {
 fn a_grid_in_files_is_recognised_or_said() {
     let folder = Folder::new("grid");
     let scene = Example { symmetric: true, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
-    let a = folder.write("A.mtx", market_text(&scene.a));
-    let b = folder.write("B.mtx", market_text(&scene.b));
+    let a = folder.write("A.mtx", text_of(&scene.a));
+    let b = folder.write("B.mtx", text_of(&scene.b));
     let q = folder.write("q.txt", numbers(&scene.q));
     let files = format!("--a {} --b {} --q {} --json", a.display(), b.display(), q.display());
     for method in ["FMG", "TMRBGS"] {
@@ -122,7 +114,7 @@ fn a_grid_in_files_is_recognised_or_said() {
     refused(&format!("{files} --method MGS --grid 11x12"), "A.mtx: the grid has order 132");
     refused(&format!("{files} --method MGS --grid 11"), "such as 512x256");
     // One entry that leads round the edge of the grid.
-    let text = market_text(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
+    let text = text_of(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
     let other = folder.write("other.mtx", text);
     let files = format!("--a {} --q {}", other.display(), q.display());
     refused(&format!("{files} --method FMG"), "the files show no grid, which this method needs");
@@ -186,29 +178,24 @@ const BAD_ENTRIES: [(&str, &str); 16] = [
     ("2 2 2\r\n1 1 1\r\n2 2 1\r\n", "CRLF"),
 ];
 
-/// The same, with the head.
-const BAD: [(&str, &str); 9] = [
+/// The same, with what follows `%%MatrixMarket matrix` in the head.
+const BAD: [(&str, &str); 7] = [
     (
-        "%%MatrixMarket matrix coordinate real symmetric\n2 2 4\n1 1 1\n2 1 1\n2 2 1\n2 1 2\n",
+        "coordinate real symmetric\n2 2 4\n1 1 1\n2 1 1\n2 2 1\n2 1 2\n",
         "line 6: entry (2, 1) is given twice",
     ),
     (
-        "%%MatrixMarket matrix coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
+        "coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
         "line 4: 1.5 is not a whole number, as the banner's 'integer' says; write 'real' there",
     ),
     (
-        "%%MatrixMarket matrix coordinate Integer symmetric\n2 2 2\n1 1  1e-9\n2 2 1\n",
+        "coordinate Integer symmetric\n2 2 2\n1 1  1e-9\n2 2 1\n",
         "line 3: 1e-9 is not a whole number",
     ),
-    ("", "banner"),
-    ("2 2 2\n1 1 1\n2 2 1\n", "is not"),
-    ("%%MatrixMarket matrix coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
-    ("%%MatrixMarket matrix coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
-    ("%%MatrixMarket matrix array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),
-    (
-        "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n",
-        "above the diagonal",
-    ),
+    ("coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
+    ("coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
+    ("array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),
+    ("coordinate real symmetric\n2 2 3\n1 1 1\n2 2 1\n1 2 2\n", "above the diagonal"),
 ];
 
 #[test]
@@ -222,7 +209,10 @@ fn bad_files_are_refused_in_one_line_and_harm_nothing() {
         format!("--a {a} --b {b} --q {q} --method MGS --out-z {z}")
     };
     let entries = BAD_ENTRIES.map(|(text, named)| (format!("{HEAD}{text}"), named));
-    for (text, named) in entries.into_iter().chain(BAD.map(|(text, named)| (text.into(), named))) {
+    let heads = BAD.map(|(text, named)| (format!("%%MatrixMarket matrix {text}"), named));
+    let none = [("", "banner"), ("2 2 2\n1 1 1\n2 2 1\n", "is not")];
+    let none = none.map(|(text, named)| (text.to_owned(), named));
+    for (text, named) in entries.into_iter().chain(heads).chain(none) {
         let bad = folder.write("bad.mtx", text);
         refused(&command(&bad, &sound, &q), named);
         refused(&command(&sound, &bad, &q), named);
@@ -281,14 +271,9 @@ fn maps_and_profiles_lose_no_cell() {
             "profile" => "map --speed 3 --viscosity 0.04 --x-unit mm --h-unit um".to_owned(),
             _ => format!("--map map {size}"),
         };
-        let mut command = hlcp("film", &arguments);
-        command.current_dir(&folder.0).output().expect("the command starts")
+        run_in(&folder.0, "film", &arguments)
     };
-    let npy = |shape: &str| {
-        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
-        [b"\x93NUMPY\x01\0", &(header.len() as u16).to_le_bytes()[..], header.as_bytes()].concat()
-    };
-    let empty = npy("(0, 4)");
+    let empty = npy(1, "<f8", "False", "(0, 4)", &[]);
     for (bytes, form, named) in [
         (&b"40,30\n40,,30\n"[..], "map", "map, line 2: column 2 is empty; write a number there"),
         (b"40,30,\n40,30,\n", "map", "map, line 1: column 3 is empty"),
@@ -308,9 +293,8 @@ fn maps_and_profiles_lose_no_cell() {
     }
     let load = |text_of: &str| {
         folder.write("map", text_of);
-        let output = run("map");
-        assert!(output.status.success(), "{text_of}: {}", text(&output.stderr));
-        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let report = succeeded(&run("map"), text_of);
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
         (report["load_n"].clone(), report["unknowns"].clone())
     };
     let plain = load("40 30\n40 30\n");

@@ -1,28 +1,21 @@
 //! `hlcp film`, run as an engineer runs it, against closed forms and against what flows in and out.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq};
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Output,
-};
+use approx::assert_abs_diff_eq;
+use std::{fs, path::PathBuf, process::Output};
 
 use hlcp_verify::Slider;
 use serde_json::Value;
 
-use crate::command::{hlcp, is_refusal};
+use crate::{
+    command::{self, is_refusal, near, rows, succeeded},
+    film_plane::{self, folder},
+};
 
 /// Runs `hlcp film` in a folder of its own under `name`, with the profile in a file.
 fn film(name: &str, profile: Option<&str>, arguments: &str) -> (Output, PathBuf) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film").join(name);
-    fs::create_dir_all(&folder).expect("a folder under target");
-    let mut program = hlcp("film", arguments);
-    program.current_dir(&folder);
-    if let Some(text) = profile {
-        fs::write(folder.join("profile.csv"), text).expect("a file under target");
-        program.arg("profile.csv");
-    }
-    (program.output().expect("the command starts"), folder.join("target"))
+    let file = if profile.is_some() { "profile.csv" } else { "" };
+    profile.iter().for_each(|text| fs::write(folder(name).join(file), text).unwrap());
+    (film_plane::film(name, &format!("{arguments} {file}")), folder(name).join("target"))
 }
 
 /// A point: x, h, p and void fraction.
@@ -31,16 +24,11 @@ type Point = [f64; 4];
 /// What a successful run prints, and the points it writes.
 fn solved(name: &str, profile: Option<&str>, arguments: &str) -> (String, Vec<Point>) {
     let (output, folder) = film(name, profile, arguments);
-    assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    let printed = succeeded(&output, name);
     let svg = fs::read_to_string(folder.join("film.svg")).expect("a picture");
     assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{name}");
-    let csv = fs::read_to_string(folder.join("film.csv")).expect("the numbers");
-    let point = |line: &str| {
-        let numbers: Vec<f64> = line.split(',').map(|v| v.parse().expect("a number")).collect();
-        numbers.try_into().expect("four columns")
-    };
-    let points = csv.lines().skip(1).map(point).collect();
-    (String::from_utf8(output.stdout).expect("the output is UTF-8"), points)
+    let points = rows(&folder.join("film.csv"), 1).into_iter();
+    (printed, points.map(|point| point.try_into().expect("four columns")).collect())
 }
 
 /// The number after `what` in a printed line.
@@ -119,7 +107,7 @@ fn what_flows_in_flows_out() {
         let (report, points) = solved(name, Some(&profile), &flags);
         let flows = flows(&points);
         let flow = flows.iter().sum::<f64>() / flows.len() as f64;
-        assert_relative_eq!(printed(&report, "flow"), flow, epsilon = 0.0, max_relative = 1e-6);
+        near(printed(&report, "flow"), flow, 1e-6);
         for one in flows {
             // The residual's 1e-10, summed over the points, and the rounding of the pressures'
             // differences.
@@ -159,8 +147,8 @@ fn a_plane_wedge_is_exact_at_its_points() {
     let load = unit * length * (k.ln_1p() - 2.0 * k / (2.0 + k)) / (k * k);
     let friction = VISCOSITY * SPEED * length / thin * (4.0 * k.ln_1p() / k - 6.0 / (2.0 + k));
     // The sums are of second order in the 280 pieces.
-    assert_relative_eq!(printed(&report, "load"), load, epsilon = 0.0, max_relative = 1e-3);
-    assert_relative_eq!(printed(&report, "friction"), friction, epsilon = 0.0, max_relative = 1e-3);
+    near(printed(&report, "load"), load, 1e-3);
+    near(printed(&report, "friction"), friction, 1e-3);
 }
 
 /// Whether no piece is longer than 1/400 of the film, and the given points are among those written.
@@ -220,14 +208,9 @@ fn two_points_very_close_together_are_a_step() {
     let peak = 6.0 * VISCOSITY * SPEED * before * after * (wide - thin)
         / (wide.powi(3) * after + thin.powi(3) * before);
     // The ramp is a millionth of the film, and each side more than a quarter of it.
-    assert_relative_eq!(
-        printed(&report, "peak pressure"),
-        peak,
-        epsilon = 0.0,
-        max_relative = 1e-5
-    );
+    near(printed(&report, "peak pressure"), peak, 1e-5);
     let load = peak * length / 2.0;
-    assert_relative_eq!(printed(&report, "load"), load, epsilon = 0.0, max_relative = 1e-5);
+    near(printed(&report, "load"), load, 1e-5);
 }
 
 #[test]
@@ -237,8 +220,7 @@ fn a_unit_without_a_name_is_a_factor() {
     let (report, _) = solved("factor", Some("0 3e-5\n1 2e-5\n"), &flags);
     let line = report.lines().find(|line| line.starts_with("peak pressure")).unwrap();
     assert!(line.contains(" × 6.894757e3 Pa at x = ") && line.ends_with(" × 2.54e-2 m"), "{line}");
-    let svg = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/factor/target/film.svg");
-    let svg = fs::read_to_string(svg).unwrap();
+    let svg = fs::read_to_string(folder("factor").join("target/film.svg")).unwrap();
     for axis in ["x (× 2.54e-2 m)", "p (× 6.894757e3 Pa)", "h (m)"] {
         assert!(svg.contains(axis), "{axis}");
     }
@@ -281,7 +263,7 @@ fn wrong_input_is_refused_in_one_line() {
     ];
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
     let refused = |profile: &str, flags: &str, what: &str| {
-        let (output, _) = film("refused", Some(profile), flags);
+        let (output, _) = film("profile", Some(profile), flags);
         is_refusal(&output, &format!("{flags}, {profile:?}"), what);
     };
     for (profile, what) in cases {
@@ -331,32 +313,25 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(found["outcome"], "converged");
     assert_eq!(found["unknowns"], points.len() - 2);
-    let number = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"));
-    let near = |key: &str, wanted: f64| {
-        assert_relative_eq!(number(key), wanted, epsilon = 0.0, max_relative = 1e-6);
-    };
+    let number = |key: &str| command::number(&found, key);
+    let is_near = |key: &str, wanted: f64| near(number(key), wanted, 1e-6);
     for (key, what) in
         [("load_n_m", "load  "), ("friction_n_m", "friction  "), ("flow_m2_s", "flow  ")]
     {
-        near(key, printed(&report, what));
+        is_near(key, printed(&report, what));
     }
     let peak =
         points.iter().fold(points[0], |peak, point| if point[2] > peak[2] { *point } else { peak });
-    near("peak_pressure_pa", peak[2] * 1e6);
-    near("peak_x_m", peak[0] * 1e-3);
-    near(
+    is_near("peak_pressure_pa", peak[2] * 1e6);
+    is_near("peak_x_m", peak[0] * 1e-3);
+    is_near(
         "least_gap_m",
         points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) * 1e-6,
     );
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
     let (pad, _) = film("json", None, "--json");
     let pad: Value = serde_json::from_slice(&pad.stdout).unwrap();
-    assert_relative_eq!(
-        pad["peak_pressure_pa"].as_f64().unwrap(),
-        Slider::PEAK,
-        epsilon = 0.0,
-        max_relative = 1e-3
-    );
+    near(command::number(&pad, "peak_pressure_pa"), Slider::PEAK, 1e-3);
     let fronts = |key: &str| found[key].as_array().map(Vec::len);
     for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {
         assert_eq!(fronts(key), Some(report.matches(what).count()), "{found}\n{report}");
@@ -369,7 +344,7 @@ fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
         let flags = format!("--speed {SPEED} --viscosity {flags}");
         let (output, _) = film("doubt", Some(profile), &flags);
         assert_eq!(output.status.code(), Some(0), "{flags}");
-        String::from_utf8(output.stderr).unwrap()
+        command::text(&output.stderr)
     };
     let wedge = "0 2e-5\n80 1e-5\n";
     assert!(warned(wedge, "0.04").contains("the film 80 m long"));
@@ -390,19 +365,18 @@ fn the_profile_is_not_written_over() {
         ("profile.csv", "../spared/profile", ".csv"),
         ("pad.svg", "pad", ".svg"),
     ] {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film/spared");
-        fs::create_dir_all(&folder).unwrap();
-        fs::write(folder.join(file), profile).unwrap();
+        let path = folder("spared").join(file);
+        fs::write(&path, profile).unwrap();
         let (output, _) = film("spared", None, &format!("{file} {flags} --out {out}"));
         let wanted =
             format!("error: --out would overwrite the profile, {out}{end}; give another name\n");
         assert_eq!(is_refusal(&output, out, ""), wanted);
-        assert_eq!(fs::read_to_string(folder.join(file)).unwrap(), profile);
+        assert_eq!(fs::read_to_string(path).unwrap(), profile);
     }
     // What follows a dot is part of the name.
     for out in ["profile.2", "profile.csv"] {
         let (output, folder) = film("spared", Some(profile), &format!("{flags} --out {out}"));
-        let printed = String::from_utf8_lossy(&output.stdout);
+        let printed = command::text(&output.stdout);
         assert!(printed.contains(&format!("wrote {out}.svg, {out}.csv")), "{printed}");
         for extension in ["svg", "csv"] {
             assert!(folder.with_file_name(format!("{out}.{extension}")).exists(), "{out}");

@@ -1,6 +1,6 @@
 //! `hlcp film` in two dimensions, against tables, closed forms and itself.
 
-use approx::{assert_abs_diff_eq, assert_relative_eq, relative_eq};
+use approx::assert_abs_diff_eq;
 use std::{
     fs,
     path::{Path, PathBuf},
@@ -9,28 +9,26 @@ use std::{
 
 use serde_json::Value;
 
-use crate::command::{hlcp, is_refusal, text};
+use crate::command::{hlcp, is_refusal, near, number, rows, run_in, succeeded, text};
 
 /// A folder for the files of one test.
 pub(crate) fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film_plane").join(name);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film").join(name);
     fs::create_dir_all(&folder).expect("a folder under target");
     folder
 }
 
 pub(crate) fn film(name: &str, arguments: &str) -> Output {
-    hlcp("film", arguments).current_dir(folder(name)).output().expect("the command starts")
+    run_in(&folder(name), "film", arguments)
 }
 
 fn json(name: &str, arguments: &str) -> Value {
-    let output = film(name, &format!("{arguments} --json"));
-    let err = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
-    serde_json::from_slice(&output.stdout).expect("one JSON object")
+    let printed = film_of(name, &format!("{arguments} --json"));
+    serde_json::from_str(&printed).expect("one JSON object")
 }
 
-pub(crate) fn number(object: &Value, key: &str) -> f64 {
-    object[key].as_f64().unwrap_or_else(|| panic!("no {key} in {object}"))
+fn film_of(name: &str, arguments: &str) -> String {
+    succeeded(&film(name, arguments), arguments)
 }
 
 fn matrix(object: &Value, key: &str) -> Vec<Vec<f64>> {
@@ -115,11 +113,10 @@ fn derived_figures_are_those_of_the_trade() {
         ("reynolds_laminar", 1708.0_f64.sqrt() * 500.0_f64.sqrt()),
     ];
     for (key, wanted) in wanted {
-        assert_relative_eq!(number(&film, key), wanted, max_relative = 1e-12);
+        near(number(&film, key), wanted, 1e-12);
     }
     let water = bearing.replace("0.02", "0.001");
-    let output = self::film("derived", &water);
-    let err = text(&output.stderr);
+    let err = text(&self::film("derived", &water).stderr);
     assert!(err.contains("the Reynolds number 1367 is above 924"), "{err}");
 }
 
@@ -142,7 +139,7 @@ fn grooves_and_dams_are_rectangles_in_the_middle() {
     for (one, other) in pairs {
         let [one, other] = [one, other].map(|shape| json("patch", &format!("{bearing} {shape}")));
         for key in ["load_n", "attitude_deg", "power_w", "peak_pressure_pa"] {
-            assert_relative_eq!(number(&one, key), number(&other, key), max_relative = 1e-10);
+            near(number(&one, key), number(&other, key), 1e-10);
         }
     }
 }
@@ -151,16 +148,16 @@ fn grooves_and_dams_are_rectangles_in_the_middle() {
 fn the_position_for_a_load_carries_it() {
     let bearing = format!("{} --nx 120 --ny 20", journal(0.1));
     let loaded = json("load", &format!("{bearing} --groove 0 --load 12000"));
-    assert_relative_eq!(number(&loaded, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
+    near(number(&loaded, "load_n"), 12000.0, 1e-8);
     let ecc = number(&loaded, "ecc");
     let again = json("load", &format!("{bearing} --groove 0 --ecc {ecc}"));
-    assert_relative_eq!(number(&again, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
+    near(number(&again, "load_n"), 12000.0, 1e-8);
 
     // A load in a direction of its own, with grooves that stay: at 90° from the widest gap of
     // attitude 0, on both sides of the load.
     let fixed =
         json("load", &format!("{bearing} --groove 90 --groove 270 --attitude 0 --load 12000"));
-    assert_relative_eq!(number(&fixed, "load_n"), 12000.0, epsilon = 0.0, max_relative = 1e-8);
+    near(number(&fixed, "load_n"), 12000.0, 1e-8);
     let middle = std::f64::consts::PI * 0.1 / 2.0;
     assert_abs_diff_eq!(number(&fixed, "load_x_m"), middle, epsilon = 1e-8);
     assert!((30.0..70.0).contains(&number(&fixed, "attitude_deg")), "{fixed}");
@@ -169,7 +166,7 @@ fn the_position_for_a_load_carries_it() {
         "--pad plane,4e-5,2e-5 --lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04";
     let pivoted = json("load", &format!("{pad} --load 900,0.029,0.016"));
     for (key, wanted) in [("load_n", 900.0), ("load_x_m", 0.029), ("load_y_m", 0.016)] {
-        assert_relative_eq!(number(&pivoted, key), wanted, epsilon = 0.0, max_relative = 1e-8);
+        near(number(&pivoted, key), wanted, 1e-8);
     }
 }
 
@@ -191,16 +188,8 @@ fn runs(gate: u64) -> u64 {
 
 /// Holds that the load of a position is found again, wherever that is.
 fn finds(name: &str, arguments: &str, load: f64) {
-    let output = film(name, &format!("{arguments} --json"));
-    let err = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
-    let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
     // The search ends at 1e-9 of the load; of a load at a place, of the load and its arms.
-    let carried = number(&found, "load_n");
-    assert!(
-        relative_eq!(carried, load, epsilon = 0.0, max_relative = 1e-9),
-        "{arguments}: {found}"
-    );
+    near(number(&json(name, arguments), "load_n"), load, 1e-9);
 }
 
 /// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
@@ -326,21 +315,21 @@ fn light_loads_and_grooves_off_the_load_are_balanced() {
     }
 }
 
+/// The figures of a pad under a wall that moves, and the rows of its file of steps.
+fn squeezed(name: &str, motion: &str) -> (Value, Vec<Vec<f64>>) {
+    fs::write(folder(name).join("motion.csv"), motion).unwrap();
+    let pad = "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 \
+               --ambient 1e5 --motion motion.csv";
+    (json(name, pad), rows(&folder(name).join("target/film-motion.csv"), 1))
+}
+
 #[test]
 fn a_squeeze_takes_power() {
     // A disc-like pad that falls at 1 mm/s: all that is lost is load times speed.
-    fs::write(folder("squeeze").join("motion.csv"), "0,0\n1e-4,-1e-7\n2e-4,-2e-7\n").unwrap();
-    let film = json(
-        "squeeze",
-        "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 --ambient 1e5 \
-         --motion motion.csv",
-    );
+    let (film, rows) = squeezed("squeeze", "0,0\n1e-4,-1e-7\n2e-4,-2e-7\n");
     let wanted = 1e-3 * number(&film, "load_n");
-    assert_relative_eq!(number(&film, "power_w"), wanted, epsilon = 0.0, max_relative = 1e-9);
-    let csv = fs::read_to_string(folder("squeeze").join("target/film-motion.csv")).unwrap();
-    let last: Vec<f64> =
-        csv.lines().last().unwrap().split(',').map(|v| v.parse().unwrap()).collect();
-    assert_relative_eq!(last[6], wanted, epsilon = 0.0, max_relative = 1e-9);
+    near(number(&film, "power_w"), wanted, 1e-9);
+    near(rows.last().unwrap()[6], wanted, 1e-9);
 }
 
 #[test]
@@ -386,8 +375,7 @@ fn a_critical_mass_whirls() {
     // A ratio of 17 digits, found to 1e-9.
     let off = (one[0] - other[0]).hypot(one[1] - other[1]);
     assert!(off <= 1e-8 * size, "{off} of {size}");
-    let output = film("whirl", &format!("{bearing} --whirl 0.5,1"));
-    let said = text(&output.stdout);
+    let said = film_of("whirl", &format!("{bearing} --whirl 0.5,1"));
     for what in ["whirl of 0.5", "at 3.141593e2 rad/s", "critical mass", "of the running speed"] {
         assert!(said.contains(what), "{said}");
     }
@@ -473,8 +461,11 @@ fn copies_are_refused() {
     let pad = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --speed 2 --viscosity 0.03";
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
         let output = hlcp("film", pad).env(name, "3").current_dir(folder("copies")).output();
-        let output = output.expect("the command starts");
-        is_refusal(&output, name, "hlcp film works on one process, but mpirun has started 3");
+        is_refusal(
+            &output.unwrap(),
+            name,
+            "hlcp film works on one process, but mpirun has started 3",
+        );
     }
 }
 
@@ -484,16 +475,8 @@ fn a_squeezed_film_keeps_its_oil() {
     let rows: Vec<String> = (0..60)
         .map(|k| format!("{},{}", 4e-4 * f64::from(k), gap(4e-4 * f64::from(k)) - 2e-5))
         .collect();
-    fs::write(folder("motion").join("motion.csv"), rows.join("\n")).unwrap();
-    let film = json(
-        "motion",
-        "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 --ambient 1e5 \
-         --motion motion.csv",
-    );
+    let (film, rows) = squeezed("motion", &rows.join("\n"));
     assert_abs_diff_eq!(number(&film, "least_gap_m"), gap(4e-4 * 59.0), epsilon = 1e-18);
-    let csv = fs::read_to_string(folder("motion").join("target/film-motion.csv")).unwrap();
-    let rows: Vec<Vec<f64>> =
-        csv.lines().skip(1).map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
     assert_eq!(rows.len(), 59);
     assert!(rows.iter().any(|row| row[15] > 0.2), "it breaks as it opens");
     // The oil is that of before and what came in, to rounding.
@@ -559,12 +542,9 @@ fn what_is_written_is_what_is_printed() {
     assert_abs_diff_eq!(number(&film, "least_gap_m"), 2e-5, epsilon = 1e-20);
     let target = folder("written").join("target");
     let read = |name: &str| fs::read(target.join(name)).unwrap();
-    let pressures: Vec<f64> = text(&read("film-pressure.csv"))
-        .lines()
-        .flat_map(|line| line.split(',').map(|v| v.parse().unwrap()).collect::<Vec<f64>>())
-        .collect();
+    let pressures = rows(&target.join("film-pressure.csv"), 0).concat();
     let load: f64 = pressures.iter().map(|p| (p - 1e5) * 2e-4 / 63.0).sum();
-    assert_relative_eq!(number(&film, "load_n"), load, epsilon = 0.0, max_relative = 1e-12);
+    near(number(&film, "load_n"), load, 1e-12);
     let npy = read("film-pressure.npy");
     assert_eq!((npy.len() - 63 * 8) % 64, 0);
     let stored =
@@ -579,17 +559,11 @@ fn what_is_written_is_what_is_printed() {
     assert!(again.contains("9 × 7 cells, 63 unknowns"), "{again}");
 }
 
-fn film_of(name: &str, arguments: &str) -> String {
-    let output = film(name, arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    text(&output.stdout)
-}
-
 #[test]
 fn a_ring_that_nothing_feeds_runs_dry() {
     let warned = |arguments: &str| {
         let output = film("dry", arguments);
-        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        succeeded(&output, arguments);
         let err = text(&output.stderr);
         assert!(err.starts_with("warning: nothing feeds this film, so it runs dry; feed"), "{err}");
         err
@@ -618,14 +592,10 @@ fn a_ring_that_nothing_feeds_runs_dry() {
 /// The load is that of the pressure below the ambient one; options are honoured, files written.
 #[test]
 fn a_dry_film_is_solved_like_any_other() {
-    let here = folder("dry_pad");
     let pad = "--pad plane,40,20 --lx 0.05 --ly 0.03 --h-unit 1e-6 --viscosity 0.04 --nx 6 --ny 4 \
                --speed 3 --ambient 1e5 --side west=starved,0 --side south=closed \
                --side north=closed";
-    let contents = |name: &str| -> Vec<f64> {
-        let csv = fs::read_to_string(here.join(name)).unwrap();
-        csv.lines().flat_map(|line| line.split(',')).map(|v| v.parse().unwrap()).collect()
-    };
+    let contents = |name: &str| rows(&folder("dry_pad").join(name), 0).concat();
     let dry = json("dry_pad", &format!("{pad} --side east=starved,0 --certify --out starved"));
     // -1e5 Pa on 15 cm², but for the rounding of a sum of 24 and of its cells
     assert!((number(&dry, "load_n") + 150.0).abs() <= 150.0 * 32.0 * f64::EPSILON, "{dry}");

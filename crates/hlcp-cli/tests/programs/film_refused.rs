@@ -5,8 +5,9 @@ use std::fs;
 use serde_json::Value;
 
 use crate::{
-    command::{is_refusal, text},
-    film_plane::{film, folder, journal, number},
+    command::{is_refusal, number, text},
+    film_plane::{film, folder, journal},
+    fuzz::npy,
 };
 
 /// A plain journal that is fed by the pressure around it alone.
@@ -98,20 +99,13 @@ fn wrong_films_are_refused_in_one_line() {
     write("blanks.csv", b"5,97e-6 5,92e-6\n");
     write("times.csv", b"0,0\n1,1e-6\n1,2e-6\n");
     write("meets.csv", b"0,0\n1,-1\n");
-    let npy = |shape: &str| {
-        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}\n");
-        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-        bytes.extend((header.len() as u16).to_le_bytes());
-        bytes.extend(header.as_bytes());
-        bytes.extend([0; 48]);
-        bytes
-    };
+    let npy = |shape: &str| npy(1, "<f8", "False", shape, &[0; 48]);
     write("lie.npy", &npy("(3, 3)"));
     write("huge.npy", &npy("(4611686018427387904, 2)"));
     write("zero.npy", &npy("(2, 3)"));
     write("cut.npy", b"\x93NUMPY\x01");
     let size = "--lx 0.01 --ly 0.01 --speed 2 --viscosity 0.03 --out new/film";
-    let cases = [
+    let of_shapes = [
         ("--map negative.csv", "negative.csv: row 2, column 2: the gap is -3e-5 m"),
         ("--map zero.npy", "zero.npy: row 1, column 1: the gap is 0e0 m"),
         ("--map word.csv", "word.csv, line 1: column 2: 'wide' is not a finite number"),
@@ -124,84 +118,64 @@ fn wrong_films_are_refused_in_one_line() {
         ("--map none.csv", "none.csv"),
         ("--pad plane", "taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers"),
         (
-            "--map gap.csv --roughness small.csv",
-            "small.csv has 1 rows and 1 columns, but the film has 2 and 3",
-        ),
-        ("--map gap.csv --side west=0 --side west=1", "--side west is given twice"),
-        ("--map gap.csv --side west=periodic", "must both be periodic, or neither"),
-        ("--map gap.csv --side up=0", "a side is west, east, south or north"),
-        ("--map gap.csv --side west=starved,2", "the film content '2' is not between 0 and 1"),
-        ("--map gap.csv --side west=-1", "a pressure is -1"),
-        (
-            "--map gap.csv --pocket 0.009,0,0.002,0.001,1e-6",
-            "--pocket from x = 0.009 to 0.011 is outside",
-        ),
-        (
-            "--map gap.csv --pocket 0,-1,0.002,0.001,1e-6",
-            "--pocket from y = -1 to -0.999 is outside",
-        ),
-        ("--map gap.csv --pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
-        (
-            "--map gap.csv --pocket 0,0,1e-5,1e-5,1e-6",
-            "a pocket or dimple of 0.00001 by 0.00001 is lost in cells of 0.00333",
-        ),
-        ("--map gap.csv --dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
-        ("--map gap.csv --dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
-        (
-            "--map gap.csv --supply 0.009,0,0.002,0.001,1e5",
-            "--supply from x = 0.009 to 0.011 is outside",
-        ),
-        ("--map gap.csv --supply 0,0,0.001,0.001,1e5", "the number of cells of a supply is 0"),
-        (
-            "--map gap.csv --load 1e9",
-            "the search for a position that carries 1000000000 N failed; each of the ",
-        ),
-        (
-            "--map gap.csv --supply 0.001,0.001,0.005,0.006,1e6 --load 1",
-            " N or more, also by the pressures of supplies and sides",
-        ),
-        ("--map gap.csv --whirl=-1", "--whirl has -1, but a frequency over the running speed is"),
-        ("--map gap.csv --load 50kN", "'50kN' is not a number; units are given by their own"),
-        (
-            "--map gap.csv --load 5 --mass 5",
-            "--mass lets the wall move under the loads of --motion",
-        ),
-        ("--map gap.csv --load -1", "--load is -1 N, but it must be positive"),
-        (
-            "--map gap.csv --x-unit 1 --load 1,0.005,5",
-            "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of",
-        ),
-        (
             "--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 10,0.0099,0.005",
             "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit",
         ),
-        (
-            "--map gap.csv --motion times.csv",
-            "times.csv: row 3: the time 1 does not exceed the one before",
-        ),
-        (
-            "--map gap.csv --motion meets.csv",
-            "meets.csv: row 2: the walls meet; positions are in units of --h-unit",
-        ),
-        ("--map gap.csv --motion gap.csv --load 1", "--load is where a free motion begins, but"),
-        ("--map gap.csv --motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
-        (
-            "--map gap.csv --motion gap.csv --mass 1",
-            "but a motion has two rows or more, each with the time and the load",
-        ),
-        ("--map gap.csv --ambient -1", "--ambient is below --cavitation"),
-        ("--map gap.csv --method FOO", "there is no method 'FOO'"),
-        ("--map gap.csv --nx 4", "cannot be used with"),
-        ("--map gap.csv --tilt 1", "--tilt has 1 numbers, but it takes A,B"),
         ("--pad taper,1,1,0", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH"),
         ("--pad cone,1", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola"),
         ("--journal", "required"),
-        ("--map gap.csv --bogus", "unexpected argument '--bogus'"),
+    ];
+    let of_map = [
+        ("--roughness small.csv", "small.csv has 1 rows and 1 columns, but the film has 2 and 3"),
+        ("--side west=0 --side west=1", "--side west is given twice"),
+        ("--side west=periodic", "must both be periodic, or neither"),
+        ("--side up=0", "a side is west, east, south or north"),
+        ("--side west=starved,2", "the film content '2' is not between 0 and 1"),
+        ("--side west=-1", "a pressure is -1"),
+        ("--pocket 0.009,0,0.002,0.001,1e-6", "--pocket from x = 0.009 to 0.011 is outside"),
+        ("--pocket 0,-1,0.002,0.001,1e-6", "--pocket from y = -1 to -0.999 is outside"),
+        ("--pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
+        (
+            "--pocket 0,0,1e-5,1e-5,1e-6",
+            "a pocket or dimple of 0.00001 by 0.00001 is lost in cells of 0.00333",
+        ),
+        ("--dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
+        ("--dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
+        ("--supply 0.009,0,0.002,0.001,1e5", "--supply from x = 0.009 to 0.011 is outside"),
+        ("--supply 0,0,0.001,0.001,1e5", "the number of cells of a supply is 0"),
+        ("--load 1e9", "the search for a position that carries 1000000000 N failed; each of the "),
+        (
+            "--supply 0.001,0.001,0.005,0.006,1e6 --load 1",
+            " N or more, also by the pressures of supplies and sides",
+        ),
+        ("--whirl=-1", "--whirl has -1, but a frequency over the running speed is"),
+        ("--load 50kN", "'50kN' is not a number; units are given by their own"),
+        ("--load 5 --mass 5", "--mass lets the wall move under the loads of --motion"),
+        ("--load -1", "--load is -1 N, but it must be positive"),
+        (
+            "--x-unit 1 --load 1,0.005,5",
+            "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of",
+        ),
+        ("--motion times.csv", "times.csv: row 3: the time 1 does not exceed the one before"),
+        (
+            "--motion meets.csv",
+            "meets.csv: row 2: the walls meet; positions are in units of --h-unit",
+        ),
+        ("--motion gap.csv --load 1", "--load is where a free motion begins, but"),
+        ("--motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
+        (
+            "--motion gap.csv --mass 1",
+            "but a motion has two rows or more, each with the time and the load",
+        ),
+        ("--ambient -1", "--ambient is below --cavitation"),
+        ("--method FOO", "there is no method 'FOO'"),
+        ("--nx 4", "cannot be used with"),
+        ("--tilt 1", "--tilt has 1 numbers, but it takes A,B"),
+        ("--bogus", "unexpected argument '--bogus'"),
     ];
     let round = "--journal --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --rpm 3000 \
                  --groove 0,1e5 --ecc 0.6 --out new/film";
-    let cases = cases.into_iter().map(|(arguments, what)| (format!("{arguments} {size}"), what));
-    let bushes = [
+    let of_bushes = [
         (
             "--lobes 2,1.2",
             "--lobes: the preload of the lobes is 1.2, but it must be from 0 to below 1",
@@ -213,11 +187,13 @@ fn wrong_films_are_refused_in_one_line() {
         ("--groove 0,1e5,10,0.06", "no longer than the bearing, 0.05 m"),
         ("--dam 90,20,0.03,1e-5", "--dam from 90 to 20 degrees"),
     ];
-    let bushes = bushes.into_iter().map(|(arguments, what)| (format!("{arguments} {round}"), what));
-    for (arguments, what) in cases.chain(bushes) {
-        is_refusal(&film("refused", &arguments), &arguments, what);
-        let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
-        assert_eq!(left, 0, "{arguments}: something was written");
+    let map = format!("--map gap.csv {size}");
+    for (rest, cases) in [(size, &of_shapes[..]), (&map, &of_map), (round, &of_bushes)] {
+        for (arguments, what) in cases {
+            is_refusal(&film("refused", &format!("{arguments} {rest}")), arguments, what);
+            let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
+            assert_eq!(left, 0, "{arguments}: something was written");
+        }
     }
     for (place, what) in [
         (

@@ -11,7 +11,7 @@ use std::{
 };
 
 use hlcp::{
-    LinearOperator, Rows,
+    LinearOperator,
     files::FileError,
     film::Map,
     market::{self, read_matrix, read_vector},
@@ -21,7 +21,7 @@ use proptest::{collection::vec, num::f64, prelude::*, sample::Index, sample::sel
 
 use crate::{
     counting::{LIVE, PEAK},
-    folder::Folder,
+    folder::{self, Folder, market_text},
 };
 
 fn cases(of_gate: u32) -> ProptestConfig {
@@ -55,7 +55,7 @@ const TABLES: [&str; 6] = [
 ];
 
 /// An NPY file by the description of the format, of any version and type.
-fn npy(version: u8, kind: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+pub(crate) fn npy(version: u8, kind: &str, fortran: &str, shape: &str, data: &[u8]) -> Vec<u8> {
     let header = format!("{{'descr': '{kind}', 'fortran_order': {fortran}, 'shape': {shape}, }}\n");
     let length = (header.len() as u32).to_le_bytes();
     let length = if version == 1 { &length[..2] } else { &length };
@@ -74,56 +74,17 @@ fn arrays() -> Vec<Vec<u8>> {
 }
 
 /// Words that stand in the place of others: sizes, numbers out of range, and what is no number.
+#[rustfmt::skip] // a list
 const WORDS: [&str; 32] = [
-    "0",
-    "1",
-    "2",
-    "3",
-    "17",
-    "4000000",
-    "4294967296",
-    "18446744073709551615", //
-    "",
-    "-0",
-    "-1",
-    "2.5",
-    "+7",
-    "1e-5",
-    "1e-320",
-    "1e308",
-    "-1e308",
-    "1e999",
-    "nan",
-    "-inf",
-    "1,5",
-    "0x10",
-    "1_0",
-    "1e",
-    ".",
-    "--",
-    "%",
-    "#",
-    "\"",
-    "٣",
-    "\u{202e}",
-    "e\u{301}",
+    "0", "1", "2", "3", "17", "4000000", "4294967296", "18446744073709551615",
+    "", "-0", "-1", "2.5", "+7", "1e-5", "1e-320", "1e308", "-1e308", "1e999", "nan", "-inf",
+    "1,5", "0x10", "1_0", "1e", ".", "--", "%", "#", "\"", "٣", "\u{202e}", "e\u{301}",
 ];
 
+#[rustfmt::skip] // a list
 const BYTES: [&[u8]; 14] = [
-    b"\0",
-    b"\n",
-    b"\r",
-    b"\t",
-    b" ",
-    b",",
-    b";",
-    b"%",
-    b"\x1b[2J",
-    b"\x7f",
-    b"\x80",
-    b"\xff\xfe",
-    b"\xef\xbb\xbf",
-    b"\xe2\x82",
+    b"\0", b"\n", b"\r", b"\t", b" ", b",", b";", b"%", b"\x1b[2J", b"\x7f", b"\x80", b"\xff\xfe",
+    b"\xef\xbb\xbf", b"\xe2\x82",
 ];
 
 /// The places of words, or with `\n` alone of lines.
@@ -240,22 +201,6 @@ fn same(one: &[f64], other: &[f64]) -> bool {
     bits(one) == bits(other)
 }
 
-/// The rows of a matrix.
-fn rows(matrix: &impl Rows<f64>) -> Vec<(usize, usize, f64)> {
-    let mut entries = vec![];
-    for i in 0..matrix.order() {
-        matrix.visit_row(i, &mut |j, value| entries.push((i, j, value)));
-    }
-    entries
-}
-
-/// Writes entries, counted from 0, as a Matrix Market file.
-fn market_text(order: usize, entries: &[(usize, usize, f64)]) -> String {
-    let head = "%%MatrixMarket matrix coordinate real general";
-    let lines = entries.iter().map(|(i, j, value)| format!("{} {} {value:e}\n", i + 1, j + 1));
-    format!("{head}\n{order} {order} {}\n{}", entries.len(), lines.collect::<String>())
-}
-
 fn is_finite(v: &[f64]) -> bool {
     v.iter().all(|v| v.is_finite())
 }
@@ -273,11 +218,11 @@ fn damaged_market_files_are_read_or_refused() {
     proptest!(cases(8000), |(text in damaged(bytes(&MARKET)))| {
         folder.write("file", &text);
         if let Some(matrix) = read(&path, read_matrix::<f64>) {
-            let entries = rows(&matrix);
+            let entries = folder::entries(&matrix);
             prop_assert!(entries.len() <= text.len() && matrix.order() <= text.len());
             prop_assert!(entries.iter().all(|(.., value)| value.is_finite()));
             folder.write("file", market_text(matrix.order(), &entries));
-            prop_assert_eq!(rows(&read_matrix::<f64>(&path).unwrap()), entries);
+            prop_assert_eq!(folder::entries(&read_matrix::<f64>(&path).unwrap()), entries);
             folder.write("file", &text);
         }
         for order in 1..5 {
@@ -329,7 +274,7 @@ fn what_is_written_is_read() {
         let order = values.len();
         let entries: Vec<_> = (0..order).map(|i| (i, i * 7 % (i + 1), values[i])).collect();
         folder.write("file", market_text(order, &entries));
-        prop_assert_eq!(rows(&read_matrix::<f64>(&path).unwrap()), entries);
+        prop_assert_eq!(folder::entries(&read_matrix::<f64>(&path).unwrap()), entries);
     });
 }
 

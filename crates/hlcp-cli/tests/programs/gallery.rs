@@ -3,28 +3,17 @@
 use std::{fs, path::PathBuf};
 
 use crate::{
-    command::{hlcp, is_refusal, text},
+    command::{hlcp, is_refusal, run_in, succeeded, text},
     folder::Folder,
 };
 
 #[test]
 fn the_gallery_is_drawn() {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("gallery");
-    let output = hlcp("gallery", "--out").arg(&folder).output().expect("the command starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let names = [
-        "slider",
-        "disc-lcp",
-        "disc-hlcp",
-        "journal-bearing",
-        "obstacle",
-        "membranes",
-        "dam",
-        "bearing2d",
-        "bearing2d-groove",
-        "american-put",
-    ];
-    for name in names {
+    succeeded(&hlcp("gallery", "--out").arg(&folder).output().unwrap(), "gallery");
+    let names = "slider disc-lcp disc-hlcp journal-bearing obstacle membranes dam bearing2d \
+                 bearing2d-groove american-put";
+    for name in names.split(' ') {
         let file = |kind: &str| fs::read_to_string(folder.join(format!("gallery-{name}.{kind}")));
         let (svg, csv) = (file("svg").expect("drawn"), file("csv").expect("written"));
         assert!(svg.starts_with("<svg") && svg.len() < 300_000, "{name}: {} bytes", svg.len());
@@ -45,10 +34,8 @@ fn each_problem_of_ones_own_has_a_map() {
     let [small, large] =
         [3, 4].map(|m| format!("stability-own-example1-m-{m}-mu-4-nu-4-solution-default"));
     for (m, name) in [(3, &small), (4, &large)] {
-        let output = run(&format!("--m {m}"));
-        assert!(output.status.success(), "{}", text(&output.stderr));
         // Corollary 1 proves the row τ = 1 up to α = 1, and all cells there converge.
-        let told = text(&output.stdout);
+        let told = succeeded(&run(&format!("--m {m}")), name);
         assert_eq!(told.lines().filter(|line| line.contains("cells with a proof")).count(), 6);
         assert!(!told.contains("limit") && !told.contains("diverged"), "{told}");
         let svg = read(&format!("{name}.svg"));
@@ -84,8 +71,7 @@ fn files_of_ones_own_are_measured() {
     let files = "--a A.mtx --b B.mtx --q q.mtx";
     for (command, more) in [("stability-map", ""), ("speed-vs-accuracy", " --add mine.csv")] {
         let options = format!("--quick --out charts {files}{more}");
-        let output = hlcp(command, &options).current_dir(&folder.0).output().unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(&run_in(&folder.0, command, &options), command);
     }
     let read = |name: &str| {
         let path = folder.0.join("charts").join(name);
@@ -115,8 +101,7 @@ fn measurements_of_ones_own_are_on_the_charts() {
     let file = folder.write("mine.csv", format!("{COLUMNS}{rows}"));
     let run = |options: &str| {
         let mut command = hlcp("speed-vs-accuracy", &format!("--quick {options} --out"));
-        let output = command.arg(&folder.0).output().unwrap();
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        succeeded(&command.arg(&folder.0).output().unwrap(), options);
     };
     run("");
     // The problems need not be measured anew.
@@ -147,10 +132,9 @@ fn measurements_that_fit_no_chart_are_refused_with_their_line() {
         ("\"slider, N = 24\",mine,1,1,1,nan,1,1,true", "seconds median is 'nan'"),
         ("\"slider, N = 24\",mine,1,1,1,1,1,1,yes", "reached must be true or false"),
     ] {
-        let file = folder.write("mine.csv", format!("{COLUMNS}{row}\n"));
-        let mut command = hlcp("speed-vs-accuracy", "--quick --out nowhere --add");
-        let output = command.current_dir(&folder.0).arg(&file).output().unwrap();
-        let err = is_refusal(&output, row, named);
+        folder.write("mine.csv", format!("{COLUMNS}{row}\n"));
+        let added = "--quick --out nowhere --add mine.csv";
+        let err = is_refusal(&run_in(&folder.0, "speed-vs-accuracy", added), row, named);
         assert!(err.contains("mine.csv, line 2: "), "{err}");
         assert!(!folder.0.join("nowhere").exists());
     }

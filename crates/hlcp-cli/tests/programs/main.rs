@@ -1,6 +1,8 @@
 //! The command `hlcp` and the documents, tested as a user meets them.
 
 mod command;
+#[path = "../../../../tests/common/mod.rs"]
+mod common;
 #[path = "../../../../tests/common/counting.rs"]
 mod counting;
 mod documents;

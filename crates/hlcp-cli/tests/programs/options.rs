@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, fs, iter, process::Command};
 
 use crate::{
-    command::{hlcp, text},
-    folder::Folder,
+    command::{hlcp, run_in, text},
+    folder::{Folder, market_text},
 };
 
 /// The commands, from the help.
@@ -104,18 +104,14 @@ struct Place {
 impl Place {
     fn new(name: &str) -> Self {
         let folder = Folder::new(name);
-        let matrix = |diagonal: &str| {
-            let row = |i: usize, j: usize| match i.abs_diff(j) {
-                0 => format!("{} {} {diagonal}\n", i + 1, j + 1),
-                1 | 2 if i + j != 3 => format!("{} {} -1\n", i + 1, j + 1),
-                _ => String::new(),
-            };
-            let rows: String = (0..16).map(|k| row(k / 4, k % 4)).collect();
-            format!("%%MatrixMarket matrix coordinate real general\n4 4 12\n{rows}")
+        let matrix = |diagonal: f64| {
+            let places = (0..16).map(|k| (k / 4, k % 4)).filter(|(i, j)| i == j || i + j != 3);
+            let entry = |(i, j)| (i, j, if i == j { diagonal } else { -1.0 });
+            market_text(4, &places.map(entry).collect::<Vec<_>>())
         };
         let files = [
-            ("A.mtx", matrix("4")),
-            ("B.mtx", matrix("4.5")),
+            ("A.mtx", matrix(4.0)),
+            ("B.mtx", matrix(4.5)),
             ("q.txt", "1\n-2\n3\n-1\n".into()),
             ("half.txt", "0.5\n".repeat(4)),
             ("map.csv", "4e-5,3.5e-5,3e-5\n4e-5,3e-5,2e-5\n".into()),
@@ -132,7 +128,7 @@ impl Place {
     }
 
     fn run(&self, command: &str, arguments: &str) -> Found {
-        let output = hlcp(command, arguments).current_dir(&self.folder.0).output().unwrap();
+        let output = run_in(&self.folder.0, command, arguments);
         let (out, err) = (text(&output.stdout), text(&output.stderr));
         let mut files = BTreeMap::new();
         for folder in [self.folder.0.clone(), self.folder.0.join("target")] {

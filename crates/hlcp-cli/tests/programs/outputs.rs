@@ -11,7 +11,7 @@ use std::{
 use hlcp::{files, market};
 
 use crate::{
-    command::{hlcp, is_refusal, text},
+    command::{hlcp, is_refusal, run_in, succeeded, text},
     folder::Folder,
 };
 
@@ -26,15 +26,8 @@ fn sound(name: &str) -> Folder {
     folder
 }
 
-/// Runs a command in a folder.
-fn run(name: &str, folder: &Folder, arguments: &[&str]) -> Output {
-    let mut command = hlcp(name, "");
-    command.current_dir(&folder.0).args(arguments).output().expect("the program starts")
-}
-
 fn solve(folder: &Folder, more: &str) -> Output {
-    let arguments = format!("--a A --q q --method MGS {more}");
-    run("solve", folder, &arguments.split_whitespace().collect::<Vec<_>>())
+    run_in(&folder.0, "solve", &format!("{SOLVE} {more}"))
 }
 
 /// The names in a folder and what is there: the text of a file, the target of a link, or nothing.
@@ -54,7 +47,7 @@ fn content(folder: &Path) -> Vec<(PathBuf, Option<Vec<u8>>)> {
 /// Refused in one line before the solve, with nothing printed and every file as it was; the line.
 fn refused(folder: &Folder, name: &str, arguments: &str, named: &[&str]) -> String {
     let before = content(&folder.0);
-    let output = run(name, folder, &arguments.split_whitespace().collect::<Vec<_>>());
+    let output = run_in(&folder.0, name, arguments);
     named.iter().for_each(|named| drop(is_refusal(&output, arguments, named)));
     assert_eq!(content(&folder.0), before, "{arguments}");
     text(&output.stderr)
@@ -66,8 +59,7 @@ const FILM: &str = "profile --speed 3.7 --viscosity 0.041";
 #[test]
 fn regular_files_are_replaced_and_new_ones_made() {
     let folder = sound("replaced");
-    let output = solve(&folder, "--out-z z --out-r ./new");
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    succeeded(&solve(&folder, "--out-z z --out-r ./new"), "--out-r ./new");
     // 4 z₁ = 1 and r₂ = 2.
     let read = |name| market::read_vector::<f64>(&folder.0.join(name), 2).unwrap();
     assert!((read("z")[0] - 0.25).abs() <= 1e-10 && (read("new")[1] - 2.0).abs() <= 1e-10);
@@ -381,17 +373,13 @@ fn what_a_file_holds_is_shown_in_part_and_escaped() {
             format!("{head}2 2 2\n1 1 4\n2 2 3\n{bad}\n"),
         ] {
             folder.write("bad", text);
-            harmless(
-                &refused(&folder, "solve", "--a bad --q q --method MGS", &["bad, line "]),
-                250,
-            );
+            let asked = "--a bad --q q --method MGS";
+            harmless(&refused(&folder, "solve", asked, &["bad, line "]), 250);
         }
         for text in [format!("{bad}\n1\n"), format!("1\n{word}\n"), format!("1\n2\n{bad}\n")] {
             folder.write("bad", text);
-            harmless(
-                &refused(&folder, "solve", "--a A --q bad --method MGS", &["bad, line "]),
-                250,
-            );
+            let asked = "--a A --q bad --method MGS";
+            harmless(&refused(&folder, "solve", asked, &["bad, line "]), 250);
         }
         folder.write("profile", format!("0 1\n1 {}\n", word.replace(';', "")));
         harmless(&refused(&folder, "film", FILM, &["profile, line 2: column 2: '"]), 250);
@@ -406,39 +394,30 @@ fn what_a_file_holds_is_shown_in_part_and_escaped() {
 fn names_of_files_are_printed_escaped() {
     let folder = sound("names");
     let name = format!("{HOSTILE}\n.mtx");
-    let refused = |program: &str, arguments: &[&str]| {
-        let output = run(program, &folder, arguments);
+    let run = |program: &str, arguments: &str| {
+        // A word with blanks of its own.
+        let words = arguments.split(' ').map(|word| word.replace("NAME", &name));
+        hlcp(program, "").current_dir(&folder.0).args(words).output().unwrap()
+    };
+    let refused = |program: &str, arguments: &str, most: usize| {
+        let output = run(program, arguments);
         let err = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{err}");
         assert!(err.contains(r"\rfine\u{2028}\u{202e}\u{2066}\u{200b}\u{9b}3m"), "{err}");
-        err
+        harmless(&err, most);
     };
-    let none = refused("solve", &["--a", &name, "--q", "q"]);
-    harmless(&none, 250);
+    refused("solve", "--a NAME --q q", 250);
     folder.write(&name, "nothing\n");
-    let method = ["--method", "MGS"];
-    harmless(&refused("solve", &["--a", &name, "--q", "q"]), 350);
-    let out = ["--a", &name, "--q", "q", "--out-z", &name];
-    harmless(&refused("solve", &[&out[..], &method].concat()), 250);
-    let out = ["--a", "A", "--q", "q", "--out-z", &format!("none/{name}")];
-    harmless(&refused("solve", &[&out[..], &method].concat()), 250);
-    harmless(&refused("solve", &["--a", "A", "--q", "q", &name]), 300);
-    let film = [&name, "--speed", "1", "--viscosity", "1"];
-    harmless(&refused("film", &film), 250);
-    harmless(
-        &refused(
-            "film",
-            &[&name, "--speed", "1", "--viscosity", "1", "--out", &format!("A/{name}")],
-        ),
-        250,
-    );
-    for line in refused("film", &[&film[..], &[&name]].concat()).lines() {
-        harmless(line, 250);
-    }
+    refused("solve", "--a NAME --q q", 350);
+    refused("solve", "--a NAME --q q --out-z NAME --method MGS", 250);
+    refused("solve", "--a A --q q --out-z none/NAME --method MGS", 250);
+    refused("solve", "--a A --q q NAME", 300);
+    refused("film", "NAME --speed 1 --viscosity 1", 250);
+    refused("film", "NAME --speed 1 --viscosity 1 --out A/NAME", 250);
+    refused("film", "NAME --speed 1 --viscosity 1 NAME", 250);
 
     folder.write("profile", "0 3e-5\n0.01 2e-5\n");
-    let arguments: Vec<&str> = FILM.split(' ').chain(["--out", &name]).collect();
-    let printed = text(&run("film", &folder, &arguments).stdout);
+    let printed = succeeded(&run("film", &format!("{FILM} --out NAME")), "--out NAME");
     let last = printed.lines().last().unwrap();
     assert!(last.starts_with(r"wrote \u{1b}]0;title"), "{last}");
     harmless(last, 300);

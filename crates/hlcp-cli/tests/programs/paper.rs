@@ -2,10 +2,12 @@
 //! iterates are the paper's is tested in `tests/lockstep.rs`.
 
 use approx::assert_abs_diff_eq;
-use hlcp_core::{Aor, Hlcp, Omega, Rows};
-use hlcp_methods::{Limits, Method, Named, Options, Parameters, Solver};
+use hlcp_core::{Aor, Rows};
+use hlcp_methods::{Limits, Named, Solver};
 use hlcp_verify::{Example, Slider, theorem_2};
 use nalgebra::{DMatrix, DVector};
+
+use crate::common::{assembled, named, problem, solve_from_ones};
 
 /// MAOR, AMAOR and TMAOR for one τ and (α, β): on Example 1 with μ = ν = 4, on Example 1 with μ = ν
 /// = 0, and on Example 2 with μ = ν = 4.
@@ -60,28 +62,16 @@ fn same_count(found: usize, expected: usize) -> bool {
     found.abs_diff(expected) <= 1 + expected / 10_000
 }
 
-fn named(name: &str, pair: Option<[f64; 2]>) -> Named {
-    let [alpha, beta] = [0, 1].map(|k| pair.map(|pair| pair[k]));
-    Named::parse(name, Parameters { alpha, beta, ..Parameters::default() }).unwrap()
-}
-
 /// The library's count; `None` where it does not converge.
 fn count<A: Rows<f64>, B: Rows<f64>>(
     (a, b, q): (&A, &B, &[f64]),
     tau: f64,
     method: Named,
-    limits: &Limits,
+    limits: Limits,
 ) -> Option<usize> {
-    let omega = Omega::diagonal_ratio(tau, a, b).unwrap();
-    let method: Box<dyn Method<f64, A = _, B = _> + '_> =
-        method.on(Hlcp::new(a, b, omega).unwrap()).unwrap();
-    let mut solver = Solver::new(method);
-    let outcome = solver.solve(q, Options::from_x(&vec![1.0; q.len()]).limits(*limits)).unwrap();
+    let mut solver = Solver::new(method.on(problem(tau, a, b)).unwrap());
+    let outcome = solve_from_ones(&mut solver, q, limits);
     outcome.converged().then_some(outcome.iterations)
-}
-
-fn slider_limits() -> Limits {
-    Limits::relative(1e-10)
 }
 
 #[test]
@@ -91,7 +81,7 @@ fn counts_of_tables_3_to_5() {
             let scene = Example { symmetric, m: 128, mu: shift, nu: shift }.pose::<f64>().unwrap();
             for (name, expected) in ["MAOR", "AMAOR", "TMAOR"].into_iter().zip(counts) {
                 let data = (&scene.a, &scene.b, &scene.q[..]);
-                let found = count(data, tau, named(name, Some(pair)), &Limits::absolute(1e-10));
+                let found = count(data, tau, named(name, pair), Limits::absolute(1e-10));
                 assert!(
                     found.is_some_and(|found| same_count(found, expected)),
                     "{name} τ {tau} {pair:?} symmetric {symmetric} shift {shift}: {found:?} for {expected}"
@@ -104,11 +94,13 @@ fn counts_of_tables_3_to_5() {
 #[test]
 fn counts_of_table_6() {
     let (a, b, q) = Slider { cells: 128 }.pose::<f64>().unwrap();
+    let count =
+        |name: &str| count((&a, &b, &q), 1.0, name.parse().unwrap(), Limits::relative(1e-10));
     for (name, expected) in SLIDER_COUNTS {
-        let found = count((&a, &b, &q), 1.0, named(name, None), &slider_limits());
+        let found = count(name);
         assert!(found.is_some_and(|found| same_count(found, expected)), "{name}: {found:?}");
     }
-    assert_eq!(count((&a, &b, &q), 1.0, named("AMJ", None), &slider_limits()), None);
+    assert_eq!(count("AMJ"), None);
 }
 
 /// The slider's matrices in SI units, from the discretised Reynolds equation.
@@ -144,14 +136,7 @@ fn the_slider_is_the_reynolds_equation() {
     let [dense_a, dense_b] = dense_slider(cells);
     let dense_a = dense_a * (Slider::PRESSURE_UNIT * row_unit);
     let dense_b = dense_b * row_unit;
-    let walked = |operator: &dyn Rows<f64>| {
-        let mut matrix = DMatrix::zeros(n, n);
-        for i in 0..n {
-            operator.visit_row(i, &mut |j, value| matrix[(i, j)] = value);
-        }
-        matrix
-    };
-    for (found, expected) in [(walked(&a), &dense_a), (walked(&b), &dense_b)] {
+    for (found, expected) in [(assembled(&a), &dense_a), (assembled(&b), &dense_b)] {
         // Some twenty roundings an entry.
         assert!(
             (found - expected).abs().component_div(&expected.map(|v| v.abs().max(1e-300))).max()
@@ -196,8 +181,7 @@ fn theorem_2_covers_fifteen_of_the_54_configurations() {
     let covered = SCENES.map(|(symmetric, shift)| {
         let scene = Example { symmetric, m: 6, mu: shift, nu: shift }.pose::<f64>().unwrap();
         let covers = |(tau, [alpha, beta], _): &&Row| {
-            let omega = Omega::diagonal_ratio(*tau, &scene.a, &scene.b).unwrap();
-            let problem = Hlcp::new(&scene.a, &scene.b, omega).unwrap();
+            let problem = problem(*tau, &scene.a, &scene.b);
             theorem_2(&problem, &[Aor::new(*alpha, *beta).unwrap()]).applies()
         };
         let rows: Vec<_> = COUNTS.iter().filter(covers).collect();

@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::{
     command::{json, refused},
-    folder::Folder,
+    folder::{Folder, market_text},
 };
 
 /// M and q of an LCP file.
@@ -57,11 +57,8 @@ struct Files {
 impl Files {
     fn new(name: &str, a: &DMatrix<f64>, q: &[f64]) -> Self {
         let (folder, n) = (Folder::new(name), q.len());
-        let mut text =
-            format!("%%MatrixMarket matrix coordinate real general\n{n} {n} {}\n", n * n);
-        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-            text += &format!("{} {} {:e}\n", i + 1, j + 1, a[(i, j)]);
-        }
+        let entries: Vec<_> = (0..n * n).map(|k| (k / n, k % n, a[(k / n, k % n)])).collect();
+        let text = market_text(n, &entries);
         let numbers = q.iter().map(|q| format!("{q:e}\n")).collect::<String>();
         let (a, q) = (folder.write("A.mtx", text), folder.write("q.txt", numbers));
         let [z, r] = ["z.mtx", "r.mtx"].map(|name| folder.0.join(name));
