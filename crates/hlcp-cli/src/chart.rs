@@ -53,6 +53,9 @@ pub(crate) struct Point {
     pub(crate) y: f64,
 }
 
+/// From where to where along x and along y.
+pub(crate) type Ranges = [(f64, f64); 2];
+
 /// A chart in a grid of charts.
 pub(crate) struct Panel {
     plots: Vec<Plot>,
@@ -81,13 +84,6 @@ struct End {
     at: Option<(f64, f64)>,
 }
 
-impl End {
-    fn of(series: &Series) -> Self {
-        let colour = COLOURS[series.style[0] % COLOURS.len()];
-        Self { label: String::new(), colour, at: None }
-    }
-}
-
 impl Panel {
     /// Lines on logarithmic axes, named with their units; the ranges are those of the points, or
     /// whole decades where two powers of ten would not be in them.
@@ -100,7 +96,7 @@ impl Panel {
             let (low, high) = (low - 0.1, high + 0.1);
             if high.floor() > low.ceil() { (low, high) } else { (low.floor(), high.ceil()) }
         };
-        let mut panel = Self::new(title, axes, range(|point| point.x), range(|point| point.y));
+        let mut panel = Self::new(title, axes, [range(|point| point.x), range(|point| point.y)]);
         panel.layout = panel.layout.with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
         panel.has_decades = true;
         for series in series {
@@ -126,19 +122,20 @@ impl Panel {
         self.keys.retain(|key| series.iter().all(|series| series.name != key.label));
         for series in series {
             let at = series.points.last().map(|point| (point.x.log10(), point.y.log10()));
-            self.ends.push(End {
-                label: series.name.clone() + &note(series),
-                at,
-                ..End::of(series)
-            });
+            self.end(series, series.name.clone() + &note(series), at);
         }
         self
     }
 
     /// Names a line that begins above the panel at the top of the names.
     pub(crate) fn with_name_above(mut self, series: &Series, label: String) -> Self {
-        self.ends.push(End { label, ..End::of(series) });
+        self.end(series, label, None);
         self
+    }
+
+    fn end(&mut self, series: &Series, label: String, at: Option<(f64, f64)>) {
+        let colour = COLOURS[series.style[0] % COLOURS.len()];
+        self.ends.push(End { label, colour, at });
     }
 
     /// Writes the ticks of the axes in other words than powers of ten.
@@ -155,13 +152,8 @@ impl Panel {
     }
 
     /// Steps from the left on plain axes over the given ranges.
-    pub(crate) fn steps(
-        title: &str,
-        axes: [&str; 2],
-        ranges: [(f64, f64); 2],
-        series: &[Series],
-    ) -> Self {
-        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
+    pub(crate) fn steps(title: &str, axes: [&str; 2], ranges: Ranges, series: &[Series]) -> Self {
+        let mut panel = Self::new(title, axes, ranges);
         for series in series {
             panel.draw(series, |v| v, true);
         }
@@ -177,7 +169,7 @@ impl Panel {
     pub(crate) fn field(
         title: &str,
         axes: [&str; 2],
-        ranges: [(f64, f64); 2],
+        ranges: Ranges,
         rows: &[Vec<f64>],
         (what, low, high): (&str, f64, f64),
     ) -> Self {
@@ -186,7 +178,7 @@ impl Panel {
             true => "#c8c8c8".to_owned(),
             false => shade((v - low) / (high - low)),
         };
-        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
+        let mut panel = Self::new(title, axes, ranges);
         panel.layout = panel.layout.with_subtitle(format!("colour: {what}"));
         panel.layout.show_colorbar = true;
         panel.plots.push(cells(ranges, rows.collect(), colour));
@@ -198,11 +190,11 @@ impl Panel {
     pub(crate) fn classes(
         title: &str,
         axes: [&str; 2],
-        ranges: [(f64, f64); 2],
+        ranges: Ranges,
         rows: Vec<Vec<f64>>,
         classes: &[(String, String)],
     ) -> Self {
-        let mut panel = Self::new(title, axes, ranges[0], ranges[1]);
+        let mut panel = Self::new(title, axes, ranges);
         let colours: Vec<_> = classes.iter().map(|(_, colour)| colour.clone()).collect();
         let colour = move |k: f64| colours[k.round() as usize].clone();
         panel.plots.push(cells(ranges, rows, colour));
@@ -214,12 +206,7 @@ impl Panel {
     }
 
     /// Empty axes, for outlines and marks.
-    pub(crate) fn new(
-        title: &str,
-        [x, y]: [&str; 2],
-        x_range: (f64, f64),
-        y_range: (f64, f64),
-    ) -> Self {
+    pub(crate) fn new(title: &str, [x, y]: [&str; 2], [x_range, y_range]: Ranges) -> Self {
         let mut layout = Layout::new(x_range, y_range)
             .with_title(title)
             .with_title_size(12)
@@ -419,7 +406,7 @@ pub(crate) fn shade(share: f64) -> String {
 
 /// Cells of a rectangle in the colours of their values.
 fn cells(
-    [x, y]: [(f64, f64); 2],
+    [x, y]: Ranges,
     rows: Vec<Vec<f64>>,
     colour: impl Fn(f64) -> String + Send + Sync + 'static,
 ) -> Plot {

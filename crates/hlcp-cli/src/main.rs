@@ -38,7 +38,7 @@ Examples:
   hlcp solve --help";
 
 /// Horizontal linear complementarity problems: A z − B r + q = 0 with z, r ≥ 0 and zᵀr = 0
-#[derive(Debug, Parser)]
+#[derive(Parser)]
 #[command(name = "hlcp", version, after_help = EXAMPLES)]
 struct CommandLine {
     /// With --version: the system, the features and the instruction sets too, as a report needs
@@ -49,7 +49,7 @@ struct CommandLine {
     command: Command,
 }
 
-#[derive(Debug, Subcommand)]
+#[derive(Subcommand)]
 enum Command {
     Solve(Box<solve::Arguments>),
     Film(Box<film::Arguments>),

@@ -225,21 +225,15 @@ impl<'a> Solved<'a> {
         let (low, high) = (arguments.cavitation, highest(&pressures));
         let high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
         let axes = [format!("x ({x})"), format!("p ({p})"), format!("h ({h})")];
-        let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], along, (low, high)).outline(
-            "pressure",
-            "#0072B2",
-            "",
-            &line(&|i| pressures[i]),
-        );
-        let gaps =
-            Panel::new("Film", [&axes[0], &axes[2]], along, (0.0, 1.05 * highest(&points.h)))
-                .outline("gap h", "#000000", "", &line(&|i| points.h[i]))
-                .outline(
-                    "filled, (1 − r) h",
-                    "#D55E00",
-                    "6 4",
-                    &line(&|i| (1.0 - found.void[i]) * points.h[i]),
-                );
+        let curve = line(&|i| pressures[i]);
+        let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], [along, (low, high)])
+            .outline("pressure", "#0072B2", "", &curve);
+        let [gap, filled] =
+            [line(&|i| points.h[i]), line(&|i| (1.0 - found.void[i]) * points.h[i])];
+        let ranges = [along, (0.0, 1.05 * highest(&points.h))];
+        let gaps = Panel::new("Film", [&axes[0], &axes[2]], ranges)
+            .outline("gap h", "#000000", "", &gap)
+            .outline("filled, (1 − r) h", "#D55E00", "6 4", &filled);
         let caption = "Reynolds equation with mass-conserving cavitation";
         [chart::svg(2, 300.0, vec![pressure, gaps], caption), csv]
     }

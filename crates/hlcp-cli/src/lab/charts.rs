@@ -6,7 +6,7 @@
 
 use std::{path::PathBuf, time::Instant};
 
-use clap::{Args, Parser, builder::PossibleValuesParser};
+use clap::{Args, CommandFactory, Parser, builder::PossibleValuesParser};
 use hlcp::files::printable;
 
 use super::{run::Fallible, table::Table};
@@ -22,11 +22,11 @@ Examples:
   hlcp charts stability-map comparison";
 
 /// Measure and draw all charts and tables of the documents, by the other commands
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The commands to run [default: all]
-    #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(STEPS.map(|step| step.name)))]
+    #[arg(value_name = "COMMAND", value_parser = PossibleValuesParser::new(STEPS.map(|(name, _)| name)))]
     commands: Vec<String>,
     /// Small problems
     #[arg(long)]
@@ -39,45 +39,42 @@ pub(crate) struct Arguments {
     out: PathBuf,
 }
 
-/// A command with what it takes.
-#[derive(Clone, Copy)]
-struct Step {
-    name: &'static str,
-    /// Whether it can draw without measuring.
-    draws: bool,
-    /// Whether it has small problems.
-    quick: bool,
-    /// Options with what is in the folder.
-    files: &'static [(&'static str, &'static str)],
-}
+/// Options of a command with what is in the folder.
+type Paths = &'static [(&'static str, &'static str)];
 
-#[rustfmt::skip] // a table
-const STEPS: [Step; 10] = [
-    Step { name: "film", draws: false, quick: false, files: &[("--out", "charts/film")] },
-    Step { name: "gallery", draws: false, quick: false, files: &[("--out", "charts")] },
-    Step { name: "stability-map", draws: true, quick: true, files: &[("--out", "charts")] },
-    Step { name: "speed-vs-accuracy", draws: true, quick: true, files: &[("--out", "charts")] },
-    Step { name: "comparison", draws: true, quick: true, files: &[("--out", "charts"), ("--tables", "results")] },
-    Step { name: "paper", draws: false, quick: true, files: &[("--out", "results")] },
-    Step { name: "scenes", draws: false, quick: false, files: &[("--out", "results")] },
-    Step { name: "modulus", draws: false, quick: true, files: &[("--out", "results")] },
-    Step { name: "films", draws: false, quick: true, files: &[("--out", "results/films")] },
-    Step { name: "families", draws: false, quick: true, files: &[("--out", "results/families")] },
+const STEPS: [(&str, Paths); 10] = [
+    ("film", &[("--out", "charts/film")]),
+    ("gallery", &[("--out", "charts")]),
+    ("stability-map", &[("--out", "charts")]),
+    ("speed-vs-accuracy", &[("--out", "charts")]),
+    ("comparison", &[("--out", "charts"), ("--tables", "results")]),
+    ("paper", &[("--out", "results")]),
+    ("scenes", &[("--out", "results")]),
+    ("modulus", &[("--out", "results")]),
+    ("films", &[("--out", "results/films")]),
+    ("families", &[("--out", "results/families")]),
 ];
+
+/// Whether a command has a flag: `quick` for small problems, `draw` to draw without measuring.
+fn has(name: &str, flag: &str) -> bool {
+    let program = CommandLine::command();
+    let command = program.find_subcommand(name);
+    command.is_some_and(|command| command.get_arguments().any(|arg| arg.get_id() == flag))
+}
 
 pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Fallible<()> {
     let took = out.join("charts/took.csv");
     let mut known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
     let is_asked = |name: &str| commands.is_empty() || commands.iter().any(|asked| asked == name);
-    let steps: Vec<_> =
-        STEPS.iter().filter(|step| is_asked(step.name) && (step.draws || !draw)).collect();
+    let is_step = |(name, _): &(&str, Paths)| is_asked(name) && (!draw || has(name, "draw"));
+    let steps: Vec<_> = STEPS.into_iter().filter(is_step).collect();
     let begun = Instant::now();
-    for (k, Step { name, quick: has_small, files, .. }) in steps.iter().enumerate() {
-        let mut words = vec!["hlcp".to_owned(), (*name).to_owned()];
-        for (option, path) in *files {
+    for (k, (name, files)) in steps.iter().copied().enumerate() {
+        let mut words = vec!["hlcp".to_owned(), name.to_owned()];
+        for (option, path) in files {
             words.extend([(*option).to_owned(), out.join(path).display().to_string()]);
         }
-        words.extend((*quick && *has_small).then(|| "--quick".to_owned()));
+        words.extend((*quick && has(name, "quick")).then(|| "--quick".to_owned()));
         words.extend(draw.then(|| "--draw".to_owned()));
         let before = known.iter().find(|[of, _]| of == name).filter(|_| !draw);
         let before =
@@ -90,7 +87,7 @@ pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Falli
         let seconds = of_step.elapsed().as_secs();
         print::line(format_args!("{name} took {seconds} s"))?;
         known.retain(|[of, _]| of != name);
-        known.push([(*name).to_owned(), seconds.to_string()]);
+        known.push([name.to_owned(), seconds.to_string()]);
         if !draw {
             let mut table = Table::new(TOOK);
             known.iter().for_each(|row| table.push(row.to_vec()));

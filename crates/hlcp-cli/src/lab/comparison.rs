@@ -36,17 +36,14 @@ Examples:
   hlcp comparison --out target/charts --tables target/results";
 
 /// Compare every method on every scene over a ladder of grids
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]
     charts: Charts,
     /// The folder for the tables
-    #[arg(
-        long,
-        default_value = "docs/results",
-        default_value_if("quick", "true", "target/results")
-    )]
+    #[arg(long, default_value = "docs/results")]
+    #[arg(default_value_if("quick", "true", "target/results"))]
     tables: PathBuf,
 }
 

@@ -33,7 +33,7 @@ Examples:
   hlcp families rings-7 sparse-12";
 
 /// Compare AUTO with every other method on problems drawn at random
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Problems by name, as rings-7; otherwise all families are drawn from

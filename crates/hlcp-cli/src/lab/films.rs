@@ -4,20 +4,16 @@
 //! Stachowiak (Tribology Letters 58, 2015): outer and inner iterations, seconds and bytes. Up to
 //! 511² their own method, Fischer–Burmeister–Newton–Schur, solves the same films.
 
-use std::{
-    fs,
-    path::PathBuf,
-    time::{Duration, Instant},
-};
+use std::{fs, path::PathBuf, time::Duration};
 
 use clap::Args;
 use hlcp_core::Aor;
-use hlcp_methods::{AmgNewton, Limits, Outcome, Solver, Tmms};
+use hlcp_methods::{AmgNewton, Limits, Outcome, Tmms};
 use hlcp_verify::{Film, Side};
 
 use super::{
     peers,
-    run::{Fallible, Run, march},
+    run::{self, Fallible, Run},
     table::Table,
 };
 use crate::{
@@ -33,7 +29,7 @@ Examples:
   hlcp films --threads 2 --out target/films";
 
 /// Measure the solve of textured films of growing size
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Small films
@@ -117,15 +113,14 @@ impl Row {
         };
         let limits = Limits { rounding: Some(4.0), ..Limits::relative(TOLERANCE) };
         let (run, bytes) = measured(threads > 1, || {
-            let begin = Instant::now();
-            let mut posed = problem.hlcp(1.0)?;
-            if threads > 1 {
-                posed = posed.in_parallel();
-            }
-            let base = Tmms::mirrored(posed, Aor::gauss_seidel().accelerated())?;
-            let mut solver = Solver::new(AmgNewton::new(base)?);
-            let outcome = march(&problem, &mut solver, &limits, true)?;
-            Ok(Run::new(begin, outcome, &solver))
+            let make = || {
+                let mut posed = problem.hlcp(1.0)?;
+                if threads > 1 {
+                    posed = posed.in_parallel();
+                }
+                AmgNewton::new(Tmms::mirrored(posed, Aor::gauss_seidel().accelerated())?)
+            };
+            Ok(run::run(&problem, &limits, make)?)
         })?;
         let figures = |run: &Run| film.figures(&run.answer[0], &run.answer[1], ambient);
         let found = figures(&run);

@@ -28,7 +28,7 @@ Examples:
   hlcp gallery --out target/charts";
 
 /// Draw the scenes' solutions
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// The folder the pictures go to
@@ -166,10 +166,10 @@ fn slider(path: &Path) -> Drawn {
     };
     let rupture = Slider::RUPTURE * 1e3;
     let along = (0.0, Slider::LENGTH * 1e3);
-    let full = Panel::new("Pressure", ["x in mm", "p in MPa"], along, (0.0, 4.0))
+    let full = Panel::new("Pressure", ["x in mm", "p in MPa"], [along, (0.0, 4.0)])
         .outline("computed", BLUE, "", &line(&pressure))
         .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 4.0)]);
-    let broken = Panel::new("Void", ["x in mm", "void fraction r"], along, (0.0, 0.5))
+    let broken = Panel::new("Void", ["x in mm", "void fraction r"], [along, (0.0, 0.5)])
         .outline("computed", BLUE, "", &line(&|i| r[i]))
         .outline("exact rupture", RED, "6 4", &[(rupture, 0.0), (rupture, 0.5)]);
     write(path, 2, 270.0, vec![full, broken], &caption("Slider, 128 cells."))?;
@@ -301,9 +301,12 @@ fn american_put(path: &Path) -> Drawn {
     let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
     let prices =
         |z: &[f64]| -> Curve { spots.iter().map(|&spot| (spot, put.price(z, spot))).collect() };
-    let mut values =
-        Panel::new("Price of the put", ["spot / strike", "price / strike"], (0.7, 1.3), (0.0, 0.3))
-            .outline("at maturity", BLACK, "2 3", &prices(solver.z()));
+    let mut values = Panel::new(
+        "Price of the put",
+        ["spot / strike", "price / strike"],
+        [(0.7, 1.3), (0.0, 0.3)],
+    )
+    .outline("at maturity", BLACK, "2 3", &prices(solver.z()));
     let (mut edge, mut iterations) = (vec![(0.0, 1.0)], 0);
     let mut table = Table::new("line | spot over strike or years | price or spot over strike");
     for k in 0..put.lcps() {
@@ -333,14 +336,10 @@ fn american_put(path: &Path) -> Drawn {
     ))?;
     let axes = ["time to maturity in years", "spot / strike"];
     let perpetual = 0.06 / (0.06 + 0.5 * 0.2 * 0.2);
-    let exercise = Panel::new("Where it is exercised", axes, (0.0, 1.0), (0.7, 1.0))
+    let limit = [(0.0, perpetual), (1.0, perpetual)];
+    let exercise = Panel::new("Where it is exercised", axes, [(0.0, 1.0), (0.7, 1.0)])
         .outline("exercised at and below", GREEN, "", &edge)
-        .outline(
-            "the same, of the perpetual put",
-            PINK,
-            "8 3 2 3",
-            &[(0.0, perpetual), (1.0, perpetual)],
-        );
+        .outline("the same, of the perpetual put", PINK, "8 3 2 3", &limit);
     let words =
         "American put: rate 6 %, volatility 20 %, 48 points to a standard deviation, 96 steps.";
     write(path, 2, 270.0, vec![values, exercise], &caption(words))?;

@@ -6,13 +6,13 @@ use Chart::{Beyond, Comparison, Families, Glance, Growth, Own as OwnProblem, Pap
 use How::{Double, Mixed, Own, Single};
 use hlcp_core::Aor;
 use hlcp_methods::{
-    Limits, NameError, Named, Newton, Options, Parameters, Preconditioner, Solver, Ssor, Tmms,
+    Limits, NameError, Named, Newton, Options, Parameters, Preconditioner, Ssor, Tmms,
     TridiagonalPart, solve_mixed,
 };
 
 use super::{
     peers,
-    run::{Fallible, Judged, Run, march, solve},
+    run::{Fallible, Judged, Run, run, solve},
 };
 use crate::{
     chart::{COLOURS, DASHES, MARKERS},
@@ -228,9 +228,10 @@ fn newton<P>(scene: &Scene, inner: P, limits: &Limits) -> Fallible<Option<Run>>
 where
     P: for<'p> Preconditioner<f64, &'p Operator<f64>, &'p Operator<f64>>,
 {
-    let (begin, problem) = (Instant::now(), &scene.wide.problem);
-    let base = Tmms::mirrored(problem.hlcp(1.0)?, Aor::gauss_seidel().accelerated())?;
-    let mut solver = Solver::new(Newton::new(base, inner));
-    let outcome = march(problem, &mut solver, limits, true)?;
-    Ok(Some(Run::new(begin, outcome, &solver)))
+    let problem = &scene.wide.problem;
+    let made = run(problem, limits, || {
+        let base = Tmms::mirrored(problem.hlcp(1.0)?, Aor::gauss_seidel().accelerated())?;
+        Ok(Newton::new(base, inner))
+    });
+    Ok(Some(made?))
 }

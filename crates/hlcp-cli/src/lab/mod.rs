@@ -32,7 +32,7 @@ use self::{run::Fallible, table::Table};
 use crate::chart::provenance;
 
 /// The options that commands with charts have in common.
-#[derive(Debug, Args)]
+#[derive(Args)]
 struct Charts {
     /// Small problems, measured once
     #[arg(long)]

@@ -5,21 +5,18 @@
 //! triangle of C. A parameter is the best of a list by sweeps; then the methods are measured in
 //! turns. Writes `modulus.md`. Ends with an error if an answer is not that of `AUTO`.
 
-use std::{
-    path::PathBuf,
-    time::{Duration, Instant},
-};
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
 use hlcp::files::printable;
 use hlcp_core::{Hlcp, Norms, Rhs, Rows};
-use hlcp_methods::{Clock, Limits, Method, Solver, SparseLu, Work};
+use hlcp_methods::{Clock, Method, SparseLu, Work};
 
 use super::{
     methods::tuned,
     own::Own,
     peers::Assembled,
-    run::{Fallible, Judged, Repeats, Run, march, measure, solve, to},
+    run::{self, Fallible, Judged, Repeats, Run, measure, solve, to},
     table::Table,
 };
 use crate::{
@@ -35,18 +32,15 @@ Examples:
   hlcp modulus --out target/results";
 
 /// Measure published methods of the modulus family beside those of the library
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// Small problems, measured once
     #[arg(long)]
     quick: bool,
     /// The folder for the table
-    #[arg(
-        long,
-        default_value = "docs/results",
-        default_value_if("quick", "true", "target/results")
-    )]
+    #[arg(long, default_value = "docs/results")]
+    #[arg(default_value_if("quick", "true", "target/results"))]
     out: PathBuf,
 }
 
@@ -240,7 +234,7 @@ fn relax(omega: f64, u: &mut [f64], x: &[f64]) {
 
 /// The matrices of a problem's equation, by rows.
 struct Equation<'p> {
-    problem: &'p Problem<f64>,
+    q: &'p [f64],
     posed: Hlcp<f64, &'p Operator<f64>, &'p Operator<f64>>,
     a: Assembled,
     c: Assembled,
@@ -282,11 +276,11 @@ impl<'p> Equation<'p> {
                 c.row(i + 1).for_each(|(j, c)| visit(j, -s * c));
             }
         });
-        Ok(Self { problem, posed, a, c, g, preconditioned })
+        Ok(Self { q: &problem.q, posed, a, c, g, preconditioned })
     }
 
     fn defect(&self, x: &[f64], f: &mut [f64]) {
-        self.posed.defect(&self.problem.q, x, f, &mut vec![]);
+        self.posed.defect(self.q, x, f, &mut vec![]);
     }
 
     /// Adds G(|x| − u) to the defect.
@@ -395,20 +389,6 @@ impl<'p> Method<f64> for Formula<'_, 'p> {
     }
 }
 
-/// Solves an equation by a published method.
-fn run_one(
-    equation: &Equation<'_>,
-    method: &'static Published,
-    parameter: f64,
-    limits: &Limits,
-) -> Fallible<Run> {
-    let begin = Instant::now();
-    let memory = Memory::default();
-    let mut solver = Solver::new(Formula { equation, method, parameter, memory });
-    let outcome = march(equation.problem, &mut solver, limits, true)?;
-    Ok(Run::new(begin, outcome, &solver))
-}
-
 /// The library's methods beside these, with their parameters.
 const OURS: [(&str, Parameter); 5] =
     [("MGS", NONE), ("AMGS", NONE), ("TMGS", NONE), ("AMSOR", ALPHAS), ("AUTO", NONE)];
@@ -497,8 +477,10 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
             let Some(method) = published else {
                 return Ok(solve(&judged.problem, &tuned(name, [value; 2])?, tau, &limits)?);
             };
-            let equation = equations.iter().find(|(of, _)| *of == tau).ok_or("an equation")?;
-            run_one(&equation.1, method, value, &limits)
+            let (_, equation) = equations.iter().find(|(of, _)| *of == tau).ok_or("an equation")?;
+            let memory = Memory::default();
+            let formula = Formula { equation, method, parameter: value, memory };
+            Ok(run::run(&judged.problem, &limits, || Ok(formula))?)
         };
         let mut rivals = vec![];
         for tried in Rival::all() {

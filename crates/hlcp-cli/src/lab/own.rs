@@ -1,13 +1,14 @@
 //! A problem that is measured: a scene with its numbers, or files.
 
 use clap::Args;
+use hlcp_core::Scalar;
 use hlcp_methods::Limits;
 
 use super::run::Fallible;
-use crate::scenes::{Files, Given, Problem, Scene};
+use crate::scenes::{Files, Given, Pose, Problem, Scene};
 
 /// A problem of the command line.
-#[derive(Debug, Clone, Args)]
+#[derive(Clone, Args)]
 pub(super) struct Own {
     // First: it looks at `--a` before that is taken.
     #[command(flatten)]
@@ -79,22 +80,21 @@ impl Own {
         })
     }
 
-    /// Poses the problem in double precision.
-    pub(super) fn wide(&self) -> Fallible<Problem<f64>> {
-        let Given { scene, numbers, .. } = &self.given;
+    fn posed<T: Scalar>(&self, pose: Pose<T>) -> Fallible<Problem<T>> {
         Ok(match self.files.read()? {
             Some(problem) => problem,
-            None => (scene.wide)(numbers)?,
+            None => pose(&self.given.numbers)?,
         })
+    }
+
+    /// Poses the problem in double precision.
+    pub(super) fn wide(&self) -> Fallible<Problem<f64>> {
+        self.posed(self.given.scene.wide)
     }
 
     /// Poses the problem in single precision.
     pub(super) fn narrow(&self) -> Fallible<Problem<f32>> {
-        let Given { scene, numbers, .. } = &self.given;
-        Ok(match self.files.read()? {
-            Some(problem) => problem,
-            None => (scene.narrow)(numbers)?,
-        })
+        self.posed(self.given.scene.narrow)
     }
 
     /// Limits with the problem's tolerance.

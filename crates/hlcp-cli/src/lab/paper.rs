@@ -27,7 +27,7 @@ Examples:
   hlcp paper --out docs/results";
 
 /// Run the tables of the paper again
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     /// m = 128 and N = 50 alone
@@ -51,7 +51,7 @@ const SLIDER_METHODS: [&str; 14] = [
 ];
 
 /// One of Examples 1 and 2 as a table of the paper has it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 struct Grid {
     table: u8,
     symmetric: bool,

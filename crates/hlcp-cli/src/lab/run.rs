@@ -112,8 +112,17 @@ pub(crate) fn solve<T: Scalar>(
     limits: &Limits,
 ) -> Result<Run, hlcp_core::Error> {
     let posed = problem.hlcp(T::of(tau))?;
+    run(problem, limits, || method.on(posed))
+}
+
+/// Solves the problems of a scene one after another by the method that `make` makes.
+pub(crate) fn run<T: Scalar, M: Method<T>>(
+    problem: &Problem<T>,
+    limits: &Limits,
+    make: impl FnOnce() -> Result<M, hlcp_core::Error>,
+) -> Result<Run, hlcp_core::Error> {
     let begin = Instant::now();
-    let mut solver = Solver::new(method.on(posed)?);
+    let mut solver = Solver::new(make()?);
     let outcome = march(problem, &mut solver, limits, true)?;
     Ok(Run::new(begin, outcome, &solver))
 }

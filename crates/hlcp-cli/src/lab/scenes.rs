@@ -14,7 +14,7 @@ use super::run::{Fallible, march, to};
 use crate::{chart::save, print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
-#[derive(Debug, Args)]
+#[derive(Args)]
 pub(crate) struct Arguments {
     /// A folder where what is printed goes into scenes.txt too
     #[arg(long, value_name = "FOLDER")]

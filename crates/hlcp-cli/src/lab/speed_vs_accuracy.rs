@@ -50,7 +50,7 @@ false. The series is drawn on all charts of the methods. The library's hlcp::lad
 rows.";
 
 /// Draw the time that each method takes for an error
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]

@@ -41,7 +41,7 @@ Examples:
   hlcp stability-map --a A.mtx --b B.mtx --q q.mtx --out target/charts";
 
 /// Draw where each method converges over the plane of α and τ, and how fast
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     #[command(flatten)]

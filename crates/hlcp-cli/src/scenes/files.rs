@@ -14,7 +14,7 @@ use super::Problem;
 const FILES: &str = "Files";
 
 /// The files of a problem, which no scene goes with.
-#[derive(Debug, Clone, Default, Args)]
+#[derive(Clone, Default, Args)]
 pub(crate) struct Files {
     /// A matrix A from a Matrix Market file, instead of a scene
     #[arg(long, help_heading = FILES, requires = "q", conflicts_with = "scene")]

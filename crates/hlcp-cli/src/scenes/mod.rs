@@ -37,7 +37,7 @@ pub(crate) struct Scene {
 }
 
 /// Poses a scene in one precision.
-type Pose<T> = fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>;
+pub(crate) type Pose<T> = fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>;
 
 /// A scene for every number m of points per side.
 pub(crate) struct Ladder {
@@ -76,52 +76,38 @@ pub(crate) static SCENES: [Scene; 13] = [
     Scene { name: "disc-lcp", tolerance: ABSOLUTE, wide: disc::<_, true>, narrow: disc::<_, true>,
         about: "A contact in a disc, as a linear complementarity problem",
         numbers: &[("m", 512.0)],
-        ladders: &[
-            Ladder { title: "disc-lcp", size: "m × m points",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] },
-        ] },
+        ladders: &[Ladder { title: "disc-lcp", size: "m × m points",
+            numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] }] },
     Scene { name: "disc-hlcp", tolerance: ABSOLUTE, wide: disc::<_, false>, narrow: disc::<_, false>,
         about: "A contact in a disc with a second operator on r",
         numbers: &[("m", 512.0)],
-        ladders: &[
-            Ladder { title: "disc-hlcp", size: "m × m points",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] },
-        ] },
+        ladders: &[Ladder { title: "disc-hlcp", size: "m × m points",
+            numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] }] },
     Scene { name: "journal-bearing", tolerance: ABSOLUTE, wide: journal_bearing, narrow: journal_bearing,
         about: "The pressure in a journal bearing, cut off at zero",
         numbers: &[("nx", 50.0), ("ny", 50.0), ("ecc", 0.1), ("b-length", 10.0)],
-        ladders: &[
-            Ladder { title: "journal-bearing", size: "m × m points, ε = 0.1, b = 10",
-                numbers: |m| vec![("nx", m), ("ny", m)], amsor: |m| [2.0 - 11.0 / m, 1.0] },
-        ] },
+        ladders: &[Ladder { title: "journal-bearing", size: "m × m points, ε = 0.1, b = 10",
+            numbers: |m| vec![("nx", m), ("ny", m)], amsor: |m| [2.0 - 11.0 / m, 1.0] }] },
     Scene { name: "obstacle", tolerance: ABSOLUTE, wide: obstacle, narrow: obstacle,
         about: "A membrane over a dome",
         numbers: &[("m", 65.0)],
-        ladders: &[
-            Ladder { title: "obstacle", size: "m × m inner nodes",
-                numbers: |m| vec![("m", m + 2.0)], amsor: |m| [2.0 - 12.0 / m, 1.0] },
-        ] },
+        ladders: &[Ladder { title: "obstacle", size: "m × m inner nodes",
+            numbers: |m| vec![("m", m + 2.0)], amsor: |m| [2.0 - 12.0 / m, 1.0] }] },
     Scene { name: "spiral", tolerance: ABSOLUTE, wide: membrane::<_, true>, narrow: membrane::<_, true>,
         about: "A membrane on a spiral",
         numbers: &[("m", 255.0)],
-        ladders: &[
-            Ladder { title: "spiral", size: "m × m inner nodes",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / (m + 2.0), 1.0] },
-        ] },
+        ladders: &[Ladder { title: "spiral", size: "m × m inner nodes",
+            numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / (m + 2.0), 1.0] }] },
     Scene { name: "bessel", tolerance: ABSOLUTE, wide: membrane::<_, false>, narrow: membrane::<_, false>,
         about: "A membrane pressed against a product of Bessel's functions",
         numbers: &[("m", 255.0)],
-        ladders: &[
-            Ladder { title: "bessel", size: "m × m inner nodes",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / (m + 10.0), 1.0] },
-        ] },
+        ladders: &[Ladder { title: "bessel", size: "m × m inner nodes",
+            numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / (m + 10.0), 1.0] }] },
     Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 63.0), ("ecc", 0.6), ("aspect", 1.0), ("groove", 0.0)],
-        ladders: &[
-            Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
-                numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] },
-        ] },
+        ladders: &[Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
+            numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] }] },
     Scene { name: "film", tolerance: RELATIVE, wide: film, narrow: film,
         about: "A slider with square dimples and mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
@@ -129,24 +115,18 @@ pub(crate) static SCENES: [Scene; 13] = [
     Scene { name: "dam", tolerance: RELATIVE, wide: dam, narrow: dam,
         about: "Seepage through a dam of earth",
         numbers: &[("nx", 63.0), ("ny", 64.0), ("length", 1.0), ("tail", 0.5), ("layer", 1.0)],
-        ladders: &[
-            Ladder { title: "dam", size: "m × (m + 1) cells, L = 1, tailwater ½",
-                numbers: |m| vec![("nx", m), ("ny", m + 1.0)], amsor: |_| [1.4, 0.5] },
-        ] },
+        ladders: &[Ladder { title: "dam", size: "m × (m + 1) cells, L = 1, tailwater ½",
+            numbers: |m| vec![("nx", m), ("ny", m + 1.0)], amsor: |_| [1.4, 0.5] }] },
     Scene { name: "slider", tolerance: RELATIVE, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
-        ladders: &[
-            Ladder { title: "slider", size: "m + 1 cells, n = m",
-                numbers: |m| vec![("m", m + 1.0)], amsor: |_| [1.4, 0.5] },
-        ] },
+        ladders: &[Ladder { title: "slider", size: "m + 1 cells, n = m",
+            numbers: |m| vec![("m", m + 1.0)], amsor: |_| [1.4, 0.5] }] },
     Scene { name: "american-put", tolerance: ABSOLUTE, wide: american_put, narrow: american_put,
         about: "An American put, one problem per time step",
         numbers: &[("m", 64.0), ("steps", 64.0), ("rate", 0.06), ("volatility", 0.2), ("maturity", 1.0), ("spot", 0.9)],
-        ladders: &[
-            Ladder { title: "american-put", size: "m points to a standard deviation, n ≈ 7.8 m, 66 LCPs one after another",
-                numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 24.0 / (m + 18.0), 1.0] },
-        ] },
+        ladders: &[Ladder { title: "american-put", size: "m points to a standard deviation, n ≈ 7.8 m, 66 LCPs one after another",
+            numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 24.0 / (m + 18.0), 1.0] }] },
 ];
 
 /// What an option of scenes may be.
@@ -158,30 +138,19 @@ enum Kind {
 }
 
 /// The options that define scenes: name, kind and help.
+#[rustfmt::skip] // a table
 const OPTIONS: [(&str, Kind, &str); 20] = [
-    (
-        "m",
-        Kind::Whole(1, 32768),
+    ("m", Kind::Whole(1, 32768),
         "Grid points per side, the order being m²; the slider's cells, the order being m − 1; the \
-         obstacle's nodes per side with the boundary's; the put's points per standard deviation",
-    ),
+         obstacle's nodes per side with the boundary's; the put's points per standard deviation"),
     ("mu", Kind::Real, "The multiple of the identity in A"),
     ("nu", Kind::Real, "The multiple of the identity in B"),
-    (
-        "solution",
-        Kind::Word(&["default", "generic"]),
-        "The planted 0, 1, 0, 1, … or generic numbers in the same pattern",
-    ),
-    (
-        "nx",
-        Kind::Whole(1, 32768),
-        "Inner grid points around the bearing; the film's cells along x; the dam's columns",
-    ),
-    (
-        "ny",
-        Kind::Whole(1, 32768),
-        "Inner grid points along the bearing; the film's cells along y; the dam's rows",
-    ),
+    ("solution", Kind::Word(&["default", "generic"]),
+        "The planted 0, 1, 0, 1, … or generic numbers in the same pattern"),
+    ("nx", Kind::Whole(1, 32768),
+        "Inner grid points around the bearing; the film's cells along x; the dam's columns"),
+    ("ny", Kind::Whole(1, 32768),
+        "Inner grid points along the bearing; the film's cells along y; the dam's rows"),
     ("dimples", Kind::Whole(0, 32768), "Dimples along x, and as many for the same length along y"),
     ("depth", Kind::Real, "The depth of the dimples over the least gap"),
     ("ecc", Kind::Real, "The eccentricity"),
@@ -199,7 +168,7 @@ const OPTIONS: [(&str, Kind, &str); 20] = [
 ];
 
 /// The numbers that define a scene.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(crate) struct Numbers {
     given: Vec<(&'static str, f64)>,
     /// The columns of the grid that are posed, where ranks have some each.
@@ -243,12 +212,6 @@ impl Numbers {
     /// The columns that are posed, of `nx`.
     fn columns(&self, nx: usize) -> Range<usize> {
         self.columns.clone().unwrap_or(0..nx)
-    }
-}
-
-impl std::fmt::Debug for Scene {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name)
     }
 }
 
@@ -306,11 +269,10 @@ pub(crate) fn goal<T: Scalar>(limits: &Limits, q: &[T]) -> f64 {
 }
 
 /// The largest difference of a component of (z, r) to that of a solution; NaN where there is one.
-pub(crate) fn distance<T: Scalar>(found: [&[T]; 2], solution: &[Vec<f64>; 2]) -> f64 {
-    let wide = |v: &T| v.to_f64().unwrap_or(f64::NAN);
+pub(crate) fn distance<T: Scalar>(found: [&[T]; 2], solution: &[Vec<T>; 2]) -> f64 {
     let pairs = found.into_iter().zip(solution).flat_map(|(found, known)| found.iter().zip(known));
-    let differences = pairs.map(|(found, known)| (wide(found) - known).abs());
-    differences.fold(0.0, |most: f64, e| if e > most || e.is_nan() { e } else { most })
+    let differences: Vec<T> = pairs.map(|(&found, &known)| found - known).collect();
+    Norms::of(&differences).linf
 }
 
 /// The value, or nothing where a method is refused for want of a grid.
@@ -324,7 +286,7 @@ pub(crate) fn where_it_applies<V>(
 }
 
 /// The scene of a command line, with its numbers.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub(crate) struct Given {
     pub(crate) scene: &'static Scene,
     pub(crate) numbers: Numbers,

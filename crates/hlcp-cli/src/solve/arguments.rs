@@ -29,7 +29,7 @@ The exit status is 0 if every solve converged, 2 if one did not, and 1 for bad i
 /// Without arguments: Example 1 (μ = ν = 4) on a 512 × 512 grid by MGS, AMGS and TMGS in both
 /// precisions. Scenes are matrix-free. Without --b a problem from files is the linear
 /// complementarity problem, B = I.
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
     // First: it looks at `--a` before that is taken. Where an option conflicts with one that is
@@ -127,13 +127,13 @@ const METHOD: &str = "Method";
 const STOPPING: &str = "Stopping";
 const OUTPUT: &str = "Output";
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum NormName {
     L2,
     Linf,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Precision {
     F64,
     F32,

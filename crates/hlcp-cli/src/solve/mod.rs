@@ -28,7 +28,7 @@ use crate::{
     memory, print,
     progress::Way,
     say,
-    scenes::{Boxed, Given, Numbers, Problem, goal},
+    scenes::{Boxed, Given, Pose, Problem, distance, goal},
 };
 
 /// Solves what was asked for with the other processes that `mpirun` has started, of which the first
@@ -140,10 +140,7 @@ fn in_options(error: NameError) -> String {
 
 impl Run<'_> {
     /// Reads the files, or poses the scene.
-    fn problem<T: Scalar>(
-        &self,
-        pose: fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>,
-    ) -> Result<Problem<T>, Box<dyn Error>> {
+    fn problem<T: Scalar>(&self, pose: Pose<T>) -> Result<Problem<T>, Box<dyn Error>> {
         let Arguments { files, given, .. } = self.arguments;
         if let Some(problem) = files.read()? {
             return Ok(problem);
@@ -283,10 +280,8 @@ impl Run<'_> {
             }
             solves.sort_by_key(|outcome| outcome.elapsed);
             let outcome = &solves[solves.len() / 2];
-            let error = given
-                .known
-                .as_ref()
-                .map(|[z, r]| report::distance(solver.z(), z).max(report::distance(solver.r(), r)));
+            let found = [solver.z(), solver.r()];
+            let error = given.known.as_ref().map(|known| distance(found, known));
             let error = error.map(|error| problem.largest([error])[0]);
             // Proofs have what the solve has left of its time.
             let left = time.map(|time| time.saturating_sub(outcome.elapsed));

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use hlcp_core::{Norms, Scalar, number};
+use hlcp_core::{Scalar, number};
 use hlcp_methods::{Clock, Named, Outcome, Status};
 use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, uniqueness_within};
 use serde_json::{Value, json};
@@ -46,12 +46,6 @@ pub(crate) fn object(
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
     })
-}
-
-/// ‖u − v‖∞.
-pub(crate) fn distance<T: Scalar>(u: &[T], v: &[T]) -> f64 {
-    let differences: Vec<T> = u.iter().zip(v).map(|(&u, &v)| u - v).collect();
-    Norms::of(&differences).linf
 }
 
 /// Prints the head of the table.
