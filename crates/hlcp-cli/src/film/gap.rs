@@ -1,10 +1,10 @@
 //! From the command line to a film: its gap, sides and supplies, and the position of its wall.
 
-use std::{error::Error, f64::consts::PI, path::Path, str::FromStr};
+use std::{error::Error, f64::consts::PI, path::Path};
 
 use hlcp::{
     files::printable,
-    film::{self, Bearing, Film, Journal, Lobes, Map, Parameter, Side, Supply},
+    film::{Bearing, Film, Journal, Lobes, Map, Pad, Parameter, Pocket, Side, Supply},
     number,
 };
 
@@ -17,30 +17,19 @@ type Fallible<T> = Result<T, Box<dyn Error>>;
 const BYTES: usize = 400;
 
 /// A pad without texture, in the user's units.
-#[derive(Debug, Clone)]
-pub(super) struct Pad(film::Pad);
-
-impl FromStr for Pad {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (name, rest) = text.split_once(',').unwrap_or((text, ""));
-        let numbers = rest.parse().map(|Numbers(numbers)| numbers).unwrap_or_default();
-        Ok(Self(match (name, &numbers[..]) {
-            ("plane", &[west, east]) => film::Pad::Plane([west, east]),
-            ("taper", &[west, land, length]) if length > 0.0 => {
-                film::Pad::Taper([west, land], length)
-            }
-            ("parabola", &[least, radius]) => film::Pad::Parabola { least, radius, at: None },
-            ("parabola", &[least, radius, at]) => {
-                film::Pad::Parabola { least, radius, at: Some(at) }
-            }
-            _ => {
-                let wanted = "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers";
-                return Err(wanted.into());
-            }
-        }))
-    }
+pub(super) fn pad(text: &str) -> Result<Pad, String> {
+    let (name, rest) = text.split_once(',').unwrap_or((text, ""));
+    let numbers = rest.parse().map(|Numbers(numbers)| numbers).unwrap_or_default();
+    Ok(match (name, &numbers[..]) {
+        ("plane", &[west, east]) => Pad::Plane([west, east]),
+        ("taper", &[west, land, length]) if length > 0.0 => Pad::Taper([west, land], length),
+        ("parabola", &[least, radius]) => Pad::Parabola { least, radius, at: None },
+        ("parabola", &[least, radius, at]) => Pad::Parabola { least, radius, at: Some(at) },
+        _ => {
+            let wanted = "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers";
+            return Err(wanted.into());
+        }
+    })
 }
 
 /// Five numbers, and whether an ellipse is meant.
@@ -53,84 +42,53 @@ fn outline(text: &str, wanted: &str) -> Result<([f64; 5], bool), String> {
 }
 
 /// A pocket in the user's units.
-#[derive(Debug, Clone)]
-pub(super) struct Pocket(film::Pocket);
-
-impl FromStr for Pocket {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let ([x, y, lx, ly, depth], ellipse) = outline(text, "a pocket is x,y,lx,ly,depth")?;
-        if lx <= 0.0 || ly <= 0.0 {
-            return Err("the extents of a pocket must be positive".into());
-        }
-        Ok(Self(film::Pocket { corner: [x, y], size: [lx, ly], depth, ellipse }))
+pub(super) fn pocket(text: &str) -> Result<Pocket, String> {
+    let ([x, y, lx, ly, depth], ellipse) = outline(text, "a pocket is x,y,lx,ly,depth")?;
+    if lx <= 0.0 || ly <= 0.0 {
+        return Err("the extents of a pocket must be positive".into());
     }
+    Ok(Pocket { corner: [x, y], size: [lx, ly], depth, ellipse })
 }
 
 /// How many along x and y, and one of them, in the user's units.
-#[derive(Debug, Clone)]
-pub(super) struct Dimples([usize; 2], film::Pocket);
+pub(super) type Dimples = ([usize; 2], Pocket);
 
-impl FromStr for Dimples {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let ([kx, ky, lx, ly, depth], ellipse) = outline(text, "dimples are kx,ky,lx,ly,depth")?;
-        if [kx, ky].iter().any(|k| !(1.0..=1e4).contains(k) || k.fract() != 0.0) {
-            return Err("the numbers of dimples must be whole, from 1 to 10000".into());
-        }
-        if lx <= 0.0 || ly <= 0.0 {
-            return Err("the extents of a dimple must be positive".into());
-        }
-        let one = film::Pocket { corner: [0.0; 2], size: [lx, ly], depth, ellipse };
-        Ok(Self([kx, ky].map(|k| k as usize), one))
+pub(super) fn dimples(text: &str) -> Result<Dimples, String> {
+    let ([kx, ky, lx, ly, depth], ellipse) = outline(text, "dimples are kx,ky,lx,ly,depth")?;
+    if [kx, ky].iter().any(|k| !(1.0..=1e4).contains(k) || k.fract() != 0.0) {
+        return Err("the numbers of dimples must be whole, from 1 to 10000".into());
     }
+    if lx <= 0.0 || ly <= 0.0 {
+        return Err("the extents of a dimple must be positive".into());
+    }
+    let one = Pocket { corner: [0.0; 2], size: [lx, ly], depth, ellipse };
+    Ok(([kx, ky].map(|k| k as usize), one))
 }
 
-/// A side and what it is.
-#[derive(Debug, Clone)]
-pub(super) struct Sided {
-    place: usize,
-    what: What,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum What {
-    Pressure(f64),
-    Side(Side),
-}
+/// The place of a side and what it is, with a pressure in the user's units.
+pub(super) type Sided = (usize, Side);
 
 const SIDES: [&str; 4] = ["west", "east", "south", "north"];
 
-impl FromStr for Sided {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let wanted = || "a side is west, east, south or north = a pressure, closed, periodic or starved,CONTENT";
-        let (name, what) = text.split_once('=').ok_or_else(wanted)?;
-        let place = SIDES.iter().position(|side| *side == name).ok_or_else(wanted)?;
-        let what = match what {
-            "closed" => What::Side(Side::Closed),
-            "periodic" => What::Side(Side::Periodic),
-            "starved" => What::Side(Side::Starved(0.0)),
-            _ => match what.strip_prefix("starved,") {
-                Some(content) => match content.parse() {
-                    Ok(content) if (0.0..=1.0).contains(&content) => {
-                        What::Side(Side::Starved(content))
-                    }
-                    _ => {
-                        return Err(format!("the film content '{content}' is not between 0 and 1"));
-                    }
-                },
-                None => match what.parse() {
-                    Ok(pressure) if f64::is_finite(pressure) => What::Pressure(pressure),
-                    _ => return Err(wanted().into()),
-                },
-            },
-        };
-        Ok(Self { place, what })
-    }
+pub(super) fn sided(text: &str) -> Result<Sided, String> {
+    let wanted =
+        || "a side is west, east, south or north = a pressure, closed, periodic or starved,CONTENT";
+    let (name, what) = text.split_once('=').ok_or_else(wanted)?;
+    let place = SIDES.iter().position(|side| *side == name).ok_or_else(wanted)?;
+    let side = match (what, what.strip_prefix("starved,")) {
+        ("closed", _) => Side::Closed,
+        ("periodic", _) => Side::Periodic,
+        ("starved", _) => Side::Starved(0.0),
+        (_, Some(content)) => match content.parse() {
+            Ok(content) if (0.0..=1.0).contains(&content) => Side::Starved(content),
+            _ => return Err(format!("the film content '{content}' is not between 0 and 1")),
+        },
+        (pressure, None) => match pressure.parse() {
+            Ok(pressure) if f64::is_finite(pressure) => Side::Pressure(pressure),
+            _ => return Err(wanted().into()),
+        },
+    };
+    Ok((place, side))
 }
 
 /// The lobes of a bush.
@@ -153,16 +111,15 @@ fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
 }
 
 /// A pocket of the command line in SI units.
-fn in_si(pocket: &film::Pocket, arguments: &Arguments) -> film::Pocket {
+fn in_si(pocket: &Pocket, arguments: &Arguments) -> Pocket {
     let [corner, size] =
         [pocket.corner, pocket.size].map(|pair| pair.map(|v| v * arguments.x_unit));
-    film::Pocket { corner, size, depth: pocket.depth * arguments.h_unit, ..*pocket }
+    Pocket { corner, size, depth: pocket.depth * arguments.h_unit, ..*pocket }
 }
 
 /// The pockets, and after them those of pressure dams.
-fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<film::Pocket>, String> {
-    let mut all: Vec<_> =
-        arguments.pocket.iter().map(|Pocket(pocket)| in_si(pocket, arguments)).collect();
+fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Pocket>, String> {
+    let mut all: Vec<_> = arguments.pocket.iter().map(|pocket| in_si(pocket, arguments)).collect();
     for (dam, journal) in arguments.dam.iter().zip(bearing.journal.iter().cycle()) {
         let [from, to, length, depth] = dam.exactly("dam", "FROM,TO,LENGTH,DEPTH")?;
         if !(from < to && to < from + 360.0 && length > 0.0) {
@@ -178,7 +135,7 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<film::Pocket>
 }
 
 /// Digs a pocket into a film.
-fn dig(bearing: &mut Bearing, pocket: film::Pocket, x_unit: f64) -> Result<(), String> {
+fn dig(bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String> {
     is_inside("pocket", pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
     if pocket.dig(film) {
@@ -232,20 +189,19 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         }
         ((None, None, Some(lx), Some(ly)), None) => {
             let film = Film::new([nx, ny], [lx, ly].map(|length| length * x_unit), 0.0, 1.0);
-            let film = match (map, &arguments.pad) {
+            let pad = arguments.pad.map(|pad| match pad {
+                Pad::Plane(ends) => Pad::Plane(ends.map(|h| h * h_unit)),
+                Pad::Taper(ends, length) => Pad::Taper(ends.map(|h| h * h_unit), length * x_unit),
+                Pad::Parabola { least, radius, at } => {
+                    let (least, radius) = (least * h_unit, radius * x_unit);
+                    Pad::Parabola { least, radius, at: at.map(|at| at * x_unit) }
+                }
+            });
+            let film = match (map, pad) {
                 (Some(map), _) => {
                     Film { gap: map.values.iter().map(|h| h * h_unit).collect(), ..film }
                 }
-                (None, Some(Pad(film::Pad::Plane(ends)))) => {
-                    film::Pad::Plane(ends.map(|h| h * h_unit)).gap(film)
-                }
-                (None, Some(Pad(film::Pad::Taper(ends, length)))) => {
-                    film::Pad::Taper(ends.map(|h| h * h_unit), length * x_unit).gap(film)
-                }
-                (None, Some(Pad(film::Pad::Parabola { least, radius, at }))) => {
-                    let (least, radius) = (least * h_unit, radius * x_unit);
-                    film::Pad::Parabola { least, radius, at: at.map(|at| at * x_unit) }.gap(film)
-                }
+                (None, Some(pad)) => pad.gap(film),
                 (None, None) => {
                     return Err("there is no film: give --map, --pad or --journal".into());
                 }
@@ -267,7 +223,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     for pocket in pockets(&bearing, arguments)? {
         dig(&mut bearing, pocket, x_unit)?;
     }
-    for Dimples(counts, one) in &arguments.dimples {
+    for (counts, one) in &arguments.dimples {
         let one = in_si(one, arguments);
         let [lx, ly] = [0, 1].map(|axis| lengths[axis] / counts[axis] as f64);
         if one.size[0] > lx * (1.0 + 1e-9) || one.size[1] > ly * (1.0 + 1e-9) {
@@ -367,17 +323,17 @@ pub(super) fn parameters(
         all.push((format!("supplies[{k}]"), "Pa", Parameter::Supply(k)));
     }
     let blank = Film { gap: vec![0.0; bearing.film.gap.len()], ..bearing.film.clone() };
-    let deeper = |pockets: &mut dyn Iterator<Item = film::Pocket>| {
+    let deeper = |pockets: &mut dyn Iterator<Item = Pocket>| {
         let mut film = blank.clone();
         for pocket in pockets {
-            film::Pocket { depth: 1.0, ..pocket }.dig(&mut film);
+            Pocket { depth: 1.0, ..pocket }.dig(&mut film);
         }
         Parameter::Gap(film.gap)
     };
     for (k, pocket) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
         all.push((format!("pockets[{k}]"), "m", deeper(&mut [pocket].into_iter())));
     }
-    for (k, Dimples(counts, one)) in arguments.dimples.iter().enumerate() {
+    for (k, (counts, one)) in arguments.dimples.iter().enumerate() {
         let mut each = in_si(one, arguments).repeated(*counts, bearing.film.lengths);
         all.push((format!("dimples[{k}]"), "m", deeper(&mut each)));
     }
@@ -385,7 +341,7 @@ pub(super) fn parameters(
 }
 
 /// Refuses a gap that is not open, and supplies that do not fit.
-fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
+fn check(bearing: &Bearing, arguments: &Arguments) -> Result<(), String> {
     let is_driven = arguments.motion.is_some() && arguments.load.is_none();
     if !is_driven && bearing.here().is_none() {
         let nearest = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0);
@@ -394,8 +350,7 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
                 "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
                  {gap:e} m; take less of --ecc, --tilt or the preload of --lobes",
                 angle.to_degrees()
-            )
-            .into());
+            ));
         }
         let gap = bearing.gap(&bearing.position);
         let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite()));
@@ -408,14 +363,11 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Fallible<()> {
         let gap = gap[at];
         return Err(format!(
             "{what}: row {row}, column {column}: the gap is {gap:e} m, but it must be positive"
-        )
-        .into());
+        ));
     }
     let probe = Film { gap: vec![1.0; bearing.film.gap.len()], ..bearing.film.clone() };
-    probe
-        .pose()
-        .map(drop)
-        .map_err(|error| format!("{error}; see --side, --supply and --groove").into())
+    let posed = probe.pose().map(drop);
+    posed.map_err(|error| format!("{error}; see --side, --supply and --groove"))
 }
 
 /// Refuses a rectangle that is not in the film, in units of `x_unit`.
@@ -446,23 +398,23 @@ fn same(path: &Path, [nx, ny]: [usize; 2]) -> Fallible<Map> {
         .into())
 }
 
-fn sides(arguments: &Arguments, ambient: f64) -> Fallible<[Side; 4]> {
+fn sides(arguments: &Arguments, ambient: f64) -> Result<[Side; 4], String> {
     let mut sides = [Side::Pressure(ambient); 4];
     if arguments.journal {
         (sides[0], sides[1]) = (Side::Periodic, Side::Periodic);
     }
     let mut given = [false; 4];
-    for Sided { place, what } in &arguments.side {
-        let name = SIDES[*place];
-        if std::mem::replace(&mut given[*place], true) {
-            return Err(format!("--side {name} is given twice").into());
+    for &(place, side) in &arguments.side {
+        let name = SIDES[place];
+        if std::mem::replace(&mut given[place], true) {
+            return Err(format!("--side {name} is given twice"));
         }
-        if arguments.journal && *place < 2 {
-            return Err(format!("--side {name}: around a journal the sides are periodic").into());
+        if arguments.journal && place < 2 {
+            return Err(format!("--side {name}: around a journal the sides are periodic"));
         }
-        sides[*place] = match what {
-            What::Pressure(pressure) => Side::Pressure(pressure * arguments.p_unit),
-            What::Side(side) => *side,
+        sides[place] = match side {
+            Side::Pressure(pressure) => Side::Pressure(pressure * arguments.p_unit),
+            other => other,
         };
     }
     for (pair, names) in sides.chunks(2).zip([["west", "east"], ["south", "north"]]) {
@@ -470,8 +422,7 @@ fn sides(arguments: &Arguments, ambient: f64) -> Fallible<[Side; 4]> {
             let [one, other] = names;
             return Err(format!(
                 "--side {one} and --side {other} must both be periodic, or neither"
-            )
-            .into());
+            ));
         }
     }
     Ok(sides)

@@ -15,10 +15,10 @@ use std::{
     str::FromStr,
 };
 
-use clap::{ArgGroup, Args};
+use clap::{Arg, ArgGroup, Args};
 use hlcp::{
     files::{self, printable},
-    film::Oil,
+    film::{Oil, Pad, Pocket},
 };
 use serde_json::Value;
 
@@ -41,8 +41,9 @@ const ASKED: &str = "Questions, in two dimensions";
 const OUTPUT: &str = "Output and method";
 
 /// Compute pressure and cavitation in a lubricating film from its gap
-#[derive(Debug, Args)]
+#[derive(Args)]
 #[command(after_help = EXAMPLES)]
+#[command(mut_args = negatable)]
 #[command(group = ArgGroup::new("film").args(["profile", "map", "journal", "pad"]))]
 #[command(group = ArgGroup::new("plane").args(["map", "journal", "pad"]).conflicts_with("profile"))]
 #[command(group = ArgGroup::new("in_plane").multiple(true).requires("plane").conflicts_with("profile"))]
@@ -61,49 +62,42 @@ pub(crate) struct Arguments {
     /// the west, with a land after it; or parabola,LEAST,RADIUS with the least gap and the radius
     /// of curvature along x, and with ,X the place of the least gap
     #[arg(long, help_heading = FILM, requires_all = ["lx", "ly", "viscosity"])]
-    pad: Option<gap::Pad>,
+    #[arg(value_parser = gap::pad)]
+    pad: Option<Pad>,
     /// The extent along x
-    #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit"))]
+    #[arg(long, help_heading = FILM, group = "in_plane", value_parser = real(|v| v > 0.0, OF_X))]
     lx: Option<f64>,
     /// The extent along y
-    #[arg(long, help_heading = FILM, group = "in_plane", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit"))]
+    #[arg(long, help_heading = FILM, group = "in_plane", value_parser = real(|v| v > 0.0, OF_X))]
     ly: Option<f64>,
     /// The journal's diameter, in units of --x-unit
-    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit"))]
+    #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|v| v > 0.0, OF_X))]
     diameter: Option<f64>,
     /// The bearing's length, in units of --x-unit
-    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --x-unit"))]
+    #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|v| v > 0.0, OF_X))]
     length: Option<f64>,
     /// The radial clearance, in units of --h-unit
-    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = positive("in units of --h-unit"))]
+    #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|v| v > 0.0, OF_H))]
     clearance: Option<f64>,
     /// A bush of lobes, elliptical (lemon bore), of three or four, or offset halves: COUNT arcs
     /// with the radius of --clearance; PRELOAD, how far their centres are from the middle, over the
     /// clearance; where each is narrowest, from 0 where it begins to 1 where it ends [default:
     /// 0.5]; and the middle of one of them, in degrees from x = 0 [default: 0]
     #[arg(long, help_heading = FILM, value_name = "COUNT,PRELOAD[,OFFSET[,DEGREES]]")]
-    #[arg(requires = "journal", allow_hyphen_values = true)]
+    #[arg(requires = "journal")]
     lobes: Option<Numbers>,
     /// The eccentricity over the clearance, with --load where the search begins [default there:
     /// 0.5, with lobes of what their preload leaves]
-    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = finite)]
+    #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|_| true, ANY))]
     ecc: Option<f64>,
     /// The place of x = 0, from where grooves are counted: so many degrees from the place opposite
     /// the load, in the direction of the motion, so that grooves keep their places under --load;
     /// without it x = 0 is the widest gap, and grooves turn with that
-    #[arg(long, help_heading = FILM, requires = "journal", allow_hyphen_values = true)]
-    #[arg(value_parser = finite)]
+    #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|_| true, ANY))]
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
     /// grows along y, and how it is turned aside there (misalignment)
     #[arg(long, help_heading = FILM, value_name = "A,B", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
     tilt: Option<Numbers>,
     /// Cells along x [default: 180; of a journal 360]
     #[arg(long, help_heading = FILM, group = "in_plane", conflicts_with = "map")]
@@ -115,81 +109,73 @@ pub(crate) struct Arguments {
     ny: Option<u32>,
     /// A pocket x,y,lx,ly,depth from its south-western corner; with ,ellipse the ellipse in there
     #[arg(long, help_heading = SHAPE, value_name = "POCKET", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
-    pocket: Vec<gap::Pocket>,
+    #[arg(value_parser = gap::pocket)]
+    pocket: Vec<Pocket>,
     /// An even array of so many dimples along x and y, kx,ky,lx,ly,depth; with ,ellipse ellipses
     #[arg(long, help_heading = SHAPE, value_name = "ARRAY", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(value_parser = gap::dimples)]
     dimples: Vec<gap::Dimples>,
     /// A CSV or NPY file that is added to the gap
     #[arg(long, help_heading = SHAPE, value_name = "FILE", group = "in_plane")]
     roughness: Option<PathBuf>,
     /// A pocket that is kept full, x,y,lx,ly,pressure
     #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
     supply: Vec<Numbers>,
     /// An axial groove, in degrees from x = 0, with its pressure [default: that of --ambient], its
     /// width in degrees [default: none] and its length, in units of --x-unit [default: that of the
     /// bearing]
     #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]")]
     #[arg(requires = "journal")]
-    #[arg(allow_hyphen_values = true)]
     groove: Vec<Numbers>,
     /// A pressure dam: a pocket FROM,TO,LENGTH,DEPTH in the middle of the bearing, from one angle
     /// to another in degrees in the direction of x, which ends in a step
     #[arg(long, help_heading = SHAPE, value_name = "DAM", requires = "journal")]
-    #[arg(allow_hyphen_values = true)]
     dam: Vec<Numbers>,
     /// A side: west, east, south or north = a pressure, closed, periodic, or starved with ,CONTENT
     /// between 0 and 1, as in west=starved,0.4 (starvation) [default: --ambient; around a journal
     /// periodic]
     #[arg(long, help_heading = CONDITIONS, value_name = "SIDE=WHAT", group = "in_plane")]
+    #[arg(value_parser = gap::sided)]
     side: Vec<gap::Sided>,
     /// The unit of x, y and their extents: nm, um, mm, m or km, or so many metres, as 0.0254
-    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true, requires = "film")]
+    #[arg(long, help_heading = UNITS, default_value = "m", requires = "film")]
     #[arg(value_parser = named_unit("m", "mm, or in metres, e.g. 0.0254"))]
     x_unit: f64,
     /// The unit of gaps, depths and heights: as for x, or so many metres, as 1e-6
-    #[arg(long, help_heading = UNITS, default_value = "m", allow_hyphen_values = true, requires = "film")]
+    #[arg(long, help_heading = UNITS, default_value = "m", requires = "film")]
     #[arg(value_parser = named_unit("m", "um, or in metres, e.g. 1e-6"))]
     h_unit: f64,
     /// The unit of pressures: Pa, kPa, MPa or GPa, or so many pascals, as 1e5
-    #[arg(long, help_heading = UNITS, default_value = "Pa", allow_hyphen_values = true, requires = "film")]
+    #[arg(long, help_heading = UNITS, default_value = "Pa", requires = "film")]
     #[arg(value_parser = named_unit("Pa", "MPa, or in pascals, e.g. 1e5"))]
     p_unit: f64,
     /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER
-    #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
-    #[arg(value_parser = speeds)]
+    #[arg(long, help_heading = CONDITIONS, requires = "film", value_parser = speeds)]
     speed: Option<Numbers>,
     /// The journal's speed in turns per minute
     #[arg(long, help_heading = CONDITIONS, requires = "journal", conflicts_with = "speed")]
-    #[arg(allow_hyphen_values = true)]
-    #[arg(value_parser = finite)]
+    #[arg(value_parser = real(|_| true, ANY))]
     rpm: Option<f64>,
     /// The viscosity in Pa s; in two dimensions also a CSV or NPY file with one for each cell
-    #[arg(long, help_heading = CONDITIONS, requires = "film", allow_hyphen_values = true)]
-    #[arg(value_parser = viscosity)]
+    #[arg(long, help_heading = CONDITIONS, requires = "film", value_parser = viscosity)]
     viscosity: Option<Viscosity>,
     /// The pressure around the film, in units of --p-unit
-    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
-    #[arg(requires = "film")]
-    #[arg(value_parser = finite)]
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, requires = "film")]
+    #[arg(value_parser = real(|_| true, ANY))]
     ambient: f64,
     /// The pressure at which the film cavitates, in units of --p-unit
-    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, allow_hyphen_values = true)]
-    #[arg(requires = "film")]
-    #[arg(value_parser = finite)]
+    #[arg(long, help_heading = CONDITIONS, default_value_t = 0.0, requires = "film")]
+    #[arg(value_parser = real(|_| true, ANY))]
     cavitation: f64,
     /// The density of the oil in kg/m³ and its specific heat in J/(kg K), for the Reynolds number
     /// and for how warm it gets [default: 870,1950]
     #[arg(long, help_heading = CONDITIONS, value_name = "DENSITY,HEAT", group = "in_plane")]
-    #[arg(allow_hyphen_values = true, value_parser = oil)]
+    #[arg(value_parser = oil)]
     oil: Option<Oil>,
     /// Find the position that carries this load in N: the eccentricity and attitude of a journal,
     /// the height of anything else, and with LOAD,X,Y also its slopes, so that the load acts at
     /// this place, in units of --x-unit; with --motion and --mass the motion begins there
     #[arg(long, help_heading = ASKED, value_name = "LOAD[,X,Y]", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
     load: Option<Numbers>,
     /// Stiffness and damping for slow motions, mass-conserving and by the clamp of the tables: of a
     /// journal along the load and across it, of anything else for the height and the slopes along x
@@ -200,7 +186,6 @@ pub(crate) struct Arguments {
     /// speed; and of a journal the mass on this bearing above which it whirls by itself (critical
     /// mass), and how fast over the running speed (whirl frequency ratio)
     #[arg(long, help_heading = ASKED, value_name = "RATIO[,RATIO...]", group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
     whirl: Option<Numbers>,
     /// Derivatives of load, friction, power, peak and flows by speed, viscosity, clearance,
     /// pressures and depths, in SI units: in this position, or with --load under this load, which
@@ -216,13 +201,11 @@ pub(crate) struct Arguments {
     /// Let the wall move freely, with this mass in kg, or 0: --motion then has the time and the
     /// load in N, of a journal in its direction and across it; slopes stay
     #[arg(long, help_heading = ASKED, group = "in_plane")]
-    #[arg(allow_hyphen_values = true)]
-    #[arg(value_parser = mass)]
+    #[arg(value_parser = real(|v| v >= 0.0, OF_MASS))]
     mass: Option<f64>,
     /// How many pieces each stretch between two points is cut into [default: none longer than 1/400
     /// of the film]
-    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u16).range(1..))]
-    #[arg(conflicts_with = "plane")]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..), conflicts_with = "plane")]
     refine: Option<u16>,
     /// Any method of `hlcp solve` [default: AMG]
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
@@ -239,7 +222,7 @@ pub(crate) struct Arguments {
     /// speeds and supplies' pressures are these, each as a whole times a factor that is so far from
     /// 1 at most, e.g. 1e-3
     #[arg(long, help_heading = OUTPUT, value_name = "PART", group = "in_plane")]
-    #[arg(conflicts_with = "motion", allow_hyphen_values = true, value_parser = tolerance)]
+    #[arg(conflicts_with = "motion", value_parser = real(|v| (0.0..=0.5).contains(&v), OF_PART))]
     data_tolerance: Option<f64>,
     /// Print one JSON object, in SI units
     #[arg(long, help_heading = OUTPUT)]
@@ -362,7 +345,7 @@ fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
 }
 
 /// Numbers with commas between them.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct Numbers(Vec<f64>);
 
 impl FromStr for Numbers {
@@ -398,34 +381,41 @@ fn speeds(text: &str) -> Result<Numbers, String> {
 }
 
 /// One for all cells, or a file.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 enum Viscosity {
     Uniform(f64),
     Map(PathBuf),
 }
 
-fn finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| "not a finite number".into())
+const OF_X: &str = "not a positive number; in units of --x-unit";
+const OF_H: &str = "not a positive number; in units of --h-unit";
+const OF_MASS: &str = "not a number of kilogrammes, 0 or more";
+const OF_PART: &str = "not a part between 0 and 0.5; 1e-3 is a thousandth";
+const ANY: &str = "not a finite number";
+
+/// A parser of finite numbers that answers what is not sound with what is wanted.
+fn real(
+    is_sound: fn(f64) -> bool,
+    wanted: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    let is_sound = move |v: &f64| v.is_finite() && is_sound(*v);
+    move |text| text.parse().ok().filter(is_sound).ok_or_else(|| wanted.into())
 }
 
-fn mass(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(mass) if mass >= 0.0 && f64::is_finite(mass) => Ok(mass),
-        _ => Err("not a number of kilogrammes, 0 or more".into()),
-    }
+/// The options whose values do not begin with a hyphen.
+const WORDS: &str = "profile map pad nx ny roughness side motion method threads out";
+
+/// Lets the values of all other options be negative.
+fn negatable(arg: Arg) -> Arg {
+    let is_word = WORDS.split(' ').any(|word| arg.get_id() == word);
+    let is_number = arg.get_action().takes_values() && !is_word;
+    arg.allow_hyphen_values(is_number)
 }
 
 fn oil(text: &str) -> Result<Oil, String> {
     match text.parse().map(|Numbers(numbers)| numbers).as_deref() {
         Ok(&[density, heat]) if density > 0.0 && heat > 0.0 => Ok(Oil { density, heat }),
         _ => Err("not two positive numbers, in kg/m³ and J/(kg K), e.g. 870,1950".into()),
-    }
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(part) if (0.0..=0.5).contains(&part) => Ok(part),
-        _ => Err("not a part between 0 and 0.5; 1e-3 is a thousandth".into()),
     }
 }
 
@@ -487,14 +477,6 @@ fn named_unit(
         let number = || text.parse().ok().filter(|&value: &f64| value > 0.0 && value.is_finite());
         let value = named.map(|(value, _)| *value).or_else(number);
         value.ok_or_else(|| format!("neither a unit nor a positive number; {wanted}"))
-    }
-}
-
-/// A parser of positive numbers that answers anything else with the unit.
-fn positive(unit: &'static str) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
-    move |text| match text.parse() {
-        Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(value),
-        _ => Err(format!("not a positive number; {unit}")),
     }
 }
 

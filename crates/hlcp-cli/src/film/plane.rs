@@ -210,25 +210,18 @@ fn refuse_idle(
         }
         None => {}
     }
-    let asked = match &arguments.load {
-        Some(load) => format!(
-            "--load: nothing feeds this film, so it runs dry and carries nothing instead of {} N",
-            number(load.0[0])
-        ),
-        None if arguments.coefficients => {
-            "--coefficients: nothing feeds this film, so it runs dry and answers to no motion"
-                .into()
-        }
-        None if arguments.whirl.is_some() => {
-            "--whirl: nothing feeds this film, so it runs dry and answers to no motion".into()
-        }
-        None if arguments.sensitivities => {
-            "--sensitivities: nothing feeds this film, so it runs dry and changes with nothing"
-                .into()
-        }
+    let (option, what) = match &arguments.load {
+        Some(load) => ("load", format!("carries nothing instead of {} N", number(load.0[0]))),
+        None if arguments.coefficients => ("coefficients", "answers to no motion".into()),
+        None if arguments.whirl.is_some() => ("whirl", "answers to no motion".into()),
+        None if arguments.sensitivities => ("sensitivities", "changes with nothing".into()),
         None => return Ok(()),
     };
-    if film.is_fed() { Ok(()) } else { Err(format!("{asked}; {}", feeding(bearing, film)).into()) }
+    if film.is_fed() {
+        return Ok(());
+    }
+    let dry = format!("--{option}: nothing feeds this film, so it runs dry and {what}");
+    Err(format!("{dry}; {}", feeding(bearing, film)).into())
 }
 
 /// How to feed a film that runs dry.
