@@ -4,7 +4,7 @@ use hlcp_verify::Slider;
 use serde_json::Value;
 
 use crate::{
-    command::{json, refused, solve, text},
+    command::{json, number, refused, solve, succeeded, text},
     folder::Folder,
 };
 
@@ -34,23 +34,26 @@ fn the_report_has_its_keys_and_numbers() {
     assert!(report["residual_linf"].as_f64().unwrap() <= report["residual_l2"].as_f64().unwrap());
 }
 
+/// The report of a solve that ends with this outcome: with the status 0 if it converged, else 2.
+fn ends(arguments: &str, outcome: &str) -> Value {
+    let (report, status) = json(&format!("{arguments} --json"));
+    let wanted = if outcome == "converged" { 0 } else { 2 };
+    assert_eq!((&report["outcome"], status), (&Value::from(outcome), wanted), "{arguments}");
+    report
+}
+
 #[test]
 fn the_norm_and_the_tolerance_of_the_test() {
     let at = |norm: &str| json(&format!("--m 40 --method MGS --norm {norm} --tol 1e-6 --json")).0;
     let (l2, linf) = (at("l2"), at("linf"));
-    assert!(l2["residual_l2"].as_f64().unwrap() <= 1e-6);
-    assert!(linf["residual_linf"].as_f64().unwrap() <= 1e-6);
-    assert!(linf["iterations"].as_i64() < l2["iterations"].as_i64());
+    assert!(number(&l2, "residual_l2") <= 1e-6 && number(&linf, "residual_linf") <= 1e-6);
+    assert!(number(&linf, "iterations") < number(&l2, "iterations"));
 }
 
 #[test]
 fn not_converging_is_status_2_with_the_outcome_printed() {
-    let (report, status) = json("--m 20 --method MGS --max-iterations 3 --json");
-    assert_eq!(
-        (&report["outcome"], &report["iterations"], status),
-        (&"iteration_limit".into(), &3.into(), 2)
-    );
-    assert_eq!(report["converged"], false);
+    let report = ends("--m 20 --method MGS --max-iterations 3", "iteration_limit");
+    assert_eq!((&report["iterations"], &report["converged"]), (&3.into(), &false.into()));
     // Its figures are marked, too.
     let marked = |arguments: &str| -> Vec<bool> {
         let out = text(&solve(&format!("--scene bearing2d --nx 31 --ny 15 {arguments}")).stdout);
@@ -59,13 +62,11 @@ fn not_converging_is_status_2_with_the_outcome_printed() {
     };
     assert_eq!(marked("--method MGS --max-iterations 5"), [true; 5]);
     assert_eq!(marked("--method AUTO"), [false; 5]);
-    let (report, status) = json("--m 20 --mu 0 --nu 0 --method MSOR --alpha 3.5 --json");
-    assert_eq!((&report["outcome"], status), (&"diverged".into(), 2));
+    let report = ends("--m 20 --mu 0 --nu 0 --method MSOR --alpha 3.5", "diverged");
     assert!(report["residual_l2"].as_f64().is_some_and(f64::is_finite));
     // Below the rounding floor, which a γ that is no power of two keeps off zero.
-    let (report, status) =
-        json("--m 20 --method TMGS --precision f32 --gamma 0.7 --tau 1.1 --tol 1e-12 --json");
-    assert_eq!((&report["outcome"], status), (&"stagnated".into(), 2));
+    let fine = "--m 20 --method TMGS --precision f32 --gamma 0.7 --tau 1.1 --tol 1e-12";
+    ends(fine, "stagnated");
     let output = solve("--m 20 --method MGS --max-iterations 3");
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stdout).contains("iteration limit"));
@@ -74,9 +75,7 @@ fn not_converging_is_status_2_with_the_outcome_printed() {
 
 #[test]
 fn without_a_method_three_of_them_in_both_precisions() {
-    let output = solve("--m 16");
-    assert_eq!(output.status.code(), Some(0));
-    let out = text(&output.stdout);
+    let out = succeeded(&solve("--m 16"), "--m 16");
     for method in ["MGS", "AMGS", "TMGS"] {
         for precision in ["f64", "f32"] {
             let row = |line: &&str| {
@@ -90,9 +89,8 @@ fn without_a_method_three_of_them_in_both_precisions() {
 
 #[test]
 fn methods_with_commas_between_them_are_compared() {
-    let output = solve("--scene disc-lcp --m 15 --method FMG,amg,TMGS --json");
-    assert_eq!(output.status.code(), Some(0));
-    let out = text(&output.stdout);
+    let asked = "--scene disc-lcp --m 15 --method FMG,amg,TMGS --json";
+    let out = succeeded(&solve(asked), asked);
     let of = |line: &str| serde_json::from_str::<Value>(line).unwrap()["method"].clone();
     assert_eq!(out.lines().map(of).collect::<Vec<_>>(), ["FMG", "AMG", "TMGS"]);
     // One that does not converge is told by the status, and the others are solved.
@@ -165,13 +163,10 @@ fn bad_input_is_status_1_with_one_line_on_stderr_and_nothing_on_stdout() {
 #[test]
 fn the_film_comes_out_in_si_units_with_its_errors() {
     for cells in [80, 400] {
-        let (report, status) = json(&format!("--scene slider --m {cells} --method NEWTON --json"));
-        assert_eq!(status, 0);
-        assert_eq!(
-            (&report["scene"], &report["n"], &report["error_linf"]),
-            (&Value::from("slider"), &Value::from(cells - 1), &Value::Null)
-        );
-        let number = |key: &str| report[key].as_f64().unwrap();
+        let report = ends(&format!("--scene slider --m {cells} --method NEWTON"), "converged");
+        assert!(report["scene"] == "slider" && report["error_linf"].is_null(), "{report}");
+        assert_eq!(report["n"], cells - 1);
+        let number = |key: &str| number(&report, key);
         for (figure, error, known) in [
             ("peak_pa", "peak_error_pa", Slider::PEAK),
             ("rupture_m", "rupture_error_m", Slider::RUPTURE),
@@ -190,27 +185,26 @@ fn the_film_comes_out_in_si_units_with_its_errors() {
 fn the_disc_scenes_by_name_and_the_median_of_repeats() {
     // Counts of the same scenes in an independent program: 1637 (TMSOR 1.5, m = 64) and divergence
     // of the LCP.
-    let (report, status) =
-        json("--scene disc-hlcp --m 64 --method TMSOR --alpha 1.5 --repeats 3 --json");
-    assert_eq!((&report["scene"], status), (&Value::from("disc-hlcp"), 0));
-    assert!((report["iterations"].as_i64().unwrap() - 1637).abs() <= 1, "{report}");
-    assert!(report["error_linf"].as_f64().unwrap() <= 1e-8);
-    let (report, status) = json("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5 --json");
-    assert_eq!((&report["outcome"], status), (&Value::from("diverged"), 2));
+    let disc = "--scene disc-hlcp --m 64 --method TMSOR --alpha 1.5 --repeats 3";
+    let report = ends(disc, "converged");
+    assert_eq!(report["scene"], "disc-hlcp");
+    assert!((number(&report, "iterations") - 1637.0).abs() <= 1.0, "{report}");
+    assert!(number(&report, "error_linf") <= 1e-8);
+    ends("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5", "diverged");
 }
 
 #[test]
 fn beyond_the_paper_by_name() {
-    let count = |report: &Value| report["iterations"].as_i64().unwrap();
-    let (newton, status) = json("--scene slider --m 200 --method newton --json");
-    assert!(status == 0 && count(&newton) <= 8, "{newton}");
-    assert!(newton["alpha"].is_null() && newton["linear_iterations"].as_i64() > Some(0));
-    let plain = json("--scene disc-hlcp --m 20 --method TMGS --json").0;
-    let (mixed, status) =
-        json("--scene disc-hlcp --m 20 --method ANDERSON --base TMGS --window 10 --json");
-    assert!(status == 0 && 3 * count(&mixed) < count(&plain), "{mixed} {plain}");
-    let (generic, status) = json("--m 30 --solution generic --method TMGS --json");
-    assert!(status == 0 && generic["error_linf"].as_f64() < Some(1e-10));
+    let count = |report: &Value| number(report, "iterations");
+    let newton = ends("--scene slider --m 200 --method newton", "converged");
+    assert!(count(&newton) <= 8.0 && number(&newton, "linear_iterations") > 0.0, "{newton}");
+    assert!(newton["alpha"].is_null());
+    let disc = "--scene disc-hlcp --m 20 --method";
+    let plain = ends(&format!("{disc} TMGS"), "converged");
+    let mixed = ends(&format!("{disc} ANDERSON --base TMGS --window 10"), "converged");
+    assert!(3.0 * count(&mixed) < count(&plain), "{mixed} {plain}");
+    let generic = ends("--m 30 --solution generic --method TMGS", "converged");
+    assert!(number(&generic, "error_linf") < 1e-10);
 }
 
 /// What is proved of a rough answer holds of a fine one, and every side is proved of both.
@@ -241,13 +235,12 @@ fn figures_lie_where_they_are_proved_to() {
         let keys: Vec<&str> = proved.as_object().unwrap().keys().map(String::as_str).collect();
         assert_eq!(keys, figures.split_whitespace().collect::<Vec<_>>());
         // At the floor of rounding a box may come out a little wider than another.
-        let bound = |report: &Value| report["certified_error_bound"].as_f64().unwrap();
+        let bound = |report| number(report, "certified_error_bound");
         assert!(4.0 * bound(&coarse) >= bound(&fine));
         for key in keys {
-            let number = |value: &Value| value.as_f64().unwrap();
-            let ends = |interval: &Value| [number(&interval[0]), number(&interval[1])];
+            let ends = |of: &Value| [0, 1].map(|end| of[end].as_f64().unwrap());
             let [lower, upper] = ends(&proved[key]);
-            let (value, [low, high]) = (number(&fine[key]), ends(&closer[key]));
+            let (value, [low, high]) = (number(&fine, key), ends(&closer[key]));
             // The printed figure has an error of its own.
             let slack = 1e-11 * value.abs();
             assert!(lower <= value + slack && value - slack <= upper, "{key}: {proved} {fine}");
@@ -278,6 +271,5 @@ fn a_certificate_is_refused_with_its_reason() {
 fn long_numbers_and_long_times_are_short() {
     let out = text(&solve("--m 8 --gamma 1e-300 --method MGS").stdout);
     assert!(out.contains("mu = 4, nu = 4, tau = 1, gamma = 1e-300\n"), "{out}");
-    let (report, status) = json("--m 8 --method MGS --max-seconds 1e308 --json");
-    assert_eq!((&report["outcome"], status), (&Value::from("converged"), 0));
+    ends("--m 8 --method MGS --max-seconds 1e308", "converged");
 }
