@@ -498,10 +498,16 @@ impl Named {
                 Box::new(FullMultigrid::new(Multigrid::new(problem, cycle)?))
             }
             Kind::Adaptive => Box::new(AdaptiveSor::new(problem)?),
-            Kind::Auto => match cuthill_mckee(&problem) {
-                Some(order) => Box::new(Renumbered::new(problem, order, Auto::new)?),
-                None => Box::new(Auto::new(problem)?),
-            },
+            Kind::Auto => {
+                // It refuses rows by the numbers that they have here.
+                let auto = Auto::new(problem)?;
+                match cuthill_mckee(auto.problem()) {
+                    Some(order) => {
+                        Box::new(Renumbered::new(auto.problem().clone(), order, Auto::new)?)
+                    }
+                    None => Box::new(auto),
+                }
+            }
         })
     }
 }

@@ -105,12 +105,15 @@ where
     pub fn inner(&self) -> &M {
         &self.inner
     }
-}
 
-/// Overwrites vectors with the entries of others in `order`.
-fn gather<T: Copy, const K: usize>(order: &[usize], vectors: [(&[T], &mut Vec<T>); K]) {
-    for (all, own) in vectors {
-        own.iter_mut().zip(order).for_each(|(own, &i)| *own = all[i]);
+    /// Overwrites `q` and `x` with those of the problem in its other order.
+    fn take_in(&mut self, q: &Rhs<'_, T>, x: &[T]) {
+        // That problem is not an exchanged one.
+        let sign = self.problem.q_factor().signum();
+        for ((own_q, own_x), &i) in self.q.iter_mut().zip(&mut self.x).zip(&self.order) {
+            *own_q = sign * q.entries()[i];
+            *own_x = x[i];
+        }
     }
 }
 
@@ -157,7 +160,7 @@ pub fn cuthill_mckee<T: Scalar, A: Rows<T>, B: Rows<T>>(
 ) -> Option<Vec<usize>> {
     let n = problem.order();
     u32::try_from(n).ok()?;
-    if problem.grid().is_ok() || problem.strip().is_some() || problem.q_factor() < T::zero() {
+    if problem.grid().is_ok() || problem.strip().is_some() {
         return None;
     }
     let visit = |each: &mut dyn FnMut(usize, usize)| {
@@ -274,7 +277,7 @@ where
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        gather(&self.order, [(q.entries(), &mut self.q), (x, &mut self.x)]);
+        self.take_in(q, x);
         let rhs = self.inner.problem().rhs(&self.q).expect("what was a right-hand side before");
         let norms = iterate(&mut self.inner, &rhs, &self.x, &mut self.y, &mut self.spare, clock);
         self.order.iter().zip(&self.y).for_each(|(&i, &own)| y[i] = own);
@@ -298,7 +301,7 @@ where
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
-        gather(&self.order, [(q.entries(), &mut self.q), (x, &mut self.x)]);
+        self.take_in(q, x);
         let rhs = self.inner.problem().rhs(&self.q).ok()?;
         self.inner.residual(&rhs, &self.x)
     }

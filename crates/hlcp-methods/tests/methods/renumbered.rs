@@ -1,27 +1,31 @@
 //! Problems whose unknowns are numbered anew.
 
 use crate::common::{self, Lists, noise, permuted, planted, posed, renamed, shuffled};
-use hlcp_core::{Aor, FivePoint, Hlcp, Identity};
+use hlcp_core::{Aor, Error, FivePoint, Hlcp, Identity, Omega};
 use hlcp_methods::{Limits, Named, Options, Renumbered, Solver, Tmms, cuthill_mckee};
 use proptest::prelude::*;
 
 proptest! {
-    /// Three iterations from the same start, entry by entry; sums are in another order in one.
+    /// Three iterations from the same start, entry by entry; sums are in another order in one. Also
+    /// with z and r exchanged.
     #[test]
     fn a_method_renumbered_is_the_method_on_the_problem_renumbered(p in planted(2..12, 0.4)) {
         let order = shuffled(p.dense.q.len());
         let other = permuted(&p.dense, &order);
         let tmgs = |problem| Tmms::mirrored(problem, Aor::gauss_seidel());
-        let mut renumbered = Solver::new(Renumbered::new(posed(&p.dense), order.clone(), tmgs)?);
-        let mut directly = Solver::new(Tmms::mirrored(posed(&other), Aor::gauss_seidel())?);
         let limits = Limits { iterations: 3, ..Limits::relative(0.0) };
         let start: Vec<f64> = (0..order.len()).map(noise).collect();
         let same: Vec<f64> = order.iter().map(|&i| start[i]).collect();
-        let _ = renumbered.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits))?;
-        let _ = directly.solve(other.q.as_slice(), Options::from_x(&same).limits(limits))?;
-        let found: Vec<f64> = order.iter().map(|&i| renumbered.x()[i]).collect();
-        let size = directly.x().iter().fold(1.0, |size: f64, x| size.max(x.abs()));
-        prop_assert!(common::largest_difference(&found, directly.x()) <= 1e-12 * size);
+        let pair = [posed(&p.dense), posed(&other)];
+        for [problem, other_problem] in [pair.clone(), pair.map(|posed| posed.exchanged().unwrap())] {
+            let mut renumbered = Solver::new(Renumbered::new(problem, order.clone(), tmgs)?);
+            let mut directly = Solver::new(Tmms::mirrored(other_problem, Aor::gauss_seidel())?);
+            let _ = renumbered.solve(p.dense.q.as_slice(), Options::from_x(&start).limits(limits))?;
+            let _ = directly.solve(other.q.as_slice(), Options::from_x(&same).limits(limits))?;
+            let found: Vec<f64> = order.iter().map(|&i| renumbered.x()[i]).collect();
+            let size = directly.x().iter().fold(1.0, |size: f64, x| size.max(x.abs()));
+            prop_assert!(common::largest_difference(&found, directly.x()) <= 1e-12 * size);
+        }
     }
 
     /// Strings that were taken apart come back whole, one after the other.
@@ -89,4 +93,28 @@ fn what_has_no_better_order_keeps_its_own() {
     let scattered = Lists((0..n).map(row).collect());
     assert!(cuthill_mckee(&Hlcp::lcp(&scattered).unwrap()).is_none());
     assert!(cuthill_mckee(&Hlcp::<f64, _, _>::lcp(Identity { order: n }).unwrap()).is_none());
+}
+
+/// A row of a string whose masses are numbered at random, by the number that it was given.
+#[test]
+fn what_is_refused_is_named_by_its_own_number() {
+    let n = 1000;
+    let row = |k: usize| {
+        let near = [k.wrapping_sub(1), k + 1].into_iter().filter(|&near| near < n);
+        near.map(|near| (near, -1.0)).chain([(k, 2.0)]).collect()
+    };
+    let apart = renamed(&Lists((0..n).map(row).collect()), &shuffled(n));
+    for (column, value) in [(400, f64::NAN), (n + 1, -1.0), (123, -2.0)] {
+        let Lists(mut rows) = apart.clone();
+        rows[123].retain(|entry| entry.0 != column);
+        rows[123].push((column, value));
+        let (a, b) = (Lists(rows), Identity { order: n });
+        let problem = Hlcp::new(&a, b, Omega::Uniform(1.0)).unwrap();
+        let refused = match "AUTO".parse::<Named>().unwrap().on(problem).err() {
+            Some(Error::NotFinite { index, .. } | Error::NotPositive { index, .. }) => index,
+            Some(Error::Outside { row, .. }) => row,
+            other => panic!("{other:?}"),
+        };
+        assert_eq!(refused, 123);
+    }
 }
