@@ -43,13 +43,15 @@ struct Level<T> {
     weight: Vec<T>,
     /// Where each unknown goes; nothing on the last level.
     aggregate: Vec<u32>,
+    /// Whether each visit to the finer level visits it twice.
+    twice: bool,
     work: Work<T>,
 }
 
 impl<T: Scalar> Level<T> {
-    fn new(matrix: Matrix<T>, weight: Vec<T>) -> Self {
+    fn new(matrix: Matrix<T>, weight: Vec<T>, twice: bool) -> Self {
         let work = Work::new(weight.len());
-        Self { matrix, weight, aggregate: vec![], work }
+        Self { matrix, weight, aggregate: vec![], twice, work }
     }
 }
 
@@ -86,8 +88,9 @@ impl<T: Scalar> Hierarchy<T> {
         apart: impl Fn(usize) -> bool,
         clock: &mut Clock<'_>,
     ) -> Option<Self> {
-        let (mut levels, mut walked) = (vec![Level::new(matrix, vec![])], 0);
-        let mut bottom = None;
+        let entries = matrix.entries();
+        let (mut levels, mut walked) = (vec![Level::new(matrix, vec![], false)], 0);
+        let (mut bottom, mut visits) = (None, 1);
         loop {
             if clock.is_up() {
                 return None;
@@ -110,7 +113,10 @@ impl<T: Scalar> Hierarchy<T> {
             coarse.scale_columns(&weight);
             walked += 2 * PASSES * coarse.entries();
             fine.aggregate = aggregate;
-            levels.push(Level::new(coarse, weight));
+            // Levels that are hardly shorter, as of stars, would be visited 2, 4, 8, … times.
+            let twice = visits * coarse.entries() <= entries;
+            visits *= 1 + usize::from(twice);
+            levels.push(Level::new(coarse, weight, twice));
         }
         Some(Self { levels, bottom, walked })
     }
@@ -225,7 +231,8 @@ impl<T: Scalar> Descent<'_, '_, T> {
     fn solve(&mut self, levels: &mut [Level<T>], work: &mut Work<T>) {
         let Work { rhs, x: [x, y], product: [image, product] } = work;
         self.visit(levels, rhs, x, image);
-        if levels.len() == 1 && self.bottom.is_some() {
+        let (is_exact, twice) = (levels.len() == 1 && self.bottom.is_some(), levels[0].twice);
+        if is_exact || self.cycle == Cycle::W && !twice {
             return;
         }
         if self.cycle == Cycle::W {
@@ -243,7 +250,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
             return;
         }
         add(rhs, -first, image);
-        if dot(rhs, rhs) <= GAIN * GAIN * before {
+        if !twice || dot(rhs, rhs) <= GAIN * GAIN * before {
             x.iter_mut().for_each(|x| *x *= T::of(first));
             return;
         }

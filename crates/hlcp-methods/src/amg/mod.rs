@@ -64,7 +64,7 @@ const ROUGH: usize = 8;
 ///    constant, and coarse entries are sums over pairs of aggregates, which conserves mass. From a
 ///    hundred rows down the system is solved by elimination.
 /// 4. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
-///    flow. Each level is visited twice.
+///    flow. Each level is visited twice, as long as its visits take no more than two of the first.
 ///
 /// # Two cycles
 ///

@@ -130,6 +130,36 @@ fn a_cycle_asks_before_each_long_sweep() {
     assert_eq!(of_cycle, 2);
 }
 
+/// Stars on a string, with rays as by chance: each pairing takes some rays from all that are left,
+/// so that levels are hardly shorter than those before them. None takes more than two visits' worth
+/// of the first.
+#[test]
+fn a_cycle_does_not_visit_levels_that_are_hardly_shorter_over_and_over() {
+    let (mut couplings, mut n, mut before) = (vec![], 0, 0);
+    for star in 0..40 {
+        let rays = (-30.0 * ((star as f64 + 0.5) / 40.0).ln()) as usize;
+        let ends = (1..=rays).map(|ray| n + ray).chain([before]);
+        couplings.extend(ends.flat_map(|end| {
+            let bond = if end > n { 2.0 } else { 1.0 };
+            [(n, end, bond), (end, n, bond)]
+        }));
+        before = n;
+        n += 1 + rays;
+    }
+    let matrix = Matrix::of(&listed::<f64>(n, &couplings, 1e-3), &mut Clock::endless()).unwrap();
+    let mut hierarchy = Hierarchy::new(matrix, |_| false, &mut Clock::endless()).unwrap();
+    let levels = hierarchy.orders().count();
+    assert!(levels > 8, "{levels}");
+    for cycle in [Cycle::W, Cycle::K] {
+        let (mut y, mut product) = (vec![0.0; n], vec![0.0; n]);
+        let walks = hierarchy.walks();
+        hierarchy.cycle(cycle, &vec![1.0; n], &mut y, &mut product, &mut Clock::endless());
+        let walks = hierarchy.walks() - walks;
+        // A visit is two walks and a half.
+        assert!(walks <= 5.0 * levels as f64, "{walks} over {levels} levels");
+    }
+}
+
 #[test]
 fn elimination_solves_what_it_can() {
     let (matrix, dense) = sparse(40);
