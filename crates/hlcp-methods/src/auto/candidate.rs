@@ -161,8 +161,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
         Ok(match choice {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
             AutoChoice::Multigrid => {
-                let cycle = if tridiagonal { Cycle::F } else { Cycle::W };
-                let multigrid = Multigrid::new(problem, cycle)?;
+                let multigrid = Multigrid::new(problem, Cycle::F)?;
                 if multigrid.grids().nth(1).is_none() {
                     return Err(Error::NotFivePoint { what: "a coarser grid" });
                 }

@@ -20,8 +20,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
 ///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
 ///   of small full matrices.
-/// * The others of these wait, and [`Multigrid`], by W-cycles or, for tridiagonal operators, by
-///   F-cycles, if there are coarser grids; [`AmgNewton`]; and Newton's method with [`Ssor`].
+/// * The others of these wait, and [`Multigrid`] by F-cycles, if there are coarser grids;
+///   [`AmgNewton`]; and Newton's method with [`Ssor`].
 ///
 /// Unknowns are taken in the order that they have; [`Renumbered`](crate::Renumbered) gives them
 /// another one, as [`Named`](crate::Named) does where they are numbered at random.
