@@ -39,8 +39,9 @@ class Scene(NamedTuple):
     r: NDArray[np.float64] | None
 
 
-def _scene(posed: Any) -> Scene:
-    of_a, of_b, q, solution = posed
+def _scene(name: str, sizes: dict[str, int], *numbers: float) -> Scene:
+    nx, *ny = (count(what, size, 0) for what, size in sizes.items())
+    of_a, of_b, q, solution = _hlcp.scene(name, [nx, *(ny or [nx])], numbers)
     grid = tuple(of_a[0])
 
     def field(value: Any) -> Any:
@@ -56,7 +57,7 @@ def example1(m: int, mu: float = 4.0, nu: float = 4.0) -> Scene:
 
     Its q is made for the z and r that come with it.
     """
-    return _scene(_hlcp.example(True, count("m", m, 0), mu, nu))
+    return _scene("example1", {"m": m}, mu, nu)
 
 
 def example2(m: int, mu: float = 4.0, nu: float = 4.0) -> Scene:
@@ -64,17 +65,17 @@ def example2(m: int, mu: float = 4.0, nu: float = 4.0) -> Scene:
 
     Its q is made for the z and r that come with it.
     """
-    return _scene(_hlcp.example(False, count("m", m, 0), mu, nu))
+    return _scene("example2", {"m": m}, mu, nu)
 
 
 def disc_lcp(m: int) -> Scene:
     """Return a contact in a disc, as an LCP on m x m points: multigrid's case."""
-    return _scene(_hlcp.disc(True, count("m", m, 0)))
+    return _scene("disc_lcp", {"m": m})
 
 
 def disc_hlcp(m: int) -> Scene:
     """Return a contact in a disc with a second operator on r, on m x m points."""
-    return _scene(_hlcp.disc(False, count("m", m, 0)))
+    return _scene("disc_hlcp", {"m": m})
 
 
 def slider(cells: int) -> Scene:
@@ -82,7 +83,7 @@ def slider(cells: int) -> Scene:
 
     z = 1 stands for the pressure 6 mu U L / h_min**2, and r is the void fraction.
     """
-    return _scene(_hlcp.slider(count("cells", cells, 0)))
+    return _scene("slider", {"cells": cells, "lines": 1})
 
 
 def journal_bearing(nx: int, ny: int, ecc: float = 0.1, b: float = 10.0) -> Scene:
@@ -97,22 +98,22 @@ def journal_bearing(nx: int, ny: int, ecc: float = 0.1, b: float = 10.0) -> Scen
     b : float
         Half the length of the bearing over its radius.
     """
-    return _scene(_hlcp.journal_bearing(count("nx", nx, 0), count("ny", ny, 0), ecc, b))
+    return _scene("journal_bearing", {"nx": nx, "ny": ny}, ecc, b)
 
 
 def obstacle(m: int) -> Scene:
     """Return PETSc's membrane over a dome, an LCP on (m - 2) x (m - 2) points."""
-    return _scene(_hlcp.obstacle(count("m", m, 0)))
+    return _scene("obstacle", {"m": m})
 
 
 def spiral(m: int) -> Scene:
     """Return a membrane on the spiral of Gräser and Kornhuber, an LCP on m x m points."""
-    return _scene(_hlcp.membrane(True, count("m", m, 0)))
+    return _scene("spiral", {"m": m})
 
 
 def bessel(m: int) -> Scene:
     """Return a membrane pressed against a product of Bessel's functions, an LCP on m x m points."""
-    return _scene(_hlcp.membrane(False, count("m", m, 0)))
+    return _scene("bessel", {"m": m})
 
 
 def dam(nx: int, ny: int, length: float = 1.0, tail: float = 0.5, layer: float = 1.0) -> Scene:
@@ -129,7 +130,7 @@ def dam(nx: int, ny: int, length: float = 1.0, tail: float = 0.5, layer: float =
     layer : float
         The conductivity of the lower half over that of the upper.
     """
-    return _scene(_hlcp.dam(count("nx", nx, 0), count("ny", ny, 0), length, tail, layer))
+    return _scene("dam", {"nx": nx, "ny": ny}, length, tail, layer)
 
 
 def bearing2d(nx: int, ny: int, ecc: float = 0.6, aspect: float = 1.0,
@@ -147,7 +148,7 @@ def bearing2d(nx: int, ny: int, ecc: float = 0.6, aspect: float = 1.0,
     groove : float
         Where the feed groove is, in radians from the widest gap.
     """
-    return _scene(_hlcp.bearing2d(count("nx", nx, 0), count("ny", ny, 0), ecc, aspect, groove))
+    return _scene("bearing2d", {"nx": nx, "ny": ny}, ecc, aspect, groove)
 
 
 class AmericanPut:

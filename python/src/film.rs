@@ -79,26 +79,22 @@ pub(crate) fn posed_film<'py>(
 
 /// Figures by their names.
 fn named<'py>(py: Python<'py>, figures: FilmFigures) -> PyResult<Bound<'py, PyDict>> {
-    let doubt = figures.doubt();
-    let FilmFigures { load, moments, friction, full_friction, power, sides, .. } = figures;
-    let FilmFigures { supplies, stored, imbalance, peak, least_gap, broken_share, .. } = figures;
-    let FilmFigures { least_content, feed, .. } = figures;
     let named = PyDict::new(py);
-    named.set_item("load", load)?;
-    named.set_item("moments", moments)?;
-    named.set_item("friction", friction)?;
-    named.set_item("full_friction", full_friction)?;
-    named.set_item("power", power)?;
-    named.set_item("sides", sides)?;
-    named.set_item("supplies", supplies)?;
-    named.set_item("stored", stored)?;
-    named.set_item("imbalance", imbalance)?;
-    named.set_item("peak", peak)?;
-    named.set_item("least_gap", least_gap)?;
-    named.set_item("broken_share", broken_share)?;
-    named.set_item("least_content", least_content)?;
-    named.set_item("feed", feed)?;
-    named.set_item("doubt", doubt)?;
+    named.set_item("doubt", figures.doubt())?;
+    named.set_item("load", figures.load)?;
+    named.set_item("moments", figures.moments)?;
+    named.set_item("friction", figures.friction)?;
+    named.set_item("full_friction", figures.full_friction)?;
+    named.set_item("power", figures.power)?;
+    named.set_item("sides", figures.sides)?;
+    named.set_item("supplies", figures.supplies)?;
+    named.set_item("stored", figures.stored)?;
+    named.set_item("imbalance", figures.imbalance)?;
+    named.set_item("peak", figures.peak)?;
+    named.set_item("least_gap", figures.least_gap)?;
+    named.set_item("broken_share", figures.broken_share)?;
+    named.set_item("least_content", figures.least_content)?;
+    named.set_item("feed", figures.feed)?;
     Ok(named)
 }
 

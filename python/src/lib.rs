@@ -323,25 +323,13 @@ struct Answer<T> {
 impl<T: Real> Job<'_, T> {
     /// Makes the method, and iterates it.
     fn choose(&self) -> PyResult<Answer<T>> {
-        let Settings { splittings, window, tau, .. } = self.settings;
+        let Settings { splittings, window, .. } = self.settings;
         if splittings.is_empty() {
-            let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
-            let omega = match &self.omega {
-                Some(omega) => omega.clone(),
-                None => Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?,
-            };
-            let problem = self.pose(a, b, omega)?;
+            let problem = self.pose(self.a.rows("A")?, self.b.rows("B")?)?;
             return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?);
         }
         let (a, b) = (self.a.products(), self.b.products());
-        let omega = match &self.omega {
-            Some(omega) => omega.clone(),
-            None => {
-                let [a, b] = [self.a.rows("A")?, self.b.rows("B")?];
-                Omega::diagonal_ratio(T::of(*tau), &a, &b).map_err(wrong)?
-            }
-        };
-        let problem = self.pose(a, b, omega)?;
+        let problem = self.pose(a, b)?;
         let shape = [a.order(); 2];
         let step = |call| SplittingStep(Products { shape, call, failure: self.failure });
         let plain: BoxedMethod<'_, T, _, _> = match &splittings[..] {
@@ -364,11 +352,18 @@ impl<T: Real> Job<'_, T> {
         }
     }
 
-    fn pose<A, B>(&self, a: A, b: B, omega: Omega<T>) -> PyResult<Hlcp<T, A, B>>
+    fn pose<A, B>(&self, a: A, b: B) -> PyResult<Hlcp<T, A, B>>
     where
         A: LinearOperator<T>,
         B: LinearOperator<T>,
     {
+        let omega = match &self.omega {
+            Some(omega) => omega.clone(),
+            None => {
+                let (a, b) = (self.a.rows("A")?, self.b.rows("B")?);
+                Omega::diagonal_ratio(T::of(self.settings.tau), &a, &b).map_err(wrong)?
+            }
+        };
         let problem = Hlcp::new(a, b, omega).map_err(wrong)?;
         let (expected, found) = (problem.order(), self.q.len());
         if found != expected {
@@ -609,16 +604,16 @@ fn american((rate, volatility, maturity, m, steps): Put) -> AmericanPut {
     AmericanPut { rate, volatility, maturity, m, steps }
 }
 
-fn posed<'py>(
-    py: Python<'py>,
-    a: &dyn Rows<f64>,
-    b: Option<&dyn Rows<f64>>,
-    q: Vec<f64>,
-    solution: Option<[Vec<f64>; 2]>,
-) -> PyResult<Scene<'py>> {
-    let vector = |v| PyArray1::from_vec(py, v).into_any();
-    let b = b.map(|b| shown(py, b)).transpose()?;
-    Ok((shown(py, a)?, b, vector(q), solution.map(|both| both.map(vector))))
+/// A pair of operators, q, and z and r where they are known.
+type Problem = (Box<dyn Rows<f64>>, Box<dyn Rows<f64>>, Vec<f64>, Option<[Vec<f64>; 2]>);
+
+fn plain<A: Rows<f64> + 'static, B: Rows<f64> + 'static>((a, b, q): (A, B, Vec<f64>)) -> Problem {
+    (Box::new(a), Box::new(b), q, None)
+}
+
+fn planted(posed: Posed<f64, FivePoint<f64>, FivePoint<f64>>) -> Problem {
+    let Posed { a, b, q, z, r } = posed;
+    (Box::new(a), Box::new(b), q, Some([z, r]))
 }
 
 #[pymodule(gil_used = false)]
@@ -681,73 +676,41 @@ mod _hlcp {
         Named::names()
     }
 
-    /// Poses Example 1 or 2 of the paper.
+    /// Poses a scene by its name, with its points along x and along y and its other numbers.
     #[pyfunction]
-    fn example(py: Python<'_>, symmetric: bool, m: usize, mu: f64, nu: f64) -> PyResult<Scene<'_>> {
-        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
-        let Posed { a, b, q, z, r, .. } = Example { symmetric, m, mu, nu }.pose().map_err(wrong)?;
-        posed(py, &a, Some(&b), q, Some([z, r]))
-    }
-
-    /// Poses the contact in a disc.
-    #[pyfunction]
-    fn disc(py: Python<'_>, lcp: bool, m: usize) -> PyResult<Scene<'_>> {
-        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
-        let Posed { a, b, q, z, r, .. } = Disc { lcp, m }.pose().map_err(wrong)?;
-        posed(py, &a, if lcp { None } else { Some(&b) }, q, Some([z, r]))
-    }
-
-    /// Poses the parabolic slider.
-    #[pyfunction]
-    fn slider(py: Python<'_>, cells: usize) -> PyResult<Scene<'_>> {
-        room(cells.checked_mul(8))?;
-        let (a, b, q) = Slider { cells }.pose().map_err(wrong)?;
-        posed(py, &a, Some(&b), q, None)
-    }
-
-    /// Poses PETSc's journal bearing.
-    #[pyfunction]
-    fn journal_bearing(
-        py: Python<'_>,
-        nx: usize,
-        ny: usize,
-        ecc: f64,
-        b: f64,
-    ) -> PyResult<Scene<'_>> {
-        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
-        let (a, _, q) = JournalBearing { nx, ny, ecc, b }.pose().map_err(wrong)?;
-        posed(py, &a, None, q, None)
-    }
-
-    /// Poses PETSc's obstacle.
-    #[pyfunction]
-    fn obstacle(py: Python<'_>, m: usize) -> PyResult<Scene<'_>> {
-        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
-        let (a, _, q) = Obstacle { m }.pose().map_err(wrong)?;
-        posed(py, &a, None, q, None)
-    }
-
-    /// Poses a membrane on a spiral, or below Bessel's functions.
-    #[pyfunction]
-    fn membrane(py: Python<'_>, spiral: bool, m: usize) -> PyResult<Scene<'_>> {
-        room(m.checked_mul(m).and_then(|n| n.checked_mul(8)))?;
-        let (a, _, q) = Membrane { spiral, m }.pose().map_err(wrong)?;
-        posed(py, &a, None, q, None)
-    }
-
-    /// Poses seepage through a dam.
-    #[pyfunction]
-    fn dam(
-        py: Python<'_>,
-        nx: usize,
-        ny: usize,
-        length: f64,
-        tail: f64,
-        layer: f64,
-    ) -> PyResult<Scene<'_>> {
-        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
-        let (a, b, q) = Dam { nx, ny, length, tail, layer }.pose().map_err(wrong)?;
-        posed(py, &a, Some(&b), q, None)
+    fn scene<'py>(
+        py: Python<'py>,
+        name: &str,
+        points: [usize; 2],
+        numbers: Vec<f64>,
+    ) -> PyResult<Scene<'py>> {
+        let ([nx, ny], m) = (points, points[0]);
+        let each = if ["journal_bearing", "dam", "bearing2d"].contains(&name) { 16 } else { 8 };
+        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(each)))?;
+        let posed = match (name, &numbers[..]) {
+            ("example1", &[mu, nu]) => Example { symmetric: true, m, mu, nu }.pose().map(planted),
+            ("example2", &[mu, nu]) => Example { symmetric: false, m, mu, nu }.pose().map(planted),
+            ("disc_lcp", []) => Disc { lcp: true, m }.pose().map(planted),
+            ("disc_hlcp", []) => Disc { lcp: false, m }.pose().map(planted),
+            ("slider", []) => Slider { cells: nx }.pose().map(plain),
+            ("journal_bearing", &[ecc, b]) => JournalBearing { nx, ny, ecc, b }.pose().map(plain),
+            ("obstacle", []) => Obstacle { m }.pose().map(plain),
+            ("spiral", []) => Membrane { spiral: true, m }.pose().map(plain),
+            ("bessel", []) => Membrane { spiral: false, m }.pose().map(plain),
+            ("dam", &[length, tail, layer]) => {
+                Dam { nx, ny, length, tail, layer }.pose().map(plain)
+            }
+            ("bearing2d", &[ecc, aspect, groove]) => {
+                Bearing2d { nx, ny, ecc, aspect, groove }.pose().map(plain)
+            }
+            _ => return Err(wrong(format!("there is no scene {name} of {numbers:?}"))),
+        };
+        let (a, b, q, solution) = posed.map_err(wrong)?;
+        let is_lcp =
+            ["disc_lcp", "journal_bearing", "obstacle", "spiral", "bessel"].contains(&name);
+        let b = if is_lcp { None } else { Some(shown(py, &*b)?) };
+        let vector = |v| PyArray1::from_vec(py, v).into_any();
+        Ok((shown(py, &*a)?, b, vector(q), solution.map(|both| both.map(vector))))
     }
 
     /// Returns A of all LCPs of a put, and how many there are.
@@ -777,21 +740,5 @@ mod _hlcp {
     fn put_price(put: Put, z: PyReadonlyArray1<'_, f64>, spot: f64) -> PyResult<[f64; 2]> {
         let put = american(put);
         Ok([put.price(z.as_slice()?, spot), put.exercise(z.as_slice()?)])
-    }
-
-    /// Poses the journal bearing with mass-conserving cavitation.
-    #[pyfunction]
-    fn bearing2d(
-        py: Python<'_>,
-        nx: usize,
-        ny: usize,
-        ecc: f64,
-        aspect: f64,
-        groove: f64,
-    ) -> PyResult<Scene<'_>> {
-        room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
-        let scene = Bearing2d { nx, ny, ecc, aspect, groove };
-        let (a, b, q) = scene.pose().map_err(wrong)?;
-        posed(py, &a, Some(&b), q, None)
     }
 }
