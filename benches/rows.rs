@@ -44,6 +44,9 @@ impl<I: TryFrom<usize>> Arrays<I> {
     }
 }
 
+/// A half-step by hand on the arrays of A and B, with `q`, from `x` to `y`.
+type Loop = fn([&Arrays<u32>; 2], &[f64], &[f64], &mut [f64]) -> f64;
+
 /// The half-step of Gauss–Seidel for Ω = I as one would write it for two matrices in compressed
 /// sparse rows, with ‖F(x)‖².
 fn by_hand<const BACKWARD: bool, const ACCELERATED: bool>(
@@ -127,27 +130,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     let aor = Aor::gauss_seidel();
 
     println!("| what | against | ratio | target | ns per unknown |\n|---|---|---|---|---|");
-    let hand = "the loop by hand";
-    let pair = [&of_a, &of_b];
     let done = |norm: f64| _ = black_box(norm);
-    row(
-        ["assembled rows, MMS", hand, "≤ 1.2"],
-        n,
-        &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || _ = black_box(by_hand::<false, false>(pair, &q, &x, &mut other)),
-    );
-    row(
-        ["the same backward", hand, "≤ 1.2"],
-        n,
-        &mut || done(aor.backward().step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || _ = black_box(by_hand::<true, false>(pair, &q, &x, &mut other)),
-    );
-    row(
-        ["the same, AMMS", hand, "≤ 1.2"],
-        n,
-        &mut || done(aor.accelerated().step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || _ = black_box(by_hand::<false, true>(pair, &q, &x, &mut other)),
-    );
+    let ways = [
+        ("assembled rows, MMS", aor, by_hand::<false, false> as Loop),
+        ("the same backward", aor.backward(), by_hand::<true, false>),
+        ("the same, AMMS", aor.accelerated(), by_hand::<false, true>),
+    ];
+    for (what, aor, by_hand) in ways {
+        row(
+            [what, "the loop by hand", "≤ 1.2"],
+            n,
+            &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
+            &mut || done(by_hand([&of_a, &of_b], &q, &x, &mut other)),
+        );
+    }
     row(
         ["64-bit indices, MMS", "32-bit indices", ""],
         n,
