@@ -196,10 +196,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     ///
     /// # Errors
     ///
-    /// [`Error::TooLarge`] where sparse factors might take more than 4 GB or 10¹² multiplications,
-    /// whichever columns are chosen and pivots are taken; beyond an order of 500 without the
-    /// feature `direct`. [`Error::OneRank`] for a problem that ranks share, and what the
-    /// [`check`](Step::check) of [`Aor`] refuses.
+    /// [`Error::TooLarge`] where sparse factors might take more than 4 GB, whichever columns are
+    /// chosen and pivots are taken; beyond an order of 500 without the feature `direct`.
+    /// [`Error::OneRank`] for a problem that ranks share, and what the [`check`](Step::check) of
+    /// [`Aor`] refuses.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         problem.on_one_rank("elimination")?;
         Aor::gauss_seidel().check(&problem)?;
