@@ -215,7 +215,7 @@ impl<'c> Clock<'c> {
 }
 
 /// The rows that a loop walks over between two looks at the clock.
-const STRETCH: usize = 1 << 14;
+pub(crate) const STRETCH: usize = 1 << 14;
 
 impl std::fmt::Debug for Clock<'_> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {

@@ -20,7 +20,7 @@ use self::{
     cycle::{Coarse, Equation, Level},
     pace::{Pace, Turn},
 };
-use crate::{Clock, Method, Work as Count};
+use crate::{Clock, Method, Work as Count, options::STRETCH};
 
 /// Multigrid by the full approximation scheme, for a pair of five-point operators: the number of
 /// iterations does not grow with the grid.
@@ -347,9 +347,8 @@ fn compare<T: Scalar>(
     [before, swept, norm(x, clock)]
 }
 
-/// Where ranks share a problem, each has the whole of coarser grids of fewer points, and of those
-/// of fewer columns for a rank: they cost less than messages.
-const SMALL: usize = if cfg!(test) { 1 } else { 1 << 14 };
+/// Where ranks share a problem, each has the whole of coarser grids of fewer columns for a rank,
+/// and of those of few points: they cost less than messages.
 const NARROW: usize = 6;
 
 /// The next coarser grid and the problem there, if there is one with positive diagonals; `scaling`
@@ -382,7 +381,8 @@ fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     });
     let made = problem.agree(if coarse[0] > 0 { made } else { Ok(None) })?;
     let is_small = |strip: &&Strip| {
-        strip.whole().iter().product::<usize>() < SMALL || strip.narrowest() < NARROW
+        let few = if cfg!(test) { 1 } else { STRETCH };
+        strip.whole().iter().product::<usize>() < few || strip.narrowest() < NARROW
     };
     let gathered = transfer.strip().filter(is_small);
     let [a, b] = match (made, gathered) {
