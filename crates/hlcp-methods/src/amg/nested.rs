@@ -9,10 +9,7 @@ use super::{
     newton::Steps,
     units::Units,
 };
-use crate::{Clock, limits::FRACTION};
-
-/// The most steps on a coarser problem; what may be a residual of an answer ends them too.
-const STEPS: usize = 4;
+use crate::{Clock, limits::FRACTION, safeguard::PATIENCE};
 
 /// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
 /// positive diagonals, in these units. Returns the work in walks over the rows.
@@ -53,7 +50,8 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
         walks += start(&coarse, &coarse_q, &Units::plain(), &mut coarse_x, clock)?;
     }
     let near = FRACTION * Norms::of(&coarse_q).l2;
-    for _ in 0..STEPS {
+    // What may be a residual of an answer ends them too.
+    for _ in 0..PATIENCE {
         let solved = steps.step(&coarse, &coarse_q, &mut coarse_x, clock);
         if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {
             break;
