@@ -199,22 +199,21 @@ mod tests {
 
     proptest! {
         /// Conductors between unknowns that all hang together, and next to nothing to earth: rows
-        /// add up to `EARTH` times what passes in each of the two ways, so that a pass over n rows
-        /// keeps factors to within `n EARTH`.
+        /// add up to `earth` times what passes in each of the two ways, so that a pass over n rows
+        /// keeps factors to within `n earth`.
         #[test]
         fn a_symmetric_matrix_gets_back_the_units_that_it_had(
             bonds in (8..30_usize).prop_flat_map(|n| vec((0..n, -3.0..3.0_f64), n - 1)),
             (r, c) in (vec(-6.0..6.0_f64, 30), vec(-3.0..3.0_f64, 30)),
             (by_rows, by_unknowns) in any::<(bool, bool)>(),
         ) {
-            const EARTH: f64 = 1e-9;
-            let n = bonds.len() + 1;
+            let (earth, n) = (1e-9, bonds.len() + 1);
             let mut dense = vec![vec![0.0; n]; n];
             for (k, (to, bond)) in bonds.iter().enumerate() {
                 let (i, j, bond) = (k + 1, to % (k + 1), 10_f64.powf(*bond));
                 for (i, j) in [(i, j), (j, i)] {
                     dense[i][j] -= bond;
-                    dense[i][i] += bond * (1.0 + EARTH);
+                    dense[i][i] += bond * (1.0 + earth);
                 }
             }
             let of = |powers: &[f64], used: bool| -> Vec<f64> {
@@ -233,7 +232,7 @@ mod tests {
             });
             let [a, b] = &mut matrices;
             let units = Units::of(a, b, &Omega::Uniform(1.0), clock).unwrap();
-            let close = 1.0 + 20.0 * n as f64 * EARTH + 1e-12 * n as f64;
+            let close = 1.0 + 20.0 * n as f64 * earth + 1e-12 * n as f64;
             // What was not multiplied is left alone, and what is not noticed is no tenth of it.
             prop_assert!(by_rows || units.rows.is_none());
             prop_assert!(by_unknowns || units.unknowns.is_none());
