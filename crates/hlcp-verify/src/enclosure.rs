@@ -425,14 +425,16 @@ impl Assembled {
         };
         let mut rows = |rows: &dyn Rows<T>| {
             let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+            let mut row = vec![];
             for (i, &scale) in scale.iter().enumerate() {
                 if clock.is_up_at(i) {
                     return Err(Refusal::TimeLimit);
                 }
-                visit(&rows, i, |j, value| {
-                    columns.push(j);
-                    values.push(times(value, scale));
-                });
+                row.clear();
+                visit(&rows, i, |j, value| row.push((j, times(value, scale))));
+                row.sort_unstable_by_key(|entry| entry.0);
+                columns.extend(row.iter().map(|entry| entry.0));
+                values.extend(row.iter().map(|entry| entry.1));
                 offsets.push(columns.len());
             }
             Csr::new(offsets, columns, values).map_err(|_| Refusal::Overflow)

@@ -1,7 +1,7 @@
 //! Exact rational solutions, and what is claimed of none; `enclosure.rs` has the certificates.
 
-use crate::common::NotFinite;
-use hlcp_core::FivePoint;
+use crate::common::{Lists, NotFinite};
+use hlcp_core::{FivePoint, Identity};
 use hlcp_verify::{Branch, certify, certify_box};
 use nalgebra::DMatrix;
 use num_rational::BigRational;
@@ -53,4 +53,16 @@ fn nothing_is_claimed_of_a_stencil_with_nan() {
     ] {
         assert_eq!(spoilt, None);
     }
+}
+
+/// Springs around a ring, the two neighbours' entries after each diagonal one.
+#[test]
+fn entries_of_a_row_may_come_in_any_order() {
+    let n = 30;
+    let row = |i: usize| vec![(i, 2.01), ((i + 1) % n, -1.0), ((i + n - 1) % n, -1.0)];
+    let (a, b) = (Lists((0..n).map(row).collect()), Identity { order: n });
+    let q: Vec<f64> = (0..n).map(|i| (i as f64).sin() - 0.3).collect();
+    let answer = hlcp_methods::solve(&a, &b, &q).unwrap();
+    let certificate = certify(&a, &b, &q, &answer.z, &answer.r).unwrap().unwrap();
+    assert!(certificate.error() < 1e-8);
 }
