@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use crate::{
-    numbers::{Meter, Scalar, Stretches},
+    numbers::{Compiled, Meter, Scalar, Stretches},
     parallel::Strip,
 };
 
@@ -12,6 +12,15 @@ pub(super) const COLUMNS: usize = 512;
 /// Between arrays of a worker, so that those of a power of two do not compete for the same lines of
 /// the cache.
 pub(super) const PAD: usize = 8;
+
+/// The columns of a row beyond the edge of a grid.
+static ZEROS: Compiled<[f32; COLUMNS], [f64; COLUMNS]> = Compiled([0.0; COLUMNS], [0.0; COLUMNS]);
+
+/// Returns zeros for a stretch of columns.
+#[inline(always)]
+pub(super) fn zeros<T: Scalar>() -> &'static [T; COLUMNS] {
+    ZEROS.of()
+}
 
 /// The grid, and the direction and the order of the sweep; a grid that closes is swept in
 /// lexicographic order.

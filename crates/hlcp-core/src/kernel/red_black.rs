@@ -13,7 +13,7 @@ use pulp::{Simd, WithSimd};
 
 use super::{
     coefficients::Source,
-    grid::{COLUMNS, Grid, Old},
+    grid::{COLUMNS, Grid, Old, zeros},
 };
 use crate::{
     numbers::{Scalar, Tallies},
@@ -58,7 +58,6 @@ struct Worker<'a, T, S: Source<T>> {
     loaded: S::Loaded,
     padded: [T; COLUMNS + 2],
     defect: [T; COLUMNS],
-    zeros: [T; COLUMNS],
 }
 
 /// Returns the first colour of the new iterate in the first and in the last column; the numbers at
@@ -82,9 +81,8 @@ pub(super) fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
 impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     #[inline(always)]
     fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
-        let zeros = [T::zero(); COLUMNS];
         let (loaded, padded) = (source.loaded(), [T::zero(); COLUMNS + 2]);
-        Self { old, source, loaded, padded, defect: zeros, zeros }
+        Self { old, source, loaded, padded, defect: *zeros() }
     }
 
     /// Relaxes the rows of `band`, the first of which is row `first` of the grid.
@@ -97,7 +95,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     ) {
         let Grid { nx, ny, .. } = self.old.grid;
         let height = band.len() / nx;
-        let mut beside = [self.zeros; 2];
+        let mut beside = [*zeros(); 2];
         // One row behind, so that the row after it has its first colour.
         for k in 0..=height {
             if k < height {
@@ -132,10 +130,9 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let Old { grid, x, q, q_factor, .. } = *self.old;
         let Range { start, end } = columns.clone();
         let n = t.len().min(S::CHUNK);
-        let zeros = &self.zeros;
         let row = |j: usize| &x[j * grid.nx..(j + 1) * grid.nx];
-        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros[..n] };
-        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros[..n] };
+        let south = if j > 0 { &row(j - 1)[start..end] } else { &zeros()[..n] };
+        let north = if j + 1 < grid.ny { &row(j + 1)[start..end] } else { &zeros()[..n] };
         let ends = grid.ends(x, self.old.beside, j, &columns);
         pad(row(j), columns.clone(), ends, &mut self.padded);
         let second = second_colour(grid, start, j);

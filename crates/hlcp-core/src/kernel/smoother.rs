@@ -7,7 +7,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{
     Sweep, Transfer,
     coefficients::Source,
-    grid::{COLUMNS, Grid, Multiple, ROWS, columns},
+    grid::{COLUMNS, Grid, Multiple, ROWS, columns, zeros},
     tile::Around,
     transfer::{FineRows, WEIGHTED},
 };
@@ -181,7 +181,6 @@ struct Defects<'a, T, S: Source<T>> {
     loaded: S::Loaded,
     around: Around<'a, T>,
     f: Option<Multiple<'a, T>>,
-    zeros: [T; COLUMNS],
 }
 
 impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
@@ -193,7 +192,7 @@ impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
             let d = &mut d[start - columns.start..][..n];
             let (factor, f) = match self.f {
                 Some((factor, f)) => (factor, &f[j * self.nx + start..][..n]),
-                None => (T::zero(), &self.zeros[..n]),
+                None => (T::zero(), &zeros()[..n]),
             };
             self.source.load(j, stretch.clone(), &mut self.loaded);
             let ends = self.around.ends(j, &stretch);
@@ -259,8 +258,8 @@ impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
     fn with_simd<V: Simd>(self, _: V) {
         let Self { grid, source, f, x, beside, pass } = self;
         let around = Around::new(grid, x, beside);
-        let (nx, loaded, zeros) = (grid.nx, source.loaded(), [T::zero(); COLUMNS]);
-        pass.work(&mut Defects { nx, source, loaded, around, f, zeros });
+        let loaded = source.loaded();
+        pass.work(&mut Defects { nx: grid.nx, source, loaded, around, f });
     }
 }
 

@@ -325,8 +325,8 @@ where
                 Edge::Passed { edges, number }
             };
             worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            if !S::LEAN {
-                sum.add(number, worker.tallies.take(0..nx));
+            if let Some((_, tallies)) = &mut worker.measured {
+                sum.add(number, tallies.take(0..nx));
             }
             let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
             let [first, last] = if BACKWARD { [north, south] } else { [south, north] };

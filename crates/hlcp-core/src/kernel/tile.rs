@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use super::{
     coefficients::{Pair, Source, part},
-    grid::{COLUMNS, Grid, Old, PAD, ROWS},
+    grid::{COLUMNS, Grid, Old, PAD, ROWS, zeros},
 };
 use crate::{
     numbers::{Scalar, Tallies},
@@ -26,15 +26,12 @@ pub(super) struct Worker<'a, T, S: Source<T>> {
     loaded: S::Loaded,
     kept: [S::Kept; ROWS],
     around: Around<'a, T>,
-    defect: [T; COLUMNS + PAD],
     /// The factors of the first point of each row at its last, where rows close.
     along: [Pair<T>; ROWS],
-    /// The factors of the first row's points at the last row's, where columns close.
-    across: [[T; COLUMNS + PAD]; 2],
     /// The new values beside each row of the band, where the sweep enters it.
     before: [T; ROWS],
-    /// The sums of squares of F(x).
-    pub(super) tallies: Tallies<T>,
+    /// F(x) in a stretch, and the sums of its squares, if the sweep measures.
+    pub(super) measured: Option<([T; COLUMNS + PAD], Tallies<T>)>,
 }
 
 /// The old iterate around a stretch of a row.
@@ -43,16 +40,14 @@ pub(super) struct Around<'a, T> {
     x: &'a [T],
     /// `x` west and east of the grid, where other ranks have it go on.
     beside: [&'a [T]; 2],
-    west: [T; COLUMNS + PAD],
-    east: [T; COLUMNS + PAD],
-    zeros: [T; COLUMNS + PAD],
+    /// A stretch at an end of `x`, with room for a value on either side.
+    padded: [T; COLUMNS + PAD],
 }
 
 impl<'a, T: Scalar> Around<'a, T> {
     #[inline(always)]
     pub(super) fn new(grid: Grid, x: &'a [T], beside: [&'a [T]; 2]) -> Self {
-        let zeros = [T::zero(); COLUMNS + PAD];
-        Self { grid, x, beside, west: zeros, east: zeros, zeros }
+        Self { grid, x, beside, padded: [T::zero(); COLUMNS + PAD] }
     }
 
     /// Returns the values beyond the ends of row `j`, as far as the stretch reaches these.
@@ -68,24 +63,17 @@ impl<'a, T: Scalar> Around<'a, T> {
         let Self { grid: Grid { nx, ny, round: [_, round], .. }, x, .. } = *self;
         let Range { start, end } = columns;
         let row = |j: usize| &x[j * nx + start..j * nx + end];
-        let beyond = |j: usize| if round { row(j) } else { &self.zeros[..end - start] };
+        let beyond = |j: usize| if round { row(j) } else { &zeros()[..end - start] };
         let south = if j > 0 { row(j - 1) } else { beyond(ny - 1) };
         let north = if j + 1 < ny { row(j + 1) } else { beyond(0) };
         // West of a row's first point the vector holds the last one of the row before: the edges
         // are put right afterwards. Only at the vector's own ends there is nothing to read.
-        let (from, until) = (j * nx + start, j * nx + end);
-        let west = if from > 0 {
-            &x[from - 1..until - 1]
-        } else {
-            self.west[1..until].copy_from_slice(&x[..until - 1]);
-            &self.west[..until]
-        };
-        let east = if until < x.len() {
-            &x[from + 1..until + 1]
-        } else {
-            self.east[..end - start - 1].copy_from_slice(&x[from + 1..]);
-            &self.east[..end - start]
-        };
+        let (from, until, n) = (j * nx + start, j * nx + end, end - start);
+        if from == 0 || until == x.len() {
+            self.padded[1..=n].copy_from_slice(&x[from..until]);
+        }
+        let west = if from > 0 { &x[from - 1..until - 1] } else { &self.padded[..n] };
+        let east = if until < x.len() { &x[from + 1..until + 1] } else { &self.padded[2..n + 2] };
         [south, west, &x[from..until], east, north]
     }
 }
@@ -95,10 +83,10 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
     pub(super) fn new(old: &'a Old<'a, T>, source: &'a S) -> Self {
         let (loaded, kept) = (source.loaded(), std::array::from_fn(|_| source.kept()));
         let around = Around::new(old.grid, old.x, old.beside);
-        let defect = [T::zero(); COLUMNS + PAD];
-        let (along, across) = ([[T::zero(); 2]; ROWS], [defect; 2]);
-        let (before, tallies) = ([T::zero(); ROWS], Tallies::new(old.stretches));
-        Self { old, source, loaded, kept, around, defect, along, across, before, tallies }
+        let (along, before) = ([[T::zero(); 2]; ROWS], [T::zero(); ROWS]);
+        let measured =
+            (!S::LEAN).then(|| ([T::zero(); COLUMNS + PAD], Tallies::new(old.stretches)));
+        Self { old, source, loaded, kept, around, along, before, measured }
     }
 
     /// Relaxes the rows of `band`, at most [`ROWS`], the first of which is row `first` of the grid.
@@ -144,7 +132,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let ends = self.around.ends(j, &columns);
         let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
-        if S::LEAN {
+        let Some((defect, tallies)) = &mut self.measured else {
             let coming = if BACKWARD { [south, west] } else { [north, east] };
             let beyond = if BACKWARD { ends[0] } else { ends[1] };
             lean_phase::<_, _, BACKWARD>(
@@ -161,8 +149,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
             }
             return;
-        }
-        let defect = &mut self.defect[..end - start];
+        };
+        let defect = &mut defect[..end - start];
         first_phase::<_, _, BACKWARD, ACCELERATED>(
             self.source,
             &self.loaded,
@@ -174,7 +162,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             defect,
             &mut y[start..end],
         );
-        self.tallies.add(meter, start, defect);
+        tallies.add(meter, start, defect);
         if grid.round != [false; 2] {
             self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
         }
@@ -215,9 +203,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         if round[1] && j == last {
             for i in columns.clone() {
                 let row = source.row::<ACCELERATED>(loaded, i - columns.start);
-                let [across, _] = row.coming::<BACKWARD>();
-                y[i] += part::<_, ACCELERATED>(across, x(first, i));
-                [self.across[0][i - columns.start], self.across[1][i - columns.start]] = across;
+                y[i] += part::<_, ACCELERATED>(row.coming::<BACKWARD>()[0], x(first, i));
             }
         }
     }
@@ -241,7 +227,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let (passed, opening) = match edge {
             Edge::Own { rows, .. } => {
                 let [passed, first] = rows.map(|row| row.get(columns.clone()));
-                (passed.unwrap_or(&self.around.zeros[..length]), first)
+                (passed.unwrap_or(&zeros()[..length]), first)
             }
             Edge::Passed { edges, number } => {
                 let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
@@ -261,9 +247,18 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             row.get(side).copied().unwrap_or(beside[if BACKWARD { height - 1 - k } else { k }])
         };
         let alone = closes && height == ny;
+        // Takes off the last row what it has from the sweep's first one.
+        let (source, loaded) = (self.source, &mut self.loaded);
+        let final_row = if BACKWARD { 0 } else { ny - 1 };
+        let mut subtract = |first: &[T], row: &mut [T]| {
+            source.load(final_row, columns.clone(), loaded);
+            for (i, (y, &first)) in row.iter_mut().zip(first).enumerate() {
+                let [across, _] = source.row::<ACCELERATED>(loaded, i).coming::<BACKWARD>();
+                *y -= part::<_, ACCELERATED>(across, first);
+            }
+        };
         if let Some(first) = opening.filter(|_| closes && !alone) {
-            let row = &mut band[last * nx..(last + 1) * nx][columns.clone()];
-            subtract::<_, ACCELERATED>(&self.across, first, row);
+            subtract(first, &mut band[last * nx..(last + 1) * nx][columns.clone()]);
         }
         // The sweep's first point of a row, and its last one.
         let [first, final_] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
@@ -283,25 +278,30 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let rows = rows.map(|row| &mut row[columns.clone()]);
             link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, closed);
         } else {
-            let mut across = self.around.zeros;
-            across[..length].copy_from_slice(passed);
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
                 if alone && k + 1 == height {
                     let opening = if BACKWARD { height - 1 } else { 0 };
-                    let mut opened = self.around.zeros;
+                    let mut opened = *zeros();
                     opened[..length].copy_from_slice(&band[opening * nx..][columns.clone()]);
-                    let row = &mut band[row * nx..(row + 1) * nx][columns.clone()];
-                    subtract::<_, ACCELERATED>(&self.across, &opened, row);
+                    subtract(
+                        &opened[..length],
+                        &mut band[row * nx..(row + 1) * nx][columns.clone()],
+                    );
                 }
-                let line = &mut band[row * nx..(row + 1) * nx];
+                let (south, rest) = band.split_at_mut(row * nx);
+                let (line, north) = rest.split_at_mut(nx);
+                let across = match k {
+                    0 => passed,
+                    _ if BACKWARD => &north[columns.clone()],
+                    _ => &south[(row - 1) * nx..][columns.clone()],
+                };
                 let start = before(k, line);
                 let stretch = &mut line[columns.clone()];
-                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, &across, start, stretch);
+                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, across, start, stretch);
                 if let Some(pairs) = closing {
                     line[final_] -= part::<_, ACCELERATED>(pairs[k], line[first]);
                 }
-                across[..length].copy_from_slice(&line[columns.clone()]);
             }
         }
         if let Some(strip) = self.old.strip.filter(|_| ends[to]) {
@@ -319,18 +319,6 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             }
             turn.pass();
         }
-    }
-}
-
-/// Takes off a row what it has from the sweep's first row, by the factors of value and modulus.
-#[inline(always)]
-fn subtract<T: Scalar, const ACCELERATED: bool>(
-    factors: &[[T; COLUMNS + PAD]; 2],
-    first: &[T],
-    row: &mut [T],
-) {
-    for (i, (y, &first)) in row.iter_mut().zip(first).enumerate() {
-        *y -= part::<_, ACCELERATED>([factors[0][i], factors[1][i]], first);
     }
 }
 

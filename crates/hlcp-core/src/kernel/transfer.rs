@@ -328,6 +328,9 @@ impl<T: Scalar> Transfer<T> {
         } else {
             first..first + height
         };
+        let mut d = [T::zero(); COLUMNS];
+        // What has come together for one coarse row and for the next.
+        let (mut sum, mut next) = (&mut [T::zero(); COLUMNS], &mut [T::zero(); COLUMNS]);
         // One coarse column less than fits, whose last fine neighbours are the next one's first.
         for start in (0..width).step_by(WIDTH - 2) {
             let columns = start..width.min(start + WIDTH - 2);
@@ -345,9 +348,9 @@ impl<T: Scalar> Transfer<T> {
             let beyond =
                 if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
             let (inside, n) = (fine.len(), fine.len() + beyond);
-            let mut d = [T::zero(); COLUMNS];
-            // What has come together for one coarse row and for the next.
-            let mut sums = [[T::zero(); COLUMNS]; 2];
+            // One more than there are, since they are taken by pairs.
+            sum[..=n].fill(T::zero());
+            next[..=n].fill(T::zero());
             for j in lines.clone() {
                 let j = j % y_axis.fine;
                 rows.row(j, own.clone(), &mut d[west..inside - east]);
@@ -362,7 +365,6 @@ impl<T: Scalar> Transfer<T> {
                     rows.row(j, 0..beyond, &mut d[inside..n]);
                 }
                 let ([before, after], weight) = y_axis.beside(j);
-                let [sum, next] = &mut sums;
                 let earlier = T::one() - weight;
                 if earlier == T::zero() {
                     next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
@@ -372,18 +374,21 @@ impl<T: Scalar> Transfer<T> {
                         *next += weight * d;
                     }
                 }
-                let (complete, sum) = if y_axis.halves() {
+                let (complete, whole) = if y_axis.halves() {
                     (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)
                 } else {
                     (after, &*next)
                 };
                 if let Some(k) = complete.filter(|k| (first..first + height).contains(k)) {
                     let out = &mut band[(k - first) * width..][columns.clone()];
-                    x_axis.weigh(columns.start, scale, sum, out);
+                    x_axis.weigh(columns.start, scale, whole, out);
                 }
                 if complete.is_some() || j % 2 == 1 {
-                    let next = if y_axis.halves() { sums[1] } else { [T::zero(); COLUMNS] };
-                    sums = [next, [T::zero(); COLUMNS]];
+                    std::mem::swap(&mut sum, &mut next);
+                    next[..n].fill(T::zero());
+                    if !y_axis.halves() {
+                        sum[..n].fill(T::zero());
+                    }
                 }
             }
         }
@@ -477,10 +482,11 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Inter
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) {
         let nx = self.transfer.axes[0].fine;
+        let mut line = [T::zero(); WIDTH + 2];
         while let Some((number, band)) = self.bands.next() {
             for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
                 match self.degree {
-                    Degree::Linear => self.linear(j, fine),
+                    Degree::Linear => self.linear(j, &mut line, fine),
                     Degree::Cubic => self.cubic(j, fine),
                 }
             }
@@ -490,7 +496,7 @@ impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Inter
 
 impl<T: Scalar, I> Interpolation<'_, T, I> {
     #[inline(always)]
-    fn linear(&self, j: usize, fine: &mut [T]) {
+    fn linear(&self, j: usize, line: &mut [T; WIDTH + 2], fine: &mut [T]) {
         let [x_axis, y_axis] = &self.transfer.axes;
         let width = x_axis.coarse;
         let (rows, weight) = y_axis.beside(j);
@@ -498,7 +504,7 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
         loop {
             let [columns, points] = x_axis.stretch(start);
             // With the columns to either side, zero beyond the grid.
-            let mut line = [T::zero(); WIDTH + 2];
+            line[..columns.len() + 2].fill(T::zero());
             let (from, until) = (columns.start.max(1) - 1, width.min(columns.end + 1));
             let inner = &mut line[from + 1 - columns.start..until + 1 - columns.start];
             let mut ends = [T::zero(); 2];
@@ -521,7 +527,7 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
             if columns.end == width {
                 line[columns.len() + 1] = ends[1];
             }
-            x_axis.interpolate([start, points.start], &line, &mut fine[points]);
+            x_axis.interpolate([start, points.start], line, &mut fine[points]);
             start = columns.end;
             if start == width {
                 break;
