@@ -16,8 +16,8 @@ pub enum Cycle {
     /// Each grid once: the cheapest, but its count grows with the grid (table in
     /// `docs/results/beyond.md`).
     V,
-    /// From each grid the next coarser one by an F-cycle, then by a V-cycle; W-cycles once
-    /// these stall and sweeps are slow.
+    /// From each grid the next coarser one by an F-cycle, then by a V-cycle; W-cycles once one of
+    /// these has not halved the defect.
     F,
     /// From each grid the next coarser one twice.
     #[default]

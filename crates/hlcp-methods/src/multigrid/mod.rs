@@ -42,10 +42,9 @@ use crate::{Clock, Method, Work as Count, options::STRETCH};
 /// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
 /// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
 /// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
-/// taken up again. In the place of their first trial F-cycles give way to W-cycles, with which the
-/// safeguard begins anew: where coarse grids do not fit into finer ones, as those of an even number
-/// of points, a single visit to them may not do. A coarse correction that is not finite is never
-/// added.
+/// taken up again. F-cycles give way to W-cycles as soon as one does not halve the defect: where
+/// coarse grids do not fit into finer ones, as those of an even number of points, a single visit to
+/// them may not do. A coarse correction that is not finite is never added.
 /// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
 /// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
@@ -283,11 +282,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
             norms
         };
         let mut pace = self.pace;
-        let mut turn = pace.turn(norms.l2);
-        if turn == Turn::Keep && self.cycle == Cycle::F && !self.escalated {
-            (self.escalated, pace) = (true, Pace::new());
-            turn = pace.turn(norms.l2);
+        if self.cycle == Cycle::F && !self.escalated && pace.is_slow(norms.l2) {
+            self.escalated = true;
+            pace.forget();
         }
+        let turn = pace.turn(norms.l2);
         let kind = if self.escalated { Cycle::W } else { self.cycle };
         let sweeps = self.sweeps[usize::from(self.escalated)];
         self.taken += sweeps;

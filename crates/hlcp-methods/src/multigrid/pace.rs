@@ -61,6 +61,16 @@ impl Pace {
         }
     }
 
+    /// Returns whether the last iteration was a cycle that has not halved the defect.
+    pub(super) fn is_slow(&self, defect: f64) -> bool {
+        self.cycles() == Some(true) && defect > SLOW * self.last
+    }
+
+    /// Forgets how well the last iteration did.
+    pub(super) fn forget(&mut self) {
+        self.last = f64::INFINITY;
+    }
+
     /// Notes what a cycle and what as much work in sweeps multiplied the defect by.
     pub(super) fn compared(&mut self, cycle: f64, sweeps: f64) {
         self.phase =

@@ -56,6 +56,22 @@ fn cycles_do_not_grow_with_the_grid() {
     }
 }
 
+/// F-cycles come to a halt on the membrane over a dome at these sizes, on the way from one even
+/// number of points to the next: three of them, at most, before W-cycles take over.
+#[test]
+fn f_cycles_that_do_not_halve_the_defect_give_way_to_w_cycles() {
+    for m in [382, 383, 384] {
+        let (a, b, q) = Obstacle { m }.pose::<f64>().unwrap();
+        let [f, w] = [Cycle::F, Cycle::W].map(|cycle| {
+            let mut solver = Solver::new(Multigrid::new(problem(1.0, a, b), cycle).unwrap());
+            let outcome = solve_from_ones(&mut solver, &q, Limits::relative(1e-10));
+            assert!(outcome.converged(), "{m}, {cycle:?}: {outcome}");
+            outcome.iterations
+        });
+        assert!(f <= w + 4, "{m}: {f} F-cycles, {w} W-cycles");
+    }
+}
+
 /// Contact on a disc in a rectangle, posed around its solution with any pair of operators.
 fn planted_disc<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     [nx, ny]: [usize; 2],
