@@ -6,9 +6,9 @@ use std::{
 };
 
 use hlcp::film::{
-    self, Bearing, Carried, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes,
-    Motion, Oil, Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply,
-    Threshold, TimeStep,
+    self, Bearing, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes, Motion, Oil,
+    Pad, Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, Threshold,
+    TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
@@ -187,19 +187,17 @@ pub(crate) fn film_gap<'py>(
     let [ny, nx] = shape.grid;
     room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
     let flat = Film::new([nx, ny], shape.size, 0.0, 1.0);
-    let pad = |pad: film::Pad| Bearing::pad(pad.gap(flat.clone()));
-    let mut bearing = match (shape.journal, shape.plane, shape.taper, shape.parabola) {
-        (Some(journal), ..) => {
+    let pad = (shape.plane.map(Pad::Plane))
+        .or(shape.taper.map(|(ends, length)| Pad::Taper(ends, length)))
+        .or(shape.parabola.map(|(least, radius, at)| Pad::Parabola { least, radius, at }));
+    let mut bearing = match (shape.journal, pad) {
+        (Some(journal), _) => {
             let journal = journal_of(journal);
             journal.lobes.map_or(Ok(()), |lobes| lobes.check()).map_err(wrong)?;
             Bearing::journal(journal, [nx, ny])
         }
-        (None, Some(ends), ..) => pad(film::Pad::Plane(ends)),
-        (None, None, Some((ends, length)), _) => pad(film::Pad::Taper(ends, length)),
-        (None, None, None, Some((least, radius, at))) => {
-            pad(film::Pad::Parabola { least, radius, at })
-        }
-        (None, None, None, None) => Bearing::pad(flat),
+        (None, Some(pad)) => Bearing::pad(pad.gap(flat)),
+        (None, None) => Bearing::pad(flat),
     };
     if let Some(map) = &shape.map {
         bearing.film.gap = map.as_slice()?.to_vec();
@@ -389,27 +387,17 @@ fn carried(
     };
     refuse_dry(bearing, &film, &format!("carries nothing instead of {} N", number(force)))?;
     let load = load(bearing, (force, at, attitude));
-    let Carried { found, solved, films: [films, failed], forces: [least, largest], off, .. } =
-        bearing.carry(&load, start, settings).map_err(wrong)?;
-    if found || !solved.outcome.converged() {
-        return Ok((solved, films));
+    let carried = bearing.carry(&load, start, settings).map_err(wrong)?;
+    if carried.found || !carried.solved.outcome.converged() {
+        return Ok((carried.solved, carried.films[0]));
     }
-    let carried = if least > force {
-        format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
-    } else if largest < force {
-        format!("carries {largest:.6e} N or less")
-    } else {
-        format!("is off it by {off:.1e} N or more")
-    };
-    let unsolved =
-        if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
     let begin =
         if bearing.journal.is_some() { "by ecc or start" } else { "by other gaps or start" };
     Err(wrong(format!(
-        "load: the search for a position that carries {} N failed; each of the {films} films that \
-         were tried {carried}{unsolved}, which does not prove that there is none; give the load in \
-         N and all lengths in m, or begin elsewhere, {begin}",
-        number(force)
+        "load: the search for a position that carries {} N failed; {}; give the load in N and all \
+         lengths in m, or begin elsewhere, {begin}",
+        number(force),
+        carried.failure(force)
     )))
 }
 
@@ -666,27 +654,15 @@ fn moved(
     if begins.is_some() {
         carried(&mut bearing, begins, None, settings)?;
     }
-    let (load, is_journal) = (bearing.load_direction(attitude), bearing.journal.is_some());
-    let forced = |row: &[f64]| -> Vec<f64> {
-        if is_journal {
-            let turned = bearing.turned(load, [row[0], row[1]]);
-            // The gap widens on the other side.
-            return turned.map(|v| if mass.is_some() { v } else { -v }).to_vec();
-        }
-        if mass.is_some() {
-            return vec![row[0], 0.0, 0.0];
-        }
-        let by = row.iter().copied().chain([0.0; 2]);
-        bearing.position.iter().zip(by).map(|(at, by)| at + by).collect()
-    };
-    let drives: Vec<Vec<f64>> = rows.iter().map(|row| forced(row)).collect();
-    if mass.is_none() {
-        if let Some(row) = drives.iter().position(|position| bearing.at(position).is_none()) {
-            return Err(wrong(format!("positions[{row}]: the walls meet; positions are in m")));
-        }
-        bearing.position.clone_from(&drives[0]);
-    } else {
-        check(&bearing)?;
+    let load = bearing.load_direction(attitude);
+    let drives: Vec<_> = rows.iter().map(|row| bearing.drive(load, row, mass)).collect();
+    let meets = |drive: &Drive| matches!(drive, Drive::To(at) if bearing.at(at).is_none());
+    if let Some(row) = drives.iter().position(meets) {
+        return Err(wrong(format!("positions[{row}]: the walls meet; positions are in m")));
+    }
+    match &drives[0] {
+        Drive::To(position) => bearing.position.clone_from(position),
+        _ => check(&bearing)?,
     }
     let mut motion = Motion::new(bearing, settings).map_err(wrong)?;
     let (begun, mut entered) = (motion.oil(), 0.0);
@@ -694,12 +670,8 @@ fn moved(
     let mut steps = Steps { success: settled, ..Steps::default() };
     let mut last = None;
     for (k, pair) in times.windows(2).enumerate() {
-        let (duration, given) = (pair[1] - pair[0], drives[k + 1].clone());
-        let drive = match mass {
-            Some(mass) => Drive::Under { load: given, mass },
-            None => Drive::To(given),
-        };
-        let found = motion.step(duration, &drive, settings);
+        let duration = pair[1] - pair[0];
+        let found = motion.step(duration, &drives[k + 1], settings);
         let found = found.map_err(|error| wrong(format!("times[{}]: {error}", k + 1)))?;
         let (bearing, solved) = (&motion.bearing, motion.solved.as_ref());
         let solved = solved.ok_or_else(|| wrong("there is no film after a step"))?;
@@ -717,12 +689,7 @@ fn moved(
         steps.peak.push(found.peak);
         steps.least_gap.push(found.least_gap);
         steps.broken_share.push(found.broken_share);
-        steps.position.push(if is_journal {
-            let [a, b] = [-bearing.position[0], -bearing.position[1]];
-            bearing.turned_back(load, [a, b]).to_vec()
-        } else {
-            bearing.position.clone()
-        });
+        steps.position.push(bearing.told(load));
         last = Some(found);
     }
     steps.imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);

@@ -2,7 +2,7 @@
 
 use std::error::Error;
 
-use hlcp::film::{Bearing, Carried, Load, Settings, Solved};
+use hlcp::film::{Bearing, Load, Settings, Solved};
 
 use super::{Arguments, Numbers, doubtful};
 
@@ -45,35 +45,23 @@ pub(super) fn equilibrium(
     };
     let gap = bearing.here().map_or(vec![], |film| film.gap);
     let thin = gap.into_iter().fold(f64::INFINITY, f64::min);
-    let Carried { found, solved, films: [films, failed], forces, off, .. } =
-        bearing.carry(&load, None, settings)?;
-    if found || !solved.outcome.converged() {
-        return Ok((solved, films));
+    let carried = bearing.carry(&load, None, settings)?;
+    if carried.found || !carried.solved.outcome.converged() {
+        return Ok((carried.solved, carried.films[0]));
     }
-    let [least, largest] = forces;
-    let carried = if least > load.force {
-        format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
-    } else if largest < load.force {
-        format!("carries {largest:.6e} N or less")
-    } else {
-        format!("is off it by {off:.1e} N or more")
-    };
     let place = match load.at.map(|at| at.map(|v| v / arguments.x_unit)) {
         Some([x, y]) => format!(" at {x}, {y} in units of --x-unit"),
         None => String::new(),
     };
-    let unsolved =
-        if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
-    let way_out = doubtful(thin, &solved.film.lengths, 0.0).unwrap_or_else(|| {
+    let way_out = doubtful(thin, &carried.solved.film.lengths, 0.0).unwrap_or_else(|| {
         let journal = bearing.journal.is_some();
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
         format!("give --load in N, check the units of the film, or begin elsewhere, by {begin}")
     });
     Err(format!(
-        "--load: the search for a position that carries {} N{place} failed; each of the {films} \
-         films that were tried {carried}{unsolved}, which does not prove that there is none; \
-         {way_out}",
-        load.force
+        "--load: the search for a position that carries {} N{place} failed; {}; {way_out}",
+        load.force,
+        carried.failure(load.force)
     )
     .into())
 }

@@ -24,10 +24,10 @@ pub(super) struct Run {
     pub(super) all_converged: bool,
 }
 
-/// A time and the position of the wall then, or the forces on it, in SI units.
-type Instant = (f64, Vec<f64>);
+/// A time and what drives the wall to there, in SI units.
+type Instant = (f64, Drive);
 
-/// Reads times and positions.
+/// Reads times and positions or loads.
 fn schedule(
     path: &Path,
     bearing: &Bearing,
@@ -49,23 +49,13 @@ fn schedule(
         return Err(format!("{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}").into());
     }
     let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
-    let position = |row: &[f64]| -> Vec<f64> {
-        let by = if arguments.mass.is_some() { 1.0 } else { arguments.h_unit };
-        if is_journal {
-            let turned = bearing.turned(load, [row[1] * by, row[2] * by]);
-            // The gap widens on the other side.
-            return turned.map(|v| if arguments.mass.is_some() { v } else { -v }).to_vec();
-        }
-        if arguments.mass.is_some() {
-            return vec![row[1], 0.0, 0.0];
-        }
-        let mut position = bearing.position.clone();
-        position[0] += row[1] * by;
-        position.iter_mut().skip(1).zip(&row[2..]).for_each(|(slope, by)| *slope += by);
-        position
+    let by = if arguments.mass.is_some() { 1.0 } else { arguments.h_unit };
+    let drive = |row: &[f64]| {
+        let scaled = |(k, v): (usize, &f64)| if is_journal || k == 0 { v * by } else { *v };
+        let numbers: Vec<f64> = row[1..].iter().enumerate().map(scaled).collect();
+        bearing.drive(load, &numbers, arguments.mass)
     };
-    let rows: Vec<_> =
-        table.values.chunks(table.columns).map(|row| (row[0], position(row))).collect();
+    let rows: Vec<_> = table.values.chunks(table.columns).map(|row| (row[0], drive(row))).collect();
     if let Some(at) = rows.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
         let (before, time) = (rows[at].0, rows[at + 1].0);
         return Err(format!(
@@ -74,12 +64,13 @@ fn schedule(
         )
         .into());
     }
-    if arguments.mass.is_some() {
-        return Ok(rows);
-    }
-    doubt_unit(&rows, bearing, &name);
-    let meets = rows.iter().position(|(_, position)| bearing.at(position).is_none());
-    match meets {
+    let position = |(_, drive): &Instant| match drive {
+        Drive::To(position) => Some(position.clone()),
+        _ => None,
+    };
+    let positions: Vec<_> = rows.iter().filter_map(position).collect();
+    doubt_unit(&positions, bearing, &name);
+    match positions.iter().position(|position| bearing.at(position).is_none()) {
         Some(at) => Err(format!(
             "{name}: row {}: the walls meet; positions are in units of --h-unit, and loads take \
              --mass",
@@ -92,15 +83,15 @@ fn schedule(
 
 /// Warns of positions that were hardly meant to be so small: of a journal its displacement, of
 /// anything else what the gap changes by.
-fn doubt_unit(rows: &[Instant], bearing: &Bearing, name: &str) {
+fn doubt_unit(positions: &[Vec<f64>], bearing: &Bearing, name: &str) {
     let from = if bearing.journal.is_some() { &[0.0; 2][..] } else { &bearing.position };
-    let moved = |(_, position): &Instant| {
+    let moved = |position: &Vec<f64>| {
         let by = position.iter().zip(from).zip(&bearing.modes).map(|((at, from), mode)| {
             (at - from).abs() * mode.iter().fold(0.0_f64, |most, mode| most.max(mode.abs()))
         });
         by.sum::<f64>()
     };
-    let most = rows.iter().map(moved).fold(0.0, f64::max);
+    let most = positions.iter().map(moved).fold(0.0, f64::max);
     let (room, what) = match bearing.journal {
         Some(journal) => (journal.clearance, "clearance"),
         None => (bearing.film.gap.iter().copied().fold(f64::INFINITY, f64::min), "least gap"),
@@ -117,15 +108,6 @@ const HEAD: &str = "time (s),load (N),load x (m),load y (m),friction moving (N),
                     out west (m³/s),out east (m³/s),out south (m³/s),out north (m³/s),supplied (m³/s),\
                     oil (m³),peak pressure (Pa),least gap (m),broken share";
 
-/// The position as it is given on the command line and in files.
-fn told(bearing: &Bearing, arguments: &Arguments) -> Vec<f64> {
-    if bearing.journal.is_none() {
-        return bearing.position.clone();
-    }
-    let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
-    bearing.turned_back(load, [-bearing.position[0], -bearing.position[1]]).to_vec()
-}
-
 /// Takes the steps of the file.
 pub(super) fn run(
     path: &Path,
@@ -134,9 +116,10 @@ pub(super) fn run(
     settings: &Settings<'_>,
 ) -> Result<Run, Box<dyn Error>> {
     let rows = schedule(path, &bearing, arguments)?;
-    if arguments.mass.is_none() {
-        bearing.position = rows[0].1.clone();
+    if let Drive::To(position) = &rows[0].1 {
+        bearing.position.clone_from(position);
     }
+    let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
     let mut motion = Motion::new(bearing, settings)?;
     let begun = motion.oil();
     let settled = motion.solved.as_ref();
@@ -144,14 +127,10 @@ pub(super) fn run(
     let (mut lines, mut entered, mut figures) = (vec![], 0.0, None);
     let bar = progress::counting(rows.len() - 1);
     for (pair, row) in rows.windows(2).zip(2..) {
-        let ([(before, _), (time, given)], mass) = (pair, arguments.mass) else { continue };
+        let [(before, _), (time, drive)] = pair else { continue };
         let duration = time - before;
-        let drive = match mass {
-            Some(mass) => Drive::Under { load: given.clone(), mass },
-            None => Drive::To(given.clone()),
-        };
         let found = motion
-            .step(duration, &drive, settings)
+            .step(duration, drive, settings)
             .map_err(|error| format!("{}: row {row}: {error}", printable(path.display())))?;
         let (bearing, solved) = (&motion.bearing, motion.solved.as_ref().expect("after a step"));
         all_converged &= solved.outcome.converged();
@@ -164,7 +143,7 @@ pub(super) fn run(
         line.extend(found.sides);
         let rest = [supplied, motion.oil(), found.peak, found.least_gap, found.broken_share];
         line.extend(rest);
-        line.extend(told(bearing, arguments));
+        line.extend(bearing.told(load));
         lines.push(line.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
         figures = Some(found);
         bar.inc(1);

@@ -1,8 +1,9 @@
 use hlcp_verify::Film;
+use nalgebra::{DMatrix, DVector};
 
 use super::{
     Bearing, FilmError, Journal, Settings, Solved,
-    search::{Forces, WITHIN, equilibrium},
+    search::{Point, WITHIN, equilibrium},
 };
 
 /// What a wall is to carry, in SI units.
@@ -57,6 +58,26 @@ pub struct Carried {
     pub forces: [f64; 2],
     /// How far the nearest of them is off, in N.
     pub off: f64,
+}
+
+impl Carried {
+    /// Returns what a search for so many N that failed has found.
+    pub fn failure(&self, force: f64) -> String {
+        let ([films, failed], [least, largest], off) = (self.films, self.forces, self.off);
+        let carried = if least > force {
+            format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
+        } else if largest < force {
+            format!("carries {largest:.6e} N or less")
+        } else {
+            format!("is off it by {off:.1e} N or more")
+        };
+        let unsolved =
+            if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
+        format!(
+            "each of the {films} films that were tried {carried}{unsolved}, which does not prove \
+             that there is none"
+        )
+    }
 }
 
 /// A search goes no further than to this part of the least gap that it began with.
@@ -148,46 +169,42 @@ impl Wanted {
         starts
     }
 
-    /// The size of the forces, in N.
+    /// The size of the forces, in N, or 1 N of none.
     fn size(&self) -> f64 {
-        self.forces.iter().copied().fold(0.0, f64::hypot)
-    }
-
-    /// How far forces are from those that are asked for, in N.
-    fn distance(&self, forces: &[f64]) -> f64 {
-        let off = self.forces.iter().zip(forces).map(|(wanted, found)| found - wanted);
-        off.fold(0.0, f64::hypot)
+        let size = self.forces.iter().copied().fold(0.0, f64::hypot);
+        if size > 0.0 { size } else { 1.0 }
     }
 
     /// The changes of the forces that are asked for, from those of all of them.
     pub(super) fn directed(&self, forces: &[f64], changes: &[f64]) -> Vec<f64> {
         if self.is_size {
-            let along = forces[0] * changes[0] + forces[1] * changes[1];
-            return vec![along / forces[0].hypot(forces[1])];
+            let (size, [x, y]) = (forces[0].hypot(forces[1]), [changes[0], changes[1]]);
+            // From nothing it grows whatever its direction.
+            let by = if size > 0.0 { (forces[0] * x + forces[1] * y) / size } else { x.hypot(y) };
+            return vec![by];
         }
         self.moving.iter().zip(&self.levers).map(|(&k, lever)| changes[k] / lever).collect()
     }
 
-    /// The forces that are asked for in a position, from all of them, and their slopes by the
-    /// coordinates that move.
-    fn forces(&self, forces: &[f64], slopes: &[Vec<f64>]) -> Forces {
-        let by = |slope: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            self.moving.iter().zip(&self.units).map(|(&l, unit)| unit * slope(l)).collect()
+    /// How far all forces are from those that are asked for, over the size of these.
+    fn off(&self, forces: &[f64]) -> DVector<f64> {
+        let found = match self.is_size {
+            true => vec![forces[0].hypot(forces[1])],
+            false => self.directed(forces, forces),
         };
-        if self.is_size {
-            let size = forces[0].hypot(forces[1]);
-            let slope = |l: usize| {
-                let [x, y] = [slopes[0][l], slopes[1][l]];
-                // From nothing it grows whatever its direction.
-                if size > 0.0 { (forces[0] * x + forces[1] * y) / size } else { x.hypot(y) }
-            };
-            return Forces { values: vec![size], slopes: vec![by(&slope)] };
-        }
-        let rows = || self.moving.iter().zip(&self.levers);
-        Forces {
-            values: rows().map(|(&k, lever)| forces[k] / lever).collect(),
-            slopes: rows().map(|(&k, lever)| by(&|l| slopes[k][l] / lever)).collect(),
-        }
+        let off =
+            self.forces.iter().zip(found).map(|(wanted, found)| (found - wanted) / self.size());
+        DVector::from_iterator(self.forces.len(), off)
+    }
+
+    /// The slopes of that by the coordinates that move, from those of all forces.
+    fn slopes(&self, forces: &[f64], slopes: &[Vec<f64>]) -> DMatrix<f64> {
+        let by = |l: usize| slopes.iter().map(|row| row[l]).collect::<Vec<_>>();
+        let columns = self.moving.iter().zip(&self.units).map(|(&l, unit)| {
+            let column = DVector::from_vec(self.directed(forces, &by(l)));
+            column.map(|slope| unit * slope / self.size())
+        });
+        DMatrix::from_columns(&columns.collect::<Vec<_>>())
     }
 }
 
@@ -233,7 +250,7 @@ impl Bearing {
             position
         };
         let (mut is_first, mut failed) = (true, 0);
-        let search = equilibrium(&wanted.forces, &starts, |at| -> Result<_, FilmError> {
+        let (nearest, tried) = equilibrium(&starts, |at| -> Result<_, FilmError> {
             if !std::mem::take(&mut is_first) {
                 let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
                 let is_inside = !wanted.is_size || at[0] >= 0.0;
@@ -249,24 +266,24 @@ impl Bearing {
             let forces = self.forces(&solved.film, &solved.z);
             let carried = if wanted.is_journal { forces[0].hypot(forces[1]) } else { forces[0] };
             (least, largest) = (least.min(carried), largest.max(carried));
-            let zeros = vec![vec![0.0; self.modes.len()]; self.modes.len()];
-            let there = wanted.forces(&forces, &zeros);
+            let off = wanted.off(&forces);
             // Well within, so that rounding does not decide.
-            if wanted.distance(&there.values) <= 0.5 * WITHIN * wanted.size() {
-                return Ok(Some(there));
+            if off.norm() <= 0.5 * WITHIN {
+                return Ok(Some((off, DMatrix::zeros(starts[0].len(), starts[0].len()))));
             }
             let derivatives = solved.derivatives(self, &wanted.moving, false, false);
             let Ok([slopes, _]) = derivatives else {
                 failed += 1;
                 return Ok(None);
             };
-            Ok(Some(wanted.forces(&forces, &slopes)))
+            Ok(Some((off, wanted.slopes(&forces, &slopes))))
         })?;
-        if search.found {
-            self.position = in_film(&search.position);
+        let found = nearest.as_ref().is_some_and(Point::is_found);
+        let off = nearest.as_ref().map_or(0.0, |nearest| nearest.off.norm() * wanted.size());
+        if let Some(nearest) = nearest.filter(|_| found) {
+            self.position = in_film(nearest.at.as_slice());
         }
-        let off = wanted.distance(&search.forces);
-        let (films, forces) = ([search.films + failed, failed], [least, largest]);
-        Ok(Carried { found: search.found, solved, films, forces, off })
+        let (films, forces) = ([tried + failed, failed], [least, largest]);
+        Ok(Carried { found, solved, films, forces, off })
     }
 }

@@ -2,28 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// The forces at a position of a wall, a force for each coordinate, and how they change with it:
-/// `slopes[k][l]` is the change of force `k` by coordinate `l`, of which nothing is asked where the
-/// forces are those that are wanted.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Forces {
-    pub(super) values: Vec<f64>,
-    pub(super) slopes: Vec<Vec<f64>>,
-}
-
-/// What a search for an equilibrium came to.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Equilibrium {
-    /// Whether the forces at the position are the wanted ones, to 10⁻⁹ of their size.
-    pub(super) found: bool,
-    /// The position that comes nearest; empty if the film is at no start.
-    pub(super) position: Vec<f64>,
-    /// The forces there.
-    pub(super) forces: Vec<f64>,
-    /// How often forces were asked for where the walls do not meet.
-    pub(super) films: usize,
-}
-
 /// How near the forces come to the wanted ones, over the size of these.
 pub(super) const WITHIN: f64 = 1e-9;
 
@@ -44,11 +22,14 @@ const FILMS: usize = 1000;
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
 
-/// Searches for a position at which a film exerts the `wanted` forces, to 10⁻⁹ of their size, from
-/// each of `starts` until one leads there.
+/// Searches for a position at which a film exerts the wanted forces, to 10⁻⁹ of their size, from
+/// each of `starts` until one leads there; returns the point that comes nearest, if the film is at
+/// any start, and how many films were tried where the walls do not meet.
 ///
-/// `forces` is the film in a position, or `None` where the walls meet; positions should have a unit
-/// in which that is some 1 away. There are as many forces as coordinates, one to three.
+/// `film` says of a position how far the forces are off, over the size of those that are wanted,
+/// and how that changes with it, of which nothing is asked where they are the wanted ones; or
+/// `None` where the walls meet. Positions should have a unit in which that is some 1 away. There
+/// are as many forces as coordinates, one to three.
 ///
 /// # Method
 ///
@@ -70,41 +51,45 @@ const AWAY: f64 = 100.0;
 /// 3 (1976) 107–120; the steps along a curve are those of E. Allgower and K. Georg, *Numerical
 /// Continuation Methods*, Springer, 1990.
 pub(super) fn equilibrium<E>(
-    wanted: &[f64],
     starts: &[Vec<f64>],
-    forces: impl FnMut(&[f64]) -> Result<Option<Forces>, E>,
-) -> Result<Equilibrium, E> {
-    let size = wanted.iter().copied().fold(0.0, f64::hypot);
-    let size = if size > 0.0 { size } else { 1.0 };
-    let nearest = Equilibrium { found: false, position: vec![], forces: vec![], films: 0 };
-    let mut search = Search { wanted, size, forces, nearest, off: f64::INFINITY };
+    film: impl FnMut(&[f64]) -> Result<Option<Off>, E>,
+) -> Result<(Option<Point>, usize), E> {
+    let mut search = Search { film, nearest: None, films: 0 };
     let mut begun: Vec<Option<Point>> = vec![];
     for (films, forwards) in ROUNDS {
         for (k, start) in starts.iter().enumerate() {
             if k == begun.len() {
-                begun.push(search.at(&DVector::from_column_slice(start))?);
+                begun.push(search.at(DVector::from_column_slice(start))?);
             }
             let Some(first) = begun[k].clone() else { continue };
-            if search.nearest.found
-                || search.nearest.films >= FILMS
+            if search.is_found()
+                || search.films >= FILMS
                 || search.follow(first, films, forwards)?
             {
-                return Ok(search.nearest);
+                return Ok((search.nearest, search.films));
             }
         }
     }
-    Ok(search.nearest)
+    Ok((search.nearest, search.films))
 }
 
-/// A position, how far off its forces are, in units of those wanted, and the slopes of that.
+/// How far forces are off, and the change of the `k`-th by the coordinate `l` at `(k, l)`.
+type Off = (DVector<f64>, DMatrix<f64>);
+
+/// A position, how far off its forces are, and the slopes of that.
 #[derive(Clone)]
-struct Point {
-    at: DVector<f64>,
-    off: DVector<f64>,
+pub(super) struct Point {
+    pub(super) at: DVector<f64>,
+    pub(super) off: DVector<f64>,
     slopes: DMatrix<f64>,
 }
 
 impl Point {
+    /// Whether the forces are the wanted ones.
+    pub(super) fn is_found(&self) -> bool {
+        self.off.norm() <= WITHIN
+    }
+
     /// The step to where the slopes say that nothing is off.
     fn newton(&self) -> Option<DVector<f64>> {
         let step = self.slopes.clone().lu().solve(&-&self.off)?;
@@ -132,37 +117,30 @@ impl Point {
     }
 }
 
-struct Search<'w, F> {
-    wanted: &'w [f64],
-    size: f64,
-    forces: F,
-    nearest: Equilibrium,
-    /// How far off the nearest is.
-    off: f64,
+struct Search<F> {
+    film: F,
+    nearest: Option<Point>,
+    films: usize,
 }
 
-impl<E, F: FnMut(&[f64]) -> Result<Option<Forces>, E>> Search<'_, F> {
-    fn at(&mut self, at: &DVector<f64>) -> Result<Option<Point>, E> {
-        let (n, at) = (self.wanted.len(), at.clone());
-        assert_eq!(at.len(), n, "a start with a coordinate for each force");
-        let Some(Forces { values, slopes }) = (self.forces)(at.as_slice())? else {
-            return Ok(None);
-        };
-        self.nearest.films += 1;
-        assert!(values.len() == n && slopes.len() == n, "a force for each that is wanted");
-        let off = DVector::from_fn(n, |k, _| (values[k] - self.wanted[k]) / self.size);
-        let slopes = DMatrix::from_fn(n, n, |k, l| slopes[k][l] / self.size);
+impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
+    fn is_found(&self) -> bool {
+        self.nearest.as_ref().is_some_and(Point::is_found)
+    }
+
+    /// The film at a position, which may be the nearest; `None` where the walls meet.
+    fn at(&mut self, at: DVector<f64>) -> Result<Option<Point>, E> {
+        let Some((off, slopes)) = (self.film)(at.as_slice())? else { return Ok(None) };
+        self.films += 1;
         let distance = off.norm();
         if !distance.is_finite() {
             return Ok(None);
         }
-        if distance < self.off {
-            self.off = distance;
-            let found = distance <= WITHIN;
-            (self.nearest.found, self.nearest.forces) = (found, values);
-            self.nearest.position = at.as_slice().to_vec();
+        let point = Point { at, off, slopes };
+        if self.nearest.as_ref().is_none_or(|nearest| distance < nearest.off.norm()) {
+            self.nearest = Some(point.clone());
         }
-        Ok(Some(Point { at, off, slopes }))
+        Ok(Some(point))
     }
 
     /// Follows the curve from a point on which forces are off in the same direction, to where they
@@ -171,8 +149,8 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Forces>, E>> Search<'_, F> {
         let mut ray = here.off.clone();
         let Some(newton) = here.newton() else { return Ok(false) };
         let mut direction = newton.normalize() * if forwards { 1.0 } else { -1.0 };
-        let (mut length, last) = (STEP, self.nearest.films + films);
-        while self.nearest.films < last {
+        let (mut length, last) = (STEP, self.films + films);
+        while self.films < last {
             let Some((mut step, multiple)) = here.along(&ray, &direction, length) else {
                 return Ok(false);
             };
@@ -187,12 +165,12 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Forces>, E>> Search<'_, F> {
             let size = here.off.norm();
             let mut halvings = 0;
             let next = loop {
-                if halvings > HALVINGS || self.nearest.films >= last {
+                if halvings > HALVINGS || self.films >= last {
                     return Ok(false);
                 }
                 halvings += 1;
-                if let Some(next) = self.at(&(&here.at + &step))? {
-                    if self.nearest.found {
+                if let Some(next) = self.at(&here.at + &step)? {
+                    if self.is_found() {
                         return Ok(true);
                     }
                     let error = (&next.off - &wanted).norm();
@@ -229,11 +207,12 @@ mod tests {
     #[test]
     fn the_root_of_a_cube_is_found() {
         let cube = |e: &[f64]| {
-            let slopes = vec![vec![3.0 * e[0] * e[0]]];
-            Ok::<_, ()>(Some(Forces { values: vec![e[0].powi(3)], slopes }))
+            let off = DVector::from_element(1, (e[0].powi(3) - 8.0) / 8.0);
+            Ok::<_, ()>(Some((off, DMatrix::from_element(1, 1, 3.0 * e[0] * e[0] / 8.0))))
         };
-        let search = equilibrium(&[8.0], &[vec![1.0]], cube).unwrap();
-        assert!(search.found && (search.position[0] - 2.0).abs() <= 1e-9 && search.films < 12);
+        let (nearest, films) = equilibrium(&[vec![1.0]], cube).unwrap();
+        let nearest = nearest.unwrap();
+        assert!(nearest.is_found() && (nearest.at[0] - 2.0).abs() <= 1e-9 && films < 12);
     }
 
     /// A short bearing without a broken film: the force grows without bound as the walls meet.
@@ -244,11 +223,11 @@ mod tests {
             let slope = |k: usize, l: usize| {
                 f64::from(u8::from(k == l)) / room + 2.0 * e[k] * e[l] / (room * room)
             };
-            let slopes = (0..2).map(|k| (0..2).map(|l| slope(k, l)).collect()).collect();
-            let values = vec![e[0] / room, e[1] / room];
-            Ok::<_, ()>((room > 0.0).then_some(Forces { values, slopes }))
+            let off = DVector::from_fn(2, |k, _| (e[k] / room - [0.0, 40.0][k]) / 40.0);
+            let slopes = DMatrix::from_fn(2, 2, |k, l| slope(k, l) / 40.0);
+            Ok::<_, ()>((room > 0.0).then_some((off, slopes)))
         };
-        let search = equilibrium(&[0.0, 40.0], &[vec![0.5, 0.0]], bearing).unwrap();
-        assert!(search.found && search.position[1] > 0.98);
+        let nearest = equilibrium(&[vec![0.5, 0.0]], bearing).unwrap().0.unwrap();
+        assert!(nearest.is_found() && nearest.at[1] > 0.98);
     }
 }

@@ -4,6 +4,8 @@ use hlcp_core::Error;
 use hlcp_methods::Clock;
 use hlcp_verify::{Certificate, Film, FilmFigures, ProvedFigures, Refusal, Side, Supply};
 
+use super::Drive;
+
 /// A journal in a bearing, in SI units: x runs around it, from its widest gap if that is where the
 /// eccentricity points to.
 ///
@@ -468,30 +470,48 @@ impl Bearing {
         PI - self.direction() * attitude.to_radians()
     }
 
-    /// Returns what points along the angle `load` and across it, a quarter further in the direction
-    /// of the motion, as a vector along x = 0 and a quarter further.
+    /// Returns what drives the wall by these numbers: to a position, or with a mass by a load.
+    ///
+    /// Of a journal they are along a load that comes from the angle `load`, and across it, a quarter
+    /// further in the direction of the motion; of anything else what the position gains, or a force.
     ///
     /// ```
-    /// use hlcp::film::{Bearing, Journal};
+    /// use hlcp::film::{Bearing, Drive, Journal};
     ///
     /// let (clearance, tilt) = (1e-4, [0.0; 2]);
     /// let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
-    /// let bearing = Bearing::journal(journal, [36, 6]);
-    /// let [load, across] = [bearing.load_direction(0.0), 2e-5];
-    /// let turned = bearing.turned(load, [3e-5, across]);
-    /// assert!((turned[0] + 3e-5).abs() < 1e-20 && (turned[1] + 2e-5).abs() < 1e-20);
-    /// let back = bearing.turned_back(load, turned);
-    /// assert!((back[0] - 3e-5).abs() < 1e-20 && (back[1] - across).abs() < 1e-20);
+    /// let mut bearing = Bearing::journal(journal, [36, 6]);
+    /// let load = bearing.load_direction(0.0);
+    /// let Drive::To(position) = bearing.drive(load, &[3e-5, 2e-5], None) else { unreachable!() };
+    /// assert!((position[0] - 3e-5).abs() < 1e-20 && (position[1] - 2e-5).abs() < 1e-20);
+    /// bearing.position = position;
+    /// let told = bearing.told(load);
+    /// assert!((told[0] - 3e-5).abs() < 1e-20 && (told[1] - 2e-5).abs() < 1e-20);
     /// ```
-    pub fn turned(&self, load: f64, [along, across]: [f64; 2]) -> [f64; 2] {
-        let ((sin, cos), across) = (load.sin_cos(), self.direction() * across);
-        [along * cos - across * sin, along * sin + across * cos]
+    pub fn drive(&self, load: f64, numbers: &[f64], mass: Option<f64>) -> Drive {
+        let turned = self.journal.map(|_| {
+            let ((sin, cos), across) = (load.sin_cos(), self.direction() * numbers[1]);
+            [numbers[0] * cos - across * sin, numbers[0] * sin + across * cos]
+        });
+        match (turned, mass) {
+            (Some(load), Some(mass)) => Drive::Under { load: load.to_vec(), mass },
+            // The gap widens on the other side.
+            (Some(position), None) => Drive::To(position.map(|v| -v).to_vec()),
+            (None, Some(mass)) => Drive::Under { load: numbers.to_vec(), mass },
+            (None, None) => {
+                let by = numbers.iter().copied().chain([0.0; 2]);
+                Drive::To(self.position.iter().zip(by).map(|(at, by)| at + by).collect())
+            }
+        }
     }
 
-    /// Returns the vector that [`turned`](Self::turned) turns to this one.
-    pub fn turned_back(&self, load: f64, [a, b]: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = load.sin_cos();
-        [a * cos + b * sin, self.direction() * (b * cos - a * sin)]
+    /// Returns the position: of a journal as [`drive`](Self::drive) takes it.
+    pub fn told(&self, load: f64) -> Vec<f64> {
+        if self.journal.is_none() {
+            return self.position.clone();
+        }
+        let ((sin, cos), [a, b]) = (load.sin_cos(), [-self.position[0], -self.position[1]]);
+        vec![a * cos + b * sin, self.direction() * (b * cos - a * sin)]
     }
 
     /// Returns the drag against the motion on the wall that moves the faster, and on the other one,
