@@ -1,7 +1,9 @@
 use std::ops::ControlFlow;
 
 use hlcp_core::{Aor, Error, Hlcp, Identity, LinearOperator, Norms, Omega, Rows};
-use hlcp_methods::{Limits, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver};
+use hlcp_methods::{
+    Limits, Method, Mms, NameError, Named, Options, Outcome, Parameters, Progress, Solver,
+};
 use hlcp_verify::{Certificate, Film, FilmChange, Refusal, certify};
 
 use super::{Bearing, linear::Linear};
@@ -83,21 +85,6 @@ pub struct Settings<'s> {
     pub in_parallel: bool,
     /// Who is shown the iterates.
     pub watch: Option<&'s Watch<'s>>,
-}
-
-impl Settings<'_> {
-    /// Shows iterates to whoever watches.
-    fn shows(
-        &self,
-        name: &str,
-        limits: &Limits,
-        goal: f64,
-    ) -> impl FnMut(&Progress<'_, f64>) -> ControlFlow<()> {
-        move |progress| {
-            self.watch
-                .map_or(ControlFlow::Continue(()), |watch| watch(name, limits, goal, progress))
-        }
-    }
 }
 
 /// A film with its solution.
@@ -185,13 +172,9 @@ impl Solved {
     ) -> Result<Self, FilmError> {
         let (a, b, q) = film.pose()?;
         let operators: Operators = [Box::new(a), Box::new(b)];
-        let mut solver = Solver::new(Mms::new(problem(&operators)?, Aor::gauss_seidel())?);
-        let limits =
-            Limits { iterations: 0, rounding: Some(ROUNDING), ..Limits::relative(TOLERANCE) };
-        let goal = TOLERANCE * Norms::of(&q).l2;
-        let mut show = settings.shows("MGS", &limits, goal);
-        let options = Options::from_solution(&z, &r).limits(limits).observer(&mut show);
-        let outcome = solver.solve(&q, options)?;
+        let method = Mms::new(problem(&operators)?, Aor::gauss_seidel())?;
+        let limits = Limits { iterations: 0, ..limits(ROUNDING) };
+        let (.., outcome) = iterate(("MGS", method), &q, Some([&z, &r]), limits, settings)?;
         Ok(Self { film, z, r, outcome })
     }
 
@@ -381,6 +364,30 @@ pub(super) fn problem([a, b]: &Operators) -> Result<Problem<'_>, Error> {
 /// `z`, `r` and what became of the solve.
 type Answer = (Vec<f64>, Vec<f64>, Outcome);
 
+/// Rounding in a residual is some ε of its terms, and these are films of any units.
+fn limits(rounding: f64) -> Limits {
+    Limits { rounding: Some(rounding), ..Limits::relative(TOLERANCE) }
+}
+
+/// Solves from `begin` by a method of a name, and shows iterates to whoever watches.
+fn iterate(
+    (name, method): (&str, impl Method<f64>),
+    q: &[f64],
+    begin: Option<[&[f64]; 2]>,
+    limits: Limits,
+    settings: &Settings<'_>,
+) -> Result<Answer, FilmError> {
+    let goal = TOLERANCE * Norms::of(q).l2;
+    let mut show = |progress: &Progress<'_, f64>| {
+        let go_on = ControlFlow::Continue(());
+        settings.watch.map_or(go_on, |watch| watch(name, &limits, goal, progress))
+    };
+    let options = begin.map_or_else(Options::default, |[z, r]| Options::from_solution(z, r));
+    let mut solver = Solver::new(method);
+    let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
+    Ok((solver.z().to_vec(), solver.r().to_vec(), outcome))
+}
+
 /// Solves from `begin`, by the method of the settings or by `method`, and by another where that
 /// does not converge or leaves a content `1 − r` below `least`; `rounding` is what it excuses of
 /// the residual, in units of the rounding of its terms.
@@ -394,19 +401,10 @@ pub(super) fn solve(
     let problem = problem(operators)?;
     #[cfg(feature = "rayon")]
     let problem = if settings.in_parallel { problem.in_parallel() } else { problem };
-    // Rounding in a residual is some ε of its terms, and these are films of any units.
-    let limits = Limits { rounding: Some(rounding), ..Limits::relative(TOLERANCE) };
-    let goal = TOLERANCE * Norms::of(q).l2;
-    let attempt = |name: &str| -> Result<Answer, FilmError> {
+    let attempt = |name: &str| {
         let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
-        let mut solver = Solver::new(method);
-        let mut show = settings.shows(name, &limits, goal);
-        let options = match &begin {
-            Some([z, r]) => Options::from_solution(z, r),
-            None => Options::default(),
-        };
-        let outcome = solver.solve(q, options.limits(limits).observer(&mut show))?;
-        Ok((solver.z().to_vec(), solver.r().to_vec(), outcome))
+        let begin = begin.as_ref().map(|[z, r]| [&z[..], r]);
+        iterate((name, method), q, begin, limits(rounding), settings)
     };
     let found = attempt(settings.method.unwrap_or(method))?;
     let is_film =
