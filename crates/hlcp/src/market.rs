@@ -45,7 +45,7 @@ use crate::files::{self, excerpt};
 pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError> {
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
-    let banner = lines.expect("the banner %%MatrixMarket")?;
+    let banner = lines.expect(|| "the banner %%MatrixMarket".into())?;
     lines.is_whole = is_integer(banner);
     let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
@@ -157,7 +157,7 @@ fn assemble<T: Scalar>(
 pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileError> {
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
-    let mut first = lines.expect("a banner or a number")?;
+    let mut first = lines.expect(|| "a banner or a number".into())?;
     if is_filler(first) && !first.starts_with("%%") {
         first = lines.expect_data(|| "a number".into())?;
     }
@@ -342,20 +342,18 @@ impl<'f> Lines<'f> {
         Some((i, j, value))
     }
 
-    fn expect(&mut self, what: impl ToString) -> Result<&'f str, FileError> {
-        self.next()?.ok_or_else(|| {
-            self.fault(format!("the file ends where {} should be", what.to_string()))
-        })
+    fn expect(&mut self, what: impl Fn() -> String) -> Result<&'f str, FileError> {
+        self.next()?.ok_or_else(|| self.fault(format!("the file ends where {} should be", what())))
     }
 
     /// The next line that is neither blank nor a comment.
     fn expect_data(&mut self, what: impl Fn() -> String) -> Result<&'f str, FileError> {
-        while let Some(line) = self.next()? {
+        loop {
+            let line = self.expect(&what)?;
             if !is_filler(line) {
                 return Ok(line);
             }
         }
-        Err(self.fault(format!("the file ends where {} should be", what())))
     }
 
     fn expect_end(&mut self) -> Result<(), FileError> {

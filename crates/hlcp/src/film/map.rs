@@ -54,39 +54,32 @@ impl Map {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let mut map = Self { columns: 0, rows: 0, values: vec![] };
         for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
-            if line.trim().is_empty() || line.trim_start().starts_with('#') {
-                continue;
+            if is_data(line) {
+                map.add(line).map_err(|reason| fault(Some(number), reason))?;
             }
-            if has_decimal_commas(line) {
-                let reason = "a comma within numbers; write decimals with a point".to_owned();
-                return Err(fault(Some(number), reason));
-            }
-            let before = map.values.len();
-            for (column, word) in
-                (1..).zip(cells(line).map_err(|reason| fault(Some(number), reason))?)
-            {
-                match word.parse() {
-                    Ok(value) if f64::is_finite(value) => map.values.push(value),
-                    _ => {
-                        let hint = if map.rows == 0 { "; begin a heading with #" } else { "" };
-                        let word = excerpt(word);
-                        let reason =
-                            format!("column {column}: '{word}' is not a finite number{hint}");
-                        return Err(fault(Some(number), reason));
-                    }
-                }
-            }
-            let found = map.values.len() - before;
-            if map.rows > 0 && found != map.columns {
-                let wanted = map.columns;
-                return Err(fault(
-                    Some(number),
-                    format!("{found} columns where {wanted} are wanted"),
-                ));
-            }
-            (map.columns, map.rows) = (found, map.rows + 1);
         }
         if map.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(map) }
+    }
+
+    /// Adds a row from a line.
+    fn add(&mut self, line: &str) -> Result<(), String> {
+        if has_decimal_commas(line) {
+            return Err("a comma within numbers; write decimals with a point".into());
+        }
+        let (words, wanted) = (cells(line)?, self.columns);
+        for (column, word) in (1..).zip(&words) {
+            let hint = if self.rows == 0 { "; begin a heading with #" } else { "" };
+            let value = word.parse().ok().filter(|value: &f64| value.is_finite());
+            self.values.push(value.ok_or_else(|| {
+                format!("column {column}: '{}' is not a finite number{hint}", excerpt(word))
+            })?);
+        }
+        let found = words.len();
+        if self.rows > 0 && found != wanted {
+            return Err(format!("{found} columns where {wanted} are wanted"));
+        }
+        (self.columns, self.rows) = (found, self.rows + 1);
+        Ok(())
     }
 
     /// Reads a map that has no other to compare its columns with.
@@ -101,9 +94,8 @@ impl Map {
         let digits =
             |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
         let is_pair = |line: &str| matches!(line.trim().split_once(','), Some((a, b)) if digits(a) && digits(b));
-        let data = |line: &&str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
-        if map.columns == 2 && text.trim_start_matches('\u{feff}').lines().filter(data).all(is_pair)
-        {
+        let mut lines = text.trim_start_matches('\u{feff}').lines().filter(|line| is_data(line));
+        if map.columns == 2 && lines.all(is_pair) {
             let reason = "two columns of whole numbers, or one with decimal commas? Separate columns \
                       by semicolons, and write decimals with a point";
             return Err(FileError { path: path.to_owned(), line: None, reason: reason.to_owned() });
@@ -131,6 +123,11 @@ impl Map {
         bytes.extend(values.iter().flat_map(|value| value.to_le_bytes()));
         bytes
     }
+}
+
+/// Whether a line is neither blank nor a comment.
+fn is_data(line: &str) -> bool {
+    !line.trim().is_empty() && !line.trim_start().starts_with('#')
 }
 
 /// Splits a line into its cells, without the quotes that a cell is in: at semicolons, or else at
