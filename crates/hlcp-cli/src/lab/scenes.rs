@@ -127,74 +127,54 @@ fn published(printed: &mut Printed) -> Fallible<()> {
     compare("American put, extrapolated", "4.48667344", &format!("{limit:.6}"), agree)
 }
 
-/// Prints a line of counts; in parentheses the residual where the iterations ran out.
-fn count(
-    printed: &mut Printed,
-    what: &str,
-    scene: &str,
-    given: Given<'_>,
-    warm: bool,
-) -> Fallible<()> {
-    let (mut cells, mut order) = (String::new(), 0);
-    for method in METHODS {
-        let (outcome, _, n) = solved(method, scene, given, warm)?;
-        let cell = match outcome.status {
-            Status::Converged => outcome.iterations.to_string(),
-            Status::Diverged(_) => "diverges".to_owned(),
-            _ => format!("({:.0e})", outcome.residual.l2),
-        };
-        cells += &format!(" {cell:>8}");
-        order = n;
-    }
-    Ok(printed.line(format_args!("{what:<36} {order:>5}{cells}"))?)
+/// A scene on some grids: what is printed, where # is m and @ what the scene has for ny; its name,
+/// its numbers for m, and the grids.
+type Counted = (&'static str, &'static str, fn(f64) -> Vec<(&'static str, f64)>, &'static [f64]);
+
+#[rustfmt::skip] // a table
+const COUNTED: [Counted; 15] = [
+    ("example1 generic, m = #", "example1", |m| vec![("m", m), ("solution", 1.0)], &[32.0, 64.0]),
+    ("disc-lcp, m = #", "disc-lcp", |m| vec![("m", m)], &[31.0, 63.0]),
+    ("disc-hlcp, m = #", "disc-hlcp", |m| vec![("m", m)], &[31.0, 63.0]),
+    ("slider, # cells", "slider", |m| vec![("m", m)], &[50.0, 100.0]),
+    ("journal bearing, # × @", "journal-bearing", |m| vec![("nx", m), ("ny", m)], &[31.0, 63.0]),
+    ("obstacle, # × #", "obstacle", |m| vec![("m", m)], &[33.0, 65.0]),
+    ("spiral, # × #", "spiral", |m| vec![("m", m)], &[31.0, 63.0]),
+    ("bessel, # × #", "bessel", |m| vec![("m", m)], &[31.0, 63.0]),
+    ("dam, # × @", "dam", |m| vec![("nx", m), ("ny", m + 1.0)], &[31.0, 63.0]),
+    ("bearing2d widest, L/D 1, # × @", "bearing2d", |m| bearing(m, 1.0, 0.0), &[31.0, 63.0, 127.0]),
+    ("bearing2d 218°, L/D 1, # × @", "bearing2d", |m| bearing(m, 1.0, 3.8), &[31.0, 63.0, 127.0]),
+    ("bearing2d widest, L/D 0.25, # × @", "bearing2d", |m| bearing(m, 0.25, 0.0), &[31.0, 63.0, 127.0]),
+    ("bearing2d 218°, L/D ∞, # × 1", "bearing2d",
+        |m| [bearing(m, 1e6, 3.8), vec![("ny", 1.0)]].concat(), &[47.0, 95.0]),
+    ("put, m = steps = #, warm", "american-put", |m| vec![("m", m), ("steps", m)], &[32.0, 64.0]),
+    ("put, m = steps = #, cold", "american-put", |m| vec![("m", m), ("steps", m)], &[32.0, 64.0]),
+];
+
+fn bearing(nx: f64, aspect: f64, groove: f64) -> Vec<(&'static str, f64)> {
+    let ny = ((nx - 1.0) / 2.0).floor();
+    vec![("nx", nx), ("ny", ny), ("aspect", aspect), ("groove", groove.to_degrees())]
 }
 
+/// Prints lines of counts; in parentheses the residual where the iterations ran out.
 fn counts(printed: &mut Printed) -> Fallible<()> {
-    for m in [32.0, 64.0] {
-        let given = [("m", m), ("solution", 1.0)];
-        count(printed, &format!("example1 generic, m = {m}"), "example1", &given, true)?;
-    }
-    for name in ["disc-lcp", "disc-hlcp"] {
-        for m in [31.0, 63.0] {
-            count(printed, &format!("{name}, m = {m}"), name, &[("m", m)], true)?;
-        }
-    }
-    for cells in [50.0, 100.0] {
-        count(printed, &format!("slider, {cells} cells"), "slider", &[("m", cells)], true)?;
-    }
-    for m in [31.0, 63.0] {
-        let what = format!("journal bearing, {m} × {m}");
-        count(printed, &what, "journal-bearing", &[("nx", m), ("ny", m)], true)?;
-    }
-    for m in [33.0, 65.0] {
-        count(printed, &format!("obstacle, {m} × {m}"), "obstacle", &[("m", m)], true)?;
-    }
-    for name in ["spiral", "bessel"] {
-        for m in [31.0, 63.0] {
-            count(printed, &format!("{name}, {m} × {m}"), name, &[("m", m)], true)?;
-        }
-    }
-    for (nx, ny) in [(31.0, 32.0), (63.0, 64.0)] {
-        count(printed, &format!("dam, {nx} × {ny}"), "dam", &[("nx", nx), ("ny", ny)], true)?;
-    }
-    let groove = 3.8_f64.to_degrees();
-    for (place, aspect, groove) in
-        [("widest", 1.0, 0.0), ("218°", 1.0, groove), ("widest", 0.25, 0.0)]
-    {
-        for (nx, ny) in [(31.0, 15.0), (63.0, 31.0), (127.0, 63.0)] {
-            let given = [("nx", nx), ("ny", ny), ("aspect", aspect), ("groove", groove)];
-            let what = format!("bearing2d {place}, L/D {aspect}, {nx} × {ny}");
-            count(printed, &what, "bearing2d", &given, true)?;
-        }
-    }
-    for nx in [47.0, 95.0] {
-        let given = [("nx", nx), ("ny", 1.0), ("aspect", 1e6), ("groove", groove)];
-        count(printed, &format!("bearing2d 218°, L/D ∞, {nx} × 1"), "bearing2d", &given, true)?;
-    }
-    for (warm, name) in [(true, "warm"), (false, "cold")] {
-        for m in [32, 64] {
-            let given = [("m", f64::from(m)), ("steps", m.into())];
-            count(printed, &format!("put, m = steps = {m}, {name}"), "american-put", &given, warm)?;
+    for (words, scene, numbers, sizes) in COUNTED {
+        for &m in sizes {
+            let given = numbers(m);
+            let ny = given.iter().find(|(name, _)| *name == "ny").map_or(m, |(_, ny)| *ny);
+            let what = words.replace('#', &m.to_string()).replace('@', &ny.to_string());
+            let (mut cells, mut order) = (String::new(), 0);
+            for method in METHODS {
+                let (outcome, _, n) = solved(method, scene, &given, !words.ends_with("cold"))?;
+                let cell = match outcome.status {
+                    Status::Converged => outcome.iterations.to_string(),
+                    Status::Diverged(_) => "diverges".to_owned(),
+                    _ => format!("({:.0e})", outcome.residual.l2),
+                };
+                cells += &format!(" {cell:>8}");
+                order = n;
+            }
+            printed.line(format_args!("{what:<36} {order:>5}{cells}"))?;
         }
     }
     Ok(())
