@@ -25,7 +25,7 @@ pub(super) struct Measured {
 }
 
 /// Returns the rows of a file with their problems, which must be among `titles`.
-pub(crate) fn read(path: &Path, titles: &[&str]) -> Result<Vec<(String, Measured)>, FileError> {
+pub(crate) fn read(path: &Path, titles: &[String]) -> Result<Vec<(String, Measured)>, FileError> {
     let rows = Table::rows_of(path, &COLUMNS.join("|"))?.into_iter();
     let measured = |(line, cells)| {
         row(cells, titles).map_err(|reason| FileError {
@@ -37,9 +37,9 @@ pub(crate) fn read(path: &Path, titles: &[&str]) -> Result<Vec<(String, Measured
     rows.map(measured).collect()
 }
 
-fn row(cells: [String; 9], titles: &[&str]) -> Result<(String, Measured), String> {
+fn row(cells: [String; 9], titles: &[String]) -> Result<(String, Measured), String> {
     let [problem, name, tolerance, error, low, median, high, sweeps, reached] = cells;
-    if !titles.contains(&problem.as_str()) {
+    if !titles.contains(&problem) {
         let problem = excerpt(&problem);
         return Err(format!(
             "there is no problem '{problem}' here; they are {}",

@@ -394,18 +394,19 @@ const OURS: [(&str, Parameter); 5] =
     [("MGS", NONE), ("AMGS", NONE), ("TMGS", NONE), ("AMSOR", ALPHAS), ("AUTO", NONE)];
 
 /// The problems, whose MGS takes thousands of sweeps at most.
-fn problems(quick: bool) -> Vec<(String, Own)> {
+fn problems(quick: bool) -> Vec<Own> {
     let [m, disc, cells, film] = if quick { [16, 8, 12, 8] } else { [128, 32, 50, 24] };
     let [m, disc, cells, side] = [m, disc, cells, film].map(f64::from);
-    let generic = |name| Own::scene(name, &[("m", m), ("solution", 1.0)]);
+    let generic = |name, title| Own::scene(name, &[("m", m), ("solution", 1.0)], title);
+    let disc_of = |name| Own::scene(name, &[("m", disc)], format!("{name}, m = {disc}"));
     let on_film = [("nx", side), ("ny", side), ("dimples", 2.0)];
     vec![
-        (format!("Example 1, m = {m}"), generic("example1")),
-        (format!("Example 2, m = {m}"), generic("example2")),
-        (format!("disc-lcp, m = {disc}"), Own::scene("disc-lcp", &[("m", disc)])),
-        (format!("disc-hlcp, m = {disc}"), Own::scene("disc-hlcp", &[("m", disc)])),
-        (format!("slider, {cells} cells"), Own::scene("slider", &[("m", cells)])),
-        (format!("film, {side} × {side}"), Own::scene("film", &on_film)),
+        generic("example1", format!("Example 1, m = {m}")),
+        generic("example2", format!("Example 2, m = {m}")),
+        disc_of("disc-lcp"),
+        disc_of("disc-hlcp"),
+        Own::scene("slider", &[("m", cells)], format!("slider, {cells} cells")),
+        Own::scene("film", &on_film, format!("film, {side} × {side}")),
     ]
 }
 
@@ -463,9 +464,10 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     let (problems, names) = (problems(*quick), Rival::all().into_iter().map(|of| of[0].name));
     let names: Vec<_> = names.collect();
     let bar = counting(problems.len() * names.len());
-    let head: String = problems.iter().map(|(title, _)| format!("|{title}")).collect();
+    let head: String = problems.iter().map(|own| format!("|{}", own.title())).collect();
     let mut cells: Vec<[Vec<String>; 2]> = vec![Default::default(); names.len()];
-    for (title, own) in &problems {
+    for own in &problems {
+        let title = own.title();
         bar.set_message(title.clone());
         let judged = Judged::new(own.wide()?, "AMG", &own.limits(), false)?;
         let mut equations = vec![];

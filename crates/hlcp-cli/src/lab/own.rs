@@ -15,14 +15,20 @@ pub(super) struct Own {
     given: Given,
     #[command(flatten)]
     files: Files,
+    /// What charts call a problem that nobody typed.
+    #[arg(skip)]
+    called: Option<String>,
+    /// Whether the planted solution is a generic one of the same pattern.
+    #[arg(skip)]
+    pub(super) is_generic: bool,
 }
 
 impl Own {
-    /// Returns a scene with numbers that differ from its defaults.
-    pub(super) fn scene(name: &str, numbers: &[(&'static str, f64)]) -> Self {
+    /// Returns a scene with numbers that differ from its defaults, and what charts call it.
+    pub(super) fn scene(name: &str, numbers: &[(&'static str, f64)], called: String) -> Self {
         let scene = Scene::of(name);
         let given = Given { scene, numbers: scene.numbers(numbers), is_asked: true };
-        Self { given, files: Files::default() }
+        Self { given, files: Files::default(), called: Some(called), is_generic: false }
     }
 
     /// Whether a problem was typed.
@@ -42,9 +48,10 @@ impl Own {
 
     /// Returns what a chart calls the problem: no other has the same.
     pub(super) fn title(&self) -> String {
-        match &self.files.a {
-            Some(_) => self.paths().map(|(_, path)| path).collect::<Vec<_>>().join(", "),
-            None => {
+        match (&self.called, &self.files.a) {
+            (Some(title), _) => title.clone(),
+            (_, Some(_)) => self.paths().map(|(_, path)| path).collect::<Vec<_>>().join(", "),
+            (None, None) => {
                 let numbers = self.given.numbers.typed().into_iter();
                 let words: String = numbers.map(|(name, v)| format!(", {name} = {v}")).collect();
                 self.given.scene.name.to_owned() + &words

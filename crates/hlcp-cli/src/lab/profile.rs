@@ -7,8 +7,9 @@ use indicatif::ProgressBar;
 
 use super::{
     methods::Row,
+    own::Own,
     run::{self, Fallible, Repeats, Run},
-    speed_vs_accuracy::{Given, half_steps, limits},
+    speed_vs_accuracy::{example, half_steps, limits, plain, pose},
     table::Table,
 };
 use crate::chart::{Panel, Point, Series, write};
@@ -19,19 +20,18 @@ const DOUBLINGS: f64 = 10.0;
 
 /// Both examples with four pairs of shifts and two solutions, four sliders and four discs: 24
 /// problems.
-fn problems(quick: bool) -> Vec<Given> {
+fn problems(quick: bool) -> Vec<Own> {
     let (m, cells, discs) =
         if quick { (16, [8, 10, 12, 16], [8, 12]) } else { (128, [25, 50, 75, 100], [48, 96]) };
     let mut problems = vec![];
     for symmetric in [true, false] {
         for shifts in [[0.0, 0.0], [1.0, 1.0], [4.0, 4.0], [0.0, 4.0]] {
-            problems
-                .extend([true, false].map(|generic| Given::example(symmetric, m, shifts, generic)));
+            problems.extend([true, false].map(|generic| example(symmetric, m, shifts, generic)));
         }
     }
-    problems.extend(cells.map(|cells| Given::plain("slider", cells)));
+    problems.extend(cells.map(|cells| plain("slider", cells)));
     for m in discs {
-        problems.extend(["disc-lcp", "disc-hlcp"].map(|name| Given::plain(name, m)));
+        problems.extend(["disc-lcp", "disc-hlcp"].map(|name| plain(name, m)));
     }
     problems
 }
@@ -54,7 +54,7 @@ pub(crate) fn measure(
     bar.inc_length((problems.len() * methods.len()) as u64);
     let mut table = Table::new(COLUMNS);
     for problem in &problems {
-        let scene = problem.pose()?;
+        let (title, scene) = (problem.title(), pose(problem)?);
         let (limits, repeats) = (limits(TOLERANCE), Repeats::least(repeats(quick)));
         let runs = run::measure(repeats, methods, |row| row.solve(&scene, &limits))?;
         for (row, run) in methods.iter().zip(runs) {
@@ -63,7 +63,7 @@ pub(crate) fn measure(
                 seconds = run.quartile(0);
                 sweeps = half_steps(&run).map_or(sweeps, |sweeps| sweeps.max(1) as f64);
             }
-            table.row(&format!("{}|{}|{seconds}|{sweeps}", problem.title, row.label));
+            table.row(&format!("{title}|{}|{seconds}|{sweeps}", row.label));
         }
         bar.inc(methods.len() as u64);
     }
@@ -81,8 +81,8 @@ pub(crate) fn draw(out: &Path, methods: &[&Row], quick: bool, measured: &str) ->
     }
     let problems = problems(quick);
     let panel = |title: &str, measure: usize| {
-        let of_method = |row: &Row, problem: &Given| {
-            let of_problem = costs.iter().filter(|(of, ..)| *of == problem.title);
+        let of_method = |row: &Row, problem: &Own| {
+            let of_problem = costs.iter().filter(|(of, ..)| *of == problem.title());
             let best = of_problem.clone().map(|(.., cost)| cost[measure]);
             let mut own = of_problem.filter(|(_, name, _)| name == row.label);
             let own = own.next().map_or(f64::INFINITY, |(.., cost)| cost[measure]);

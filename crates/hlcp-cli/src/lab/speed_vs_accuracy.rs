@@ -77,18 +77,18 @@ pub(super) fn half_steps(run: &Run) -> Option<usize> {
 }
 
 /// The problems that all methods run on.
-fn problems(quick: bool) -> Vec<Given> {
+fn problems(quick: bool) -> Vec<Own> {
     let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
-    let paper = |symmetric, generic| Given::example(symmetric, m, [4.0, 4.0], generic);
+    let paper = |symmetric, generic| example(symmetric, m, [4.0, 4.0], generic);
     vec![
         paper(true, false),
         paper(true, true),
         paper(false, false),
         paper(false, true),
-        Given::plain("slider", cells),
-        Given::plain("disc-lcp", disc),
-        Given::plain("disc-hlcp", disc),
-        Given::film(film),
+        plain("slider", cells),
+        plain("disc-lcp", disc),
+        plain("disc-hlcp", disc),
+        textured(film),
     ]
 }
 
@@ -109,13 +109,13 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     let is_own = own.is_asked();
     let (problems, name, key) = match is_own {
         true => (
-            vec![Given { title: own.title(), problem: own.clone(), generic: false }],
+            vec![own.clone()],
             format!("speed-vs-accuracy-{}", own.file()),
             format!("speed-vs-accuracy{}", own.options()),
         ),
         false => (problems(quick), "speed-vs-accuracy".to_owned(), "speed-vs-accuracy".to_owned()),
     };
-    let titles: Vec<&str> = problems.iter().map(|problem| problem.title.as_str()).collect();
+    let titles: Vec<String> = problems.iter().map(Own::title).collect();
     let mut added = vec![];
     for path in add {
         added.extend(added::read(path, &titles)?);
@@ -145,7 +145,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         }
     );
     if is_own {
-        let panel = glance(titles[0], &rows, Chart::Own, quick, true);
+        let panel = glance(&titles[0], &rows, Chart::Own, quick, true);
         write(&path, 1, 400.0, vec![panel], &words)?;
     } else {
         draw_all(out, &titles, &rows, quick, [&words, &measured])?;
@@ -157,7 +157,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
 /// Draws all charts but that of a problem of one's own.
 fn draw_all(
     out: &Path,
-    titles: &[&str],
+    titles: &[String],
     rows: &[(String, Measured)],
     quick: bool,
     [words, measured]: [&str; 2],
@@ -165,14 +165,14 @@ fn draw_all(
     let precise = added::read(&out.join("precisions.csv"), titles)?;
     let lead = "Newton and FBNS factorise by a sparse LU. ".to_owned();
     let panels =
-        AT_A_GLANCE.map(|k| glance(titles[k], rows, Chart::Glance, quick, k == AT_A_GLANCE[0]));
+        AT_A_GLANCE.map(|k| glance(&titles[k], rows, Chart::Glance, quick, k == AT_A_GLANCE[0]));
     write(&out.join("speed-vs-accuracy"), 4, 300.0, panels.into(), &(lead + words))?;
     for (name, rows, chart) in [
         ("methods", rows, Chart::Paper),
         ("beyond", rows, Chart::Beyond),
         ("precisions", &precise, Chart::Precisions),
     ] {
-        let panel = |(k, title): (usize, &&str)| {
+        let panel = |(k, title): (usize, &String)| {
             let (series, above) = apart(lines(title, rows, chart, quick));
             let mut panel = panel(title, k % 4 == 0, &series);
             if !above.is_empty() {
@@ -197,17 +197,17 @@ fn draw_all(
 }
 
 /// Measures the methods that leave no parameter open on a problem of one's own.
-fn measure_own(problem: &Given, quick: bool, path: &Path) -> Fallible<()> {
+fn measure_own(own: &Own, quick: bool, path: &Path) -> Fallible<()> {
     let methods = methods(Chart::Own);
     let bar = counting(methods.len());
-    let runs = ladders(&problem.pose()?, &methods, repeats(quick), &bar)?;
+    let runs = ladders(&pose(own)?, &methods, repeats(quick), &bar)?;
     bar.finish_and_clear();
-    let rows: Vec<_> = runs.into_iter().map(|run| (problem.title.clone(), run)).collect();
+    let rows: Vec<_> = runs.into_iter().map(|run| (own.title(), run)).collect();
     table(&rows).write_csv(path)
 }
 
 /// Measures what the charts are drawn from.
-fn measure_all(problems: &[Given], quick: bool, out: &Path) -> Fallible<()> {
+fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
     let [paper, beyond, precise] = [Chart::Paper, Chart::Beyond, Chart::Precisions].map(methods);
     // What is on both charts is measured once.
     let is_new = |row: &&&Row| paper.iter().all(|known| known.label != row.label);
@@ -216,9 +216,9 @@ fn measure_all(problems: &[Given], quick: bool, out: &Path) -> Fallible<()> {
     let mut measured: [Vec<_>; 2] = Default::default();
     let mut certified = Table::new(BOUNDS);
     for problem in problems {
-        let title = &problem.title;
+        let title = &problem.title();
         bar.set_message(title.clone());
-        let scene = problem.pose()?;
+        let scene = pose(problem)?;
         for (methods, measured) in [&all, &precise].into_iter().zip(&mut measured) {
             let runs = ladders(&scene, methods, repeats(quick), &bar)?;
             measured.extend(runs.into_iter().map(|run| (title.clone(), run)));
@@ -427,7 +427,7 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
 /// The columns of the certified bounds.
 const BOUNDS: &str = "problem|true error|bound";
 
-fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
+fn draw_bounds(out: &Path, titles: &[String], measured: &str) -> Fallible<()> {
     let path = out.join("certified");
     let rows = Table::rows_of(&path.with_extension("csv"), BOUNDS)?;
     let mut series = vec![];
@@ -437,7 +437,7 @@ fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
             let [x, bound] = [error.parse::<f64>()?, bound.parse()?].map(|v| v.max(NOTHING));
             points.push(Point { x, y: bound / x });
         }
-        series.push(Series { name: (*title).to_owned(), style: [k; 3], points });
+        series.push(Series { name: title.clone(), style: [k; 3], points });
     }
     let axes = ["largest error of (z, r)", "certified bound over the error"];
     let panel = Panel::log_log("Certified bounds of AMSOR's answers", axes, &series);
@@ -445,56 +445,45 @@ fn draw_bounds(out: &Path, titles: &[&str], measured: &str) -> Fallible<()> {
     write(&path, 1, 400.0, vec![panel], &format!("{words}\n{measured}"))
 }
 
-/// A problem with what charts call it.
-pub(super) struct Given {
-    pub(super) title: String,
-    problem: Own,
-    /// Whether the planted solution is a generic one of the same pattern.
-    generic: bool,
+/// Returns Example 1 or 2, with its solution of zeros and ones or with a generic one.
+pub(super) fn example(symmetric: bool, m: usize, [mu, nu]: [f64; 2], is_generic: bool) -> Own {
+    let (number, scene) = if symmetric { (1, "example1") } else { (2, "example2") };
+    let solution = if is_generic { "generic" } else { "0/1" };
+    let title = format!("Example {number} ({mu}, {nu}), m = {m}, {solution}");
+    let mut own = Own::scene(scene, &[("m", m as f64), ("mu", mu), ("nu", nu)], title);
+    own.is_generic = is_generic;
+    own
 }
 
-impl Given {
-    /// Returns Example 1 or 2, with its solution of zeros and ones or with a generic one.
-    pub(super) fn example(symmetric: bool, m: usize, [mu, nu]: [f64; 2], generic: bool) -> Self {
-        let (number, scene) = if symmetric { (1, "example1") } else { (2, "example2") };
-        let solution = if generic { "generic" } else { "0/1" };
-        let title = format!("Example {number} ({mu}, {nu}), m = {m}, {solution}");
-        let problem = Own::scene(scene, &[("m", m as f64), ("mu", mu), ("nu", nu)]);
-        Self { title, problem, generic }
-    }
+/// Returns a scene that is defined by `m` alone.
+pub(super) fn plain(scene: &str, m: usize) -> Own {
+    let letter = if scene == "slider" { "N" } else { "m" };
+    Own::scene(scene, &[("m", m as f64)], format!("{scene}, {letter} = {m}"))
+}
 
-    /// Returns a scene that is defined by `m` alone.
-    pub(super) fn plain(scene: &str, m: usize) -> Self {
-        let letter = if scene == "slider" { "N" } else { "m" };
-        let problem = Own::scene(scene, &[("m", m as f64)]);
-        Self { title: format!("{scene}, {letter} = {m}"), problem, generic: false }
-    }
+/// Returns a film of m × m cells, with a dimple for each 32 × 32, but 2 × 2 at least.
+fn textured(m: usize) -> Own {
+    let (side, k) = (m as f64, (m / 31).max(2));
+    let title = format!("film, {m} × {m}, {k} × {k} dimples");
+    Own::scene("film", &[("nx", side), ("ny", side), ("dimples", k as f64)], title)
+}
 
-    /// Returns a film of m × m cells, with a dimple for each 32 × 32, but 2 × 2 at least.
-    pub(super) fn film(m: usize) -> Self {
-        let (side, k) = (m as f64, (m / 31).max(2));
-        let title = format!("film, {m} × {m}, {k} × {k} dimples");
-        let numbers = [("nx", side), ("ny", side), ("dimples", k as f64)];
-        Self { title, problem: Own::scene("film", &numbers), generic: false }
-    }
-
-    /// Poses the problem in both precisions.
-    pub(super) fn pose(&self) -> Fallible<Scene> {
-        let (mut wide, mut narrow) = (self.problem.wide()?, self.problem.narrow()?);
-        if let Some(known) = wide.known.as_mut().filter(|_| self.generic) {
-            // Thirty bits below 2: q is exact in double precision, and the planted pair solves what
-            // is posed there.
-            let mut az = vec![0.0; wide.q.len()];
-            let size = |k: usize| (1 + k.wrapping_mul(0x9e37_79b9) % (1 << 30)) as f64;
-            for (k, v) in known.iter_mut().flat_map(|vector| vector.iter_mut().enumerate()) {
-                *v *= size(k) / (1 << 29) as f64;
-            }
-            wide.a.apply(&known[0], &mut az);
-            wide.b.apply(&known[1], &mut wide.q);
-            wide.q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
+/// Poses a problem in both precisions.
+pub(super) fn pose(own: &Own) -> Fallible<Scene> {
+    let (mut wide, mut narrow) = (own.wide()?, own.narrow()?);
+    if let Some(known) = wide.known.as_mut().filter(|_| own.is_generic) {
+        // Thirty bits below 2: q is exact in double precision, and the planted pair solves what
+        // is posed there.
+        let mut az = vec![0.0; wide.q.len()];
+        let size = |k: usize| (1 + k.wrapping_mul(0x9e37_79b9) % (1 << 30)) as f64;
+        for (k, v) in known.iter_mut().flat_map(|vector| vector.iter_mut().enumerate()) {
+            *v *= size(k) / (1 << 29) as f64;
         }
-        narrow.q = wide.q.iter().map(|&q| q as f32).collect();
-        let wide = Judged::new(wide, "AMG", &self.problem.limits(), true)?;
-        Ok(Scene { name: self.problem.name(), m: self.problem.size(), wide, narrow })
+        wide.a.apply(&known[0], &mut az);
+        wide.b.apply(&known[1], &mut wide.q);
+        wide.q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
     }
+    narrow.q = wide.q.iter().map(|&q| q as f32).collect();
+    let wide = Judged::new(wide, "AMG", &own.limits(), true)?;
+    Ok(Scene { name: own.name(), m: own.size(), wide, narrow })
 }

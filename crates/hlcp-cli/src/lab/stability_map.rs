@@ -7,10 +7,7 @@
 //! A problem of `--scene` has one map, and nothing else is measured.
 //! Ends with an error if a method fails inside what is proved.
 
-use std::{
-    collections::BTreeMap,
-    path::{Path, PathBuf},
-};
+use std::{collections::BTreeMap, path::Path};
 
 use clap::Args;
 use hlcp::files::printable;
@@ -48,13 +45,6 @@ pub(crate) struct Arguments {
     charts: Charts,
     #[command(flatten)]
     own: Own,
-}
-
-/// The problem of a map, with the names of its files and of its panels.
-struct Map {
-    file: String,
-    title: String,
-    problem: Own,
 }
 
 /// How a solve ended, and the contraction of its residual by a sweep.
@@ -103,20 +93,20 @@ pub(crate) fn run(Arguments { charts, own }: &Arguments) -> Fallible<()> {
     let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
     let is_own = own.is_asked();
     let (maps, name) = match is_own {
-        true => (vec![Map::of(own)], format!("stability-map{}", own.options())),
+        true => (vec![(own.file(), own.clone())], format!("stability-map{}", own.options())),
         false => (maps(*quick), "stability-map".to_owned()),
     };
+    let path = |file: &str| out.join(format!("stability-{file}"));
     let measured = charts.measured(&name, || {
         let bar = counting(maps.len() * METHODS.len() * 4);
-        for map in &maps {
-            let table = measure(map, &plane, &bar)?;
-            table.write_csv(&map.path(out))?;
+        for (file, own) in &maps {
+            measure(own, &plane, &bar)?.write_csv(&path(file))?;
         }
         bar.finish_and_clear();
         if is_own { Ok(()) } else { optimal_alpha::measure(out, *quick) }
     })?;
-    for map in &maps {
-        draw(map, &plane, out, &measured)?;
+    for (file, own) in &maps {
+        draw(&own.title(), &plane, &path(file), &measured)?;
     }
     if !is_own {
         optimal_alpha::draw(out, &measured)?;
@@ -126,8 +116,8 @@ pub(crate) fn run(Arguments { charts, own }: &Arguments) -> Fallible<()> {
 }
 
 /// Solves by each method in each cell.
-fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
-    let (wide, narrow) = (map.problem.wide()?, map.problem.narrow()?);
+fn measure(own: &Own, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
+    let (wide, narrow) = (own.wide()?, own.narrow()?);
     let mut table = Table::new(COLUMNS);
     for lag in [0.0, 0.2] {
         for (method, _) in METHODS {
@@ -139,7 +129,7 @@ fn measure(map: &Map, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
             let in_f32 =
                 plane.cells(|alpha, tau| solve(&narrow, method, [alpha, alpha - lag, tau]))?;
             bar.inc(1);
-            let title = format!("{}: {method}, β = α − {lag}", map.title);
+            let title = format!("{}: {method}, β = α − {lag}", own.title());
             let words = inside(&in_f64, &known).map_err(|why| format!("{title}: {why}"))?;
             bar.suspend(|| print::line(format_args!("{title}: {words}")))?;
             for (precision, cells) in [("f64", &in_f64), ("f32", &in_f32)] {
@@ -200,18 +190,8 @@ impl Plane {
     }
 }
 
-impl Map {
-    /// Returns the map of a problem of the command line.
-    fn of(own: &Own) -> Self {
-        Self { file: own.file(), title: own.title(), problem: own.clone() }
-    }
-
-    fn path(&self, out: &Path) -> PathBuf {
-        out.join(format!("stability-{}", self.file))
-    }
-}
-
-fn maps(quick: bool) -> Vec<Map> {
+/// The problems of the maps, with a part of the names of their files.
+fn maps(quick: bool) -> Vec<(String, Own)> {
     let [m, cells] = if quick { [8.0, 12.0] } else { [32.0; 2] };
     let mut maps = vec![];
     for (file, number, scene, shift) in [
@@ -220,15 +200,15 @@ fn maps(quick: bool) -> Vec<Map> {
         ("example2", 2, "example2", 4.0),
     ] {
         let title = format!("Example {number}, m = {m}, μ = ν = {shift}");
-        let problem = Own::scene(scene, &[("m", m), ("mu", shift), ("nu", shift)]);
-        maps.push(Map { file: file.to_owned(), title, problem });
+        let numbers = [("m", m), ("mu", shift), ("nu", shift)];
+        maps.push((file.to_owned(), Own::scene(scene, &numbers, title)));
     }
     for (scene, title, m) in [
         ("disc-lcp", format!("disc-lcp, m = {m}"), m),
         ("disc-hlcp", format!("disc-hlcp, m = {m}"), m),
         ("slider", format!("slider, {cells} cells"), cells),
     ] {
-        maps.push(Map { file: scene.to_owned(), title, problem: Own::scene(scene, &[("m", m)]) });
+        maps.push((scene.to_owned(), Own::scene(scene, &[("m", m)], title)));
     }
     maps
 }
@@ -303,8 +283,7 @@ const FAILURES: [(&str, &str, &str, MarkerShape); 4] = [
 const STEPS: [f64; 9] = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0];
 
 /// Draws a map from its data.
-fn draw(map: &Map, plane: &Plane, out: &Path, measured: &str) -> Fallible<()> {
-    let path = map.path(out);
+fn draw(title: &str, plane: &Plane, path: &Path, measured: &str) -> Fallible<()> {
     let mut panels: Vec<Vec<Drawn>> = METHODS.map(|_| vec![]).into();
     for (_, row) in Table::rows_of(&path.with_extension("csv"), COLUMNS)? {
         let [method, precision, alpha, beta, _, status, sweeps, _, _, proved] = row;
@@ -351,8 +330,8 @@ fn draw(map: &Map, plane: &Plane, out: &Path, measured: &str) -> Fallible<()> {
     let range = plane.range();
     let panel = |(k, cells): (usize, Vec<Drawn>)| {
         let rows = cells.chunks(plane.axis.len()).map(|row| row.iter().map(class).collect());
-        let (title, ranges) = (METHODS[k].1, [range, range]);
-        let mut panel = Panel::classes(title, axes(k), ranges, rows.collect(), &classes);
+        let ranges = [range, range];
+        let mut panel = Panel::classes(METHODS[k].1, axes(k), ranges, rows.collect(), &classes);
         for (status, name, _, marker) in &failures {
             let failed =
                 cells.iter().zip(plane.places()).filter(|(cell, _)| cell.status == *status);
@@ -369,9 +348,8 @@ fn draw(map: &Map, plane: &Plane, out: &Path, measured: &str) -> Fallible<()> {
     let words: Vec<_> = panels.iter().zip(METHODS).map(proved).collect();
     let panels = panels.into_iter().enumerate().map(panel).collect();
     let caption = format!(
-        "{}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ from x⁰ = e, β = α, in double precision. {}.\n{measured}",
-        map.title,
+        "{title}: to ‖A z − B r + q‖₂ ≤ 10⁻¹² ‖q‖₂ from x⁰ = e, β = α, in double precision. {}.\n{measured}",
         words.join("; ")
     );
-    write(&path, 3, 300.0, panels, &caption)
+    write(path, 3, 300.0, panels, &caption)
 }
