@@ -312,13 +312,8 @@ struct Job<'j, T> {
     failure: &'j Failure,
 }
 
-/// What a solve hands back.
-struct Answer<T> {
-    z: Vec<T>,
-    r: Vec<T>,
-    x: Vec<T>,
-    outcome: Outcome,
-}
+/// What a solve hands back: z, r and x, and what became of it.
+type Answer<T> = ([Vec<T>; 3], Outcome);
 
 impl<T: Real> Job<'_, T> {
     /// Makes the method, and iterates it.
@@ -402,8 +397,7 @@ impl<T: Real> Job<'_, T> {
         };
         let options = options.limits(self.limits).observer(&mut observer);
         let outcome = solver.solve(self.q, options).map_err(wrong)?;
-        let [z, r, x] = [solver.z(), solver.r(), solver.x()].map(<[T]>::to_vec);
-        Ok(Answer { z, r, x, outcome })
+        Ok(([solver.z(), solver.r(), solver.x()].map(<[T]>::to_vec), outcome))
     }
 }
 
@@ -498,8 +492,8 @@ fn solve_in<'py, T: Real>(
     let answer = released(py, || on_threads(settings.threads, || job.choose()));
     drop(job);
     failure.raised()?;
-    let Answer { z, r, x, outcome } = answer?;
-    let [z, r, x] = [z, r, x].map(|v| PyArray1::from_vec(py, v));
+    let (vectors, outcome) = answer?;
+    let [z, r, x] = vectors.map(|v| PyArray1::from_vec(py, v));
     let norms = |norms: Norms| (norms.l2, norms.linf);
     let ended = (outcome.status.to_string(), outcome.to_string());
     let counts = (outcome.iterations, outcome.sweeps, outcome.elapsed.as_secs_f64());

@@ -68,7 +68,7 @@ pub(super) fn dimples(text: &str) -> Result<Dimples, String> {
 /// The place of a side and what it is, with a pressure in the user's units.
 pub(super) type Sided = (usize, Side);
 
-const SIDES: [&str; 4] = ["west", "east", "south", "north"];
+pub(super) const SIDES: [&str; 4] = ["west", "east", "south", "north"];
 
 pub(super) fn sided(text: &str) -> Result<Sided, String> {
     let wanted =
@@ -417,9 +417,9 @@ fn sides(arguments: &Arguments, ambient: f64) -> Result<[Side; 4], String> {
             other => other,
         };
     }
-    for (pair, names) in sides.chunks(2).zip([["west", "east"], ["south", "north"]]) {
+    for (pair, names) in sides.chunks(2).zip(SIDES.chunks(2)) {
         if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
-            let [one, other] = names;
+            let (one, other) = (names[0], names[1]);
             return Err(format!(
                 "--side {one} and --side {other} must both be periodic, or neither"
             ));

@@ -46,7 +46,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
     let outputs = outputs(arguments, &ends)?;
     let (mut steps, mut last) = (None, None);
-    let (solved, solves, converged, coefficients) = if let Some(path) = &arguments.motion {
+    let (solved, solves, converged) = if let Some(path) = &arguments.motion {
         if arguments.load.is_some() {
             balance::equilibrium(&mut bearing, arguments, &settings)?;
         }
@@ -54,18 +54,17 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         bearing = run.bearing;
         steps = Some((run.csv, run.imbalance));
         last = Some(run.figures);
-        (run.solved, run.steps, run.all_converged, None)
+        (run.solved, run.steps, run.all_converged)
     } else {
         let (solved, solves) = balance::equilibrium(&mut bearing, arguments, &settings)?;
         let converged = solved.outcome.converged();
-        let asked = arguments.coefficients && converged;
-        let both = || {
-            let own = Coefficients::new(&bearing, &solved)?;
-            Ok::<_, FilmError>([own, Coefficients::clamped(&bearing, &solved, &settings)?])
-        };
-        let coefficients = asked.then(both).transpose()?;
-        (solved, solves, converged, coefficients)
+        (solved, solves, converged)
     };
+    let both = || -> Result<_, FilmError> {
+        let own = Coefficients::new(&bearing, &solved)?;
+        Ok([own, Coefficients::clamped(&bearing, &solved, &settings)?])
+    };
+    let coefficients = (arguments.coefficients && converged).then(both).transpose()?;
     let whirl = (!ratios.is_empty() && converged)
         .then(|| Whirl::of(&bearing, &solved, ratios))
         .transpose()?;

@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::{
     Arguments,
+    gap::SIDES,
     plane::{Slopes, Whirl},
 };
 use crate::print;
@@ -256,12 +257,11 @@ impl Report<'_> {
             )?;
         }
         writeln!(text, "power lost        {:.6e} W", figures.power)?;
-        let names = ["west", "east", "south", "north"];
         let open =
             (0..4).filter(|&k| matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)));
         let within = |side: usize| between(proved.map(|proved| proved.sides[side]));
         let flows: Vec<String> =
-            open.map(|k| format!("{} {:.6e}{}", names[k], figures.sides[k], within(k))).collect();
+            open.map(|k| format!("{} {:.6e}{}", SIDES[k], figures.sides[k], within(k))).collect();
         // One a line where there is more to say.
         let next = if proved.is_some() { "\n                  " } else { ", " };
         if !flows.is_empty() {
@@ -365,7 +365,7 @@ impl Report<'_> {
         writeln!(text, "  load            {} N", to(range.load))?;
         writeln!(text, "  friction        {moving} N on the moving wall")?;
         writeln!(text, "                  {fixed} N on the other")?;
-        for (k, name) in ["west", "east", "south", "north"].into_iter().enumerate() {
+        for (k, name) in SIDES.into_iter().enumerate() {
             if matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)) {
                 writeln!(text, "  flow out, m³/s  {name} {}", to(range.sides[k]))?;
             }

@@ -134,9 +134,6 @@ pub(crate) fn fbns(problem: &Problem<f64>, limits: &Limits) -> Fallible<Run> {
             balance * balance + function
         };
         let before = merit(z, r);
-        let moved = |v: &[f64], d: &[f64], t: f64| -> Vec<f64> {
-            v.iter().zip(d).map(|(v, d)| v + t * d).collect()
-        };
         let mut length = 1.0;
         while length > 1e-3
             && merit(&moved(z, &dz, length), &moved(r, &dr, length))
@@ -175,6 +172,11 @@ fn factorised(
     }
 }
 
+/// `v + t d`.
+fn moved(v: &[f64], d: &[f64], t: f64) -> Vec<f64> {
+    v.iter().zip(d).map(|(v, d)| v + t * d).collect()
+}
+
 /// `A z − B r + q`.
 fn residual(Problem { a, b, q, .. }: &Problem<f64>, z: &[f64], r: &[f64]) -> Vec<f64> {
     let (mut az, mut br) = (vec![0.0; q.len()], vec![0.0; q.len()]);
@@ -206,9 +208,7 @@ fn schur(
             slopes.push([-of_r / of_z, -1.0]);
         }
     }
-    let moved =
-        |v: &[f64], d: &[f64]| -> Vec<f64> { v.iter().zip(d).map(|(v, d)| v + d).collect() };
-    let mut rhs = residual(problem, &moved(z, &dz), &moved(r, &dr));
+    let mut rhs = residual(problem, &moved(z, &dz, 1.0), &moved(r, &dr, 1.0));
     rhs.iter_mut().for_each(|rhs| *rhs = -*rhs);
     for (j, s) in columns.solve(&slopes, &rhs)?.into_iter().enumerate() {
         let [of_a, of_b] = slopes[j];

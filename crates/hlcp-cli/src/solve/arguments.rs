@@ -2,9 +2,12 @@
 
 use std::{error::Error, path::PathBuf};
 
-use clap::{Args, ValueEnum};
+use clap::{
+    Args, ValueEnum,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
 use hlcp::files;
-use hlcp_methods::Parameters;
+use hlcp_methods::{Norm, Parameters};
 
 use crate::scenes::{Files, Given};
 
@@ -93,8 +96,9 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = STOPPING, allow_hyphen_values = true)]
     pub(crate) rtol: Option<f64>,
     /// The norm of the stopping test
-    #[arg(long, help_heading = STOPPING, value_enum, default_value_t = NormName::L2)]
-    pub(crate) norm: NormName,
+    #[arg(long, help_heading = STOPPING, default_value = "l2")]
+    #[arg(value_parser = PossibleValuesParser::new(["l2", "linf"]).map(norm))]
+    pub(crate) norm: Norm,
     /// The largest number of iterations
     #[arg(long, help_heading = STOPPING, default_value_t = 30_000, allow_hyphen_values = true)]
     pub(crate) max_iterations: usize,
@@ -127,10 +131,8 @@ const METHOD: &str = "Method";
 const STOPPING: &str = "Stopping";
 const OUTPUT: &str = "Output";
 
-#[derive(Clone, Copy, ValueEnum)]
-pub(crate) enum NormName {
-    L2,
-    Linf,
+fn norm(name: String) -> Norm {
+    if name == "linf" { Norm::LInf } else { Norm::L2 }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -13,13 +13,13 @@ use std::{
 };
 
 pub(crate) use arguments::Arguments;
-use arguments::{NormName, Precision};
+use arguments::Precision;
 use hlcp::market;
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
 use hlcp_core::{Ranks, Scalar, Strip};
 use hlcp_methods::{
-    Clock, Limits, NameError, Named, Norm, Options, Outcome, Progress, Solver, Tolerance,
+    Clock, Limits, NameError, Named, Options, Outcome, Progress, Solver, Tolerance,
 };
 use hlcp_verify::{Certificate, Convergence, certify_by, certify_within, convergence_within};
 use serde_json::json;
@@ -219,10 +219,6 @@ impl Run<'_> {
     ) -> Result<(), Box<dyn Error>> {
         let arguments = self.arguments;
         let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let norm = match arguments.norm {
-            NormName::L2 => Norm::L2,
-            NormName::Linf => Norm::LInf,
-        };
         let (tolerance, rounding) = match (arguments.tol, arguments.rtol) {
             (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
             (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
@@ -234,7 +230,7 @@ impl Run<'_> {
         let time = time.filter(|&time| time.is_nan() || time < 1e9);
         let time = time.map(Duration::try_from_secs_f64).transpose();
         let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
-        let limits = Limits { tolerance, rounding, norm, iterations, time };
+        let limits = Limits { tolerance, rounding, norm: arguments.norm, iterations, time };
         let posed =
             given.hlcp(to(arguments.tau)?).map_err(|error| arguments.files.explained(error))?;
         let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
