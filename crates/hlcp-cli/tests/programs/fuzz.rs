@@ -17,7 +17,7 @@ use hlcp::{
     market::{self, read_matrix, read_vector},
 };
 use hlcp_methods::{Named, Parameters};
-use proptest::{collection::vec, num::f64, prelude::*, sample::Index, sample::select};
+use proptest::{collection::vec, prelude::*, sample::Index, sample::select};
 
 use crate::{
     counting::{LIVE, PEAK},
@@ -252,29 +252,6 @@ fn damaged_maps_are_read_or_refused() {
             prop_assert!([again.rows, again.columns] == [map.rows, map.columns]);
             prop_assert!(same(&again.values, &map.values), "{map:?} and {again:?}");
         }
-    });
-}
-
-#[test]
-fn what_is_written_is_read() {
-    let (folder, path) = file("written");
-    let number = f64::NORMAL | f64::SUBNORMAL | f64::ZERO | f64::POSITIVE | f64::NEGATIVE;
-    let numbers = (1_usize..7, 1_usize..5).prop_flat_map(move |(columns, rows)| {
-        (Just(columns), Just(rows), vec(number, columns * rows))
-    });
-    proptest!(cases(500), |((columns, rows_of, values) in numbers)| {
-        market::write_vectors(&[(&path, &values)]).unwrap();
-        prop_assert!(same(&read_vector::<f64>(&path, values.len()).unwrap(), &values));
-        let map = Map { columns, rows: rows_of, values: values.clone() };
-        for written in [map.csv(), map.npy()] {
-            folder.write("file", written);
-            prop_assert!(same(&Map::read(&path).unwrap().values, &values));
-        }
-        // On the diagonal and below it, one entry for each number.
-        let order = values.len();
-        let entries: Vec<_> = (0..order).map(|i| (i, i * 7 % (i + 1), values[i])).collect();
-        folder.write("file", market_text(order, &entries));
-        prop_assert_eq!(folder::entries(&read_matrix::<f64>(&path).unwrap()), entries);
     });
 }
 

@@ -57,17 +57,6 @@ const SOLVE: &str = "--a A --q q --method MGS";
 const FILM: &str = "profile --speed 3.7 --viscosity 0.041";
 
 #[test]
-fn regular_files_are_replaced_and_new_ones_made() {
-    let folder = sound("replaced");
-    succeeded(&solve(&folder, "--out-z z --out-r ./new"), "--out-r ./new");
-    // 4 z₁ = 1 and r₂ = 2.
-    let read = |name| market::read_vector::<f64>(&folder.0.join(name), 2).unwrap();
-    assert!((read("z")[0] - 0.25).abs() <= 1e-10 && (read("new")[1] - 2.0).abs() <= 1e-10);
-    let names: Vec<_> = content(&folder.0).into_iter().map(|(path, _)| path).collect();
-    assert_eq!(names, ["A", "new", "q", "r", "x0", "z"].map(|name| folder.0.join(name)));
-}
-
-#[test]
 fn an_input_is_not_written_over() {
     let folder = sound("inputs");
     for (more, named) in [

@@ -165,15 +165,6 @@ fn the_slider_answer_solves_the_continuous_problem() {
     assert!([-1e-3, 1e-3].iter().all(|step| z(-s_c + step) < z(-s_c)));
 }
 
-#[test]
-fn a_slider_without_interior_nodes_is_refused() {
-    for cells in [0, 1] {
-        let error = Slider { cells }.pose::<f32>().map(drop).unwrap_err();
-        assert!(matches!(error, hlcp_core::Error::Empty { .. }), "{error}");
-    }
-    assert_eq!(Slider { cells: 2 }.pose::<f32>().unwrap().2.len(), 1);
-}
-
 /// Of the 54 configurations the theorem covers 6, 3 and 6: those of τ = 1, without over-relaxation
 /// where μ = ν = 0. The others converge all the same, by the counts above.
 #[test]

@@ -193,20 +193,6 @@ fn the_disc_scenes_by_name_and_the_median_of_repeats() {
     ends("--scene disc-lcp --m 64 --method TMSOR --alpha 1.5", "diverged");
 }
 
-#[test]
-fn beyond_the_paper_by_name() {
-    let count = |report: &Value| number(report, "iterations");
-    let newton = ends("--scene slider --m 200 --method newton", "converged");
-    assert!(count(&newton) <= 8.0 && number(&newton, "linear_iterations") > 0.0, "{newton}");
-    assert!(newton["alpha"].is_null());
-    let disc = "--scene disc-hlcp --m 20 --method";
-    let plain = ends(&format!("{disc} TMGS"), "converged");
-    let mixed = ends(&format!("{disc} ANDERSON --base TMGS --window 10"), "converged");
-    assert!(3.0 * count(&mixed) < count(&plain), "{mixed} {plain}");
-    let generic = ends("--m 30 --solution generic --method TMGS", "converged");
-    assert!(number(&generic, "error_linf") < 1e-10);
-}
-
 /// What is proved of a rough answer holds of a fine one, and every side is proved of both.
 #[test]
 fn figures_lie_where_they_are_proved_to() {
