@@ -75,24 +75,14 @@ pub struct Sensitivity {
 }
 
 impl Sensitivity {
-    /// Adds `by` times another one.
-    fn add(&mut self, by: f64, other: &Self) {
-        let add = |one: &mut [f64], other: &[f64]| {
-            one.iter_mut().zip(other).for_each(|(one, other)| *one += by * other);
-        };
-        add(&mut self.forces, &other.forces);
-        let (slopes, of_other) = (&mut self.slopes, &other.slopes);
-        add(&mut slopes.moments, &of_other.moments);
-        add(&mut slopes.friction, &of_other.friction);
-        add(&mut slopes.full_friction, &of_other.full_friction);
-        add(&mut slopes.sides, &of_other.sides);
-        add(&mut slopes.supplies, &of_other.supplies);
-        slopes.load += by * of_other.load;
-        slopes.power += by * of_other.power;
-        slopes.peak += by * of_other.peak;
-        add(&mut self.position, &other.position);
-        self.ecc = self.ecc.zip(other.ecc).map(|(one, other)| one + by * other);
-        self.attitude = self.attitude.zip(other.attitude).map(|(one, other)| one + by * other);
+    /// All its numbers.
+    fn numbers(&mut self) -> impl Iterator<Item = &mut f64> {
+        let of = &mut self.slopes;
+        let lists = [&mut self.forces[..], &mut self.position, &mut of.sides, &mut of.supplies];
+        let pairs = [&mut of.moments, &mut of.friction, &mut of.full_friction];
+        let others = [&mut of.load, &mut of.power, &mut of.peak].into_iter();
+        let others = others.chain(&mut self.ecc).chain(&mut self.attitude);
+        lists.into_iter().flatten().chain(pairs.into_iter().flatten()).chain(others)
     }
 }
 
@@ -150,7 +140,9 @@ impl Bearing {
         for found in &mut all {
             let off = DVector::from_vec(rows(&found.forces));
             let ways = matrix.solve(&off).ok_or(FilmError::Derivatives(f64::NAN))?;
-            ways.iter().zip(&of_position).for_each(|(way, other)| found.add(-way, other));
+            for (way, mut other) in ways.iter().zip(of_position.iter().cloned()) {
+                found.numbers().zip(other.numbers()).for_each(|(one, other)| *one -= way * *other);
+            }
         }
         Ok(all)
     }
