@@ -83,14 +83,7 @@ pub fn excerpt(text: &str) -> String {
 }
 
 /// Says of bytes that begin as a binary file of a known kind what they are, and the way out.
-///
-/// ```
-/// use hlcp::files::binary;
-///
-/// assert_eq!(binary(&[0x1f, 0x8b, 8]), Some("is compressed by gzip; unpack it with gunzip"));
-/// assert_eq!(binary(b"1.5"), None);
-/// ```
-pub fn binary(bytes: &[u8]) -> Option<&'static str> {
+pub(crate) fn binary(bytes: &[u8]) -> Option<&'static str> {
     match bytes {
         [0x1f, 0x8b, ..] => Some("is compressed by gzip; unpack it with gunzip"),
         [b'P', b'K', 3, 4, ..] => Some("is a ZIP archive, as NPZ is; unpack it with unzip"),

@@ -32,16 +32,16 @@ impl Map {
     /// not a finite number; decimal commas; NPY files of other numbers, of more dimensions or cut
     /// short.
     pub fn read(path: &Path) -> Result<Self, FileError> {
-        let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
-        let bytes = fs::read(path).map_err(|e| fault(None, e.to_string()))?;
+        let fault = |reason| FileError::new(path, reason);
+        let bytes = fs::read(path).map_err(|e| fault(e.to_string()))?;
         if let Some(rest) = bytes.strip_prefix(b"\x93NUMPY") {
-            return npy(rest).map_err(|reason| fault(None, reason));
+            return npy(rest).map_err(fault);
         }
         if let Some(what) = binary(&bytes) {
-            return Err(fault(None, what.into()));
+            return Err(fault(what.into()));
         }
-        let text = String::from_utf8(bytes)
-            .map_err(|_| fault(None, "neither an NPY file nor text".into()))?;
+        let text = String::from_utf8(bytes);
+        let text = text.map_err(|_| fault("neither an NPY file nor text".into()))?;
         Self::parse(path, &text)
     }
 
@@ -98,7 +98,7 @@ impl Map {
         if map.columns == 2 && lines.all(is_pair) {
             let reason = "two columns of whole numbers, or one with decimal commas? Separate columns \
                       by semicolons, and write decimals with a point";
-            return Err(FileError { path: path.to_owned(), line: None, reason: reason.to_owned() });
+            return Err(FileError::new(path, reason));
         }
         Ok(map)
     }
