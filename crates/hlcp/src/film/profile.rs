@@ -144,7 +144,7 @@ impl Profile {
             return Err(Error::Parameter { name, value: *ambient, range }.into());
         }
         let scaled = |v: &[f64], by: f64| -> Vec<f64> { v.iter().map(|v| v / by).collect() };
-        let (Pieces { z, r: void, flow }, outcome) =
+        let ([z, void, flow], outcome) =
             pieces(&scaled(x, length), &scaled(h, thin), ends, settings)?;
         let pressure: Vec<f64> = z.iter().map(|z| z * unit + cavitation).collect();
         let p = &pressure;
@@ -173,21 +173,14 @@ impl Profile {
     }
 }
 
-/// A solution without units: pressure and void at the points, and what flows through the pieces.
-struct Pieces {
-    z: Vec<f64>,
-    r: Vec<f64>,
-    flow: Vec<f64>,
-}
-
 /// Solves for gaps in the smallest one, places in the film's length and the pressure `ends` at both
-/// ends.
+/// ends; returns pressure and void at the points, and what flows through the pieces.
 fn pieces(
     x: &[f64],
     h: &[f64],
     ends: f64,
     settings: &Settings<'_>,
-) -> Result<(Pieces, Outcome), FilmError> {
+) -> Result<([Vec<f64>; 3], Outcome), FilmError> {
     // Row i is the balance of point i + 1, between the pieces i and i + 1.
     let gap: Vec<f64> = h.windows(2).map(|h| 2.0 * h[0] * h[1] / (h[0] + h[1])).collect();
     let n = gap.len() - 1;
@@ -205,7 +198,7 @@ fn pieces(
             let kept = (0..v.len()).filter(|i| i % 2 == 0 || i + 1 == v.len());
             kept.map(|i| v[i]).collect()
         };
-        let (Pieces { z, r, .. }, _) = pieces(&coarse(x), &coarse(h), ends, settings)?;
+        let ([z, r, _], _) = pieces(&coarse(x), &coarse(h), ends, settings)?;
         let fine = |v: &[f64]| (1..=n).map(|i| (v[i / 2] + v[i.div_ceil(2)]) / 2.0).collect();
         Some([fine(&z), fine(&r)])
     } else {
@@ -219,5 +212,5 @@ fn pieces(
     let last = if ends > 0.0 { 0.0 } else { r[n - 1] };
     let r = [&[0.0][..], &r, &[last]].concat();
     let flow = (0..=n).map(|k| (1.0 - r[k]) * gap[k] - c[k] * (z[k + 1] - z[k])).collect();
-    Ok((Pieces { z, r, flow }, outcome))
+    Ok(([z, r, flow], outcome))
 }

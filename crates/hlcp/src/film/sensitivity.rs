@@ -5,7 +5,7 @@ use super::{
     Bearing, FilmError, Load, Solved,
     carry::Wanted,
     linear::Linear,
-    solve::{LINEAR, operators},
+    solve::{LINEAR, posed},
     wall::mode,
 };
 
@@ -111,7 +111,8 @@ impl Bearing {
         solved.check_steady()?;
         let wanted = load.map(|load| Wanted::new(self, load, 1.0));
         let moving: &[usize] = wanted.as_ref().map_or(&[], |wanted| &wanted.moving);
-        let mut linear = Linear::of(&solved.film, operators(&solved.film)?, &solved.r, LINEAR)?;
+        let (operators, _) = posed(&solved.film)?;
+        let mut linear = Linear::of(&solved.film, operators, &solved.r, LINEAR)?;
         let mut answer = |parameter: &Parameter| {
             let (change, position, ambient) = self.change(parameter);
             let film = &solved.film;

@@ -170,8 +170,7 @@ impl Solved {
         r: Vec<f64>,
         settings: &Settings<'_>,
     ) -> Result<Self, FilmError> {
-        let (a, b, q) = film.pose()?;
-        let operators: Operators = [Box::new(a), Box::new(b)];
+        let (operators, q) = posed(&film)?;
         let method = Mms::new(problem(&operators)?, Aor::gauss_seidel())?;
         let limits = Limits { iterations: 0, ..limits(ROUNDING) };
         let (.., outcome) = iterate(("MGS", method), &q, Some([&z, &r]), limits, settings)?;
@@ -209,13 +208,13 @@ impl Solved {
 
     /// The operators of the film, and `A z − B r + q`.
     pub(super) fn residual(&self) -> Result<(Operators, Vec<f64>), FilmError> {
-        let (a, b, mut off) = self.film.pose()?;
+        let (operators, mut off) = posed(&self.film)?;
         let mut part = vec![0.0; off.len()];
-        a.apply(&self.z, &mut part);
-        off.iter_mut().zip(&part).for_each(|(off, part)| *off += part);
-        b.apply(&self.r, &mut part);
-        off.iter_mut().zip(&part).for_each(|(off, part)| *off -= part);
-        Ok(([Box::new(a), Box::new(b)], off))
+        for (operator, v, sign) in [(&operators[0], &self.z, 1.0), (&operators[1], &self.r, -1.0)] {
+            operator.apply(v, &mut part);
+            off.iter_mut().zip(&part).for_each(|(off, part)| *off += sign * part);
+        }
+        Ok((operators, off))
     }
 
     /// As near to the solution as rounding allows.
@@ -237,7 +236,7 @@ impl Solved {
         start: Option<&Self>,
         settings: &Settings<'_>,
     ) -> Result<Self, FilmError> {
-        let (a, b, q) = film.pose()?;
+        let (operators, q) = posed(&film)?;
         // A steady film; what a step begins with may be below 0 by rounding.
         let least = if film.step.is_none() { LEAST } else { f64::NEG_INFINITY };
         let asked = (METHOD, least, rounding);
@@ -247,14 +246,14 @@ impl Solved {
             // than what a solve leaves of the residual.
             None => (!film.is_fed()).then(|| [vec![0.0; q.len()], film.dry()]),
         };
-        let (z, r, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
+        let (z, r, outcome) = solve(&operators, &q, begin, asked, settings)?;
         Ok(Self { film, z, r, outcome })
     }
 
     /// The same gap by the clamp of the tables, `z ≥ 0` without a balance of mass.
     fn clamped(&self, settings: &Settings<'_>) -> Result<Self, FilmError> {
-        let (a, _, q) = self.film.pose()?;
-        let operators: Operators = [Box::new(a), Box::new(Identity { order: q.len() })];
+        let (mut operators, q) = posed(&self.film)?;
+        operators[1] = Box::new(Identity { order: q.len() });
         // Its r is no void fraction.
         let asked = (METHOD, f64::NEG_INFINITY, ROUNDING);
         let begin = Some(self.scaled(&self.film));
@@ -308,7 +307,7 @@ impl Solved {
         let full = vec![0.0; self.r.len()];
         let r = if is_clamped { &full } else { &self.r };
         let mut found = [(); 2].map(|()| vec![vec![0.0; count]; count]);
-        let mut operators = operators(film)?;
+        let (mut operators, _) = posed(film)?;
         if is_clamped {
             operators[1] = Box::new(Identity { order: self.r.len() });
         }
@@ -345,10 +344,10 @@ pub(super) type Operators = [Box<dyn Rows<f64>>; 2];
 
 pub(super) type Problem<'p> = Hlcp<f64, &'p dyn Rows<f64>, &'p dyn Rows<f64>>;
 
-/// Those of a film.
-pub(super) fn operators(film: &Film) -> Result<Operators, Error> {
-    let (a, b, _) = film.pose()?;
-    Ok([Box::new(a), Box::new(b)])
+/// Those of a film, and q.
+pub(super) fn posed(film: &Film) -> Result<(Operators, Vec<f64>), Error> {
+    let (a, b, q) = film.pose()?;
+    Ok(([Box::new(a), Box::new(b)], q))
 }
 
 /// Signs of the modulus variable, which is negative where r is positive.

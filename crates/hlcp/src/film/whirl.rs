@@ -12,7 +12,7 @@ use nalgebra::Matrix2;
 
 use super::{
     Bearing, Coefficients, FilmError, Solved,
-    solve::{modulus, operators, problem},
+    solve::{modulus, posed, problem},
 };
 
 /// The most cells of a film that is eliminated in complex numbers: a grid of so many takes some 3
@@ -239,7 +239,7 @@ fn answer(bearing: &Bearing, solved: &Solved, s: c64) -> Result<Vec<Vec<c64>>, F
     if n > CELLS {
         return Err(FilmError::Large { cells: n, most: CELLS });
     }
-    let operators = operators(film)?;
+    let (operators, _) = posed(film)?;
     let problem = problem(&operators)?;
     let x = modulus(&solved.r);
     let jacobian = Jacobian::new(&problem, &x);
