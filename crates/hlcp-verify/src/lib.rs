@@ -89,7 +89,7 @@ pub use enclosure::Refusal;
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Dam, Disc, Example, Film, FilmChange, FilmFigures, FilmRange,
+    AmericanPut, Bearing2d, Columns, Dam, Disc, Example, Film, FilmChange, FilmFigures, FilmRange,
     FilmSlopes, JournalBearing, Membrane, Obstacle, Posed, ProvedFigures, Side, Slider, Supply,
     TimeStep,
 };

@@ -5,8 +5,8 @@ use std::{error::Error, f64::consts::PI};
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{BoxedMethod, Named, Solver, TridiagonalPart};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Branch, Certificate, Dam, Disc, Example, Film, JournalBearing,
-    Membrane, Obstacle, Posed, Slider,
+    AmericanPut, Bearing2d, Branch, Certificate, Columns as _, Dam, Disc, Example, Film,
+    JournalBearing, Membrane, Obstacle, Posed, Slider,
 };
 
 use super::Numbers;

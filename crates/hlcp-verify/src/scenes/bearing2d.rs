@@ -3,9 +3,9 @@ use std::{
     ops::Range,
 };
 
-use hlcp_core::{Error, FivePoint, Scalar};
+use hlcp_core::{Error, Scalar};
 
-use super::{Grids, check, positive};
+use super::{Columns, Grids, check, entries, operator, positive};
 
 /// A journal bearing of finite length with mass-conserving cavitation: an HLCP in two dimensions.
 ///
@@ -82,6 +82,26 @@ pub struct Bearing2d {
     pub groove: f64,
 }
 
+impl Columns for Bearing2d {
+    type Posed<T: Scalar> = Grids<T>;
+
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Grids<T>, Error> {
+        check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
+        positive("aspect", self.aspect)?;
+        check("groove", self.groove, self.groove.is_finite(), "finite")?;
+        let (ny, hy) = (self.ny, self.spacing()[1]);
+        let a = operator(&columns, ny, |i, _| {
+            let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
+            [-along, -west, west + east + 2.0 * along, -east, -along]
+        })?;
+        let b = operator(&columns, ny, |i, _| {
+            [0.0, -hy * self.face(i), hy * self.face(i + 1), 0.0, 0.0]
+        })?;
+        let wedge = |i, _| hy * (self.face(i + 1) - self.face(i));
+        Ok((a, b, entries(&columns, ny, wedge)))
+    }
+}
+
 impl Bearing2d {
     /// `A`, `B` and `q` in precision `T`.
     ///
@@ -92,42 +112,6 @@ impl Bearing2d {
     /// square overflows or vanishes.
     pub fn pose<T: Scalar>(&self) -> Result<Grids<T>, Error> {
         self.pose_columns(0..self.nx)
-    }
-
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
-    /// grid of as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Bearing2d;
-    ///
-    /// let scene = Bearing2d { nx: 6, ny: 4, ecc: 0.5, aspect: 1.0, groove: 0.0 };
-    /// let (whole, part) = (scene.pose::<f64>()?.2, scene.pose_columns::<f64>(2..5)?.2);
-    /// assert_eq!(part[..3], whole[2..5]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Grids<T>, Error> {
-        check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
-        positive("aspect", self.aspect)?;
-        check("groove", self.groove, self.groove.is_finite(), "finite")?;
-        let hy = self.spacing()[1];
-        let a = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
-            let i = columns.start + i;
-            let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
-            [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
-        })?;
-        let b = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
-            let i = columns.start + i;
-            [0.0, -hy * self.face(i), hy * self.face(i + 1), 0.0, 0.0].map(T::of)
-        })?;
-        let wedge = |k: usize| {
-            let i = columns.start + k % columns.len();
-            T::of(hy * (self.face(i + 1) - self.face(i)))
-        };
-        Ok((a, b, (0..columns.len() * self.ny).map(wedge).collect()))
     }
 
     fn spacing(&self) -> [f64; 2] {

@@ -1,8 +1,8 @@
 use std::ops::Range;
 
-use hlcp_core::{Error, FivePoint, Scalar};
+use hlcp_core::{Error, Scalar};
 
-use super::{Grids, check, positive};
+use super::{Columns, Grids, check, entries, operator, positive};
 
 /// Seepage through a rectangular dam of earth on an impervious base: an HLCP outside lubrication.
 ///
@@ -84,6 +84,41 @@ pub struct Dam {
     pub layer: f64,
 }
 
+impl Columns for Dam {
+    type Posed<T: Scalar> = Grids<T>;
+
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Grids<T>, Error> {
+        positive("length", self.length)?;
+        positive("layer", self.layer)?;
+        check("tail", self.tail, (0.0..=1.0).contains(&self.tail), "from 0 to 1")?;
+        let (ny, [hx, hy]) = (self.ny, self.spacing());
+        let a = operator(&columns, ny, |_, j| {
+            let [up, side, down] = [self.through(j), self.side(j), self.through(j + 1)];
+            [-up, -side, up + down + 2.0 * side, -side, -down]
+        })?;
+        // What a full cell and the one above it lose through their floors.
+        let falls = |j: usize| match j + 1 == ny {
+            true => hx * self.soil(j),
+            false => hy * self.through(j + 1),
+        };
+        let from_above = |j: usize| if j == 0 { 0.0 } else { falls(j - 1) };
+        let b = operator(&columns, ny, |_, j| [-from_above(j), 0.0, falls(j), 0.0, 0.0])?;
+        let q = entries(&columns, ny, |i, j| {
+            let out = if j + 1 == ny { 0.0 } else { falls(j) };
+            let [upstream, downstream] = self.heads(j);
+            let mut held = 0.0;
+            if i == 0 {
+                held += upstream;
+            }
+            if i + 1 == self.nx {
+                held += downstream;
+            }
+            out - from_above(j) - self.side(j) * held
+        });
+        Ok((a, b, q))
+    }
+}
+
 impl Dam {
     /// `A`, `B` and `q` in precision `T`.
     ///
@@ -93,55 +128,6 @@ impl Dam {
     /// `0 ≤ tail ≤ 1`; [`Error::Grid`] for a grid without points.
     pub fn pose<T: Scalar>(&self) -> Result<Grids<T>, Error> {
         self.pose_columns(0..self.nx)
-    }
-
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
-    /// grid of as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Dam;
-    ///
-    /// let dam = Dam { nx: 6, ny: 4, length: 1.0, tail: 0.5, layer: 3.0 };
-    /// let (whole, part) = (dam.pose::<f64>()?.2, dam.pose_columns::<f64>(2..6)?.2);
-    /// assert_eq!(part[..4], whole[2..6]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Grids<T>, Error> {
-        positive("length", self.length)?;
-        positive("layer", self.layer)?;
-        check("tail", self.tail, (0.0..=1.0).contains(&self.tail), "from 0 to 1")?;
-        let [hx, hy] = self.spacing();
-        let a = FivePoint::from_fn(columns.len(), self.ny, |_, j| {
-            let [up, side, down] = [self.through(j), self.side(j), self.through(j + 1)];
-            [-up, -side, up + down + 2.0 * side, -side, -down].map(T::of)
-        })?;
-        // What a full cell and the one above it lose through their floors.
-        let falls = |j: usize| match j + 1 == self.ny {
-            true => hx * self.soil(j),
-            false => hy * self.through(j + 1),
-        };
-        let from_above = |j: usize| if j == 0 { 0.0 } else { falls(j - 1) };
-        let b = FivePoint::from_fn(columns.len(), self.ny, |_, j| {
-            [-from_above(j), 0.0, falls(j), 0.0, 0.0].map(T::of)
-        })?;
-        let q = |k: usize| {
-            let (i, j) = (columns.start + k % columns.len(), k / columns.len());
-            let out = if j + 1 == self.ny { 0.0 } else { falls(j) };
-            let [upstream, downstream] = self.heads(j);
-            let mut held = 0.0;
-            if i == 0 {
-                held += upstream;
-            }
-            if i + 1 == self.nx {
-                held += downstream;
-            }
-            T::of(out - from_above(j) - self.side(j) * held)
-        };
-        Ok((a, b, (0..columns.len() * self.ny).map(q).collect()))
     }
 
     fn spacing(&self) -> [f64; 2] {

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use hlcp_core::{Error, FivePoint, Scalar};
 
-use super::Posed;
+use super::{Columns, Posed};
 
 /// A contact in a disc: hard for every splitting method, with a known answer.
 ///
@@ -34,35 +34,10 @@ pub struct Disc {
     pub m: usize,
 }
 
-impl Disc {
-    /// The scene in precision `T`.
-    ///
-    /// # Errors
-    ///
-    /// [`Error`] for a grid without nodes.
-    pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
-        self.pose_columns(0..self.m)
-    }
+impl Columns for Disc {
+    type Posed<T: Scalar> = Posed<T, FivePoint<T>, FivePoint<T>>;
 
-    /// Some columns of the scene, for a rank that has those; the operators are those of a grid of
-    /// as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Disc;
-    ///
-    /// let disc = Disc { lcp: true, m: 7 };
-    /// let (whole, part) = (disc.pose::<f64>()?, disc.pose_columns::<f64>(2..5)?);
-    /// assert_eq!(part.q[3..6], whole.q[9..12]); // of the second row
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(
-        &self,
-        columns: Range<usize>,
-    ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Self::Posed<T>, Error> {
         let a = [-1.0, -1.0, 4.0, -1.0, -1.0];
         let b = if self.lcp { [0.0, 0.0, 1.0, 0.0, 0.0] } else { [0.0, -1.0, 4.0, -1.0, 0.0] };
         let h = 1.0 / (self.m + 1) as f64;
@@ -74,5 +49,16 @@ impl Disc {
         let z = |k| T::of(20.0 * disc(k).max(0.0).powi(2));
         let r = |k| T::of(force * (-disc(k)).max(0.0));
         Posed::columns(self.m, columns, [a, b], z, r)
+    }
+}
+
+impl Disc {
+    /// The scene in precision `T`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error`] for a grid without nodes.
+    pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
+        self.pose_columns(0..self.m)
     }
 }

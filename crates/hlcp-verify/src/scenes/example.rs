@@ -2,6 +2,8 @@ use std::ops::Range;
 
 use hlcp_core::{Error, FivePoint, LinearOperator, Scalar};
 
+use super::Columns;
+
 /// The paper's Examples 1 and 2: a pair of stencils on an `m × m` grid.
 ///
 /// With `S` tridiagonal, Example 1 (symmetric) has
@@ -111,6 +113,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Posed<T, A, B> {
     }
 }
 
+impl Columns for Example {
+    type Posed<T: Scalar> = Posed<T, FivePoint<T>, FivePoint<T>>;
+
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Self::Posed<T>, Error> {
+        self.planted(columns, |_| 1.0)
+    }
+}
+
 impl Example {
     /// The example in precision `T`.
     ///
@@ -119,28 +129,6 @@ impl Example {
     /// [`Error`] for a grid without points, and for μ or ν that are not finite.
     pub fn pose<T: Scalar>(&self) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
         self.planted(0..self.m, |_| 1.0)
-    }
-
-    /// Some columns of the example, for a rank that has those; the operators are those of a grid of
-    /// as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Example;
-    ///
-    /// let example = Example { symmetric: true, m: 4, mu: 4.0, nu: 4.0 };
-    /// let (whole, part) = (example.pose::<f64>()?, example.pose_columns::<f64>(2..4)?);
-    /// assert_eq!((part.q[1], part.q[2]), (whole.q[3], whole.q[6]));
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(
-        &self,
-        columns: Range<usize>,
-    ) -> Result<Posed<T, FivePoint<T>, FivePoint<T>>, Error> {
-        self.planted(columns, |_| 1.0)
     }
 
     /// The example with a generic solution of the same pattern: the entry `i` of `z*` or `r*` that

@@ -2,7 +2,7 @@ use std::{f64::consts::TAU, ops::Range};
 
 use hlcp_core::{Error, FivePoint, Identity, Scalar, Varying};
 
-use super::{check, positive};
+use super::{Columns, check, entries, operator, positive};
 
 /// A, B and q.
 type Film<T> = (FivePoint<Varying<T>>, Identity, Vec<T>);
@@ -58,6 +58,21 @@ pub struct JournalBearing {
     pub b: f64,
 }
 
+impl Columns for JournalBearing {
+    type Posed<T: Scalar> = Film<T>;
+
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Film<T>, Error> {
+        check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
+        positive("b", self.b)?;
+        let a = operator(&columns, self.ny, |i, _| {
+            let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
+            [-along, -west, west + east + 2.0 * along, -east, -along]
+        })?;
+        let q: Vec<T> = entries(&columns, self.ny, |i, _| -self.push(i));
+        Ok((a, Identity { order: q.len() }, q))
+    }
+}
+
 impl JournalBearing {
     /// `A`, `B` and `q` in precision `T`.
     ///
@@ -67,35 +82,6 @@ impl JournalBearing {
     /// a grid without points.
     pub fn pose<T: Scalar>(&self) -> Result<Film<T>, Error> {
         self.pose_columns(0..self.nx)
-    }
-
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
-    /// grid of as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::JournalBearing;
-    ///
-    /// let scene = JournalBearing { nx: 6, ny: 4, ecc: 0.1, b: 10.0 };
-    /// let (whole, part) = (scene.pose::<f64>()?.2, scene.pose_columns::<f64>(2..5)?.2);
-    /// assert_eq!(part[..3], whole[2..5]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Film<T>, Error> {
-        check("ecc", self.ecc, (0.0..1.0).contains(&self.ecc), "at least 0 and less than 1")?;
-        positive("b", self.b)?;
-        let a = FivePoint::from_fn(columns.len(), self.ny, |i, _| {
-            let i = columns.start + i;
-            let [west, east, along] = [self.around(i), self.around(i + 1), self.along(i)];
-            [-along, -west, west + east + 2.0 * along, -east, -along].map(T::of)
-        })?;
-        let order = columns.len() * self.ny;
-        let push = |k: usize| self.push(columns.start + k % columns.len());
-        let q = (0..order).map(|k| T::of(-push(k))).collect();
-        Ok((a, Identity { order }, q))
     }
 
     fn spacing(&self) -> [f64; 2] {

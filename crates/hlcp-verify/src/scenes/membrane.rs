@@ -2,7 +2,7 @@ use std::{f64::consts::TAU, ops::Range};
 
 use hlcp_core::{Error, FivePoint, Identity, Scalar};
 
-use super::check;
+use super::{Columns, Stencil, check, entries};
 
 /// A membrane on an obstacle of a complicated shape, on which other solvers have published counts.
 ///
@@ -52,38 +52,13 @@ pub struct Membrane {
     pub m: usize,
 }
 
-impl Membrane {
-    /// `A`, `B` and `q` in precision `T`.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::Parameter`] for a grid without nodes.
-    pub fn pose<T: Scalar>(&self) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
-        self.pose_columns(0..self.m)
-    }
+impl Columns for Membrane {
+    type Posed<T: Scalar> = Stencil<T>;
 
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
-    /// grid of as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Membrane;
-    ///
-    /// let scene = Membrane { spiral: false, m: 7 };
-    /// let (whole, part) = (scene.pose::<f64>()?.2, scene.pose_columns::<f64>(2..5)?.2);
-    /// assert_eq!(part[..3], whole[2..5]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(
-        &self,
-        columns: Range<usize>,
-    ) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Stencil<T>, Error> {
         check("m", self.m as f64, self.m >= 1, "at least 1 node a side")?;
-        let (width, m) = (columns.len(), self.m);
-        let a = FivePoint::new(width, m, [-1.0, -1.0, 4.0, -1.0, -1.0].map(T::of))?;
+        let m = self.m;
+        let a = FivePoint::new(columns.len(), m, [-1.0, -1.0, 4.0, -1.0, -1.0].map(T::of))?;
         let h = self.spacing();
         let [sign, load] = if self.spiral { [1.0, 0.0] } else { [-1.0, 100.0 * h * h] };
         let height = self.heights();
@@ -91,13 +66,23 @@ impl Membrane {
         let inside = |i: usize, j: usize| {
             if (1..=m).contains(&i) && (1..=m).contains(&j) { height(i, j) } else { 0.0 }
         };
-        let q = |k: usize| {
-            let [i, j] = [columns.start + k % width + 1, k / width + 1];
+        let q: Vec<T> = entries(&columns, m, |i, j| {
+            let [i, j] = [i + 1, j + 1];
             let around = inside(i, j - 1) + inside(i - 1, j) + inside(i + 1, j) + inside(i, j + 1);
-            T::of(load + sign * (4.0 * height(i, j) - around))
-        };
-        let order = width * m;
-        Ok((a, Identity { order }, (0..order).map(q).collect()))
+            load + sign * (4.0 * height(i, j) - around)
+        });
+        Ok((a, Identity { order: q.len() }, q))
+    }
+}
+
+impl Membrane {
+    /// `A`, `B` and `q` in precision `T`.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Parameter`] for a grid without nodes.
+    pub fn pose<T: Scalar>(&self) -> Result<Stencil<T>, Error> {
+        self.pose_columns(0..self.m)
     }
 
     fn spacing(&self) -> f64 {

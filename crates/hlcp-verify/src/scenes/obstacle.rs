@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use hlcp_core::{Error, FivePoint, Identity, Norms, Scalar};
 
-use super::check;
+use super::{Columns, Stencil, check, entries};
 
 /// A membrane over a dome, with a radial exact solution: PETSc's obstacle problem.
 ///
@@ -43,6 +43,31 @@ pub struct Obstacle {
     pub m: usize,
 }
 
+impl Columns for Obstacle {
+    type Posed<T: Scalar> = Stencil<T>;
+
+    fn pose_columns<T: Scalar>(&self, columns: Range<usize>) -> Result<Stencil<T>, Error> {
+        check("m", self.m as f64, self.m >= 3, "at least 3 nodes a side")?;
+        let inner = self.m - 2;
+        let a = FivePoint::new(columns.len(), inner, [-1.0, -1.0, 4.0, -1.0, -1.0].map(T::of))?;
+        let q: Vec<T> = entries(&columns, inner, |i, j| {
+            let [i, j] = [i + 1, j + 1];
+            let around = [[i, j - 1], [i - 1, j], [i + 1, j], [i, j + 1]];
+            let known = |[i, j]: [usize; 2]| {
+                let [x, y] = self.node(i, j);
+                let boundary = [0, self.m - 1];
+                if boundary.contains(&i) || boundary.contains(&j) {
+                    Self::exact(x, y)
+                } else {
+                    Self::dome(x, y)
+                }
+            };
+            4.0 * known([i, j]) - around.map(known).iter().sum::<f64>()
+        });
+        Ok((a, Identity { order: q.len() }, q))
+    }
+}
+
 impl Obstacle {
     /// The radius of the disc in which the exact solution rests on the dome.
     pub const CONTACT: f64 = 0.697965148223374;
@@ -69,48 +94,8 @@ impl Obstacle {
     /// # Errors
     ///
     /// [`Error::Parameter`] for fewer than three nodes per side, which leave no inner one.
-    pub fn pose<T: Scalar>(&self) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
+    pub fn pose<T: Scalar>(&self) -> Result<Stencil<T>, Error> {
         self.pose_columns(0..self.m.saturating_sub(2))
-    }
-
-    /// Some columns of `A`, `B` and `q`, for a rank that has those; the operators are those of a
-    /// grid of as many columns.
-    ///
-    /// # Errors
-    ///
-    /// As [`pose`](Self::pose).
-    ///
-    /// ```
-    /// use hlcp_verify::Obstacle;
-    ///
-    /// let scene = Obstacle { m: 9 };
-    /// let (whole, part) = (scene.pose::<f64>()?.2, scene.pose_columns::<f64>(2..5)?.2);
-    /// assert_eq!(part[..3], whole[2..5]);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn pose_columns<T: Scalar>(
-        &self,
-        columns: Range<usize>,
-    ) -> Result<(FivePoint<T>, Identity, Vec<T>), Error> {
-        check("m", self.m as f64, self.m >= 3, "at least 3 nodes a side")?;
-        let (width, inner) = (columns.len(), self.m - 2);
-        let a = FivePoint::new(width, inner, [-1.0, -1.0, 4.0, -1.0, -1.0].map(T::of))?;
-        let q = |k: usize| {
-            let [i, j] = [columns.start + k % width + 1, k / width + 1];
-            let around = [[i, j - 1], [i - 1, j], [i + 1, j], [i, j + 1]];
-            let known = |[i, j]: [usize; 2]| {
-                let [x, y] = self.node(i, j);
-                let boundary = [0, self.m - 1];
-                if boundary.contains(&i) || boundary.contains(&j) {
-                    Self::exact(x, y)
-                } else {
-                    Self::dome(x, y)
-                }
-            };
-            T::of(4.0 * known([i, j]) - around.map(known).iter().sum::<f64>())
-        };
-        let order = width * inner;
-        Ok((a, Identity { order }, (0..order).map(q).collect()))
     }
 
     /// The coordinates of a node.

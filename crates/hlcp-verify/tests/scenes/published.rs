@@ -8,10 +8,10 @@ use crate::{
     proved,
 };
 use approx::assert_abs_diff_eq;
-use hlcp_core::{Aor, Error, LinearOperator};
+use hlcp_core::{Aor, Diagonal, Error, LinearOperator};
 use hlcp_methods::{Limits, Solver};
 use hlcp_verify::{
-    AmericanPut, Bearing2d, Dam, Example, JournalBearing, Membrane, Obstacle, Slider,
+    AmericanPut, Bearing2d, Columns, Dam, Disc, Example, JournalBearing, Membrane, Obstacle, Slider,
 };
 use nalgebra::{DMatrix, DVector};
 
@@ -206,6 +206,33 @@ fn generic_solutions_are_planted() {
         assert!(largest_difference(solver.z(), &generic.z) <= 1e-11);
         assert!(largest_difference(solver.r(), &generic.r) <= 1e-11);
     }
+}
+
+/// What a rank poses of a scene is its columns of the whole.
+#[test]
+fn columns_are_those_of_the_whole() {
+    type Points = Vec<[f64; 3]>;
+    fn points((a, b, q): (impl Diagonal<f64>, impl Diagonal<f64>, Vec<f64>)) -> Points {
+        (0..q.len()).map(|k| [a.diagonal_entry(k), b.diagonal_entry(k), q[k]]).collect()
+    }
+    fn holds<S: Columns>(scene: S, ny: usize, points: impl Fn(S::Posed<f64>) -> Points) {
+        let of = |columns| points(scene.pose_columns(columns).unwrap());
+        let (whole, part) = (of(0..6), of(2..5));
+        assert!(part.len() == 3 * ny && whole.len() == 6 * ny);
+        for (part, whole) in part.chunks(3).zip(whole.chunks(6)) {
+            assert_eq!(part, &whole[2..5]);
+        }
+    }
+    let (nx, ny) = (6, 4);
+    holds(Bearing2d { nx, ny, ecc: 0.5, aspect: 0.8, groove: 0.3 }, ny, points);
+    holds(JournalBearing { nx, ny, ecc: 0.1, b: 10.0 }, ny, points);
+    holds(Dam { nx, ny, ..LAYERED }, ny, points);
+    holds(Membrane { spiral: true, m: 6 }, 6, points);
+    holds(Membrane { spiral: false, m: 6 }, 6, points);
+    holds(Obstacle { m: 8 }, 6, points);
+    holds(Disc { lcp: false, m: 6 }, 6, |posed| points((posed.a, posed.b, posed.q)));
+    let example = Example { symmetric: false, m: 6, mu: 4.0, nu: 4.0 };
+    holds(example, 6, |posed| points((posed.a, posed.b, posed.q)));
 }
 
 #[test]
