@@ -127,27 +127,20 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
 
     /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
     fn walk(&self, i: usize, g: &mut Vec<(usize, f64)>) -> [f64; 2] {
+        let (mut diagonals, mut row) = ([0.0; 2], vec![]);
+        merge((self.a, self.b), i, &mut row);
         g.clear();
-        let (mut a_diagonal, mut b_diagonal) = (0.0, 0.0);
-        visit(self.a, i, |j, a| if i == j { a_diagonal = a } else { g.push((j, a.abs())) });
-        let mut next = 0;
-        let both = self.against == Against::Pair;
-        visit(self.b, i, |j, b| {
+        for (j, [a, b]) in row {
+            let omega = self.omega.at(j);
             if i == j {
-                b_diagonal = mul_down(b, self.omega.at(i));
-            } else if both {
-                // Both rows come by increasing column, so what was appended is never met again.
-                while next < g.len() && g[next].0 < j {
-                    next += 1;
-                }
-                let b = mul_up(b.abs(), self.omega.at(j));
-                match g.get_mut(next) {
-                    Some(entry) if entry.0 == j => entry.1 = larger(b, entry.1),
-                    _ => g.insert(next, (j, b)),
-                }
+                diagonals = [a, mul_down(b, omega)];
+            } else if self.against == Against::Pair && b != 0.0 {
+                g.push((j, larger(mul_up(b.abs(), omega), a.abs())));
+            } else if a != 0.0 {
+                g.push((j, a.abs()));
             }
-        });
-        [a_diagonal, b_diagonal]
+        }
+        diagonals
     }
 }
 

@@ -209,21 +209,19 @@ fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     let cut: Vec<T> = centre.iter().map(|x| x.max(-reach).min(reach)).collect();
     let [near, small] = [centre, &cut].map(|x| difference(problem, x));
     let minus: Vec<f64> = small.iter().map(|x| -x).collect();
-    let rows = RowsAt { a: problem.a(), b: problem.b(), near: &near };
-    let moved: Vec<T> =
-        (0..q.len()).map(|i| T::of(rows.sum(i, q[i], &minus, &near, 1.0).value())).collect();
+    let at = |(i, &q)| T::of(row_at(problem, (i, q), [&near, &minus], &near, 1.0).value());
+    let moved: Vec<T> = q.iter().enumerate().map(at).collect();
     let mut x = cut;
     let floor = rounding(problem, &moved, &x);
     let rest = run(method, &moved, &mut x, [1e-3, floor], spare, clock)?;
     let (problem, level) = (method.problem(), T::of((3.0 * rest).max(1e-290)));
-    let rows = RowsAt { a: problem.a(), b: problem.b(), near: &near };
     let side = |way: f64| {
         let at: Vec<T> = x.iter().zip(shape).map(|(&x, &s)| x + T::of(way) * level * s).collect();
         let mut more = difference(problem, &at);
         more.iter_mut().zip(&small).for_each(|(more, small)| *more -= small);
         let x: Vec<f64> = near.iter().zip(&more).map(|(x, y)| x + y).collect();
-        let holds = (0..q.len()).all(|i| rows.sum(i, q[i], &more, &x, way).interval().lower > 0.0);
-        holds.then_some((more, x))
+        let row = |(i, &q)| row_at(problem, (i, q), [&near, &more], &x, way).interval();
+        q.iter().enumerate().map(row).all(|row| row.lower > 0.0).then_some((more, x))
     };
     let [(below, lower), (above, upper)] = [side(-1.0)?, side(1.0)?];
     if !below.iter().zip(&above).all(|(l, u)| l <= u) {
@@ -233,38 +231,23 @@ fn refined<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
     Some([outward(lower, f64::next_down), outward(upper, f64::next_up)])
 }
 
-/// The rows of F at a sum of two numbers.
-struct RowsAt<'a, A, B> {
-    a: &'a A,
-    b: &'a B,
-    near: &'a [f64],
-}
-
-impl<A, B> RowsAt<'_, A, B> {
-    /// `way` times entry `i` of F at `near + more`, with the columns of the signs of `x`.
-    fn sum<T: Scalar>(&self, i: usize, q: T, more: &[f64], x: &[f64], way: f64) -> Doubled
-    where
-        A: Rows<T>,
-        B: Rows<T>,
-    {
-        let mut sum = Doubled::default();
-        sum.add(q.wide(), way);
-        let mut add = |c: f64, j: usize| {
-            sum.add(way * c, self.near[j]);
-            sum.add(way * c, more[j]);
-        };
-        visit(self.a, i, |j, a| {
-            if x[j] >= 0.0 {
-                add(a, j)
-            }
-        });
-        visit(self.b, i, |j, b| {
-            if x[j] < 0.0 {
-                add(b, j)
-            }
-        });
-        sum
+/// `way` times entry `i` of F at `near + more`, with the columns of the signs of `x`.
+fn row_at<T: Scalar>(
+    problem: &Hlcp<T, impl Rows<T>, impl Rows<T>>,
+    (i, q): (usize, T),
+    [near, more]: [&[f64]; 2],
+    x: &[f64],
+    way: f64,
+) -> Doubled {
+    let (mut sum, mut row) = (Doubled::default(), vec![]);
+    sum.add(q.wide(), way);
+    merge((problem.a(), problem.b()), i, &mut row);
+    for (j, [a, b]) in row {
+        let c = way * if x[j] >= 0.0 { a } else { b };
+        sum.add(c, near[j]);
+        sum.add(c, more[j]);
     }
+    sum
 }
 
 /// About what rounding makes of the residual at `x`.
@@ -424,20 +407,16 @@ impl Assembled {
             product
         };
         let mut rows = |rows: &dyn Rows<T>| {
-            let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-            let mut row = vec![];
+            let mut matrix = Sparse::default();
             for (i, &scale) in scale.iter().enumerate() {
                 if clock.is_up_at(i) {
                     return Err(Refusal::TimeLimit);
                 }
-                row.clear();
+                let mut row = vec![];
                 visit(&rows, i, |j, value| row.push((j, times(value, scale))));
-                row.sort_unstable_by_key(|entry| entry.0);
-                columns.extend(row.iter().map(|entry| entry.0));
-                values.extend(row.iter().map(|entry| entry.1));
-                offsets.push(columns.len());
+                matrix.push(row);
             }
-            Csr::new(offsets, columns, values).map_err(|_| Refusal::Overflow)
+            matrix.matrix().ok_or(Refusal::Overflow)
         };
         let (a, b) = (rows(a)?, rows(b)?);
         let q: Vec<f64> = q.iter().zip(scale).map(|(q, &scale)| times(q.wide(), scale)).collect();

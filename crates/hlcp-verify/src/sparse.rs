@@ -24,6 +24,11 @@ impl Sparse {
         self.ends.push(self.columns.len());
     }
 
+    /// Returns the matrix, unless it is not square or has an entry that is not finite.
+    pub(crate) fn matrix(self) -> Option<Csr<'static, f64>> {
+        Csr::new([vec![0], self.ends].concat(), self.columns, self.values).ok()
+    }
+
     /// An approximate solution of `S x = b`, as good as it gets; NaN where that is impossible.
     ///
     /// By a sparse LU factorisation, or, for orders where that might take minutes, by algebraic
@@ -34,8 +39,7 @@ impl Sparse {
         const DIRECT: usize = 100_000;
         const STEPS: usize = 60;
         let mut x = vec![f64::NAN; b.len()];
-        let offsets = [vec![0], self.ends].concat();
-        let Ok(matrix) = Csr::new(offsets, self.columns, self.values) else { return x };
+        let Some(matrix) = self.matrix() else { return x };
         if b.len() <= DIRECT {
             if let Ok(lu) = SparseLu::of(b.len(), |i, each| matrix.visit_row(i, each)) {
                 lu.solve(b, &mut x);
