@@ -20,8 +20,8 @@ use hlcp_core::{
     Ranks, Rows, Scalar, Shifted, Step, Strip, Transfer, ranks_as_threads,
 };
 use hlcp_methods::{
-    Anderson, Clock, Cycle, Divergence, Limits, Method, Mms, Multigrid, Named, Norm, Options,
-    Parameters, Progress, Solver, Status,
+    Anderson, BoxedMethod, Clock, Cycle, Divergence, Limits, Method, Mms, Multigrid, Named, Norm,
+    Options, Parameters, Progress, Solver, Status,
 };
 
 /// Which problem, on which grid.
@@ -57,78 +57,36 @@ fn vector<T: Scalar>(
 fn course<T: Scalar>(strip: Option<&Strip>, case: Case, name: &str) -> Course<T> {
     let to = |row: [f64; 5]| row.map(T::of);
     let ([nx, ny], first) = strip.map_or((case.grid, 0), |s| (s.grid(), s.columns().start));
-    let omega = |i, j| 0.9 + 0.2 * noise(5 * i + 7 * j);
-    if case.varying {
-        let row = |sign: f64| {
-            move |i: usize, j: usize| {
+    let (a, b, omega): (Arc<dyn Rows<T>>, Arc<dyn Rows<T>>, _) = if case.varying {
+        let operator = |sign: f64| {
+            let row = |i: usize, j: usize| {
                 let n = noise(3 * (i + first) + 11 * j);
                 to([-0.9 + 0.1 * n, -0.8, 4.0 + sign * n, -1.1 - 0.2 * n, -0.7])
-            }
+            };
+            Arc::new(FivePoint::from_fn(nx, ny, row).unwrap())
         };
-        let a = FivePoint::from_fn(nx, ny, row(0.7)).unwrap();
-        let b = FivePoint::from_fn(nx, ny, row(-0.5)).unwrap();
-        let omega = Omega::Each(vector(strip, case.grid, omega));
-        solved(strip, case, name, a, b, omega)
+        let omega = vector(strip, case.grid, |i, j| 0.9 + 0.2 * noise(5 * i + 7 * j));
+        (operator(0.7), operator(-0.5), Omega::Each(omega))
     } else {
         let a = FivePoint::new(nx, ny, to([-1.1, -0.9, 4.3, -1.3, -0.7])).unwrap();
-        let b = Shifted {
-            by: T::of(0.5),
-            of: FivePoint::new(nx, ny, to([0.0, -0.8, 3.6, -0.6, 0.0])).unwrap(),
-        };
-        solved(strip, case, name, a, b, Omega::Uniform(T::of(1.1)))
-    }
-}
-
-fn solved<T, A, B>(
-    strip: Option<&Strip>,
-    case: Case,
-    name: &str,
-    a: A,
-    b: B,
-    omega: Omega<T>,
-) -> Course<T>
-where
-    T: Scalar,
-    A: Rows<T> + Clone + Send + Sync + 'static,
-    B: Rows<T> + Clone + Send + Sync + 'static,
-{
+        let b = FivePoint::new(nx, ny, to([0.0, -0.8, 3.6, -0.6, 0.0])).unwrap();
+        let b = Shifted { by: T::of(0.5), of: b };
+        (Arc::new(a), Arc::new(b), Omega::Uniform(T::of(1.1)))
+    };
     let mut problem = Hlcp::new(a, b, omega).unwrap().with_gamma(T::of(1.7)).unwrap();
-    if name.contains("exchanged") {
-        return followed(strip, case, "TMGS", shared(strip, problem).exchanged().unwrap());
-    }
     if case.threads > 1 {
         problem = problem.in_parallel();
     }
-    followed(strip, case, name, shared(strip, problem))
-}
-
-fn shared<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
-    strip: Option<&Strip>,
-    problem: Hlcp<T, A, B>,
-) -> Hlcp<T, A, B> {
-    match strip {
-        Some(strip) => problem.shared_by(strip).unwrap(),
-        None => problem,
+    if let Some(strip) = strip {
+        problem = problem.shared_by(strip).unwrap();
     }
-}
-
-fn followed<T, A, B>(
-    strip: Option<&Strip>,
-    case: Case,
-    name: &str,
-    problem: Hlcp<T, A, B>,
-) -> Course<T>
-where
-    T: Scalar,
-    A: Rows<T> + Clone + 'static,
-    B: Rows<T> + Clone + 'static,
-{
-    let method: Box<dyn Method<T, A = A, B = B>> = match name {
+    let method: BoxedMethod<'_, T, _, _> = match name {
         "Anderson on AMGS" => {
             let base = Aor::gauss_seidel().accelerated();
             Box::new(Anderson::new(Mms::new(problem, base).unwrap(), 4).unwrap())
         }
         "by the diagonal" => Box::new(Mms::new(problem, Jacobi).unwrap()),
+        "exchanged" => named("TMGS", [1.2, 0.8]).on(problem.exchanged().unwrap()).unwrap(),
         name => named(name, [1.2, 0.8]).on(problem).unwrap(),
     };
     let q = vector(strip, case.grid, |i, j| noise(13 * i + 5 * j + 2));

@@ -3,6 +3,7 @@
 use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
+    sync::Arc,
 };
 
 use hlcp_core::{FivePoint, Hlcp, Omega, Rows, Scalar, Varying};
@@ -79,6 +80,9 @@ pub(crate) struct Run {
     pub(crate) faults: Vec<(Fault, String)>,
 }
 
+type Operator<T> = Arc<dyn Rows<T>>;
+type Posed<T> = Hlcp<T, Operator<T>, Operator<T>>;
+
 /// The runs of a method on a case, from all its starts; none where the method refuses the problem.
 pub(crate) fn runs(case: &Case, precision: Precision, name: &str, solvable: bool) -> Vec<Run> {
     match precision {
@@ -88,29 +92,13 @@ pub(crate) fn runs(case: &Case, precision: Precision, name: &str, solvable: bool
 }
 
 fn runs_in<T: Scalar>(case: &Case, precision: Precision, name: &str, solvable: bool) -> Vec<Run> {
-    match case.grid {
-        Some(nx) => {
-            let [a, b] = [&case.a, &case.b].map(|matrix| five_point::<T>(matrix, nx));
-            runs_with(case, [a, b], precision, name, solvable)
+    let operator = |matrix: &Matrix| -> Operator<T> {
+        match case.grid {
+            Some(nx) => Arc::new(five_point(matrix, nx)),
+            None => Arc::new(lists(matrix)),
         }
-        None => {
-            let [a, b] = [&case.a, &case.b].map(lists::<T>);
-            runs_with(case, [a, b], precision, name, solvable)
-        }
-    }
-}
-
-fn runs_with<T, O>(
-    case: &Case,
-    [a, b]: [O; 2],
-    precision: Precision,
-    name: &str,
-    solvable: bool,
-) -> Vec<Run>
-where
-    T: Scalar,
-    O: Rows<T> + Clone + 'static,
-{
+    };
+    let (a, b) = (operator(&case.a), operator(&case.b));
     let vector = |v: &[i64]| v.iter().map(|&v| T::of(v as f64)).collect::<Vec<T>>();
     let omega = match &case.omega {
         None => Omega::diagonal_ratio(T::one(), &a, &b).expect("positive diagonals"),
@@ -138,18 +126,14 @@ where
 }
 
 /// One run, with its faults.
-fn run<T, O>(
+fn run<T: Scalar>(
     case: &Case,
-    problem: &Hlcp<T, O, O>,
-    solver: &mut Solver<T, BoxedMethod<'static, T, O, O>>,
+    problem: &Posed<T>,
+    solver: &mut Solver<T, BoxedMethod<'static, T, Operator<T>, Operator<T>>>,
     start: &[T],
     precision: Precision,
     solvable: bool,
-) -> Run
-where
-    T: Scalar,
-    O: Rows<T> + Clone + 'static,
-{
+) -> Run {
     let q: Vec<T> = case.q().into_iter().map(T::of).collect();
     let limits = Limits { iterations: case.iterations, ..Limits::default() };
     let (mut smallest, mut best) = (f64::INFINITY, vec![]);
@@ -208,7 +192,7 @@ where
 /// roundings of ε/2, of terms that add up to Sᵢ = Σⱼ 2(|aᵢⱼ| + |bᵢⱼ|ωⱼ)|xⱼ|/γ + |qᵢ| at most. Both
 /// norms are that near the exact one, so they differ by (2n + 5)ε‖S‖ and, where numbers underflow,
 /// as many of the smallest. One rounding is to spare for what is of second order in ε.
-fn rounding<T: Scalar, O: Rows<T>>(case: &Case, problem: &Hlcp<T, O, O>, x: &[T]) -> f64 {
+fn rounding<T: Scalar>(case: &Case, problem: &Posed<T>, x: &[T]) -> f64 {
     let gamma = problem.gamma().wide();
     let mut squares = 0.0;
     for (i, q) in case.q().into_iter().enumerate() {

@@ -1,6 +1,6 @@
 //! Five-point operators take a path of their own; it must lead where the walk over the rows leads.
 
-use crate::common::Walked;
+use crate::{common::Walked, rows::aors};
 use hlcp_core::{Aor, DiagonalMatrix, FivePoint, Hlcp, Norms, Omega, Rhs, Rows, Step, Varying};
 use proptest::{collection::vec, prelude::*};
 
@@ -15,11 +15,7 @@ struct Case {
     gamma: f64,
     q: Vec<f64>,
     x: Vec<f64>,
-    of_a: [f64; 2],
-    of_b: [f64; 2],
-    backward: bool,
-    accelerated: bool,
-    red_black: bool,
+    aor: Aor<f64>,
     /// Whether z and r change roles (Remark 3).
     exchanged: bool,
     round: [bool; 2],
@@ -45,34 +41,14 @@ fn cases() -> impl Strategy<Value = Case> {
             (0.4..2.5).prop_map(Omega::Uniform),
             vec(0.4..2.5, n).prop_map(Omega::Each)
         ];
-        let parameters = || (0.5..1.6, -0.3..1.8).prop_map(|(alpha, beta)| [alpha, beta]);
         let numbers = move || vec(-3.0..3.0, n);
-        (
-            (rows(), rows(), omega, 0.5..4.0, numbers(), numbers()),
-            (parameters(), parameters(), any::<[bool; 4]>(), any::<[bool; 2]>()),
+        let more = (aors(Just(nx)), any::<[bool; 3]>());
+        ((rows(), rows(), omega, 0.5..4.0, numbers(), numbers()), more).prop_map(
+            move |((a, b, omega, gamma, q, x), (aor, [exchanged, round_x, round_y]))| {
+                let round = [round_x && nx >= 3, round_y && ny >= 3];
+                Case { nx, ny, a, b, omega, gamma, q, x, aor, exchanged, round }
+            },
         )
-            .prop_map(
-                move |(
-                    (a, b, omega, gamma, q, x),
-                    (of_a, of_b, [backward, accelerated, red_black, exchanged], [round_x, round_y]),
-                )| Case {
-                    nx,
-                    ny,
-                    a,
-                    b,
-                    omega,
-                    gamma,
-                    q,
-                    x,
-                    of_a,
-                    of_b,
-                    backward,
-                    accelerated,
-                    red_black,
-                    exchanged,
-                    round: [round_x && nx >= 3, round_y && ny >= 3],
-                },
-            )
     })
 }
 
@@ -92,12 +68,8 @@ impl Case {
     }
 
     fn step_of<A: Rows<f64>, B: Rows<f64>>(&self, problem: Hlcp<f64, A, B>) -> (Vec<f64>, Norms) {
-        let aor = Aor::with_pairs(self.of_a, self.of_b).unwrap();
-        let aor = if self.backward { aor.backward() } else { aor };
-        let aor = if self.red_black { aor.red_black(self.nx).unwrap() } else { aor };
         let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let aor = if self.accelerated { aor.accelerated() } else { aor };
-        let norms = aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
+        let norms = self.aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
         (y, norms)
     }
 
@@ -107,16 +79,12 @@ impl Case {
     /// sum of the moduli of all terms, carried through 1/m; both computations do. An error of a
     /// passed value enters with its factor in the recurrence.
     fn rounding(&self, y: &[f64]) -> (Vec<f64>, f64) {
-        let (n, nx) = (self.x.len(), self.nx);
+        let (n, nx, [of_a, of_b]) = (self.x.len(), self.nx, self.aor.pairs());
         let mut bound = vec![0.0; n];
         let mut squares = 0.0;
-        // In the order of the sweep: by colour if there are any, and by index.
-        let colour = |k: usize| if self.red_black { (k % nx + k / nx) % 2 } else { 0 };
         let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by_key(|&k| (colour(k), k));
-        if self.backward {
-            order.reverse();
-        }
+        // That of the sweep.
+        order.sort_by(|&i, &j| self.aor.precedes(j, i).cmp(&self.aor.precedes(i, j)));
         for k in order {
             let (i, j) = (k % nx, k / nx);
             let [last_x, last_y] = [nx - 1, nx * (self.ny - 1)];
@@ -127,18 +95,16 @@ impl Case {
                 if i < last_x { Some(k + 1) } else { self.round[0].then(|| k - last_x) },
                 if j + 1 < self.ny { Some(k + nx) } else { self.round[1].then(|| k - last_y) },
             ];
-            let pivot =
-                self.a[k][2] / self.of_a[0] + self.b[k][2] * self.omega.entry(k) / self.of_b[0];
+            let pivot = self.a[k][2] / of_a[0] + self.b[k][2] * self.omega.entry(k) / of_b[0];
             let (mut of_defect, mut size, mut inherited) = (self.gamma * self.q[k].abs(), 0.0, 0.0);
             for (direction, at) in around.into_iter().enumerate() {
                 let Some(at) = at else { continue };
                 let a = self.a[k][direction].abs();
                 let b = self.b[k][direction].abs() * self.omega.entry(at);
                 of_defect += 2.0 * (a + b) * self.x[at].abs();
-                if ((colour(at), at) < (colour(k), k)) != self.backward && at != k {
-                    let triangle = (self.of_a[1] / self.of_a[0]).abs() * a
-                        + (self.of_b[1] / self.of_b[0]).abs() * b;
-                    let factor = triangle + if self.accelerated { a + b } else { 0.0 };
+                if self.aor.precedes(at, k) {
+                    let triangle = (of_a[1] / of_a[0]).abs() * a + (of_b[1] / of_b[0]).abs() * b;
+                    let factor = triangle + if self.aor.is_accelerated() { a + b } else { 0.0 };
                     size += factor * (self.x[at].abs() + y[at].abs());
                     inherited += factor * bound[at];
                 }

@@ -9,7 +9,7 @@ use hlcp_core::{
 };
 use hlcp_verify::Example;
 use nalgebra::{DMatrix, DVector};
-use nalgebra_sparse::{CooMatrix, CscMatrix, CsrMatrix};
+use nalgebra_sparse::{CscMatrix, CsrMatrix};
 use proptest::{collection::vec, prelude::*};
 
 /// Checks product, diagonal, rows and view of an operator against a dense matrix: the product to
@@ -65,16 +65,6 @@ fn holey() -> impl Strategy<Value = DMatrix<f64>> {
     })
 }
 
-fn csr(matrix: &DMatrix<f64>) -> CsrMatrix<f64> {
-    let mut coo = CooMatrix::new(matrix.nrows(), matrix.ncols());
-    for (i, j) in (0..matrix.nrows()).flat_map(|i| (0..matrix.ncols()).map(move |j| (i, j))) {
-        if matrix[(i, j)] != 0.0 {
-            coo.push(i, j, matrix[(i, j)]);
-        }
-    }
-    CsrMatrix::from(&coo)
-}
-
 /// blktridiag(south·I; tridiag(west; centre; east); north·I), an x-line of `nx` points fastest.
 fn kronecker(nx: usize, ny: usize, [south, west, centre, east, north]: [f64; 5]) -> DMatrix<f64> {
     let line = |n, below, on, above| tridiagonal(&vec![[below, on, above]; n]);
@@ -102,7 +92,7 @@ proptest! {
         let n = matrix.nrows();
         let x = DVector::from_column_slice(&x[..n]);
         let other = other.resize(n, n, 0.7);
-        let (a, b) = (csr(&matrix), csr(&other));
+        let (a, b) = (CsrMatrix::from(&matrix), CsrMatrix::from(&other));
         let identity = DMatrix::identity(n, n);
         let entries = other.row(0).transpose();
         let diagonal = DiagonalMatrix::new(entries.iter().copied().collect()).unwrap();

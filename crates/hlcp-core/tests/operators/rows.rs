@@ -46,6 +46,19 @@ struct Case {
     aor: Aor<f64>,
 }
 
+/// Any step: MMS or AMMS, forward or backward, in the order of the rows or of a grid with so many
+/// points to a row.
+pub(crate) fn aors(nx: impl Strategy<Value = usize>) -> impl Strategy<Value = Aor<f64>> {
+    let pair = || [0.5..1.6, -0.3..1.8];
+    (pair(), pair(), any::<[bool; 3]>(), nx).prop_map(|(a, b, flags, nx)| {
+        let [backward, accelerated, red_black] = flags;
+        let aor = Aor::with_pairs(a, b).unwrap();
+        let aor = if backward { aor.backward() } else { aor };
+        let aor = if red_black { aor.red_black(nx).unwrap() } else { aor };
+        if accelerated { aor.accelerated() } else { aor }
+    })
+}
+
 fn cases() -> impl Strategy<Value = Case> {
     let matrix = |n: usize| {
         vec(prop_oneof![2 => Just(0.0), 1 => -1.0..1.0], n * n).prop_map(move |entries| {
@@ -60,14 +73,7 @@ fn cases() -> impl Strategy<Value = Case> {
             vec(0.4..2.5, n).prop_map(Omega::Each)
         ];
         let numbers = || vec(-3.0..3.0, n);
-        let aor = ((0.5..1.6, -0.3..1.8), (0.5..1.6, -0.3..1.8), any::<[bool; 3]>(), 1..n + 1);
-        let aor = aor.prop_map(|(a, b, [backward, accelerated, red_black], nx)| {
-            let aor = Aor::with_pairs([a.0, a.1], [b.0, b.1]).unwrap();
-            let aor = if backward { aor.backward() } else { aor };
-            let aor = if red_black { aor.red_black(nx).unwrap() } else { aor };
-            if accelerated { aor.accelerated() } else { aor }
-        });
-        (matrix(n), matrix(n), omega, numbers(), numbers(), aor)
+        (matrix(n), matrix(n), omega, numbers(), numbers(), aors(1..n + 1))
             .prop_map(|(a, b, omega, q, x, aor)| Case { a, b, omega, q, x, aor })
     })
 }
@@ -171,30 +177,21 @@ proptest! {
         let [of_a, of_b] = aor.pairs();
         let (mut expected, mut largest) = (vec![f64::NAN; n], 0.0_f64);
         for (at, &i) in order.iter().enumerate() {
-            let (mut f, mut moved) = (1.25 * case.q[i], 0.0);
-            let entries = |m: &DMatrix<f64>| (0..n).map(|j| (j, m[(i, j)])).collect::<Vec<_>>();
-            let stored = |&(_, entry): &(usize, f64)| entry != 0.0;
-            for (j, a) in entries(&case.a).into_iter().filter(stored) {
-                f += a * (case.x[j].abs() + case.x[j]);
-                if order[..at].contains(&j) {
-                    moved += of_a[1] / of_a[0] * a * (expected[j] - case.x[j]);
-                    if aor.is_accelerated() {
-                        moved += a * (expected[j].abs() - case.x[j].abs());
+            let (mut f, mut moved, mut pivot) = (1.25 * case.q[i], 0.0, 0.0);
+            for (matrix, [alpha, beta], sign) in [(&case.a, of_a, 1.0), (&case.b, of_b, -1.0)] {
+                for j in (0..n).filter(|&j| matrix[(i, j)] != 0.0) {
+                    let omega = if sign < 0.0 { case.omega.entry(j) } else { 1.0 };
+                    let (entry, x) = (matrix[(i, j)] * omega, case.x[j]);
+                    f += sign * (entry * (x.abs() + sign * x));
+                    if order[..at].contains(&j) {
+                        moved += beta / alpha * entry * (expected[j] - x);
+                        if aor.is_accelerated() {
+                            moved += sign * (entry * (expected[j].abs() - x.abs()));
+                        }
                     }
+                    pivot += if j == i { entry * alpha.recip() } else { 0.0 };
                 }
             }
-            for (j, b) in entries(&case.b).into_iter().filter(stored) {
-                let b = b * case.omega.entry(j);
-                f -= b * (case.x[j].abs() - case.x[j]);
-                if order[..at].contains(&j) {
-                    moved += of_b[1] / of_b[0] * b * (expected[j] - case.x[j]);
-                    if aor.is_accelerated() {
-                        moved -= b * (expected[j].abs() - case.x[j].abs());
-                    }
-                }
-            }
-            let pivot = case.a[(i, i)] * of_a[0].recip()
-                + case.b[(i, i)] * case.omega.entry(i) * of_b[0].recip();
             expected[i] = case.x[i] - (f + moved) * pivot.recip();
             largest = largest.max(f.abs());
         }
