@@ -9,9 +9,7 @@
 
 use std::{error::Error, hint::black_box, time::Instant};
 
-use hlcp_core::{
-    Aor, Csr, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, RowMajor, Rows, Step,
-};
+use hlcp_core::{Aor, Csr, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, RowMajor, Step};
 
 const TURNS: usize = 7;
 /// Runs that are measured together, since the system counts processor time in steps.
@@ -22,35 +20,29 @@ const M: usize = 512;
 const A: [f64; 5] = [-1.0, -1.0, 8.0, -1.0, -1.0];
 const B: [f64; 5] = [0.0, -1.0, 8.0, -1.0, 0.0];
 
-/// The arrays of a matrix in compressed sparse rows, with indices of one type.
-struct Arrays<I> {
-    offsets: Vec<I>,
-    columns: Vec<I>,
+/// The arrays of a matrix in compressed sparse rows.
+struct Arrays {
+    offsets: Vec<u32>,
+    columns: Vec<u32>,
     values: Vec<f64>,
 }
 
-impl<I: TryFrom<usize>> Arrays<I> {
-    fn of(operator: &impl Rows<f64>) -> Self {
-        let index = |k: usize| I::try_from(k).ok().expect("indices fit");
-        let mut all = Self { offsets: vec![index(0)], columns: vec![], values: vec![] };
-        for i in 0..operator.order() {
-            operator.visit_row(i, &mut |j, a| {
-                all.columns.push(index(j));
-                all.values.push(a);
-            });
-            all.offsets.push(index(all.columns.len()));
-        }
-        all
+impl Arrays {
+    fn of(matrix: &Csr<'_, f64>) -> Self {
+        let (offsets, columns, values) = matrix.arrays();
+        let [offsets, columns] =
+            [offsets, columns].map(|list| list.into_iter().map(|index| index as u32).collect());
+        Self { offsets, columns, values: values.to_vec() }
     }
 }
 
 /// A half-step by hand on the arrays of A and B, with `q`, from `x` to `y`.
-type Loop = fn([&Arrays<u32>; 2], &[f64], &[f64], &mut [f64]) -> f64;
+type Loop = fn([&Arrays; 2], &[f64], &[f64], &mut [f64]) -> f64;
 
 /// The half-step of Gauss–Seidel for Ω = I as one would write it for two matrices in compressed
 /// sparse rows, with ‖F(x)‖².
 fn by_hand<const BACKWARD: bool, const ACCELERATED: bool>(
-    [a, b]: [&Arrays<u32>; 2],
+    [a, b]: [&Arrays; 2],
     q: &[f64],
     x: &[f64],
     y: &mut [f64],
@@ -119,12 +111,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (q, x) = (wave(1.0, n), wave(1.7, n));
     let (mut y, mut other) = (vec![0.0; n], vec![0.0; n]);
     let (rhs, omega) = (Rhs::new(&q)?, Omega::Uniform(1.0));
-    let (of_a, of_b) = (Arrays::<u32>::of(&a), Arrays::<u32>::of(&b));
-    let csr =
-        |of: &Arrays<u32>| Csr::new(of.offsets.clone(), of.columns.clone(), of.values.clone());
-    let rows = Hlcp::new(csr(&of_a)?, csr(&of_b)?, omega.clone())?;
-    let wide = [&a, &b].map(Arrays::<usize>::of);
-    let [wide_a, wide_b] = wide.each_ref().map(|of| Csr::new(&of.offsets, &of.columns, &of.values));
+    // With 32 bits an index, and with 64.
+    let [csr_a, csr_b] = [&a, &b].map(Csr::from_rows);
+    let [of_a, of_b] = [&csr_a, &csr_b].map(Arrays::of);
+    let rows = Hlcp::new(&csr_a, &csr_b, omega.clone())?;
+    let [wide_a, wide_b] = [&csr_a, &csr_b].map(|of| {
+        let (offsets, columns, values) = of.arrays();
+        Csr::new(offsets, columns, values)
+    });
     let wide = Hlcp::new(wide_a?, wide_b?, omega.clone())?;
     let grid = Hlcp::new(a, b, omega.clone())?;
     let aor = Aor::gauss_seidel();

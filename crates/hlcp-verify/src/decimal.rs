@@ -72,6 +72,7 @@ mod tests {
     use num_rational::BigRational;
 
     use super::*;
+    use crate::families::Random;
 
     /// The exact value of a decimal number.
     fn exactly(text: &str) -> BigRational {
@@ -86,19 +87,12 @@ mod tests {
     /// that was asked for, and less than a unit of the last digit away.
     #[test]
     fn a_printed_number_is_on_its_side() {
-        let mut bits = 1_u64;
+        let mut random = Random(1);
         let mut values =
             vec![0.0, -0.0, f64::MAX, f64::from_bits(1), f64::MIN_POSITIVE, 9.995, 1.0];
         for k in 0..1000 {
-            bits = bits
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            let short = (bits >> 50) as f64 * 10.0_f64.powi(k % 30 - 15);
-            values.extend([
-                f64::from_bits(bits ^ (bits >> 30)),
-                short.next_up(),
-                short.next_down(),
-            ]);
+            let short = (random.next() >> 50) as f64 * 10.0_f64.powi(k % 30 - 15);
+            values.extend([f64::from_bits(random.next()), short.next_up(), short.next_down()]);
             values.extend([short, -short]);
         }
         let mut nearest = 0;

@@ -168,10 +168,10 @@ pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
 type Problem = (Operator, Operator, Vec<f64>);
 
 /// Numbers without a pattern: the generator `SplitMix64` of Steele, Lea and Flood (OOPSLA 2014).
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -179,7 +179,7 @@ impl Random {
     }
 
     /// Between `least` and `most`.
-    fn real(&mut self, least: f64, most: f64) -> f64 {
+    pub(crate) fn real(&mut self, least: f64, most: f64) -> f64 {
         least + (self.next() >> 11) as f64 / (1_u64 << 53) as f64 * (most - least)
     }
 

@@ -30,11 +30,6 @@ impl<T: Scalar> LinearOperator<T> for Identity {
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(FivePointView::diagonal(Coefficients::Uniform(T::one())))
     }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
-    }
 }
 
 impl<T: Scalar> Diagonal<T> for Identity {
@@ -92,11 +87,6 @@ impl<T: Scalar> LinearOperator<T> for DiagonalMatrix<T> {
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(FivePointView::diagonal(Coefficients::Each(&self.entries)))
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
     }
 }
 
@@ -217,19 +207,8 @@ impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Shifted<T, O> {
 
 impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let mut pending = Some(self.by);
-        self.of.visit_row(i, &mut |j, a| {
-            if j > i
-                && let Some(by) = pending.take()
-            {
-                visit(i, by);
-            }
-            let shift = if j == i { pending.take() } else { None };
-            visit(j, shift.map_or(a, |by| a + by));
-        });
-        if let Some(by) = pending {
-            visit(i, by);
-        }
+        let identity = Identity { order: self.of.order() };
+        Sum(&self.of, Scaled { by: self.by, of: identity }).visit_row(i, visit);
     }
 }
 

@@ -91,15 +91,11 @@ impl<'a, T: Scalar> Csr<'a, T> {
     /// assert_eq!(matrix.arrays(), (vec![0, 1, 2], vec![0, 1], &[1.0, 1.0][..]));
     /// ```
     pub fn arrays(&self) -> (Vec<usize>, Vec<usize>, &[T]) {
-        fn wide<I: Index>(list: &[I]) -> Vec<usize> {
-            list.iter().map(|index| index.as_()).collect()
+        let (mut offsets, mut columns) = (vec![0], vec![]);
+        for i in 0..self.order {
+            self.visit_row(i, &mut |j, _| columns.push(j));
+            offsets.push(columns.len());
         }
-        let (offsets, columns) = match &self.pattern {
-            Pattern::U32(offsets, columns) => (wide(offsets), wide(columns)),
-            Pattern::I32(offsets, columns) => (wide(offsets), wide(columns)),
-            Pattern::I64(offsets, columns) => (wide(offsets), wide(columns)),
-            Pattern::Usize(offsets, columns) => (wide(offsets), wide(columns)),
-        };
         (offsets, columns, &self.values)
     }
 
@@ -213,11 +209,6 @@ impl<T: Scalar> LinearOperator<T> for Csr<'_, T> {
 
     fn as_csr(&self) -> Option<Csr<'_, T>> {
         Some(self.borrowed())
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
     }
 }
 

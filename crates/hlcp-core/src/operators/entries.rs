@@ -35,6 +35,14 @@ pub type Coefficients<'a, T> = Entries<T, &'a [T]>;
 /// ```
 pub type Varying<T> = Entries<T, Vec<T>>;
 
+impl<T: Scalar> Varying<T> {
+    /// Returns the entries of a list that is not empty, one where all are the same.
+    pub(crate) fn of_list(list: Vec<T>) -> Self {
+        let same = list.iter().all(|&value| value == list[0]);
+        if same { Self::Uniform(list[0]) } else { Self::Each(list) }
+    }
+}
+
 impl<T: Scalar, L: AsRef<[T]>> Entries<T, L> {
     /// Returns the entry at point `k`.
     ///

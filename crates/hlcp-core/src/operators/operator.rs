@@ -135,9 +135,18 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// The entries of one column may come in parts, in any order. A type that implements [`Rows`]
     /// calls [`visit_row`](Rows::visit_row) here. With it a solver bounds the rounding in a
     /// residual, and evaluates the residual exactly where rounding decides; of an operator that
-    /// answers false, as the default does, it can only estimate the rounding.
-    fn try_visit_row(&self, _i: usize, _visit: &mut dyn FnMut(usize, T)) -> bool {
-        false
+    /// answers false it can only estimate the rounding. The default visits what
+    /// [`as_csr`](Self::as_csr) or [`as_five_point`](Self::as_five_point) shows, and answers false
+    /// where neither does.
+    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
+        if let Some(matrix) = self.as_csr() {
+            matrix.visit_row(i, visit);
+        } else if let Some(view) = self.as_five_point() {
+            view.visit_row(self.order(), i, visit);
+        } else {
+            return false;
+        }
+        true
     }
 }
 

@@ -36,11 +36,6 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
     fn as_csr(&self) -> Option<Csr<'_, T>> {
         Some(borrowed(self))
     }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
-    }
 }
 
 impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {

@@ -182,11 +182,7 @@ impl<T: Scalar> FivePoint<Varying<T>> {
                 list.push(value);
             }
         }
-        let coefficients = lists.map(|list| {
-            let same = list.iter().all(|&value| value == list[0]);
-            if same { Varying::Uniform(list[0]) } else { Varying::Each(list) }
-        });
-        Self::new(nx, ny, coefficients)
+        Self::new(nx, ny, lists.map(Varying::of_list))
     }
 }
 
@@ -208,11 +204,6 @@ impl<T: Scalar, C: Direction<Scalar = T>> LinearOperator<T> for FivePoint<C> {
 
     fn as_five_point(&self) -> Option<FivePointView<'_, T>> {
         Some(self.view())
-    }
-
-    fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.visit_row(i, visit);
-        true
     }
 }
 

@@ -121,6 +121,12 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         all.then(|| self.coefficients.map(|c| c.entry(0)))
     }
 
+    /// Visits row `k` of the operator, which has this order.
+    pub(crate) fn visit_row(&self, order: usize, k: usize, visit: &mut dyn FnMut(usize, T)) {
+        let grid = self.grid.unwrap_or([order, 1]);
+        visit_neighbours(grid, self.round, k, |d| self.coefficients[d].entry(k), visit);
+    }
+
     /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
     pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
         assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");

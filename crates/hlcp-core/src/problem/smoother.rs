@@ -25,21 +25,11 @@ impl<'a, T: Scalar> Smoother<'a, T> {
             positive_entry("ratio of the diagonals", k, a / b)
         };
         let all = || {
-            let first = ratio(0)?;
             if let [Coefficients::Uniform(_), Coefficients::Uniform(_)] = [a, b] {
-                return Ok(Omega::Uniform(first));
+                return ratio(0).map(Omega::Uniform);
             }
-            let mut each = Vec::new();
-            for k in 1..problem.order() {
-                let value = ratio(k)?;
-                if each.is_empty() && value != first {
-                    each = vec![first; k];
-                }
-                if !each.is_empty() {
-                    each.push(value);
-                }
-            }
-            Ok(if each.is_empty() { Omega::Uniform(first) } else { Omega::Each(each) })
+            let each: Result<_, Error> = (0..problem.order()).map(ratio).collect();
+            each.map(Omega::of_list)
         };
         // The same on all ranks, if it is on each.
         let own = problem.agree(all())?;
