@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use crate::{
     common::{assembled, by_tmgs, problem, scattered},
-    proved,
+    proved, solved,
 };
 use approx::assert_abs_diff_eq;
 use hlcp_core::{Aor, Diagonal, Error};
@@ -127,37 +127,13 @@ fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     low
 }
 
-/// The solution of a small problem by active sets: where z or r would be negative, the other takes
-/// its place.
-///
-/// The splitting methods do not get there within 30,000 iterations where the film of 95 points
-/// forms again.
-fn by_active_sets(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &[f64]) -> [Vec<f64>; 2] {
-    let n = q.len();
-    let mut full = vec![true; n];
-    for _ in 0..n {
-        let system = DMatrix::from_fn(n, n, |i, j| if full[j] { a[(i, j)] } else { -b[(i, j)] });
-        let y = system
-            .lu()
-            .solve(&-DVector::from_column_slice(q))
-            .expect("the pair has the W-property");
-        if y.iter().all(|&y| y >= 0.0) {
-            let part = |z| (0..n).map(|i| if full[i] == z { y[i] } else { 0.0 }).collect();
-            return [part(true), part(false)];
-        }
-        (0..n).filter(|&i| y[i] < 0.0).for_each(|i| full[i] = !full[i]);
-    }
-    panic!("the active sets do not settle")
-}
-
 /// Against the long bearing's film with the flux J, full between two angles: the largest error of z
 /// in units of the largest z, that of r where both films are broken and stay so, and the length on
 /// which one film is full and the other is not.
 fn long_bearing(cells: usize, groove: f64, flux: f64, full: [f64; 2]) -> [f64; 3] {
     let ecc = 0.6;
     let scene = Bearing2d { nx: cells - 1, ny: 1, ecc, aspect: 1e6, groove };
-    let (a, b, q) = scene.pose::<f64>().unwrap();
-    let [z, r] = by_active_sets(&assembled(&a), &assembled(&b), &q);
+    let [z, r] = solved(scene.pose().unwrap(), "PIVOTING", 1e-11);
     let h = TAU / cells as f64;
     let (mut peak, mut off_z, mut off_r, mut length) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0);
     for i in 0..cells - 1 {

@@ -2,12 +2,8 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::{
-    common::{assembled, problem},
-    proved,
-};
+use crate::{common::assembled, proved, solved};
 use hlcp_core::Aor;
-use hlcp_methods::{Limits, Options, Solver};
 use hlcp_verify::{Dam, Proof};
 use nalgebra::{DMatrix, DVector};
 
@@ -72,22 +68,12 @@ fn the_dam_is_its_balance_of_water() {
     assert_eq!(proved(&a, &b, &[Aor::gauss_seidel().accelerated()]), Proof::Columns);
 }
 
-/// `z` and `r` by a method, to 1e-12 ‖q‖.
-fn solved(dam: Dam, method: &str) -> [Vec<f64>; 2] {
-    let (a, b, q) = dam.pose::<f64>().unwrap();
-    let named: hlcp_methods::Named = method.parse().unwrap();
-    let mut solver = Solver::new(named.on(problem(1.0, &a, &b)).unwrap());
-    let outcome = solver.solve(&q, Options::default().limits(Limits::relative(1e-12))).unwrap();
-    assert!(outcome.converged(), "{method}: {outcome}");
-    [solver.z().to_vec(), solver.r().to_vec()]
-}
-
 /// Between reservoirs of one height the water rests: its pressure is its depth, whatever the soil.
 #[test]
 fn water_at_rest_is_exact() {
     for (layer, ny) in [(0.05, 8), (3.0, 15)] {
         let dam = Dam { ny, layer, tail: 1.0, ..LAYERED };
-        let [z, r] = solved(dam, "AMG");
+        let [z, r] = solved(dam.pose().unwrap(), "AMG", 1e-12);
         for (k, (z, r)) in z.into_iter().zip(r).enumerate() {
             let depth = ((k / dam.nx) as f64 + 0.5) / ny as f64;
             // The least eigenvalue of A is above 1e-3.
@@ -107,7 +93,7 @@ fn the_discharge_is_exact_on_every_grid() {
         (Dam { tail: 0.0, ..coarse }, &["AUTO", "AMG"]),
     ] {
         for method in methods {
-            let [z, r] = solved(dam, method);
+            let [z, r] = solved(dam.pose().unwrap(), method, 1e-12);
             let error = dam.discharge(&z) - dam.exact_discharge();
             // A residual δ of all cells is as much water made or lost, and its norm is at most
             // 1e-12 ‖q‖ < 1e-12 n max |q|.
@@ -189,7 +175,7 @@ fn the_free_boundary_is_polubarinova_kochinas() {
         assert!((found[0] - length).abs() < 1e-6 && (found[1] - tail).abs() < 1e-6, "{found:?}");
         for ny in [48, 96] {
             let dam = Dam { nx: ny - 1, ny, length, tail, layer: 1.0 };
-            let [_, r] = solved(dam, "AUTO");
+            let [_, r] = solved(dam.pose().unwrap(), "AUTO", 1e-12);
             let heights = dam.heights(&r);
             for share in [4, 2] {
                 let exact = boundary(length / share as f64);

@@ -14,6 +14,7 @@ mod proved_film;
 mod published;
 
 use hlcp_core::{Aor, Rows};
+use hlcp_methods::{Limits, Named, Options, Solver};
 use hlcp_verify::{Convergence, Proof, classes::is_m, convergence, uniqueness};
 
 /// Holds that A and B are M-matrices, that every q has one solution and that the steps converge to
@@ -25,4 +26,17 @@ fn proved(a: &impl Rows<f64>, b: &impl Rows<f64>, steps: &[Aor<f64>]) -> Proof {
         Convergence::Proved(proof, _) => proof,
         found => panic!("{found}"),
     }
+}
+
+/// `z` and `r` by a method, to this part of ‖q‖.
+fn solved(
+    (a, b, q): (impl Rows<f64>, impl Rows<f64>, Vec<f64>),
+    method: &str,
+    tolerance: f64,
+) -> [Vec<f64>; 2] {
+    let named: Named = method.parse().unwrap();
+    let mut solver = Solver::new(named.on(common::problem(1.0, &a, &b)).unwrap());
+    let outcome = solver.solve(&q, Options::default().limits(Limits::relative(tolerance))).unwrap();
+    assert!(outcome.converged(), "{method}: {outcome}");
+    [solver.z().to_vec(), solver.r().to_vec()]
 }

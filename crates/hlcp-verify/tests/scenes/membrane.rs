@@ -1,11 +1,7 @@
 //! The membranes on published obstacles are what their equations say.
 
-use crate::{
-    common::{assembled, problem},
-    proved,
-};
+use crate::{common::assembled, proved, solved};
 use hlcp_core::Aor;
-use hlcp_methods::{Limits, Named, Options, Solver};
 use hlcp_verify::Membrane;
 use nalgebra::{DMatrix, DVector};
 
@@ -45,12 +41,9 @@ fn a_membrane_is_free_or_on_its_obstacle() {
         assert_eq!(assembled(&b), DMatrix::identity(n, n));
         proved(&a, &b, &[Aor::gauss_seidel()]);
 
-        let named: Named = "AMGS".parse().unwrap();
-        let mut solver = Solver::new(named.on(problem(1.0, &a, &b)).unwrap());
-        let limits = Limits::relative(1e-12);
-        assert!(solver.solve(&q, Options::default().limits(limits)).unwrap().converged());
-        let (z, r) = (solver.z(), DVector::from_column_slice(solver.r()));
-        let u = DVector::from_vec(scene.membrane(z));
+        let [z, r] = solved((a, b, q), "AMGS", 1e-12);
+        let r = DVector::from_vec(r);
+        let u = DVector::from_vec(scene.membrane(&z));
         let [low, side] = if spiral { [-1.0, 2.0] } else { [0.0, 1.0] };
         let h = side / (m + 1) as f64;
         let at = |k: usize| {
