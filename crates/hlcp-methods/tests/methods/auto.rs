@@ -8,7 +8,7 @@ use approx::assert_abs_diff_eq;
 use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
     Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options, Outcome,
-    Parameters, Solver, Ssor, Status, solve_mixed,
+    Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -34,7 +34,7 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
     let mut fewest = usize::MAX;
     for name in paired.chain(two) {
         for tau in [0.8, 1.0, 1.2] {
-            let named = Named::parse(&name, Parameters::default()).unwrap();
+            let named: Named = name.parse().unwrap();
             let mut solver = Solver::new(named.on(problem(tau, a, b)).unwrap());
             let limits = Limits { iterations: fewest.min(5000), ..Limits::relative(1e-10) };
             let outcome = solve_from_ones(&mut solver, q, limits);
