@@ -5,7 +5,7 @@ mod common;
 
 use approx::assert_abs_diff_eq;
 use common::{Lists, renamed, shuffled};
-use hlcp_core::{Aor, Error, FivePoint, Hlcp, Omega, Rows, Varying};
+use hlcp_core::{Aor, Error, FivePoint, Hlcp, Identity, Omega, Rows, Varying};
 use hlcp_methods::{
     AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
     Multigrid, Named, Newton, Options, Outcome, Solver, Ssor,
@@ -86,6 +86,25 @@ fn films_with_dimples_go_to_algebraic_multigrid() {
         let choices = |of: AutoChoice| history.iter().filter(|turn| turn.choice == of).count();
         assert!(choices(AutoChoice::Sor) > 0 && choices(AutoChoice::Multigrid) > 0);
         assert_eq!(history.last().unwrap().choice, AutoChoice::AmgNewton, "{history:?}");
+    }
+}
+
+/// Contacts on grids that their rows do not show, and steps of time of them: Anderson's iteration
+/// makes progress, but algebraic multigrid has its turn before that has become slow.
+#[test]
+fn what_conducts_without_a_grid_goes_to_algebraic_multigrid() {
+    let m = 70;
+    let load = |k: usize| ((k % m) as f64 * 0.11).sin() * ((k / m) as f64 * 0.07).cos() - 0.2;
+    let (b, q) = (Identity { order: m * m }, (0..m * m).map(load).collect::<Vec<f64>>());
+    for (earth, along) in
+        [(0.0, 1.0), (0.0, 0.3), (0.0, 0.03), (0.01, 1.0), (0.02, 0.1), (0.1, 0.02)]
+    {
+        let row = [-1.0, -along, earth + 2.0 + 2.0 * along, -along, -1.0];
+        let a = Lists::of(&FivePoint::new(m, m, row).unwrap());
+        let (outcome, history) = solve(&a, &b, &q);
+        let base = Mms::new(posed(&a, &b), Aor::gauss_seidel()).unwrap();
+        let amg = Solver::new(AmgNewton::new(base).unwrap()).solve(&q, Limits::default()).unwrap();
+        assert!(2 * outcome.sweeps <= 3 * amg.sweeps, "{earth} {along}: {outcome} {history:?}");
     }
 }
 
