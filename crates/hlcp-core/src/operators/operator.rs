@@ -136,8 +136,8 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// calls [`visit_row`](Rows::visit_row) here. With it a solver bounds the rounding in a
     /// residual, and evaluates the residual exactly where rounding decides; of an operator that
     /// answers false it can only estimate the rounding. The default visits what
-    /// [`as_csr`](Self::as_csr) or [`as_five_point`](Self::as_five_point) shows, and answers false
-    /// where neither does.
+    /// [`as_csr`](Self::as_csr) or [`as_five_point`](Self::as_five_point) shows, which it asks for
+    /// each row, and answers false where neither does.
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
         if let Some(matrix) = self.as_csr() {
             matrix.visit_row(i, visit);
