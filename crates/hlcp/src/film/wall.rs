@@ -472,8 +472,9 @@ impl Bearing {
 
     /// Returns what drives the wall by these numbers: to a position, or with a mass by a load.
     ///
-    /// Of a journal they are along a load that comes from the angle `load`, and across it, a quarter
-    /// further in the direction of the motion; of anything else what the position gains, or a force.
+    /// Of a journal they are along a load that comes from the angle `load`, and across it, a
+    /// quarter further in the direction of the motion; of anything else what the position gains,
+    /// or a force.
     ///
     /// ```
     /// use hlcp::film::{Bearing, Drive, Journal};
