@@ -42,9 +42,10 @@ use crate::{Clock, Method, Work as Count, options::STRETCH};
 /// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
 /// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
 /// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
-/// taken up again. F-cycles give way to W-cycles as soon as one, at work or on trial, does not halve
-/// the defect: where coarse grids do not fit into finer ones, as those of an even number of points,
-/// a single visit to them may not do. A coarse correction that is not finite is never added.
+/// taken up again. F-cycles give way to W-cycles as soon as one, at work or on trial, does not
+/// halve the defect: where coarse grids do not fit into finer ones, as those of an even number of
+/// points, a single visit to them may not do. A coarse correction that is not finite is never
+/// added.
 /// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
 /// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
