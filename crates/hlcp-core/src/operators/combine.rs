@@ -207,8 +207,19 @@ impl<T: Scalar, O: Diagonal<T>> Diagonal<T> for Shifted<T, O> {
 
 impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let identity = Identity { order: self.of.order() };
-        Sum(&self.of, Scaled { by: self.by, of: identity }).visit_row(i, visit);
+        let mut pending = Some(self.by);
+        self.of.visit_row(i, &mut |j, a| {
+            if j > i
+                && let Some(by) = pending.take()
+            {
+                visit(i, by);
+            }
+            let shift = if j == i { pending.take() } else { None };
+            visit(j, shift.map_or(a, |by| a + by));
+        });
+        if let Some(by) = pending {
+            visit(i, by);
+        }
     }
 }
 
