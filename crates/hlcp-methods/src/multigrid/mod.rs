@@ -45,9 +45,8 @@ use crate::{Clock, Method, Work as Count, options::STRETCH};
 /// taken up again. F-cycles give way to W-cycles as soon as one, at work or on trial, does not
 /// halve the defect: where coarse grids do not fit into finer ones, as those of an even number of
 /// points, a single visit to them may not do. A coarse correction that is not finite is never
-/// added.
-/// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
-/// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
+/// added. [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether
+/// an answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
 /// # Cost
 ///
