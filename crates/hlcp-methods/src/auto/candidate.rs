@@ -76,13 +76,16 @@ pub(super) struct Candidate<T: Scalar, A, B> {
     pub(super) window: usize,
     /// The last progress.
     pub(super) rate: f64,
+    /// An iterate that it alone works on, and the smallest residual there, once there is one.
+    pub(super) own: (Vec<T>, f64),
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     /// A method that has not had a turn.
     pub(super) fn new(choice: AutoChoice, shape: Shape) -> Self {
         let (promise, window) = choice.promise::<T>(shape);
-        Self { choice, worker: None, iterations: 0, promise, window, rate: f64::NEG_INFINITY }
+        let (rate, own) = (f64::NEG_INFINITY, (vec![], f64::INFINITY));
+        Self { choice, worker: None, iterations: 0, promise, window, rate, own }
     }
 
     /// The work of the worker since the restart.

@@ -56,18 +56,21 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
 /// alone, never on time.
 ///
-/// All work on one iterate, but Anderson's iteration off a line: it has one of its own, from the
+/// All work on one iterate, but two. Anderson's iteration off a line has one of its own, from the
 /// start of the solve on, by which its progress is measured, because the iterate that Newton's
 /// methods leave on a film that goes round may have a small residual and be far from every
-/// solution. Nor is a window off a line shorter than the last one of pivoting, so that all have an
-/// equal share. Where a window ends with a larger residual than that of the iterate that is kept,
-/// the next method goes on from the latter; the residual of that one is at most ten times the
-/// smallest so far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the
-/// window, but that of pivoting, whose first columns may be all but singular; entries of 10⁶ times
-/// the usual size make `Auto` look before the solver does. One exception: [`AmgNewton`] starts on
-/// coarser problems, unless the solve set out from an iterate with a residual of a tenth of ‖q‖.
-/// What sweeps leave of a residual is small, but their error is not, and from there Newton's method
-/// may take many times as long.
+/// solution. [`AmgNewton`] begins its own from that of the others, and goes on there in its next
+/// turn, unless the residual was ten times that of the iterate that is kept: on a rough film all
+/// but a hundred signs may be settled and the residual still be larger than what sweeps leave. Nor
+/// is a window off a line shorter than the last one of pivoting, so that all have an equal share.
+/// Where a window ends with a larger residual than that of the iterate that is kept, the next
+/// method goes on from the latter; the residual of that one is at most ten times the smallest so
+/// far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but
+/// that of pivoting, whose first columns may be all but singular; entries of 10⁶ times the usual
+/// size make `Auto` look before the solver does. One exception: [`AmgNewton`] starts on coarser
+/// problems, unless the solve set out from an iterate with a residual of a tenth of ‖q‖. What
+/// sweeps leave of a residual is small, but their error is not, and from there Newton's method may
+/// take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
 /// Newton's, rounding is the likely reason, and the others have twice the work until then, and
@@ -90,18 +93,18 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
 /// of the opening, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
-/// work. Storage: `2n` numbers, `2n` of scratch, and that of the methods that have had a turn.
+/// work. Storage: `3n` numbers, `2n` of scratch, and that of the methods that have had a turn.
 ///
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
 /// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
-/// `c/(6W)` a sweep or more in the mean (half of it off a line), apart from `2k/c` times `W` sweeps
-/// for each method, where `k` is its first promise times its first window, and from the last window
-/// and the first turn of pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It
-/// needs promise times window to stay what it is, so that no promise falls below the progress of a
-/// good method before the window of that is long enough to show it.
+/// `c/(6W)` a sweep or more in the mean (half of it on a line, a third elsewhere), apart from
+/// `2k/c` times `W` sweeps for each method, where `k` is its first promise times its first window,
+/// and from the last window and the first turn of pivoting. `docs/theory.md` ("Turns that are
+/// measured") has the proof. It needs promise times window to stay what it is, so that no promise
+/// falls below the progress of a good method before the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
@@ -140,9 +143,7 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
-    /// An iterate of Anderson's own, at first that of the start, and its smallest residual.
-    own: (Vec<T>, f64),
-    /// While it is at work on that, the smallest residual of the others.
+    /// While a method is at work on its own iterate, the smallest residual of the others.
     others: Option<f64>,
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
@@ -229,7 +230,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             best: f64::INFINITY,
             kept: vec![T::zero(); problem.order()],
             kept_residual: f64::INFINITY,
-            own: (vec![], f64::INFINITY),
             others: None,
             scale: 0.0,
             cold: false,
@@ -405,13 +405,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         true
     }
 
-    /// Where Anderson's iteration is at work on its own iterate, puts that aside, or drops it for
-    /// the others' if there is none.
-    fn leave(&mut self, y: &[T]) {
+    /// Where this method is at work on its own iterate, puts that aside, or drops it for the
+    /// others' if there is none.
+    fn leave(&mut self, at: usize, y: &[T]) {
         if let Some(others) = self.others.take() {
-            self.own.0.clear();
-            self.own.0.extend_from_slice(y);
-            self.own.1 = self.best;
+            let own = &mut self.candidates[at].own;
+            own.0.clear();
+            own.0.extend_from_slice(y);
+            own.1 = self.best;
             self.best = others.min(self.best);
         }
     }
@@ -446,8 +447,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 }
                 self.begin(next, None);
                 self.at = next;
-                match &mut self.candidates[next].worker {
-                    Some(Worker::AmgNewton(newton)) => newton.take_up(self.cold),
+                let Candidate { worker, own, .. } = &mut self.candidates[next];
+                match worker {
+                    Some(Worker::AmgNewton(newton)) if own.0.is_empty() => {
+                        newton.take_up(self.cold)
+                    }
                     Some(Worker::Newton(newton)) => newton.take_up(),
                     _ => {}
                 }
@@ -494,8 +498,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
-        (self.own.1, self.others) = (f64::INFINITY, None);
-        self.own.0.clear();
+        self.others = None;
         self.history.clear();
         self.begin(self.at, None);
     }
@@ -516,7 +519,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             // What has come to rest is the method before.
             return true;
         }
-        self.leave(&[]);
+        self.leave(self.at, &[]);
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
         if of_newton && self.last.is_none() {
             // Most likely it is rounding; what else may help is tried, but not to the limits.
@@ -554,8 +557,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         // The work that has led to x.
         let led = self.sweeps();
-        let is_new = self.uses() == AutoChoice::Anderson && self.others.is_none();
-        if is_new && !self.own.0.is_empty() {
+        let has_own = !self.candidates[self.at].own.0.is_empty();
+        if self.others.is_none() && has_own {
             // This step leads to its own iterate.
             let norms = measure(&self.problem, q, x, y, &mut self.scratch);
             self.see(norms.l2);
@@ -563,10 +566,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
                 self.kept.copy_from_slice(x);
                 self.kept_residual = norms.l2;
             }
-            y.copy_from_slice(&self.own.0);
-            self.others = Some(std::mem::replace(&mut self.best, self.own.1));
+            let own = &self.candidates[self.at].own;
+            y.copy_from_slice(&own.0);
+            self.others = Some(std::mem::replace(&mut self.best, own.1));
             self.begun.1 = self.best;
             return norms;
+        }
+        if self.uses() == AutoChoice::AmgNewton && self.others.is_none() {
+            // Others do not go on from its iterate, unless that is better than theirs.
+            self.others = Some(self.best);
         }
         let opened = self.open(q, x, y);
         let window = self.window();
@@ -584,9 +592,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.cold = residual > amg::WARM * q.norms().l2;
             self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
-            if !self.shape.is_line {
-                self.own.0.extend_from_slice(x);
-                self.own.1 = residual;
+            let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;
+            let anderson = self.candidates.iter_mut().find(anderson);
+            if let Some(anderson) = anderson.filter(|_| !self.shape.is_line) {
+                anderson.own = (x.to_vec(), residual);
             }
         }
         if residual < GAIN * self.kept_residual {
@@ -623,10 +632,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if clock.is_up() {
             return norms;
         }
-        self.candidates[self.at].judge(rate, self.shape);
+        let at = self.at;
+        self.candidates[at].judge(rate, self.shape);
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
-            self.leave(if grown { &[] } else { y });
+            // What Newton's method is far from, next to the others, is better begun from theirs.
+            let is_behind = GAIN * residual > self.kept_residual;
+            let drops = grown || is_behind && self.candidates[at].choice == AutoChoice::AmgNewton;
+            self.leave(at, if drops { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
         // The residual of y is not known, but that of x is.
@@ -657,4 +670,50 @@ fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool 
         sums[1] > MIXED * sums[0]
     }
     of(problem.a()) || of(problem.b())
+}
+
+#[cfg(test)]
+mod tests {
+    use hlcp_core::{FivePoint, Varying};
+    use hlcp_verify::Film;
+
+    use super::*;
+
+    /// A long strip whose gap is rough.
+    fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
+        let film = Film::new([111, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
+            let height = |k: usize| {
+                let [u, v, phase] = [7, 11, 13].map(|by| (by * k * k % 59) as f64);
+                0.2 * (u * x + v * y + phase).sin()
+            };
+            (1.5 - x + (1..13).map(height).sum::<f64>()).max(0.05)
+        });
+        film.pose().unwrap()
+    }
+
+    /// Returns the sweeps of algebraic multigrid where its first turn takes about `window`.
+    fn sweeps(window: usize) -> usize {
+        let (a, b, q) = strip();
+        let mut auto = Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
+        let is_own = |each: &Candidate<_, _, _>| each.choice == AutoChoice::AmgNewton;
+        let own = auto.candidates.iter().position(is_own).unwrap();
+        auto.candidates[own].window = window;
+        let q = Rhs::new(&q).unwrap();
+        let [mut x, mut y] = [(); 2].map(|()| vec![0.0; q.entries().len()]);
+        for _ in 0..1000 {
+            let norms = auto.step(&q, &x, &mut y, &mut Clock::endless());
+            if norms.l2 <= 1e-10 * q.norms().l2 {
+                return auto.candidates[own].work().sweeps;
+            }
+            std::mem::swap(&mut x, &mut y);
+        }
+        panic!("no solution: {:?}", auto.history)
+    }
+
+    #[test]
+    fn newtons_method_goes_on_where_it_was_left() {
+        let alone = sweeps(usize::MAX);
+        let in_turns = sweeps(alone / 4);
+        assert!(in_turns <= alone + alone / 4, "{in_turns} sweeps, {alone} in one turn");
+    }
 }
