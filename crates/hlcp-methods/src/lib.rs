@@ -82,8 +82,7 @@
 //! * An [`Options::observer`] sees every iterate as [`Progress`] and may stop the solve.
 //!   [`Solver::with_history`] keeps the residuals.
 //! * A [`Method`] of your own is two functions and gets all of this.
-//! * Implement [`Coarsen`] to supply multigrid's coarse operators from [`Grids`], and
-//!   [`Preconditioner`] to solve with a [`Jacobian`].
+//! * Implement [`Preconditioner`] to solve with a [`Jacobian`].
 //!
 //! # Not supported
 //!
@@ -139,7 +138,7 @@ pub use mixed::solve_mixed;
 pub use mms::Mms;
 #[doc(hidden)] // for tests: no promise holds for them
 pub use monitor::{GROWTH, PATIENCE};
-pub use multigrid::{Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise};
+pub use multigrid::{Cycle, FullMultigrid, Multigrid};
 pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Options, Progress};

@@ -4,127 +4,17 @@ use std::ops::Range;
 
 use hlcp_core::{Coefficients, Error, FivePoint, FivePointView, Scalar, Strip, Transfer, Varying};
 
-/// A grid and the next coarser one over the same domain.
-///
-/// They are those of [`Transfer`], and where ranks share the problem, of this rank's columns.
-///
-/// ```
-/// use hlcp_methods::{
-///     Coarsen, Cycle, Diagonal, Error, FivePoint, FivePointView, Grids, Hlcp, Identity, Multigrid,
-///     Omega, Rediscretise, Varying,
-/// };
-///
-/// /// `Rediscretise`, with a look at the grids and at what it makes.
-/// struct Look;
-///
-/// impl Coarsen<f64> for Look {
-///     fn coarsen(
-///         &self,
-///         fine: [FivePointView<'_, f64>; 2],
-///         grids: &Grids<'_, f64>,
-///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
-///         assert_eq!((grids.fine, grids.coarse), ([5, 6], [2, 2]));
-///         assert_eq!(grids.ratio(), [3.0 / 6.0, 3.0 / 7.0]); // there is one cell more than points
-///         // 4 of 6 cells from the edge, and 5 of 7: near 2/3
-///         assert_eq!(grids.nearest(1, 1), [3, 4]);
-///         let [a, b] = Rediscretise.coarsen(fine, grids)?;
-///         // Differences shrink by (h/H)², the zero-order parts 5 − 4 and 1 stay.
-///         let shrunk = 2.0 * grids.ratio().map(|ratio| ratio * ratio).iter().sum::<f64>();
-///         assert!((a.diagonal_entry(0) - shrunk - 1.0).abs() < 1e-15);
-///         assert_eq!(b.diagonal_entry(0), 1.0);
-///         Ok([a, b])
-///     }
-/// }
-///
-/// let a = FivePoint::new(5, 6, [-1.0, -1.0, 5.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 30 }, Omega::Uniform(4.0))?;
-/// Multigrid::with_levels(problem, Cycle::V, &Look)?;
-/// # Ok::<(), Error>(())
-/// ```
-#[derive(Debug, Clone, Copy)]
-#[non_exhaustive]
-pub struct Grids<'a, T> {
+/// A grid and the next coarser one over the same domain; where ranks share the problem, this rank's
+/// columns of them.
+#[derive(Clone, Copy)]
+pub(super) struct Grids<'a, T> {
     /// The fine grid's `[nx, ny]`.
-    pub fine: [usize; 2],
-    /// The coarse grid's `[nx, ny]`.
-    pub coarse: [usize; 2],
-    /// True if both grids close round along `[x, y]`, as the coarse operators must.
-    pub round: [bool; 2],
+    pub(super) fine: [usize; 2],
+    /// True if both grids close round along `[x, y]`.
+    pub(super) round: [bool; 2],
     pub(super) transfer: &'a Transfer<T>,
     /// The fine grid's, if ranks share it.
     pub(super) strip: Option<&'a Strip>,
-}
-
-impl<T: Scalar> Grids<'_, T> {
-    /// The fine spacing over the coarse one, along a row and along a column: `(h/H)`.
-    pub fn ratio(&self) -> [T; 2] {
-        self.transfer.ratio()
-    }
-
-    /// The column and the row of the fine point nearest to the coarse point of column `i` and row
-    /// `j`.
-    ///
-    /// # Panics
-    ///
-    /// Unless the coarse grid has such a point.
-    pub fn nearest(&self, i: usize, j: usize) -> [usize; 2] {
-        let [columns, rows] = self.transfer.nearest();
-        [columns[i], rows[j]]
-    }
-}
-
-/// Supplies the coarse grids' operators for [`Multigrid`](crate::Multigrid).
-///
-/// # Scaling
-///
-/// A coarse row must have the scale of a fine one: for the same smooth `x`, the same value at the
-/// same place. So with a fine second difference `(−1, 2, −1)`, undivided, goes a coarse
-/// `(h/H)²(−1, 2, −1)`; a term without differences stays as it is.
-///
-/// ```
-/// use hlcp_methods::{
-///     Coarsen, Cycle, Entries::Uniform, Error, FivePoint, FivePointView, Grids, Hlcp,
-///     Identity, Multigrid, Omega, Varying,
-/// };
-///
-/// /// Of `−Δ` and the identity, known in advance.
-/// struct Laplacian;
-///
-/// impl Coarsen<f64> for Laplacian {
-///     fn coarsen(
-///         &self,
-///         _: [FivePointView<'_, f64>; 2],
-///         grids: &Grids<'_, f64>,
-///     ) -> Result<[FivePoint<Varying<f64>>; 2], Error> {
-///         let ([nx, ny], [x, y]) = (grids.coarse, grids.ratio().map(|ratio| ratio * ratio));
-///         let a = [-y, -x, 2.0 * (x + y), -x, -y].map(Uniform);
-///         let b = [0.0, 0.0, 1.0, 0.0, 0.0].map(Uniform);
-///         Ok([FivePoint::new(nx, ny, a)?, FivePoint::new(nx, ny, b)?])
-///     }
-/// }
-///
-/// let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 961 }, Omega::Uniform(4.0))?;
-/// let multigrid = Multigrid::with_levels(problem, Cycle::W, &Laplacian)?;
-/// assert_eq!(multigrid.grids().count(), 5);
-/// # Ok::<(), Error>(())
-/// ```
-pub trait Coarsen<T: Scalar> {
-    /// The coarse grid's `A` and `B`, given the fine grid's.
-    ///
-    /// They are those of [`Hlcp::a`](hlcp_core::Hlcp::a) and [`Hlcp::b`](hlcp_core::Hlcp::b):
-    /// exchanged where the problem is. Ranks that share the problem are each asked for their own
-    /// columns, together, so that they can send each other what they need ([`Strip::beside`]); the
-    /// answer of a rank that has no coarse column is not looked at.
-    ///
-    /// # Errors
-    ///
-    /// Whatever stands in the way.
-    fn coarsen(
-        &self,
-        fine: [FivePointView<'_, T>; 2],
-        grids: &Grids<'_, T>,
-    ) -> Result<[FivePoint<Varying<T>>; 2], Error>;
 }
 
 /// Discretises an operator again from its five-point coefficients.
@@ -138,36 +28,13 @@ pub trait Coarsen<T: Scalar> {
 /// that leads outside the grid. Constant coefficients stay constant, and are stored as five
 /// numbers.
 ///
-/// ```
-/// use hlcp_methods::{Cycle, Error, FivePoint, Hlcp, Identity, Multigrid, Omega, Rediscretise};
-///
-/// let a = FivePoint::new(5, 5, [-1.0, -1.0, 4.0 + 1.0, -1.0, -1.0])?;
-/// let problem = Hlcp::new(a, Identity { order: 25 }, Omega::Uniform(4.0))?;
-/// let multigrid = Multigrid::with_levels(problem, Cycle::V, &Rediscretise)?;
-/// assert_eq!(multigrid.grids().count(), 2);
-/// # Ok::<(), Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rediscretise;
-
-impl<T: Scalar> Coarsen<T> for Rediscretise {
-    fn coarsen(
-        &self,
-        [a, b]: [FivePointView<'_, T>; 2],
-        grids: &Grids<'_, T>,
-    ) -> Result<[FivePoint<Varying<T>>; 2], Error> {
-        // Both first, since ranks do them together.
-        let [a, b] = [rediscretised(a, grids), rediscretised(b, grids)];
-        Ok([a?, b?])
-    }
-}
-
-fn rediscretised<T: Scalar>(
+/// Ranks that share the problem do it together, and send each other what they need.
+pub(super) fn rediscretised<T: Scalar>(
     fine: FivePointView<'_, T>,
     grids: &Grids<'_, T>,
 ) -> Result<FivePoint<Varying<T>>, Error> {
     let c @ [south, west, _, east, north] = fine.coefficients();
-    let ([nx, ny], width) = (grids.coarse, grids.fine[0]);
+    let ([nx, ny], width) = (grids.transfer.coarse(), grids.fine[0]);
     // By columns of the whole grid, of which a coarse edge may reach three into the next rank's.
     let whole = grids.strip.map(|strip| Transfer::new(strip.whole(), grids.round));
     let transfer = whole.as_ref().unwrap_or(grids.transfer);
@@ -189,11 +56,12 @@ fn rediscretised<T: Scalar>(
     let axis = |d: usize| Axis {
         count: transfer.fine()[d],
         nearest: transfer.nearest()[d],
-        ratio: grids.ratio()[d],
+        ratio: grids.transfer.ratio()[d],
         round: grids.round[d],
     };
     let row = |i, j| {
-        let [p, q] = grids.nearest(i, j);
+        let [columns, rows] = grids.transfer.nearest();
+        let (p, q) = (columns[i], rows[j]);
         let zero_order = c.iter().fold(T::zero(), |sum, c| sum + c.entry(q * width + p));
         let along = [0, 1].map(|d| move |p: usize| along(d, p, q));
         let [west, east] = couplings(along, axis(0), first_coarse + i);

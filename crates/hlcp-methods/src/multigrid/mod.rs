@@ -11,13 +11,10 @@ use hlcp_core::{
 };
 
 pub(crate) use self::scaling::Scaling;
-pub use self::{
-    cycle::Cycle,
-    full::FullMultigrid,
-    hierarchy::{Coarsen, Grids, Rediscretise},
-};
+pub use self::{cycle::Cycle, full::FullMultigrid};
 use self::{
     cycle::{Coarse, Equation, Level},
+    hierarchy::{Grids, rediscretised},
     pace::{Pace, Turn},
 };
 use crate::{Clock, Method, Work as Count, options::STRETCH};
@@ -108,17 +105,7 @@ pub struct Multigrid<T: Scalar, A, B> {
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
-    /// Multigrid on `problem`, with its operators discretised again on coarser grids by
-    /// [`Rediscretise`].
-    ///
-    /// # Errors
-    ///
-    /// As [`with_levels`](Self::with_levels).
-    pub fn new(problem: Hlcp<T, A, B>, cycle: Cycle) -> Result<Self, Error> {
-        Self::with_levels(problem, cycle, &Rediscretise)
-    }
-
-    /// Multigrid on `problem`, with the coarser grids' operators from `coarsen`.
+    /// Multigrid on `problem`, with its operators discretised again on coarser grids.
     ///
     /// The coarsest grid is the last that can be coarsened and on which both diagonals are
     /// positive.
@@ -126,18 +113,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// # Errors
     ///
     /// [`Error::NotFivePoint`] as by [`Hlcp::grid`]; [`Error::NotPositive`] for the problem's first
-    /// diagonal entry that is not positive, which a sweep divides by; and what `coarsen` refuses.
-    #[doc(hidden)]
-    pub fn with_levels(
-        problem: Hlcp<T, A, B>,
-        cycle: Cycle,
-        coarsen: &impl Coarsen<T>,
-    ) -> Result<Self, Error> {
+    /// diagonal entry that is not positive, which a sweep divides by; [`Error::NotFinite`] for a
+    /// coarse coefficient that is not finite.
+    pub fn new(problem: Hlcp<T, A, B>, cycle: Cycle) -> Result<Self, Error> {
         let scaling = Smoother::scaling(&problem)?;
         let mut levels = vec![];
-        let mut next = coarser(&problem, &scaling, coarsen)?;
+        let mut next = coarser(&problem, &scaling)?;
         while let Some(level) = next {
-            next = coarser(&level.problem, level.problem.omega(), coarsen)?;
+            next = coarser(&level.problem, level.problem.omega())?;
             levels.push(level);
         }
         // Some of the ranks that share the problem may have more points of a coarser grid, whole.
@@ -355,7 +338,6 @@ const NARROW: usize = 6;
 fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     problem: &Hlcp<T, A, B>,
     scaling: &Omega<T>,
-    coarsen: &impl Coarsen<T>,
 ) -> Result<Option<Level<T>>, Error> {
     let (fine, round, strip) = (problem.grid()?, problem.round(), problem.strip());
     let transfer = strip.map_or_else(|| Transfer::new(fine, round), Transfer::shared_by);
@@ -366,18 +348,11 @@ fn coarser<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
     if transfer.ratio() == [T::one(); 2] {
         return Ok(None);
     }
-    let grids = Grids { fine, coarse, round, transfer: &transfer, strip };
-    let made = coarsen.coarsen([a, b], &grids).and_then(|[a, b]| {
-        let (found, expected) = (a.order(), coarse[0] * coarse[1]);
-        if found != expected {
-            return Err(Error::Order { what: "A of a coarser grid", found, expected });
-        }
-        let posed = Hlcp::new(&a, &b, Omega::Uniform(T::one()))?;
-        if posed.grid()? != coarse || posed.round() != round {
-            return Err(Error::NotFivePoint { what: "an operator of a coarser grid" });
-        }
-        Ok(Some([a, b]))
-    });
+    let grids = Grids { fine, round, transfer: &transfer, strip };
+    // Both first, since ranks do them together.
+    let [a, b] = [rediscretised(a, &grids), rediscretised(b, &grids)];
+    let made = a.and_then(|a| Ok(Some([a, b?])));
+    // A rank without a coarse column has none to look at.
     let made = problem.agree(if coarse[0] > 0 { made } else { Ok(None) })?;
     let is_small = |strip: &&Strip| {
         let few = if cfg!(test) { 1 } else { STRETCH };

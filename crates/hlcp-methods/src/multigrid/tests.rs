@@ -8,8 +8,7 @@ use hlcp_core::{
 use crate::{Clock, Method, Work as Count};
 
 use super::{
-    Coarsen, Cycle, FullMultigrid, Grids, Multigrid, Rediscretise, coarser, cycle::Equation,
-    pace::Turn,
+    Cycle, FullMultigrid, Grids, Multigrid, coarser, cycle::Equation, pace::Turn, rediscretised,
 };
 
 type Dense = Vec<Vec<f64>>;
@@ -165,9 +164,9 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
     let n = grid[0] * grid[1];
     let scaling = Smoother::scaling(problem).unwrap();
     let mut levels = vec![];
-    let mut next = coarser(problem, &scaling, &Rediscretise).unwrap();
+    let mut next = coarser(problem, &scaling).unwrap();
     while let Some(level) = next {
-        next = coarser(&level.problem, level.problem.omega(), &Rediscretise).unwrap();
+        next = coarser(&level.problem, level.problem.omega()).unwrap();
         levels.push(level);
     }
     let each = |omega: &Omega<f64>, n: usize| (0..n).map(|k| omega.entry(k)).collect();
@@ -197,13 +196,12 @@ fn against_the_oracle<A: LinearOperator<f64>, B: LinearOperator<f64>>(
 /// Of constant coefficients: differences scale, the rest stays.
 #[test]
 fn constants_are_discretised_again() {
-    let (round, transfer) = ([false; 2], Transfer::new([15, 10], [false; 2]));
-    let (fine, coarse, strip) = ([15, 10], [7, 4], None);
-    let grids = Grids { fine, coarse, round, transfer: &transfer, strip };
+    let (fine, round, strip) = ([15, 10], [false; 2], None);
+    let grids = Grids { fine, round, transfer: &Transfer::new(fine, round), strip };
     let row = |[south, west, centre, east, north]: [f64; 5]| {
         let a = FivePoint::new(15, 10, [south, west, centre, east, north]).unwrap();
         let view: FivePointView<'_, f64> = a.as_five_point().unwrap();
-        let [coarse, _] = Rediscretise.coarsen([view, view], &grids).unwrap();
+        let coarse = rediscretised(view, &grids).unwrap();
         let coefficients = coarse.as_five_point().unwrap().coefficients();
         coefficients.map(|c| match c {
             hlcp_core::Coefficients::Uniform(c) => c,
