@@ -18,7 +18,7 @@ use hlcp_methods::{AmgNewton, Clock, Method, Mms};
 use crate::{
     classes::is_z,
     comparison::{merge, visit},
-    rounding::{Doubled, Interval, Sum, mul_up},
+    rounding::{Doubled, Interval, mul_up},
     sparse::Sparse,
 };
 
@@ -609,7 +609,7 @@ pub(crate) fn holds_one<T: Scalar>(
     let mut row = vec![];
     (0..lower.len()).all(|i| {
         merge((a, b), i, &mut row);
-        let mut gap = Sum::default();
+        let mut gap = Doubled::default();
         for &(j, [a, b]) in &row {
             let (l, u) = (lower[j], upper[j]);
             let (a, b) = if i == j { (a, b) } else { (-a.abs(), -b.abs()) };

@@ -4,7 +4,7 @@
 use hlcp_methods::Clock;
 
 use crate::{
-    rounding::{Sum, div_down, div_up, mul_up},
+    rounding::{Doubled, div_down, div_up, mul_up},
     sparse::Sparse,
 };
 
@@ -67,7 +67,7 @@ impl Bracket {
 /// Row `i`'s quotient `(Gx)ᵢ/(Dx)ᵢ`, from below and from above.
 fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>) -> [f64; 2] {
     let d = z.row(0, i, g);
-    let (mut sum, mut total) = (Sum::default(), 0.0);
+    let (mut sum, mut total) = (Doubled::default(), 0.0);
     g.iter().for_each(|&(j, g)| {
         sum.add(g, x[j]);
         total += x[j];

@@ -5,7 +5,7 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 use crate::{
     comparison::{merge, visit},
     perron::Comparison,
-    rounding::{Interval, Sum, div_up, mul_down, mul_up},
+    rounding::{Doubled, Interval, div_up, mul_down, mul_up},
 };
 
 /// How fast a method approaches the solution: one iteration multiplies a distance to it by at most
@@ -132,7 +132,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
         for k in 0..self.steps.len() {
             let mut largest = 0.0_f64;
             for (i, &weight) in d.iter().enumerate() {
-                let (mut new, mut old) = (Sum::default(), Sum::default());
+                let (mut new, mut old) = (Doubled::default(), Doubled::default());
                 let pivot = self.entries(k, i, |entry| {
                     new.add(-entry.new, d[entry.column]);
                     old.add(entry.old, d[entry.column]);
@@ -167,7 +167,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
     /// below 1.
     pub(crate) fn contraction_of_sums(&self, v: Vec<f64>) -> Option<Contraction> {
         // The diagonals, and the sums of vᵢ|cᵢⱼ| off them.
-        let mut columns = vec![[(0.0, Sum::default()); 2]; v.len()];
+        let mut columns = vec![[(0.0, Doubled::default()); 2]; v.len()];
         for (i, &weight) in v.iter().enumerate() {
             let mut add = |k: usize, j: usize, entry: f64| {
                 let (diagonal, sum) = &mut columns[j][k];

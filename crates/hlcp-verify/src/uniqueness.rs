@@ -16,7 +16,7 @@ use crate::{
     classes::{Answer, radius_below_one},
     comparison::{Against, Coupled, Transposed, Weights, check_pair, positive, ratio},
     perron::{Comparison, scaled},
-    rounding::{Sum, sign},
+    rounding::{Doubled, sign},
 };
 
 /// The verdict on whether HLCP(A, B, q) has exactly one solution for every `q`.
@@ -413,7 +413,7 @@ fn solve(
 /// Entry `j` of `Z_kᵀv` in units of the diagonal, rounded downward; it has the sign of what is
 /// proved.
 fn margin(z: &impl Comparison, k: usize, j: usize, v: &[f64], g: &mut Vec<(usize, f64)>) -> f64 {
-    let (mut sum, diagonal) = (Sum::default(), z.row(k, j, g));
+    let (mut sum, diagonal) = (Doubled::default(), z.row(k, j, g));
     sum.add(diagonal, v[j]);
     g.iter().for_each(|&(i, g)| sum.add(-g, v[i]));
     if diagonal > 0.0 { sum.interval().lower / diagonal } else { f64::NEG_INFINITY }
