@@ -59,8 +59,7 @@ pub struct Renumbered<T: Scalar, A, B, M> {
 
 /// Unknowns are numbered anew where those that are coupled are this part of the order from each
 /// other in the mean, a third if they are numbered at random, and come nearer by this factor.
-const FAR: f64 = 1.0 / 6.0;
-const NEARER: f64 = 0.25;
+const QUARTER: f64 = 0.25;
 
 impl<T, A, B, M> Renumbered<T, A, B, M>
 where
@@ -189,7 +188,7 @@ pub fn cuthill_mckee<T: Scalar, A: Rows<T>, B: Rows<T>>(
     }
     // Both sums are over couplings either way.
     before *= 2;
-    if before as f64 <= FAR * n as f64 * count as f64 {
+    if before as f64 <= QUARTER * n as f64 * count as f64 {
         return None;
     }
     let mut neighbours = vec![0_u32; count];
@@ -205,7 +204,7 @@ pub fn cuthill_mckee<T: Scalar, A: Rows<T>, B: Rows<T>>(
     let mut places = vec![0; n];
     order.iter().enumerate().for_each(|(place, &i)| places[i] = place);
     let apart = |i: usize| near(i).map(|j| places[i].abs_diff(places[j])).sum::<usize>();
-    if (0..n).map(apart).sum::<usize>() as f64 > NEARER * before as f64 {
+    if (0..n).map(apart).sum::<usize>() as f64 > QUARTER * before as f64 {
         return None;
     }
     if downstream(problem.a(), &places) + downstream(problem.b(), &places) < 0.0 {
