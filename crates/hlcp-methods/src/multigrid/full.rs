@@ -3,8 +3,11 @@ use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 use super::Multigrid;
 use crate::{Clock, Method, Work};
 
-/// Full multigrid: a solve begins with [nested iteration](Multigrid::nested), whatever the start,
-/// and goes on by cycles.
+/// Full multigrid: a solve begins with nested iteration, whatever the start, and goes on by cycles.
+///
+/// `q` is restricted to all grids; the coarsest grid's solution, interpolated by cubics, is the
+/// start on the next finer one, where a cycle improves it, and so on. The problem's own grid gets
+/// two more sweeps and a second cycle.
 ///
 /// # Cost
 ///

@@ -160,37 +160,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
         self.pace.cycles()
     }
 
-    /// Overwrites `x` with a start by nested iteration (full multigrid).
-    ///
-    /// `q` is restricted to all grids; the coarsest grid's solution, interpolated by cubics, is the
-    /// start on the next finer one, where a cycle improves it, and so on. The problem's own grid
-    /// gets two more sweeps and a second cycle.
-    ///
-    /// # Cost
-    ///
-    /// With F-cycles 25 walks over the rows, with W-cycles 28, with V-cycles 18.
-    ///
-    /// # Panics
-    ///
-    /// Unless `q` and `x` have the problem's order.
-    ///
-    /// ```
-    /// use hlcp_methods::{
-    ///     Clock, Cycle, FivePoint, Hlcp, Identity, Method, Multigrid, Norms, Omega, Rhs,
-    /// };
-    ///
-    /// let a = FivePoint::new(31, 31, [-1.0, -1.0, 4.0, -1.0, -1.0])?;
-    /// let problem = Hlcp::new(a, Identity { order: 961 }, Omega::Uniform(4.0))?;
-    /// let mut multigrid = Multigrid::new(problem, Cycle::W)?;
-    /// let (q, mut x) = ([-1e-3; 961], [f64::NAN; 961]);
-    /// multigrid.nested(&Rhs::new(&q)?, &mut x, &mut Clock::endless());
-    /// let residual =
-    ///     multigrid.step(&Rhs::new(&q)?, &x, &mut vec![0.0; 961], &mut Clock::endless());
-    /// assert!(residual.l2 < 1e-3);
-    /// # Ok::<(), hlcp_methods::Error>(())
-    /// ```
-    #[doc(hidden)]
-    pub fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
+    /// Overwrites `x` with a start by nested iteration.
+    fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);
         // A cycle, two sweeps, and a cycle on grids that halve.
         self.taken += 2 * self.sweeps[0] + 2;

@@ -168,9 +168,10 @@ fn nested_iteration_ends_below_the_discretisation_error() {
     for m in [17, 65, 100, 129, 257] {
         let obstacle = Obstacle { m };
         let (a, b, q) = obstacle.pose::<f64>().unwrap();
-        let mut multigrid = Multigrid::new(problem(1.0, a, b), Cycle::F).unwrap();
-        let mut x = vec![f64::NAN; q.len()];
-        multigrid.nested(&Rhs::new(&q).unwrap(), &mut x, &mut Clock::endless());
+        let multigrid = Multigrid::new(problem(1.0, a, b), Cycle::F).unwrap();
+        let (start, mut x) = (vec![1.0; q.len()], vec![f64::NAN; q.len()]);
+        let mut full = FullMultigrid::new(multigrid.clone());
+        full.step(&Rhs::new(&q).unwrap(), &start, &mut x, &mut Clock::endless());
         let nested: Vec<f64> = x.iter().map(|x| x.abs() + x).collect();
         let mut solver = Solver::new(multigrid);
         let outcome = solver.solve(&q, from(&x)).unwrap();
@@ -337,9 +338,10 @@ fn full_multigrid_begins_every_solve_by_itself() {
         let mut one = multigrid.clone();
         let _ = one.step(&rhs, &start, &mut nested, &mut Clock::endless());
         let cycle = one.work().unwrap().sweeps;
-        multigrid.clone().nested(&rhs, &mut nested, &mut Clock::endless());
+        let full = FullMultigrid::new(multigrid);
+        full.clone().step(&rhs, &start, &mut nested, &mut Clock::endless());
 
-        let mut solver = Solver::new(FullMultigrid::new(multigrid)).with_history(2);
+        let mut solver = Solver::new(full).with_history(2);
         let mut first_iterate = vec![];
         let mut run = |start: &[f64], q: &[f64]| {
             let outcome = solver.solve(
