@@ -1,5 +1,7 @@
 //! Sparse LU factors, by faer.
 
+use std::time::Instant;
+
 use faer::{
     Mat, Par,
     dyn_stack::{MemBuffer, MemStack, StackReq},
@@ -12,6 +14,8 @@ use faer::{
     },
 };
 use hlcp_core::{Error, Hlcp, Rows, Scalar};
+
+use crate::pivoting::Cost;
 
 /// The most numbers in the factors, which take 4 GB then. That bounds the multiplications, too: a
 /// factorisation that leaves N numbers takes N^1.5/2 at most, or about two minutes.
@@ -160,7 +164,7 @@ impl SparseLu {
         Ok(lu)
     }
 
-    /// Room for the factors of any J(x) of a problem, and what they are worth in sweeps.
+    /// Room for the factors of any J(x) of a problem, and what they cost.
     ///
     /// # Errors
     ///
@@ -168,15 +172,19 @@ impl SparseLu {
     /// more than 4 GB.
     pub(crate) fn for_problem<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem: &Hlcp<T, A, B>,
-    ) -> Result<(Self, usize), Error> {
+    ) -> Result<(Self, Cost), Error> {
         let mut matrix = Transposed::default();
         matrix.fill(problem.order(), |i, each| {
             problem.a().visit_row(i, &mut |j, _| each(j, 0.0));
             problem.b().visit_row(i, &mut |j, _| each(j, 0.0));
         });
+        let begun = Instant::now();
         let (_, bounds) = matrix.analyse()?;
+        let sweep = begun.elapsed().as_secs_f64() / ANALYSIS as f64;
         let worth = bounds[1] / (PER_ENTRY * matrix.columns.len() as f64);
-        Ok((Self { matrix, factors: None }, ANALYSIS + worth as usize))
+        let worth = ANALYSIS + worth as usize;
+        let cost = Cost { worth, seconds: sweep * worth as f64, bytes: 8.0 * bounds[0] };
+        Ok((Self { matrix, factors: None }, cost))
     }
 
     /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`, if that
@@ -297,8 +305,8 @@ mod tests {
         };
         let grid = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
         let problem = Hlcp::new(grid, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
-        let (mut lu, worth) = SparseLu::for_problem(&problem).unwrap();
-        assert!((ANALYSIS..ANALYSIS + 20).contains(&worth), "{worth}");
+        let (mut lu, cost) = SparseLu::for_problem(&problem).unwrap();
+        assert!((ANALYSIS..ANALYSIS + 20).contains(&cost.worth), "{cost:?}");
         lu.factorise(row);
         let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut rhs = vec![0.0; n];

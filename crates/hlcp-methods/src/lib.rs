@@ -142,7 +142,7 @@ pub use multigrid::{Cycle, FullMultigrid, Multigrid};
 pub use named::{BoxedMethod, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Options, Progress};
-pub use outcome::{Divergence, NotConverged, Outcome, Status};
+pub use outcome::{Divergence, Forecast, NotConverged, Outcome, Status};
 pub use pivoting::Pivoting;
 pub use renumbered::{Renumbered, cuthill_mckee};
 pub use solve::{Solution, solve, solve_with};

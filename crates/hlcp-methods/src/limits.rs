@@ -97,7 +97,8 @@ pub struct Limits {
     pub norm: Norm,
     /// The largest number of iterations.
     pub iterations: usize,
-    /// The longest time, looked at at least once per sweep.
+    /// The longest time, looked at at least once per sweep, and before a factorisation, which is not
+    /// begun where it is predicted to last longer.
     pub time: Option<Duration>,
 }
 

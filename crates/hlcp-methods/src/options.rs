@@ -1,8 +1,11 @@
-use std::{ops::ControlFlow, time::Duration};
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
 
 use hlcp_core::Norms;
 
-use crate::Limits;
+use crate::{Forecast, Limits, pivoting::Cost};
 
 /// How a [`Solver`](crate::Solver) sets out, when it stops and who watches.
 ///
@@ -155,17 +158,22 @@ pub struct Clock<'c> {
     pub(crate) goal: f64,
     /// The work that the step may take, in sweeps, as far as its inner solves can keep to it.
     pub(crate) granted: usize,
+    /// When the time of the solve is over, where that is limited.
+    pub(crate) until: Option<Instant>,
+    /// What the step did not begin, as it would take longer than that.
+    pub(crate) forgone: Option<Forecast>,
 }
 
 impl<'c> Clock<'c> {
     /// A clock that is up as soon as `ask` returns true.
     pub fn new(ask: &'c mut dyn FnMut() -> bool) -> Self {
-        Self { ask: Some(ask), up: false, goal: 0.0, granted: usize::MAX }
+        Self { ask: Some(ask), ..Self::endless() }
     }
 
     /// A clock that is never up.
     pub fn endless() -> Self {
-        Self { ask: None, up: false, goal: 0.0, granted: usize::MAX }
+        let (goal, granted) = (0.0, usize::MAX);
+        Self { ask: None, up: false, goal, granted, until: None, forgone: None }
     }
 
     /// The iterations that an inner solve may take, of which one is worth `worth` sweeps: what the
@@ -174,9 +182,24 @@ impl<'c> Clock<'c> {
         (self.granted / worth).clamp(most / 10, most)
     }
 
-    /// The same clock of a solve that ends at this residual.
-    pub(crate) fn towards(self, goal: f64) -> Self {
-        Self { goal, ..self }
+    /// The same clock of a solve that ends at this residual, or at that time.
+    pub(crate) fn towards(self, goal: f64, until: Option<Instant>) -> Self {
+        Self { goal, until, ..self }
+    }
+
+    /// Returns whether an elimination of such a cost would end in time; if not, the clock is up,
+    /// and the outcome says so.
+    pub(crate) fn has_time_for(&mut self, cost: Cost) -> bool {
+        let left = self.until.map(|until| until.saturating_duration_since(Instant::now()));
+        let late = left.filter(|left| cost.seconds > left.as_secs_f64());
+        self.forgone = late.map(|left| Forecast { seconds: cost.seconds, bytes: cost.bytes, left });
+        self.up |= self.forgone.is_some();
+        self.forgone.is_none()
+    }
+
+    /// Goes on in another way than the one that was forgone.
+    pub(crate) fn resume(&mut self) {
+        self.up = false;
     }
 
     /// Returns whether the step should end as soon as it can; once true, always true.

@@ -164,6 +164,33 @@ pub struct Outcome {
     /// may still be far away, if it depends that much on the entries. `None` for every other
     /// answer, and where an operator does not know its rows.
     pub backward_error: Option<f64>,
+    /// The elimination that was not begun, as it would have outlasted the time limit.
+    pub forgone: Option<Forecast>,
+}
+
+/// What an elimination takes, as its analysis predicts it.
+///
+/// ```
+/// use std::time::Duration;
+/// use hlcp_methods::{FivePoint, Hlcp, Limits, Pivoting, Solver, Status};
+///
+/// let problem = Hlcp::lcp(FivePoint::new(150, 150, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+/// let mut solver = Solver::new(Pivoting::new(problem)?);
+/// let limits = Limits { time: Some(Duration::from_millis(1)), ..Limits::default() };
+/// let outcome = solver.solve(&[-1.0; 22_500], limits)?;
+/// assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
+/// println!("{outcome}"); // with the time and the memory, if the limit left any time
+/// # Ok::<(), hlcp_methods::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Forecast {
+    /// The seconds, at the speed of the analysis.
+    pub seconds: f64,
+    /// The bytes of the factors, whichever pivots are taken.
+    pub bytes: f64,
+    /// The time that was left.
+    pub left: Duration,
 }
 
 impl Outcome {
@@ -180,6 +207,7 @@ impl Outcome {
             residual,
             relative: Norms { l2: f64::NAN, linf: f64::NAN },
             backward_error: None,
+            forgone: None,
         }
     }
 
@@ -262,13 +290,22 @@ impl fmt::Display for Outcome {
             " after {iterations} ({sweeps}, {seconds:.3} s), residual {:.2e} ({:.1e} of q)",
             residual.l2, relative.l2
         )?;
-        match self.backward_error {
-            Some(error) => write!(
+        if let Some(error) = self.backward_error {
+            write!(
                 f,
                 "; the rest is rounding: the answer is exact for entries of A, B and q that differ \
                  by at most {error:.1e} of themselves"
+            )?;
+        }
+        match self.forgone {
+            Some(Forecast { seconds, bytes, left }) if !self.converged() => write!(
+                f,
+                "; an elimination was not begun, as it takes about {seconds:.1e} s and {:.1e} MB, and the \
+                 time limit left {:.1e} s",
+                bytes / 1e6,
+                left.as_secs_f64()
             ),
-            None => Ok(()),
+            _ => Ok(()),
         }
     }
 }

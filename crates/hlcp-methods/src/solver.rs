@@ -3,7 +3,7 @@ use std::time::{Duration, Instant};
 use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Scalar, Strip};
 
 use crate::{
-    Clock, Limits, Method, Norm, Options, Outcome, Progress, Status, Tolerance, Work,
+    Clock, Forecast, Limits, Method, Norm, Options, Outcome, Progress, Status, Tolerance, Work,
     monitor::{Monitor, ROUNDING, Stop},
     options::{Observer, Start},
     tolerance::{QUIET, Test},
@@ -172,7 +172,8 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         let observer = observer.map(|observer| observer.0);
         let ranks = if watched { problem.strip().cloned() } else { None };
         let goal = test.asked();
-        let mut pace = Pace { limits: &limits, goal, begun, observer, ended: None, ranks };
+        let (ended, forgone) = (None, None);
+        let mut pace = Pace { limits: &limits, goal, begun, observer, ended, forgone, ranks };
         let End { status, iterations, answer, work, residual } =
             self.iterate(&q, &mut test, &mut pace);
         let Work { sweeps, linear_iterations } = work;
@@ -192,6 +193,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             residual,
             relative,
             backward_error: backward_error.filter(|&error| is_rounding::<T>(error)),
+            forgone: pace.forgone,
         })
     }
 
@@ -356,6 +358,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     ) -> Norms {
         let Self { method, x, next, .. } = self;
         let goal = pace.goal;
+        let until = pace.limits.time.and_then(|time| pace.begun.checked_add(time));
         let mut beat = Instant::now();
         let mut ask = || {
             if beat.elapsed() >= BEAT {
@@ -364,7 +367,14 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             }
             pace.is_up()
         };
-        method.step(q, x, next, &mut Clock::new(&mut ask).towards(goal))
+        let mut clock = Clock::new(&mut ask).towards(goal, until);
+        let norms = method.step(q, x, next, &mut clock);
+        if let Some(forgone) = clock.forgone {
+            let is_up = clock.is_up();
+            pace.forgone = Some(forgone);
+            pace.ended = pace.ended.or(is_up.then_some(Status::TimeLimit));
+        }
+        norms
     }
 
     /// Shows the iterate `x` to the observer, and keeps its residual.
@@ -479,6 +489,8 @@ struct Pace<'p, 'o, T> {
     begun: Instant,
     observer: Option<Box<Observer<'o, T>>>,
     ended: Option<Status>,
+    /// What was not begun, as the time would not do.
+    forgone: Option<Forecast>,
     /// The ranks that end together, where one may end a solve early.
     ranks: Option<Strip>,
 }

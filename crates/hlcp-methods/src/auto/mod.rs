@@ -426,6 +426,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates.iter().find(has_had).map_or(0, |each| each.window / 2)
     }
 
+    /// Gives up the method at work for the rest of the solve, which so ends after as many as there
+    /// are ways; returns whether another one goes on.
+    fn retire(&mut self) -> bool {
+        let resting = &mut self.candidates[self.at];
+        (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+        (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+        self.choose(AutoEnd::Slow)
+    }
+
     /// Lets the method with the best prospect go on, of equal ones the one at work; returns whether
     /// that is another one.
     fn choose(&mut self, end: AutoEnd) -> bool {
@@ -525,11 +534,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             // Most likely it is rounding; what else may help is tried, but not to the limits.
             self.last = Some(self.respite());
         }
-        // No more turns for what has come to rest, so a solve ends after as many as there are ways.
-        let resting = &mut self.candidates[self.at];
-        (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        (self.begun, self.middle) = ((self.sweeps(), self.best), None);
-        self.choose(AutoEnd::Slow)
+        self.retire()
     }
 
     fn at_work(&mut self) -> Option<&mut dyn Method<T, A = A, B = B>> {
@@ -586,6 +591,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
             worker.method().step(q, x, y, clock)
         });
+        if clock.forgone.is_some() {
+            if self.retire() {
+                clock.resume();
+            }
+            return norms;
+        }
         let (residual, sweeps) = (norms.l2, self.sweeps());
         if self.history.len() == 1 && led == 0 {
             self.scale = residual.max(q.norms().l2);
@@ -674,7 +685,9 @@ fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool 
 
 #[cfg(test)]
 mod tests {
-    use hlcp_core::{FivePoint, Varying};
+    use std::time::Instant;
+
+    use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Varying};
     use hlcp_verify::Film;
 
     use super::*;
@@ -715,5 +728,36 @@ mod tests {
         let alone = sweeps(usize::MAX);
         let in_turns = sweeps(alone / 4);
         assert!(in_turns <= alone + alone / 4, "{in_turns} sweeps, {alone} in one turn");
+    }
+
+    /// Skew parts that outweigh the rest leave nothing but elimination, for which no time is left.
+    #[test]
+    #[cfg(feature = "direct")]
+    fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
+        let n = 501;
+        let entry = |i: usize, j: usize| match i.cmp(&j) {
+            std::cmp::Ordering::Equal => 0.1,
+            std::cmp::Ordering::Less => ((7 * i + 3 * j) as f64).sin(),
+            std::cmp::Ordering::Greater => -((7 * j + 3 * i) as f64).sin(),
+        };
+        let a =
+            RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap();
+        let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
+        let mut auto = Auto::new(problem).unwrap();
+        let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
+        let q = Rhs::new(&q).unwrap();
+        let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
+        let is_forgone = |turn: &AutoTurn| (turn.choice, turn.sweeps) == (AutoChoice::Pivoting, 0);
+        for _ in 0..2000 {
+            let mut clock = Clock::endless().towards(0.0, Some(Instant::now()));
+            let _ = auto.step(&q, &x, &mut y, &mut clock);
+            std::mem::swap(&mut x, &mut y);
+            if clock.forgone.is_some() {
+                assert!(!clock.is_up() && auto.uses() != AutoChoice::Pivoting);
+                assert!(auto.history().iter().any(is_forgone), "{:?}", auto.history());
+                return;
+            }
+        }
+        panic!("no elimination was thought of: {:?}", auto.history());
     }
 }
