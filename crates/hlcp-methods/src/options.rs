@@ -158,6 +158,8 @@ pub struct Clock<'c> {
     pub(crate) goal: f64,
     /// The work that the step may take, in sweeps, as far as its inner solves can keep to it.
     pub(crate) granted: usize,
+    /// What a sweep must take off the logarithm of an inner residual for the step to be worth it.
+    pub(crate) least: f64,
     /// When the time of the solve is over, where that is limited.
     pub(crate) until: Option<Instant>,
     /// What the step did not begin, as it would take longer than that.
@@ -172,8 +174,8 @@ impl<'c> Clock<'c> {
 
     /// A clock that is never up.
     pub fn endless() -> Self {
-        let (goal, granted) = (0.0, usize::MAX);
-        Self { ask: None, up: false, goal, granted, until: None, forgone: None }
+        let (goal, granted, least) = (0.0, usize::MAX, 0.0);
+        Self { ask: None, up: false, goal, granted, least, until: None, forgone: None }
     }
 
     /// The iterations that an inner solve may take, of which one is worth `worth` sweeps: what the

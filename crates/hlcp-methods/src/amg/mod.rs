@@ -434,6 +434,7 @@ impl<T: Scalar> Amg<T> {
         residual.iter_mut().for_each(|r| *r /= unit);
         let mut x = vec![T::zero(); rhs.len()];
         let (mut inner, mut bootstraps) = (Inner { iterations: 0, residual: 1.0 }, 0);
+        let begun = self.walks();
         loop {
             let left = limit.saturating_sub(inner.iterations);
             let steps = self.flexible(&mut residual, &mut x, (tolerance, left), clock);
@@ -450,6 +451,8 @@ impl<T: Scalar> Amg<T> {
             }
             if self.stale > 0 {
                 self.set_up_within(jacobian, 0, clock);
+            } else if -inner.residual.ln() < clock.least * (self.walks() - begun) {
+                break;
             } else if bootstraps < BOOTSTRAPS {
                 self.bootstrap(jacobian, clock);
                 inner.iterations += ROUGH;

@@ -48,6 +48,10 @@ pub(super) struct Steps<T> {
     plain: bool,
     linear_iterations: usize,
     sweeps: usize,
+    /// True once a linear system was solved, and what a sweep took off the logarithm of the last
+    /// residual until then.
+    solved: bool,
+    rate: f64,
 }
 
 impl<T: Scalar> Steps<T> {
@@ -65,13 +69,15 @@ impl<T: Scalar> Steps<T> {
             plain: false,
             linear_iterations: 0,
             sweeps: 0,
+            solved: false,
+            rate: f64::INFINITY,
         })
     }
 
     fn restart(&mut self) {
         self.amg.forget();
         (self.best, self.halved, self.flips) = (f64::INFINITY, true, usize::MAX);
-        self.plain = false;
+        (self.plain, self.solved, self.rate) = (false, false, f64::INFINITY);
         (self.linear_iterations, self.sweeps) = (0, 0);
     }
 
@@ -128,8 +134,12 @@ impl<T: Scalar> Steps<T> {
         let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
         let goal = (forcing.min(ENOUGH), clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(problem, x);
+        let begun = self.walks();
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
+        self.solved |= inner.residual <= goal.0;
+        let fall = inner.residual.recip().ln().max(f64::EPSILON);
+        self.rate = if self.solved { f64::INFINITY } else { fall / (self.walks() - begun) };
         self.flips = 0;
         for (x, &s) in x.iter_mut().zip(&self.s) {
             let next = *x - s;
@@ -258,6 +268,12 @@ where
         &self.steps.amg
     }
 
+    /// What a sweep took off the logarithm of the last linear residual, if no linear system was
+    /// solved yet: Newton's method cannot do better.
+    pub(crate) fn rate(&self) -> f64 {
+        self.steps.rate
+    }
+
     /// Takes up the solve from another iterate; with a `cold` one, the result of other methods'
     /// work from far away, whose residual is small but not its error, a first step starts on
     /// coarser problems.
@@ -331,10 +347,15 @@ where
         if self.due.take().is_some_and(|least| norms.l2 > least * q.norms().l2)
             && self.started.is_none()
         {
+            let least = std::mem::take(&mut clock.least);
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
             self.started = Some(
                 nested::start(problem, q.entries(), &self.steps.amg.units, y, clock).unwrap_or(0.0),
             );
+            clock.least = least;
+        }
+        if self.steps.solved {
+            clock.least = 0.0;
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = PATIENCE.saturating_mul(self.safeguard.age());

@@ -59,8 +59,8 @@ impl AutoChoice {
             Self::Newton if is_line => (0.01, 1000),
             Self::Newton => (0.005, 240),
             Self::Anderson => (0.02, 24),
-            // Ten digits in ten eliminations, as a rule; but a front may take eighty.
-            Self::Pivoting => (2.3 / worth as f64, 84 * worth),
+            // Ten digits in twenty eliminations, as a rule; but a front may take eighty.
+            Self::Pivoting => (1.15 / worth as f64, 84 * worth),
         }
     }
 }
@@ -108,6 +108,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
         if counts { self.rate.max(self.promise) } else { self.rate }
     }
 
+    /// The most progress that a sweep can make, as far as linear systems have shown it.
+    pub(super) fn most(&self) -> f64 {
+        match &self.worker {
+            Some(Worker::AmgNewton(newton)) => newton.rate(),
+            _ => f64::INFINITY,
+        }
+    }
+
     /// Takes in what a window has shown.
     pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
         let fused = match self.choice {
@@ -116,9 +124,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             _ => 1.0,
         };
         self.rate = fused * rate;
-        // Promise times window stays the same, as AUTO's guarantee needs.
-        self.promise /= 2.0;
-        self.window = self.window.saturating_mul(2);
+        let most = self.most();
+        loop {
+            // Promise times window stays the same, as AUTO's guarantee needs.
+            self.promise /= 2.0;
+            self.window = self.window.saturating_mul(2);
+            if self.promise <= most {
+                break;
+            }
+        }
     }
 }
 

@@ -43,7 +43,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
-/// | pivoting | ten digits in ten eliminations | 84 eliminations |
+/// | pivoting | ten digits in twenty eliminations | 84 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
 /// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
@@ -51,10 +51,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// After each window of a method its promise is halved and its window doubled. So SOR that takes
 /// ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or nearly
 /// does, and a method that has failed is tried again, for longer, when nothing else does better.
-/// Inner linear solves keep to what is left of the window. Where the solver would end with
+/// Inner linear solves keep to what is left of the window. Those of algebraic multigrid show early
+/// what they are good for: until it has solved a linear system, one whose residual falls by less a
+/// sweep than another method promises ends, and the window with it, and the promise of algebraic
+/// multigrid is halved until it is no more than that fall. Where the solver would end with
 /// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
 /// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
-/// alone, never on time.
+/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
 ///
 /// All work on one iterate, but two. Anderson's iteration off a line has one of its own, from the
 /// start of the solve on, by which its progress is measured, because the iterate that Newton's
@@ -84,10 +87,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// [`Pivoting`] is the way out where nothing else converges: with the feature `direct` for sparse
 /// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
-/// 200 sweeps, the price of its analysis; then it is what the analysis says, and out of the
-/// question beyond 4 GB. Once the solve has taken the work of twelve eliminations, promises count
-/// no more, until it has had its turn: whoever has not shown progress that is worth a solve by
-/// elimination gives way to it.
+/// 60 sweeps, the price of its analysis; then it is what the analysis says, and out of the
+/// question beyond 4 GB, or where one would outlast the time limit. Once the solve has taken the
+/// work of 21 eliminations, promises count no more, until it has had its turn: whoever has not
+/// shown progress that is worth a solve by elimination gives way to it.
 ///
 /// # Cost
 ///
@@ -183,7 +186,7 @@ const LEAST: usize = 100;
 
 /// The window of elimination over the work of a usual solve by it, which is what others have to
 /// show what they promise.
-const RENT: usize = 7;
+const RENT: usize = 4;
 
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.
@@ -426,6 +429,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates.iter().find(has_had).map_or(0, |each| each.window / 2)
     }
 
+    /// The best prospect of the others.
+    fn rival(&self) -> f64 {
+        let is_spent = self.sweeps() >= self.rent();
+        let others = self.candidates.iter().enumerate().filter(|&(at, _)| at != self.at);
+        others.map(|(_, each)| each.prospect(is_spent)).fold(0.0, f64::max)
+    }
+
     /// Gives up the method at work for the rest of the solve, which so ends after as many as there
     /// are ways; returns whether another one goes on.
     fn retire(&mut self) -> bool {
@@ -583,11 +593,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let opened = self.open(q, x, y);
         let window = self.window();
+        let rival = self.rival();
         let norms = opened.unwrap_or_else(|| {
             let candidate = &mut self.candidates[self.at];
             candidate.iterations += 1;
             self.stepped = true;
             clock.granted = window.saturating_sub(led - self.begun.0);
+            clock.least = rival;
             let worker = candidate.worker.as_mut().expect("it was set up as its turn came");
             worker.method().step(q, x, y, clock)
         });
@@ -628,11 +640,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let has_grown = !is_pivoted && residual > GROWN * self.scale;
         let grown = residual.is_nan() || has_grown || runs_away;
         let spent = led - self.begun.0;
+        let ends = spent >= window || self.candidates[self.at].most() < rival;
         let rate = match self.middle {
             _ if grown => f64::NEG_INFINITY,
-            _ if spent >= window => {
+            _ if ends => {
                 let (middle, best) = self.middle.unwrap_or(self.begun);
-                (best / self.best).ln() / (led - middle) as f64
+                (best / self.best).ln() / (led - middle).max(1) as f64
             }
             None if 2 * spent >= window => {
                 self.middle = Some((led, self.best));
