@@ -108,6 +108,26 @@ fn what_conducts_without_a_grid_goes_to_algebraic_multigrid() {
     }
 }
 
+/// Multipliers, each of which three unknowns of a membrane answer, anywhere: the first linear solve
+/// of algebraic multigrid shows that it is of no use, and its first turn ends with that.
+#[test]
+fn linear_solves_that_stall_end_the_turn_of_algebraic_multigrid() {
+    let (m, multipliers) = (60, 500);
+    let n = m * m;
+    let mut a = Lists::of(&FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    for l in 0..multipliers {
+        let of: Vec<_> = (1..4).map(|k| ((7919 * k * (l + 1)) % n, (k * l) as f64)).collect();
+        let coupled = of.iter().map(|&(j, phase)| (j, -phase.sin()));
+        a.0.push(coupled.chain([(n + l, 0.03)]).collect());
+        of.iter().for_each(|&(j, phase)| a.0[j].push((n + l, phase.sin())));
+    }
+    let (b, order) = (Identity { order: n + multipliers }, n + multipliers);
+    let q: Vec<f64> = (0..order).map(|i| (0.7 * i as f64).sin()).collect();
+    let (_, history) = solve(&a, &b, &q);
+    let turn = history.iter().find(|turn| turn.choice == AutoChoice::AmgNewton);
+    assert!(turn.is_some_and(|turn| turn.sweeps <= 500), "{history:?}");
+}
+
 /// A journal bearing all around whose ends hardly feed it: Newton's methods diverge, and the
 /// iterate that they leave is far from every solution. Anderson's iteration from the start is not.
 #[test]
