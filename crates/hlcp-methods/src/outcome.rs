@@ -298,14 +298,20 @@ impl fmt::Display for Outcome {
             )?;
         }
         match self.forgone {
-            Some(Forecast { seconds, bytes, left }) if !self.converged() => write!(
-                f,
-                "; an elimination was not begun, as it takes about {seconds:.1e} s and {:.1e} MB, and the \
-                 time limit left {:.1e} s",
-                bytes / 1e6,
-                left.as_secs_f64()
-            ),
+            Some(forgone) if !self.converged() => write!(f, "; {forgone}"),
             _ => Ok(()),
         }
+    }
+}
+
+impl fmt::Display for Forecast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seconds, bytes, left } = self;
+        let (megabytes, left) = (bytes / 1e6, left.as_secs_f64());
+        write!(
+            f,
+            "an elimination was not begun, as it takes about {seconds:.1e} s and {megabytes:.1e} \
+             MB, and the time limit left {left:.1e} s"
+        )
     }
 }

@@ -318,6 +318,9 @@ impl Run<'_> {
                     report::head(self, self.order(given))?;
                 }
                 report::row(method, precision, outcome, error)?;
+                if let Some(forgone) = outcome.forgone.filter(|_| !outcome.converged()) {
+                    say(format!("note: {forgone}"));
+                }
                 if let Some(advice) = report::advice(outcome) {
                     say(format!("note: {method} did not converge; {advice}"));
                 }
