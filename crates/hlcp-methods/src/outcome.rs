@@ -222,7 +222,7 @@ impl Outcome {
     ///
     /// [`NotConverged`] with the outcome.
     pub fn ok(self) -> Result<(), NotConverged> {
-        if self.converged() { Ok(()) } else { Err(NotConverged(self)) }
+        if self.converged() { Ok(()) } else { Err(NotConverged(Box::new(self))) }
     }
 
     /// Returns the outcome of this solve and of the `next` one, which began where this one ended:
@@ -269,9 +269,9 @@ impl Outcome {
 /// assert!(error.to_string().starts_with("iteration limit after 1 iteration (1 sweep, "));
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{0}")]
-pub struct NotConverged(pub Outcome);
+pub struct NotConverged(pub Box<Outcome>);
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -64,8 +64,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// methods leave on a film that goes round may have a small residual and be far from every
 /// solution. [`AmgNewton`] begins its own from that of the others, and goes on there in its next
 /// turn, unless the residual was ten times that of the iterate that is kept: on a rough film all
-/// but a hundred signs may be settled and the residual still be larger than what sweeps leave. Nor
-/// is a window off a line shorter than the last one of pivoting, so that all have an equal share.
+/// but a hundred signs may be settled and the residual still be larger than what sweeps leave.
 /// Where a window ends with a larger residual than that of the iterate that is kept, the next
 /// method goes on from the latter; the residual of that one is at most ten times the smallest so
 /// far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but
@@ -384,10 +383,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates.iter().find(is_new).map_or(usize::MAX, |each| each.window / RENT)
     }
 
-    /// The work after which the method at work is judged: its window, or the share of each after
-    /// pivoting, or what is left of the rent.
+    /// The work after which the method at work is judged: its window, or what is left of the rent.
     fn window(&self) -> usize {
-        let (choice, window) = (self.uses(), self.candidates[self.at].window.max(self.share()));
+        let (choice, window) = (self.uses(), self.candidates[self.at].window);
         match self.rent().checked_sub(self.begun.0) {
             Some(left) if left > 0 && choice != AutoChoice::Pivoting => window.min(left),
             _ => window,
@@ -418,15 +416,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             own.1 = self.best;
             self.best = others.min(self.best);
         }
-    }
-
-    /// The window of pivoting that was judged last, but on a line.
-    fn share(&self) -> usize {
-        let has_had = |each: &&Candidate<T, A, B>| {
-            let is_judged = each.window > each.choice.promise::<T>(self.shape).1;
-            each.choice == AutoChoice::Pivoting && !self.shape.is_line && is_judged
-        };
-        self.candidates.iter().find(has_had).map_or(0, |each| each.window / 2)
     }
 
     /// The best prospect of the others.
