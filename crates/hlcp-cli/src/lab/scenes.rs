@@ -2,15 +2,14 @@
 //! methods take.
 //!
 //! MGS, AMGS and TMGS with τ = 1 from x⁰ = e to each scene's tolerance, at most 30,000 iterations.
-//! Multigrid and `AUTO` on the membranes for which other solvers have published counts, in f64 from
-//! their own start. Ends with an error if a figure misses what is published.
+//! Ends with an error if a figure misses what is published.
 
-use std::{path::PathBuf, time::Duration};
+use std::path::PathBuf;
 
 use clap::Args;
-use hlcp_methods::{Options, Outcome, Status};
+use hlcp_methods::{Outcome, Status};
 
-use super::run::{Fallible, march, to};
+use super::run::{Fallible, march};
 use crate::{chart::save, print, scenes::Scene};
 
 /// Print the scenes' published figures beside ours, and iteration counts
@@ -19,10 +18,6 @@ pub(crate) struct Arguments {
     /// A folder where what is printed goes into scenes.txt too
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// The most points per side of the spiral and the Bessel obstacle
-    #[arg(long, value_name = "NUMBER", default_value_t = 127,
-        value_parser = clap::value_parser!(u16).range(127..=5119))]
-    largest: u16,
 }
 
 type Given<'g> = &'g [(&'static str, f64)];
@@ -37,7 +32,6 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     let [mgs, amgs, tmgs] = METHODS;
     printed.line(format_args!("\n{what:<36} {n:>5} {mgs:>8} {amgs:>8} {tmgs:>8}"))?;
     counts(printed)?;
-    membranes(printed, arguments.largest)?;
     match &arguments.out {
         Some(folder) => save(&folder.join("scenes.txt"), &printed.0),
         None => Ok(()),
@@ -175,41 +169,6 @@ fn counts(printed: &mut Printed) -> Fallible<()> {
                 order = n;
             }
             printed.line(format_args!("{what:<36} {order:>5}{cells}"))?;
-        }
-    }
-    Ok(())
-}
-
-/// Prints iterations and seconds on the spiral and the Bessel obstacle, for grids up to a size; in
-/// parentheses the residual where a solve is given up.
-fn membranes(printed: &mut Printed, largest: u16) -> Fallible<()> {
-    /// Where a solve is given up.
-    const LONGEST: Duration = Duration::from_secs(30);
-    let methods = ["FMG", "MGF", "AMG", "AUTO"];
-    for (name, tolerances) in [("spiral", [1e-8, 1e-12]), ("bessel", [1e-7, 1e-12])] {
-        for tolerance in tolerances {
-            let head: String = methods.iter().map(|name| format!(" {name:>14}")).collect();
-            let what = format!("{name} to {tolerance:.0e} ‖q‖₂: iterations, seconds");
-            printed.line(format_args!("\n{what:<45} {:>10}{head}", "n"))?;
-            // 1279 and 5119 are from the cells of the published run on the Bessel obstacle.
-            let sizes = [127, 255, 511, 1023, 1279, 2047, 4095, 5119];
-            for m in sizes.into_iter().filter(|m| *m <= largest) {
-                let problem = Scene::of(name).pose(&[("m", m.into())])?;
-                let mut cells = String::new();
-                for method in methods {
-                    let mut solver = problem.solver(method)?;
-                    let limits = to(tolerance, usize::MAX, Some(LONGEST));
-                    let outcome = solver.solve(&problem.q, Options::default().limits(limits))?;
-                    let seconds = outcome.elapsed.as_secs_f64();
-                    let count = match outcome.status {
-                        Status::Converged => outcome.iterations.to_string(),
-                        _ => format!("({:.0e})", outcome.residual.l2),
-                    };
-                    cells += &format!(" {:>14}", format!("{count}, {seconds:.3}"));
-                }
-                let (what, n) = (format!("    {m} × {m}"), problem.q.len());
-                printed.line(format_args!("{what:<45} {n:>10}{cells}"))?;
-            }
         }
     }
     Ok(())
