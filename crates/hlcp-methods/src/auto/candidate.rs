@@ -8,8 +8,8 @@ use crate::{
     Preconditioner, Ssor, Tmms, TridiagonalPart, Work,
 };
 
-/// The fused sweeps, of adaptive SOR on a plane and of multigrid where coefficients are constant,
-/// in the time of which others take what counts as one; and those of adaptive SOR where they are.
+/// The fused sweeps in the time of which others take what counts as one: of adaptive SOR on a plane,
+/// and of that and multigrid where coefficients are constant.
 const FUSED: [f64; 2] = [4.0, 12.0];
 
 /// Planes of fewer points leave multigrid for later.
@@ -48,7 +48,7 @@ impl AutoChoice {
             Self::Sor => (0.02, 24),
             // Coarse grids of some dozen points cost more time than their sweeps are counted for.
             Self::Multigrid if is_plane && is_small => (0.05, 24),
-            Self::Multigrid if is_plane && is_constant => (0.4, 24),
+            Self::Multigrid if is_plane && is_constant => (1.2, 24),
             Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
             // Aggregates are for matrices that conduct; elimination is tried before, if it is
             // cheap.
@@ -120,7 +120,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
         let fused = match self.choice {
             AutoChoice::Sor if shape.plane > 0 => FUSED[usize::from(shape.is_constant)],
-            AutoChoice::Multigrid if shape.plane > 0 && shape.is_constant => FUSED[0],
+            AutoChoice::Multigrid if shape.plane > 0 && shape.is_constant => FUSED[1],
             _ => 1.0,
         };
         self.rate = fused * rate;
