@@ -15,15 +15,15 @@ use faer::{
 };
 use hlcp_core::{Error, Hlcp, Rows, Scalar};
 
-use crate::pivoting::Cost;
+use crate::limits::Cost;
 
 /// The most numbers in the factors, which take 4 GB then. That bounds the multiplications, too: a
 /// factorisation that leaves N numbers takes N^1.5/2 at most, or about two minutes.
 const NUMBERS: f64 = 2.5e8;
 
 /// Multiplications of a factorisation in the time of one entry of a sweep, and the sweeps that its
-/// analysis and what else grows with the order take. Of 92 problems of 39 kinds, of 10³ to 10⁵ rows,
-/// half take 0.7 to 1.5 times what these say, and nine tenths 0.4 to 3 times.
+/// analysis and what else grows with the order take. Of 92 problems of 39 kinds, of 10³ to 10⁵
+/// rows, half take 0.7 to 1.5 times what these say, and nine tenths 0.4 to 3 times.
 const PER_ENTRY: f64 = 20.0;
 pub(crate) const ANALYSIS: usize = 60;
 

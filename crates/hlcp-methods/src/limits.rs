@@ -1,4 +1,4 @@
-use std::time::Duration;
+use std::{fmt, time::Duration};
 
 use hlcp_core::{Error, Norms, Rhs, Scalar};
 
@@ -97,8 +97,8 @@ pub struct Limits {
     pub norm: Norm,
     /// The largest number of iterations.
     pub iterations: usize,
-    /// The longest time, looked at at least once per sweep, and before a factorisation, which is not
-    /// begun where it is predicted to last longer.
+    /// The longest time, looked at at least once per sweep, and before a factorisation, which is
+    /// not begun where it is predicted to last longer.
     pub time: Option<Duration>,
 }
 
@@ -161,5 +161,52 @@ fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
         Ok(value)
     } else {
         Err(Error::Parameter { name, value, range: "finite and not negative" })
+    }
+}
+
+/// What an elimination costs: bounds, whichever pivots are taken.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cost {
+    /// The work in sweeps.
+    pub(crate) worth: usize,
+    /// The time; nothing where the order is small.
+    pub(crate) seconds: f64,
+    pub(crate) bytes: f64,
+}
+
+/// What an elimination takes, as its analysis predicts it.
+///
+/// ```
+/// use std::time::Duration;
+/// use hlcp_methods::{FivePoint, Hlcp, Limits, Pivoting, Solver, Status};
+///
+/// let problem = Hlcp::lcp(FivePoint::new(150, 150, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+/// let mut solver = Solver::new(Pivoting::new(problem)?);
+/// let limits = Limits { time: Some(Duration::from_millis(1)), ..Limits::default() };
+/// let outcome = solver.solve(&[-1.0; 22_500], limits)?;
+/// assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
+/// println!("{outcome}"); // with the time and the memory, if the limit left any time
+/// # Ok::<(), hlcp_methods::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Forecast {
+    /// The seconds, at the speed of the analysis.
+    pub seconds: f64,
+    /// The bytes of the factors, whichever pivots are taken.
+    pub bytes: f64,
+    /// The time that was left.
+    pub left: Duration,
+}
+
+impl fmt::Display for Forecast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { seconds, bytes, left } = self;
+        let (megabytes, left) = (bytes / 1e6, left.as_secs_f64());
+        write!(
+            f,
+            "an elimination was not begun, as it takes about {seconds:.2} s and {megabytes:.0} MB, \
+             and the time limit left {left:.2} s"
+        )
     }
 }

@@ -5,7 +5,7 @@ use std::{
 
 use hlcp_core::Norms;
 
-use crate::{Forecast, Limits, pivoting::Cost};
+use crate::{Forecast, Limits, limits::Cost};
 
 /// How a [`Solver`](crate::Solver) sets out, when it stops and who watches.
 ///

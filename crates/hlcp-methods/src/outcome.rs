@@ -2,7 +2,7 @@ use std::{fmt, time::Duration};
 
 use hlcp_core::Norms;
 
-use crate::Work;
+use crate::{Forecast, Work};
 
 /// How an iteration ended.
 ///
@@ -168,31 +168,6 @@ pub struct Outcome {
     pub forgone: Option<Forecast>,
 }
 
-/// What an elimination takes, as its analysis predicts it.
-///
-/// ```
-/// use std::time::Duration;
-/// use hlcp_methods::{FivePoint, Hlcp, Limits, Pivoting, Solver, Status};
-///
-/// let problem = Hlcp::lcp(FivePoint::new(150, 150, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
-/// let mut solver = Solver::new(Pivoting::new(problem)?);
-/// let limits = Limits { time: Some(Duration::from_millis(1)), ..Limits::default() };
-/// let outcome = solver.solve(&[-1.0; 22_500], limits)?;
-/// assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
-/// println!("{outcome}"); // with the time and the memory, if the limit left any time
-/// # Ok::<(), hlcp_methods::Error>(())
-/// ```
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub struct Forecast {
-    /// The seconds, at the speed of the analysis.
-    pub seconds: f64,
-    /// The bytes of the factors, whichever pivots are taken.
-    pub bytes: f64,
-    /// The time that was left.
-    pub left: Duration,
-}
-
 impl Outcome {
     /// Returns the outcome of an iteration of your own, to set beside those of a solver: with a
     /// sweep per iteration, and unknown relative norms.
@@ -301,17 +276,5 @@ impl fmt::Display for Outcome {
             Some(forgone) if !self.converged() => write!(f, "; {forgone}"),
             _ => Ok(()),
         }
-    }
-}
-
-impl fmt::Display for Forecast {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { seconds, bytes, left } = self;
-        let (megabytes, left) = (bytes / 1e6, left.as_secs_f64());
-        write!(
-            f,
-            "an elimination was not begun, as it takes about {seconds:.1e} s and {megabytes:.1e} \
-             MB, and the time limit left {left:.1e} s"
-        )
     }
 }

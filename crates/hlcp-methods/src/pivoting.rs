@@ -6,6 +6,7 @@ use crate::{
     Clock, Method, Work,
     amg::{Lu, WARM},
     krylov::dot,
+    limits::Cost,
     method::measure,
 };
 
@@ -105,16 +106,6 @@ pub struct Pivoting<T, A, B> {
     scratch: Vec<T>,
     steps: usize,
     cost: Cost,
-}
-
-/// What an elimination costs: bounds, whichever pivots are taken.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Cost {
-    /// The work in sweeps.
-    pub(crate) worth: usize,
-    /// The time; nothing where the order is small.
-    pub(crate) seconds: f64,
-    pub(crate) bytes: f64,
 }
 
 /// The ways, each of which is gone once, in this order.

@@ -170,7 +170,7 @@ impl Doubled {
 
 /// The sign of `Σ aᵢxᵢ`, exactly; `None` where a product underflows or overflows.
 ///
-/// A [`Doubled`] sum decides if it is far from 0. Otherwise the sum is kept as numbers of increasing
+/// A [`Doubled`] sum decides if it is far from 0. Otherwise the sum is kept as numbers of growing
 /// size that do not overlap, which an addition without error joins with each product and with its
 /// error; the last has the sign of all (J. R. Shewchuk, *Adaptive precision floating-point
 /// arithmetic*, Discrete Comput. Geom. 18 (1997)).

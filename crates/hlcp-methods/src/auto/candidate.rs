@@ -8,8 +8,8 @@ use crate::{
     Preconditioner, Ssor, Tmms, TridiagonalPart, Work,
 };
 
-/// The fused sweeps in the time of which others take what counts as one: of adaptive SOR on a plane,
-/// and of that and multigrid where coefficients are constant.
+/// The fused sweeps in the time of which others take what counts as one: of adaptive SOR on a
+/// plane, and of that and multigrid where coefficients are constant.
 const FUSED: [f64; 2] = [4.0, 12.0];
 
 /// Planes of fewer points leave multigrid for later.
