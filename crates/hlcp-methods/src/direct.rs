@@ -183,7 +183,7 @@ impl SparseLu {
         let sweep = begun.elapsed().as_secs_f64() / ANALYSIS as f64;
         let worth = bounds[1] / (PER_ENTRY * matrix.columns.len() as f64);
         let worth = ANALYSIS + worth as usize;
-        let cost = Cost { worth, seconds: sweep * worth as f64, bytes: 8.0 * bounds[0] };
+        let cost = Cost { worth, seconds: sweep * worth as f64, bytes: 16.0 * bounds[0] };
         Ok((Self { matrix, factors: None }, cost))
     }
 

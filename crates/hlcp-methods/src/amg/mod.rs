@@ -451,7 +451,9 @@ impl<T: Scalar> Amg<T> {
             }
             if self.stale > 0 {
                 self.set_up_within(jacobian, 0, clock);
-            } else if -inner.residual.ln() < clock.least * (self.walks() - begun) {
+            } else if clock.least > 0.0
+                && -inner.residual.ln() < clock.least * (self.walks() - begun)
+            {
                 break;
             } else if bootstraps < BOOTSTRAPS {
                 self.bootstrap(jacobian, clock);

@@ -123,8 +123,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             AutoChoice::Multigrid if shape.plane > 0 && shape.is_constant => FUSED[1],
             _ => 1.0,
         };
-        self.rate = fused * rate;
         let most = self.most();
+        // A window that ends early may hold little but another method's last step.
+        self.rate = (fused * rate).min(most);
         loop {
             // Promise times window stays the same, as AUTO's guarantee needs.
             self.promise /= 2.0;

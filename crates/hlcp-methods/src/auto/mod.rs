@@ -15,7 +15,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
 /// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
-///   exactly, and with more such pairs while each takes off nine tenths of the residual: that is
+///   exactly, and with more such pairs while each leaves a hundredth of the residual: that is
 ///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
 ///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
@@ -51,13 +51,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// does. After each window of a method its promise is halved and its window doubled. So SOR that
 /// takes ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or
 /// nearly does, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Inner linear solves keep to what is left of the window. Those of algebraic multigrid
-/// show early what they are good for: until it has solved a linear system, one whose residual falls
-/// by less a sweep than another method promises ends, and the window with it, and the promise of
-/// algebraic multigrid is halved until it is no more than that fall. Where the solver would end
-/// with [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
-/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
-/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
+/// better. Inner linear solves keep to what is left of the window. Algebraic multigrid has its
+/// first linear solves to show its worth: `Auto` ends one, and the window with it, if a sweep takes
+/// less off its residual than another method's prospect, and halves the promise until it is no more
+/// than that. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the method
+/// at work is given up for the rest of the solve and the next one goes on, until none is left.
+/// Decisions depend on residuals and counts alone, never on time, but that no elimination is begun
+/// that would outlast a limit on it.
 ///
 /// All work on one iterate, but two. Anderson's iteration off a line has one of its own, from the
 /// start of the solve on, by which its progress is measured, because the iterate that Newton's
@@ -69,10 +69,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// method goes on from the latter; the residual of that one is at most ten times the smallest so
 /// far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but
 /// that of pivoting, whose first columns may be all but singular; entries of 10⁶ times the usual
-/// size make `Auto` look before the solver does. One exception: [`AmgNewton`] starts on coarser
-/// problems, unless the solve set out from an iterate with a residual of a tenth of ‖q‖. What
-/// sweeps leave of a residual is small, but their error is not, and from there Newton's method may
-/// take many times as long.
+/// size make `Auto` look before the solver does.
+///
+/// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
+/// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
+/// error is not, and from there Newton's method may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
 /// Newton's, rounding is the likely reason, and the others have twice the work until then, and
@@ -214,6 +215,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
             .iter()
             .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
+        let is_constant = !problem.any(!is_constant);
         let worth = least_worth.unwrap_or(usize::MAX);
         let shape = Shape { is_line, plane, is_constant, worth, is_mixed };
         let possible = order.iter().filter(|&&choice| match choice {
@@ -489,10 +491,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
 
     fn restart(&mut self) {
         for candidate in &mut self.candidates {
-            let mut worker = candidate.worker.take();
+            let (mut worker, mut own) =
+                (candidate.worker.take(), std::mem::take(&mut candidate.own.0));
             worker.iter_mut().for_each(|worker| worker.method().restart());
+            own.clear();
             let fresh = Candidate::new(candidate.choice, self.shape);
-            *candidate = Candidate { worker, ..fresh };
+            *candidate = Candidate { worker, own: (own, f64::INFINITY), ..fresh };
         }
         let pivots = |each: &Candidate<T, A, B>| {
             each.choice == AutoChoice::Pivoting
@@ -596,6 +600,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             if self.retire() {
                 clock.resume();
             }
+            // Columns that were chosen before may have led anywhere.
+            if norms.l2.is_nan() || norms.l2 > self.kept_residual {
+                y.copy_from_slice(&self.kept);
+            }
             return norms;
         }
         let (residual, sweeps) = (norms.l2, self.sweeps());
@@ -606,8 +614,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = residual;
             let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;
             let anderson = self.candidates.iter_mut().find(anderson);
-            if let Some(anderson) = anderson.filter(|_| !self.shape.is_line) {
-                anderson.own = (x.to_vec(), residual);
+            if let Some(Candidate { own, .. }) = anderson.filter(|_| !self.shape.is_line) {
+                own.0.extend_from_slice(x);
+                own.1 = residual;
             }
         }
         if residual < GAIN * self.kept_residual {
@@ -706,8 +715,9 @@ mod tests {
         film.pose().unwrap()
     }
 
-    /// Returns the sweeps of algebraic multigrid where its first turn takes about `window`.
-    fn sweeps(window: usize) -> usize {
+    /// Returns the sweeps of algebraic multigrid where its first turn takes about `window`, after as
+    /// many `turns` of its own, the last of which ends the solve.
+    fn sweeps(window: usize, turns: usize) -> usize {
         let (a, b, q) = strip();
         let mut auto = Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
         let is_own = |each: &Candidate<_, _, _>| each.choice == AutoChoice::AmgNewton;
@@ -718,6 +728,8 @@ mod tests {
         for _ in 0..1000 {
             let norms = auto.step(&q, &x, &mut y, &mut Clock::endless());
             if norms.l2 <= 1e-10 * q.norms().l2 {
+                let own_turns = auto.history.iter().filter(|turn| turn.choice == auto.uses());
+                assert!(auto.at == own && own_turns.count() == turns, "{:?}", auto.history);
                 return auto.candidates[own].work().sweeps;
             }
             std::mem::swap(&mut x, &mut y);
@@ -727,8 +739,8 @@ mod tests {
 
     #[test]
     fn newtons_method_goes_on_where_it_was_left() {
-        let alone = sweeps(usize::MAX);
-        let in_turns = sweeps(alone / 4);
+        let alone = sweeps(usize::MAX, 1);
+        let in_turns = sweeps(alone / 4, 2);
         assert!(in_turns <= alone + alone / 4, "{in_turns} sweeps, {alone} in one turn");
     }
 
