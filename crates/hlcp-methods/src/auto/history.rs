@@ -44,8 +44,8 @@ impl fmt::Display for AutoChoice {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum AutoEnd {
-    /// Another one promised more than the progress that was measured, or it had come to rest, or its
-    /// elimination would have outlasted the time limit.
+    /// Another one promised more than the progress that was measured, or it had come to rest, or
+    /// its elimination would have outlasted the time limit.
     Slow,
     /// The residual had grown to 10⁶ times the larger of ‖q‖ and the first one.
     Growing,

@@ -715,8 +715,8 @@ mod tests {
         film.pose().unwrap()
     }
 
-    /// Returns the sweeps of algebraic multigrid where its first turn takes about `window`, after as
-    /// many `turns` of its own, the last of which ends the solve.
+    /// Returns the sweeps of algebraic multigrid where its first turn takes about `window`, after
+    /// as many `turns` of its own, the last of which ends the solve.
     fn sweeps(window: usize, turns: usize) -> usize {
         let (a, b, q) = strip();
         let mut auto = Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
