@@ -44,7 +44,7 @@ pub enum FilmError {
     Derivatives(f64),
     /// A film by the clamp that was not found.
     #[error("the film by the clamp was not found: {0}")]
-    Clamp(Outcome),
+    Clamp(Box<Outcome>),
     /// A film with more cells than complex numbers are eliminated for.
     #[error(
         "coefficients at a frequency take an elimination, for at most {most} cells, but the film has {cells}; take fewer cells, or motions"
@@ -463,7 +463,7 @@ impl Coefficients {
     ) -> Result<Self, FilmError> {
         let clamped = solved.clamped(settings)?;
         if !clamped.outcome.converged() {
-            return Err(FilmError::Clamp(clamped.outcome));
+            return Err(FilmError::Clamp(Box::new(clamped.outcome)));
         }
         Self::of(bearing, solved, &clamped, true)
     }
