@@ -344,18 +344,18 @@ where
         if self.steps.amg.orient(problem, clock).is_none() {
             return norms;
         }
-        if self.due.take().is_some_and(|least| norms.l2 > least * q.norms().l2)
+        // Only the first linear systems of the problem itself have to show what they are worth.
+        let least = std::mem::take(&mut clock.least);
+        if self.due.take().is_some_and(|part| norms.l2 > part * q.norms().l2)
             && self.started.is_none()
         {
-            let least = std::mem::take(&mut clock.least);
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
             self.started = Some(
                 nested::start(problem, q.entries(), &self.steps.amg.units, y, clock).unwrap_or(0.0),
             );
-            clock.least = least;
         }
-        if self.steps.solved {
-            clock.least = 0.0;
+        if !self.steps.solved {
+            clock.least = least;
         }
         // 6, 12, 24, …: a front that moves by a point a step is to get through some day.
         let patience = PATIENCE.saturating_mul(self.safeguard.age());

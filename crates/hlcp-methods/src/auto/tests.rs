@@ -1,0 +1,79 @@
+//! Turns that end before their method does.
+
+use std::time::Instant;
+
+use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Varying};
+use hlcp_verify::Film;
+
+use super::*;
+
+/// A long strip whose gap is rough.
+fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
+    let film = Film::new([111, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
+        let height = |k: usize| {
+            let [u, v, phase] = [7, 11, 13].map(|by| (by * k * k % 59) as f64);
+            0.2 * (u * x + v * y + phase).sin()
+        };
+        (1.5 - x + (1..13).map(height).sum::<f64>()).max(0.05)
+    });
+    film.pose().unwrap()
+}
+
+/// Returns the sweeps of algebraic multigrid where its first turn takes about `window`, after
+/// as many `turns` of its own, the last of which ends the solve.
+fn sweeps(window: usize, turns: usize) -> usize {
+    let (a, b, q) = strip();
+    let mut auto = Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
+    let is_own = |each: &Candidate<_, _, _>| each.choice == AutoChoice::AmgNewton;
+    let own = auto.candidates.iter().position(is_own).unwrap();
+    auto.candidates[own].window = window;
+    let q = Rhs::new(&q).unwrap();
+    let [mut x, mut y] = [(); 2].map(|()| vec![0.0; q.entries().len()]);
+    for _ in 0..1000 {
+        let norms = auto.step(&q, &x, &mut y, &mut Clock::endless());
+        if norms.l2 <= 1e-10 * q.norms().l2 {
+            let own_turns = auto.history.iter().filter(|turn| turn.choice == auto.uses());
+            assert!(auto.at == own && own_turns.count() == turns, "{:?}", auto.history);
+            return auto.candidates[own].work().sweeps;
+        }
+        std::mem::swap(&mut x, &mut y);
+    }
+    panic!("no solution: {:?}", auto.history)
+}
+
+#[test]
+fn newtons_method_goes_on_where_it_was_left() {
+    let alone = sweeps(usize::MAX, 1);
+    let in_turns = sweeps(alone / 4, 2);
+    assert!(in_turns <= alone + alone / 4, "{in_turns} sweeps, {alone} in one turn");
+}
+
+/// Skew parts that outweigh the rest leave nothing but elimination, for which no time is left.
+#[test]
+#[cfg(feature = "direct")]
+fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
+    let n = 501;
+    let entry = |i: usize, j: usize| match i.cmp(&j) {
+        std::cmp::Ordering::Equal => 0.1,
+        std::cmp::Ordering::Less => ((7 * i + 3 * j) as f64).sin(),
+        std::cmp::Ordering::Greater => -((7 * j + 3 * i) as f64).sin(),
+    };
+    let a = RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap();
+    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
+    let mut auto = Auto::new(problem).unwrap();
+    let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
+    let q = Rhs::new(&q).unwrap();
+    let (mut x, mut y) = (vec![0.0; n], vec![0.0; n]);
+    let is_forgone = |turn: &AutoTurn| (turn.choice, turn.sweeps) == (AutoChoice::Pivoting, 0);
+    for _ in 0..2000 {
+        let mut clock = Clock::endless().towards(0.0, Some(Instant::now()));
+        let _ = auto.step(&q, &x, &mut y, &mut clock);
+        std::mem::swap(&mut x, &mut y);
+        if clock.forgone.is_some() {
+            assert!(!clock.is_up() && auto.uses() != AutoChoice::Pivoting);
+            assert!(auto.history().iter().any(is_forgone), "{:?}", auto.history());
+            return;
+        }
+    }
+    panic!("no elimination was thought of: {:?}", auto.history());
+}
