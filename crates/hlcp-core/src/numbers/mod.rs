@@ -7,10 +7,9 @@ mod scalar;
 pub(crate) use self::{
     error::positive,
     norms::{BLOCK, Meter, Part, Stretches, Tallies, Tally, Totals},
-    scalar::Compiled,
 };
 pub use self::{
     error::{Error, number},
     norms::{Norms, Rhs, all_finite},
-    scalar::Scalar,
+    scalar::{Compiled, Scalar},
 };

@@ -65,13 +65,14 @@ mod sealed {
 /// A function or a number of a type that is generic in its scalar, for `f32` and for `f64`.
 ///
 /// The loops over grids and rows are most of a program's code, since each is compiled for several
-/// widths of vector. A generic function is compiled in every crate that calls it. A function in a
-/// static of this crate is compiled once, here.
-pub(crate) struct Compiled<S, D>(pub(crate) S, pub(crate) D);
+/// widths of vector. A generic function is compiled in every crate that calls it, one in a static
+/// once, where the static is.
+#[derive(Debug)]
+pub struct Compiled<S, D>(pub S, pub D);
 
 impl<S: 'static, D: 'static> Compiled<S, D> {
     /// Returns the one of the two that has the type `F`.
-    pub(crate) fn of<F: 'static>(&'static self) -> &'static F {
+    pub fn of<F: 'static>(&'static self) -> &'static F {
         let both: [&'static dyn Any; 2] = [&self.0, &self.1];
         let own = both.into_iter().find_map(|one| one.downcast_ref());
         own.expect("one of f32 or f64")
