@@ -64,6 +64,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> AdaptiveSor<T, A, B> {
         Ok(Self { problem, search: Search::new() })
     }
 
+    /// Takes a smaller α, as after growth.
+    pub(crate) fn take_back(&mut self) {
+        self.search.take_back(true);
+    }
+
     /// The α in use.
     pub fn alpha(&self) -> f64 {
         self.search.alpha

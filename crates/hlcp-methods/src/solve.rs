@@ -105,8 +105,7 @@ where
     SOLVE.of::<Solve<T>>()(&a, &b, q, options.into())
 }
 
-type Solve<T> =
-    fn(&dyn Rows<T>, &dyn Rows<T>, &[T], Options<'_, T>) -> Result<Solution<T>, Error>;
+type Solve<T> = fn(&dyn Rows<T>, &dyn Rows<T>, &[T], Options<'_, T>) -> Result<Solution<T>, Error>;
 
 /// Compiled once for all operators: `Auto` with its methods is most of what a program that solves
 /// one problem would compile.

@@ -10,8 +10,8 @@ mod history;
 
 pub use history::{AutoChoice, AutoEnd, AutoTurn};
 
-/// The method for people who do not want to choose one: several take turns on one iterate, by the
-/// progress that they are measured to make.
+/// The method for people who do not want to choose one: several take turns, by the progress that
+/// they are measured to make.
 ///
 /// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
 /// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
@@ -59,17 +59,15 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// Decisions depend on residuals and counts alone, never on time, but that no elimination is begun
 /// that would outlast a limit on it.
 ///
-/// All work on one iterate, but two. Anderson's iteration off a line has one of its own, from the
-/// start of the solve on, by which its progress is measured, because the iterate that Newton's
-/// methods leave on a film that goes round may have a small residual and be far from every
-/// solution. [`AmgNewton`] begins its own from that of the others, and goes on there in its next
-/// turn, unless the residual was ten times that of the iterate that is kept: on a rough film all
-/// but a hundred signs may be settled and the residual still be larger than what sweeps leave.
-/// Where a window ends with a larger residual than that of the iterate that is kept, the next
-/// method goes on from the latter; the residual of that one is at most ten times the smallest so
-/// far. A residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but
-/// that of pivoting, whose first columns may be all but singular; entries of 10⁶ times the usual
-/// size make `Auto` look before the solver does.
+/// Each method has an iterate of its own, because a residual tells little of an error: on a rough
+/// film all but a hundred signs may be settled and the residual still be larger than what sweeps
+/// leave; on a film that goes round it may be small far from every solution. The first turn of a
+/// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
+/// far; later ones go on from its own, or from the one that is kept again where its own had ten
+/// times the residual of that. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
+/// one ends the window, but that of pivoting, whose first columns may be all but singular; adaptive
+/// SOR goes on from the iterate that is kept, with a smaller α. Entries of 10⁶ times the usual size
+/// make `Auto` look before the solver does.
 ///
 /// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
@@ -96,16 +94,17 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
 /// of the opening, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
-/// work. Storage: `3n` numbers, `2n` of scratch, and that of the methods that have had a turn.
+/// work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn `n` and its
+/// own.
 ///
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
 /// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
-/// `c/(6W)` a sweep or more in the mean (half of it on a line, a third elsewhere), apart from
-/// `2k/c` times `W` sweeps for each method, where `k` is its first promise times its first window,
-/// and from the last window and the first turn of pivoting. `docs/theory.md` ("Turns that are
+/// `c/(36W)` a sweep or more in the mean, apart from `2k/c` times `W` sweeps for each method, where
+/// `k` is its first promise times its first window, and from the last window and the first turn of
+/// pivoting. `docs/theory.md` ("Turns that are
 /// measured") has the proof. It needs promise times window to stay what it is, so that no promise
 /// falls below the progress of a good method before the window of that is long enough to show it.
 ///
@@ -146,7 +145,7 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
-    /// While a method is at work on its own iterate, the smallest residual of the others.
+    /// Once the method at work has begun its turn, the smallest residual of the others.
     others: Option<f64>,
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
@@ -408,8 +407,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         true
     }
 
-    /// Where this method is at work on its own iterate, puts that aside, or drops it for the
-    /// others' if there is none.
+    /// Puts the iterate of a method that has begun its turn aside, or drops it for the others' if
+    /// there is none.
     fn leave(&mut self, at: usize, y: &[T]) {
         if let Some(others) = self.others.take() {
             let own = &mut self.candidates[at].own;
@@ -565,9 +564,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         // The work that has led to x.
         let led = self.sweeps();
-        let has_own = !self.candidates[self.at].own.0.is_empty();
-        if self.others.is_none() && has_own {
-            // This step leads to its own iterate.
+        if self.others.is_none() && !self.candidates[self.at].own.0.is_empty() {
+            // This step leads to the method's own iterate.
             let norms = measure(&self.problem, q, x, y, &mut self.scratch);
             self.see(norms.l2);
             if norms.l2 < self.kept_residual {
@@ -580,10 +578,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = self.best;
             return norms;
         }
-        if self.uses() == AutoChoice::AmgNewton && self.others.is_none() {
-            // Others do not go on from its iterate, unless that is better than theirs.
-            self.others = Some(self.best);
-        }
+        // Elsewhere it begins one from that of the others.
+        let _ = self.others.get_or_insert(self.best);
         let opened = self.open(q, x, y);
         let window = self.window();
         let rival = self.rival();
@@ -613,8 +609,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
             let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;
-            let anderson = self.candidates.iter_mut().find(anderson);
-            if let Some(Candidate { own, .. }) = anderson.filter(|_| !self.shape.is_line) {
+            if let Some(Candidate { own, .. }) = self.candidates.iter_mut().find(anderson) {
                 own.0.extend_from_slice(x);
                 own.1 = residual;
             }
@@ -638,6 +633,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let has_grown = !is_pivoted && residual > GROWN * self.scale;
         let grown = residual.is_nan() || has_grown || runs_away;
         let spent = led - self.begun.0;
+        if let (true, Some(Worker::Sor(sor))) =
+            (grown && spent < window, &mut self.candidates[self.at].worker)
+        {
+            // A smaller α may do.
+            sor.take_back();
+            y.copy_from_slice(&self.kept);
+            return norms;
+        }
         let ends = spent >= window || self.candidates[self.at].most() < rival;
         let rate = match self.middle {
             _ if grown => f64::NEG_INFINITY,
@@ -658,10 +661,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         self.candidates[at].judge(rate, self.shape);
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
-            // What Newton's method is far from, next to the others, is better begun from theirs.
-            let is_behind = GAIN * residual > self.kept_residual;
-            let drops = grown || is_behind && self.candidates[at].choice == AutoChoice::AmgNewton;
-            self.leave(at, if drops { &[] } else { y });
+            // What is far behind the others is better begun from theirs.
+            let is_behind = GAIN * residual > self.kept_residual
+                && self.candidates[at].choice != AutoChoice::Anderson;
+            self.leave(at, if grown || is_behind { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
         // The residual of y is not known, but that of x is.
