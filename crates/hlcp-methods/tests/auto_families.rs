@@ -152,6 +152,25 @@ fn a_ring_that_is_hardly_fed_is_solved() {
     }
 }
 
+/// Sweeps with α = 1 diverge on most of the first ten skew matrices that are drawn. `AdaptiveSor`
+/// alone overflows on some before its α is small enough; in `AUTO` it goes back to an iterate that
+/// is kept, and solves some of those.
+#[test]
+fn sweeps_that_diverge_go_on_with_a_smaller_alpha() {
+    let mut solved = 0;
+    for seed in 1..=10 {
+        let ([a, b], q) = families::draw("skew", seed).unwrap().pose::<f64>();
+        let (_, history) = solve(&a, &b, &q);
+        let sor = |turn: &&AutoTurn| turn.choice == AutoChoice::Sor;
+        let mut ends = history.iter().filter(sor).map(|turn| turn.end);
+        assert!(ends.all(|end| end != Some(AutoEnd::Growing)), "{seed}: {history:?}");
+        let mut alone = Solver::new(AdaptiveSor::new(posed(&a, &b)).unwrap());
+        let diverges = !alone.solve(&q, Limits::default()).unwrap().converged();
+        solved += usize::from(diverges && history.last().as_ref().is_some_and(sor));
+    }
+    assert!(solved > 0);
+}
+
 /// The first two of each family that `hlcp families` draws from; in single precision AUTO has no
 /// more than its convergence to show.
 #[test]
