@@ -429,6 +429,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// Gives up the method at work for the rest of the solve, which so ends after as many as there
     /// are ways; returns whether another one goes on.
     fn retire(&mut self) -> bool {
+        self.leave(self.at, &[]);
         let resting = &mut self.candidates[self.at];
         (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
         (self.begun, self.middle) = ((self.sweeps(), self.best), None);
@@ -530,7 +531,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             // What has come to rest is the method before.
             return true;
         }
-        self.leave(self.at, &[]);
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
         if of_newton && self.last.is_none() {
             // Most likely it is rounding; what else may help is tried, but not to the limits.
