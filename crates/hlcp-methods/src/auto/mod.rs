@@ -64,7 +64,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// leave; on a film that goes round it may be small far from every solution. The first turn of a
 /// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
 /// far; later ones go on from its own, or from the one that is kept again where its own had ten
-/// times the residual of that. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
+/// times the residual of that. On a plane adaptive SOR and multigrid share the one that is kept: the
+/// sweeps of one smooth what the other leaves. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
 /// one ends the window, but that of pivoting, whose first columns may be all but singular; adaptive
 /// SOR goes on from the iterate that is kept, with a smaller α. Entries of 10⁶ times the usual size
 /// make `Auto` look before the solver does.
@@ -145,7 +146,8 @@ pub struct Auto<T: Scalar, A, B> {
     /// An iterate and its residual, of at most ten times the smallest.
     kept: Vec<T>,
     kept_residual: f64,
-    /// Once the method at work has begun its turn, the smallest residual of the others.
+    /// Once the method at work has begun its turn on its own iterate, the smallest residual of the
+    /// others.
     others: Option<f64>,
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
@@ -578,8 +580,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = self.best;
             return norms;
         }
-        // Elsewhere it begins one from that of the others.
-        let _ = self.others.get_or_insert(self.best);
+        let shares = self.shape.plane > 0
+            && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
+        if !shares {
+            // It begins one from that of the others.
+            let _ = self.others.get_or_insert(self.best);
+        }
         let opened = self.open(q, x, y);
         let window = self.window();
         let rival = self.rival();
