@@ -580,8 +580,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = self.best;
             return norms;
         }
-        let shares = self.shape.plane > 0
-            && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
+        let shares =
+            self.shape.plane > 0 && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
         if !shares {
             // It begins one from that of the others.
             let _ = self.others.get_or_insert(self.best);
