@@ -64,11 +64,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// leave; on a film that goes round it may be small far from every solution. The first turn of a
 /// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
 /// far; later ones go on from its own, or from the one that is kept again where its own had ten
-/// times the residual of that. On a plane adaptive SOR and multigrid share the one that is kept: the
-/// sweeps of one smooth what the other leaves. A residual that grows to 10⁶ times the larger of ‖q‖ and the first
-/// one ends the window, but that of pivoting, whose first columns may be all but singular; adaptive
-/// SOR goes on from the iterate that is kept, with a smaller α. Entries of 10⁶ times the usual size
-/// make `Auto` look before the solver does.
+/// times the residual of that. On a plane adaptive SOR and multigrid share the one that is kept:
+/// the sweeps of one smooth what the other leaves. A residual that grows to 10⁶ times the larger of
+/// ‖q‖ and the first one ends the window, but that of pivoting, whose first columns may be all but
+/// singular; adaptive SOR goes on from the iterate that is kept, with a smaller α. Entries of 10⁶
+/// times the usual size make `Auto` look before the solver does.
 ///
 /// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
