@@ -105,9 +105,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
 /// `c/(36W)` a sweep or more in the mean, apart from `2k/c` times `W` sweeps for each method, where
 /// `k` is its first promise times its first window, and from the last window and the first turn of
-/// pivoting. `docs/theory.md` ("Turns that are
-/// measured") has the proof. It needs promise times window to stay what it is, so that no promise
-/// falls below the progress of a good method before the window of that is long enough to show it.
+/// pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It needs promise times
+/// window to stay what it is, so that no promise falls below the progress of a good method before
+/// the window of that is long enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
@@ -409,6 +409,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         true
     }
 
+    /// Keeps `x` if its residual is less than this part of that of the iterate that is kept.
+    fn keep(&mut self, x: &[T], residual: f64, part: f64) {
+        if residual < part * self.kept_residual {
+            self.kept.copy_from_slice(x);
+            self.kept_residual = residual;
+        }
+    }
+
     /// Puts the iterate of a method that has begun its turn aside, or drops it for the others' if
     /// there is none.
     fn leave(&mut self, at: usize, y: &[T]) {
@@ -570,10 +578,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             // This step leads to the method's own iterate.
             let norms = measure(&self.problem, q, x, y, &mut self.scratch);
             self.see(norms.l2);
-            if norms.l2 < self.kept_residual {
-                self.kept.copy_from_slice(x);
-                self.kept_residual = norms.l2;
-            }
+            self.keep(x, norms.l2, 1.0);
             let own = &self.candidates[self.at].own;
             y.copy_from_slice(&own.0);
             self.others = Some(std::mem::replace(&mut self.best, own.1));
@@ -620,10 +625,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
                 own.1 = residual;
             }
         }
-        if residual < GAIN * self.kept_residual {
-            self.kept.copy_from_slice(x);
-            self.kept_residual = residual;
-        }
+        self.keep(x, residual, GAIN);
         self.see(residual);
         // Columns that are chosen anew may lead anywhere at first.
         let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
@@ -676,9 +678,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         // The residual of y is not known, but that of x is.
         if grown || moved_on && residual > self.kept_residual {
             y.copy_from_slice(&self.kept);
-        } else if residual < self.kept_residual {
-            self.kept.copy_from_slice(x);
-            self.kept_residual = residual;
+        } else {
+            self.keep(x, residual, 1.0);
         }
         norms
     }
