@@ -68,6 +68,7 @@ mod sealed {
 /// widths of vector. A generic function is compiled in every crate that calls it, one in a static
 /// once, where the static is.
 #[derive(Debug)]
+#[doc(hidden)]
 pub struct Compiled<S, D>(pub S, pub D);
 
 impl<S: 'static, D: 'static> Compiled<S, D> {
