@@ -67,8 +67,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// times the residual of that. On a plane adaptive SOR and multigrid share the one that is kept:
 /// the sweeps of one smooth what the other leaves. A residual that grows to 10⁶ times the larger of
 /// ‖q‖ and the first one ends the window, but that of pivoting, whose first columns may be all but
-/// singular; adaptive SOR goes on from the iterate that is kept, with a smaller α. Entries of 10⁶
-/// times the usual size make `Auto` look before the solver does.
+/// singular; adaptive SOR with its own iterate goes on from the one that is kept, with a smaller α.
+/// Entries of 10⁶ times the usual size make `Auto` look before the solver does.
 ///
 /// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
@@ -642,9 +642,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let grown = residual.is_nan() || has_grown || runs_away;
         let spent = led - self.begun.0;
         if let (true, Some(Worker::Sor(sor))) =
-            (grown && spent < window, &mut self.candidates[self.at].worker)
+            (grown && spent < window && !shares, &mut self.candidates[self.at].worker)
         {
-            // A smaller α may do.
+            // A smaller α may do. On planes multigrid is the better way out.
             sor.take_back();
             y.copy_from_slice(&self.kept);
             return norms;
