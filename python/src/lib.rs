@@ -321,7 +321,7 @@ impl<T: Real> Job<'_, T> {
         let Settings { splittings, window, .. } = self.settings;
         if splittings.is_empty() {
             let problem = self.pose(self.a.rows("A")?, self.b.rows("B")?)?;
-            return self.iterate(self.settings.named()?.on(problem).map_err(wrong)?);
+            return self.iterate(self.settings.named()?.on_dyn(problem).map_err(wrong)?);
         }
         let (a, b) = (self.a.products(), self.b.products());
         let problem = self.pose(a, b)?;

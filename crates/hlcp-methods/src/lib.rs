@@ -139,7 +139,7 @@ pub use mms::Mms;
 #[doc(hidden)] // for tests: no promise holds for them
 pub use monitor::{GROWTH, PATIENCE};
 pub use multigrid::{Cycle, FullMultigrid, Multigrid};
-pub use named::{BoxedMethod, NameError, Named, Parameters};
+pub use named::{BoxedMethod, DynRows, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Options, Progress};
 pub use outcome::{Divergence, NotConverged, Outcome, Status};

@@ -1,6 +1,6 @@
 use std::{fmt, str::FromStr, sync::LazyLock};
 
-use hlcp_core::{Aor, Error, Hlcp, LinearOperator, Rows, Scalar};
+use hlcp_core::{Aor, Compiled, Error, Hlcp, LinearOperator, Rows, Scalar};
 
 use crate::{
     AdaptiveSor, AmgNewton, Anderson, Auto, Cycle, FullMultigrid, Method, Mms, Multigrid, Newton,
@@ -23,6 +23,9 @@ use crate::{
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
+
+/// An operator with rows behind `dyn`, as [`Named::on_dyn`] takes it.
+pub type DynRows<'p, T> = &'p (dyn Rows<T> + 'p);
 
 /// A method by its name, with its parameters.
 ///
@@ -510,7 +513,40 @@ impl Named {
             }
         })
     }
+
+    /// The method on a problem with operators behind `dyn`, as [`on`](Self::on) makes it.
+    ///
+    /// The code is compiled here, for both precisions: a program that calls this compiles no method.
+    /// In return a row of an operator that is neither a grid nor a matrix takes a call through
+    /// `dyn`.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`on`](Self::on).
+    ///
+    /// ```
+    /// use hlcp_methods::{FivePoint, Hlcp, Named, Rows};
+    ///
+    /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?;
+    /// let a: &dyn Rows<f64> = &a;
+    /// let method = "AMGS".parse::<Named>()?.on_dyn(Hlcp::from_pair(a, a)?)?;
+    /// assert!(!method.has_memory());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn on_dyn<'p, T: Scalar>(
+        &self,
+        problem: Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>,
+    ) -> Result<BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>, Error> {
+        ON.of::<On<T>>()(self, problem)
+    }
 }
+
+type On<T> = for<'p> fn(&Named, Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>) -> Made<'p, T>;
+type Made<'p, T> = Result<BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>, Error>;
+
+/// Compiled once for all programs: the methods are most of what they would compile.
+static ON: Compiled<On<f32>, On<f64>> =
+    Compiled(|named, problem| named.on(problem), |named, problem| named.on(problem));
 
 /// The name alone, in capitals.
 impl fmt::Display for Named {

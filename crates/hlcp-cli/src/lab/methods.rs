@@ -6,7 +6,7 @@ use Chart::{Beyond, Comparison, Families, Glance, Growth, Own as OwnProblem, Pap
 use How::{Double, Mixed, Own, Single};
 use hlcp_core::Aor;
 use hlcp_methods::{
-    Limits, NameError, Named, Newton, Options, Parameters, Preconditioner, Ssor, Tmms,
+    DynRows, Limits, NameError, Named, Newton, Options, Parameters, Preconditioner, Ssor, Tmms,
     TridiagonalPart, solve_mixed,
 };
 
@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     chart::{COLOURS, DASHES, MARKERS},
-    scenes::{Operator, Problem, where_it_applies},
+    scenes::{Problem, where_it_applies},
 };
 
 /// What draws or measures a list of methods.
@@ -226,7 +226,7 @@ pub(crate) fn tuned(name: &str, [alpha, beta]: [f64; 2]) -> Result<Named, NameEr
 /// Solves by Newton's method with an inner solver that the name `NEWTON` would choose.
 fn newton<P>(scene: &Scene, inner: P, limits: &Limits) -> Fallible<Option<Run>>
 where
-    P: for<'p> Preconditioner<f64, &'p Operator<f64>, &'p Operator<f64>>,
+    P: for<'p> Preconditioner<f64, DynRows<'p, f64>, DynRows<'p, f64>>,
 {
     let problem = &scene.wide.problem;
     let made = run(problem, limits, || {

@@ -10,7 +10,7 @@ use std::{path::PathBuf, time::Duration};
 use clap::Args;
 use hlcp::files::printable;
 use hlcp_core::{Hlcp, Norms, Rhs, Rows};
-use hlcp_methods::{Clock, Method, SparseLu, Work};
+use hlcp_methods::{Clock, DynRows, Method, SparseLu, Work};
 
 use super::{
     methods::tuned,
@@ -23,7 +23,7 @@ use crate::{
     chart::{provenance, save},
     print,
     progress::counting,
-    scenes::{Operator, Problem},
+    scenes::Problem,
 };
 
 const EXAMPLES: &str = "\
@@ -235,7 +235,7 @@ fn relax(omega: f64, u: &mut [f64], x: &[f64]) {
 /// The matrices of a problem's equation, by rows.
 struct Equation<'p> {
     q: &'p [f64],
-    posed: Hlcp<f64, &'p Operator<f64>, &'p Operator<f64>>,
+    posed: Hlcp<f64, DynRows<'p, f64>, DynRows<'p, f64>>,
     a: Assembled,
     c: Assembled,
     g: Assembled,
@@ -353,8 +353,8 @@ struct Formula<'e, 'p> {
 }
 
 impl<'p> Method<f64> for Formula<'_, 'p> {
-    type A = &'p Operator<f64>;
-    type B = &'p Operator<f64>;
+    type A = DynRows<'p, f64>;
+    type B = DynRows<'p, f64>;
 
     fn problem(&self) -> &Hlcp<f64, Self::A, Self::B> {
         &self.equation.posed

@@ -12,13 +12,13 @@ use faer::{
     },
 };
 use hlcp_core::{Norms, Rows};
-use hlcp_methods::{Limits, Outcome, Status};
+use hlcp_methods::{DynRows, Limits, Outcome, Status};
 
 use super::{
     methods::Scene,
     run::{Fallible, Run},
 };
-use crate::scenes::{Operator, Problem, goal};
+use crate::scenes::{Problem, goal};
 
 /// Returns the run of a solve that ends with the 2-norm `residual`.
 fn ended(
@@ -226,7 +226,7 @@ struct Columns {
 }
 
 impl Columns {
-    fn new(a: &Operator<f64>, b: &Operator<f64>) -> Fallible<Self> {
+    fn new(a: DynRows<'_, f64>, b: DynRows<'_, f64>) -> Fallible<Self> {
         let n = a.order();
         let weighted = |of_a: f64, of_b: f64| {
             let mut entries = vec![];

@@ -112,7 +112,7 @@ pub(crate) fn solve<T: Scalar>(
     limits: &Limits,
 ) -> Result<Run, hlcp_core::Error> {
     let posed = problem.hlcp(T::of(tau))?;
-    run(problem, limits, || method.on(posed))
+    run(problem, limits, || method.on_dyn(posed))
 }
 
 /// Solves the problems of a scene one after another by the method that `make` makes.

@@ -3,7 +3,7 @@
 use std::{error::Error, f64::consts::PI};
 
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
-use hlcp_methods::{BoxedMethod, Named, Solver, TridiagonalPart};
+use hlcp_methods::{BoxedMethod, DynRows, Named, Solver, TridiagonalPart};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Branch, Certificate, Columns as _, Dam, Disc, Example, Film,
     JournalBearing, Membrane, Obstacle, Posed, Slider,
@@ -11,17 +11,14 @@ use hlcp_verify::{
 
 use super::Numbers;
 
-/// An operator of any kind.
-pub(crate) type Operator<T> = Box<dyn Rows<T>>;
-
 type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
 type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
 type Next<T> = dyn Fn(usize, &[T], &mut [T]);
 
 /// A problem in one precision.
 pub(crate) struct Problem<T> {
-    pub(crate) a: Operator<T>,
-    pub(crate) b: Operator<T>,
+    pub(crate) a: Box<dyn Rows<T>>,
+    pub(crate) b: Box<dyn Rows<T>>,
     /// The right-hand side, of several problems the first.
     pub(crate) q: Vec<T>,
     /// z* and r*.
@@ -77,7 +74,8 @@ impl<T: Scalar> Problem<T> {
 
     /// The problem with Ω = τ D_A D_B⁻¹ as the methods take it.
     pub(crate) fn hlcp(&self, tau: T) -> Result<Posable<'_, T>, hlcp_core::Error> {
-        Hlcp::new(&self.a, &self.b, Omega::diagonal_ratio(tau, &self.a, &self.b)?)
+        let (a, b) = (&*self.a, &*self.b);
+        Hlcp::new(a, b, Omega::diagonal_ratio(tau, &a, &b)?)
     }
 
     /// Returns the method of a name that leaves no parameters open, with τ = 1.
@@ -92,7 +90,7 @@ impl<T: Scalar> Problem<T> {
         tau: f64,
     ) -> Result<Solver<T, Boxed<'_, T>>, hlcp_core::Error> {
         let problem = self.hlcp(T::from(tau).unwrap_or_else(T::nan))?;
-        Ok(Solver::new(method.on(problem)?))
+        Ok(Solver::new(method.on_dyn(problem)?))
     }
 
     /// Whether no row reaches further than to its neighbours.
@@ -106,8 +104,8 @@ impl<T: Scalar> Problem<T> {
     }
 }
 
-type Posable<'p, T> = Hlcp<T, &'p Operator<T>, &'p Operator<T>>;
-pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, &'p Operator<T>, &'p Operator<T>>;
+type Posable<'p, T> = Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>;
+pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>;
 
 type Posing<T> = Result<Problem<T>, hlcp_core::Error>;
 

@@ -255,7 +255,7 @@ impl Run<'_> {
                 // The paper begins with ones; from 0 a file in other units takes the same steps.
                 x0.fill(if method.first().is_some() { T::one() } else { T::zero() });
             }
-            let posed = method.on(problem.clone());
+            let posed = method.on_dyn(problem.clone());
             let mut solver = Solver::new(posed.map_err(|error| arguments.files.explained(error))?);
             if std::mem::take(&mut alone) {
                 say("note: --threads does not speed up the sweeps of this problem, which are \

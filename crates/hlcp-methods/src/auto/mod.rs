@@ -135,6 +135,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 pub struct Auto<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
     shape: Shape,
+    /// The sweeps that an elimination counts as until it has been analysed.
+    least_worth: usize,
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
@@ -246,6 +248,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             scratch: vec![],
             history: Vec::with_capacity(8),
             shape,
+            least_worth: worth,
             problem,
         };
         auto.restart();
@@ -500,6 +503,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn restart(&mut self) {
+        // A solve takes the same turns as the one before.
+        self.shape.worth = self.least_worth;
         for candidate in &mut self.candidates {
             let (mut worker, mut own) =
                 (candidate.worker.take(), std::mem::take(&mut candidate.own.0));

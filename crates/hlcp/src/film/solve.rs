@@ -401,7 +401,7 @@ pub(super) fn solve(
     #[cfg(feature = "rayon")]
     let problem = if settings.in_parallel { problem.in_parallel() } else { problem };
     let attempt = |name: &str| {
-        let method = Named::parse(name, Parameters::default())?.on(problem.clone())?;
+        let method = Named::parse(name, Parameters::default())?.on_dyn(problem.clone())?;
         let begin = begin.as_ref().map(|[z, r]| [&z[..], r]);
         iterate((name, method), q, begin, limits(rounding), settings)
     };
