@@ -516,9 +516,9 @@ impl Named {
 
     /// The method on a problem with operators behind `dyn`, as [`on`](Self::on) makes it.
     ///
-    /// The code is compiled here, for both precisions: a program that calls this compiles no method.
-    /// In return a row of an operator that is neither a grid nor a matrix takes a call through
-    /// `dyn`.
+    /// The code is compiled once, for both precisions: a program that calls this compiles no
+    /// method. In return a row of an operator that is neither a grid nor a matrix takes a call
+    /// through `dyn`.
     ///
     /// # Errors
     ///
