@@ -282,12 +282,17 @@ pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) 
             matrix.relax_homogeneous(i, &mut v);
         }
     }
-    // Divided by their mean, and brought between 1/SPREAD and SPREAD.
+    bounded(&mut v);
+    v
+}
+
+/// Divides the moduli of the entries by their mean, and brings them between `1/SPREAD` and
+/// `SPREAD`.
+pub(super) fn bounded<T: Scalar>(v: &mut [T]) {
     let mean = v.iter().fold(T::zero(), |sum, v| sum + v.abs()) / T::of(v.len() as f64);
     let spread = T::of(SPREAD);
-    for v in &mut v {
+    for v in v {
         // `max` passes over NaN.
         *v = (v.abs() / mean).max(spread.recip()).min(spread);
     }
-    v
 }

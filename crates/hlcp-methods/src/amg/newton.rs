@@ -131,7 +131,7 @@ impl<T: Scalar> Steps<T> {
         // where it was; and no residual need be smaller than the one that ends the solve.
         let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
         let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / norms.l2;
-        let forcing = forcing.max(enough).max(T::epsilon().wide());
+        let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
         let goal = (forcing.min(ENOUGH), clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(problem, x);
         let begun = self.walks();
