@@ -22,7 +22,7 @@ pub(super) struct Shape {
     pub(super) is_line: bool,
     /// The points of a grid of more than one line; 0 elsewhere.
     pub(super) plane: usize,
-    /// An elimination in sweeps; at least that, until it has been analysed.
+    /// The sweeps that an elimination is worth at least.
     pub(super) worth: usize,
     /// True if all coefficients of a grid are constant.
     pub(super) is_constant: bool,

@@ -135,8 +135,6 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 pub struct Auto<T: Scalar, A, B> {
     problem: Hlcp<T, A, B>,
     shape: Shape,
-    /// The sweeps that an elimination counts as until it has been analysed.
-    least_worth: usize,
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
@@ -248,7 +246,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             scratch: vec![],
             history: Vec::with_capacity(8),
             shape,
-            least_worth: worth,
             problem,
         };
         auto.restart();
@@ -398,16 +395,17 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
     }
 
-    /// Takes in what an elimination costs, once it has been analysed; returns whether that is news.
+    /// Takes in what an elimination costs, once it has been analysed and before the first of the
+    /// solve; returns whether that is news.
     fn appraise(&mut self, at: usize) -> bool {
-        let Some(Worker::Pivoting(pivoting)) = &self.candidates[at].worker else { return false };
-        let worth = pivoting.worth();
-        if worth == self.shape.worth {
+        let each = &mut self.candidates[at];
+        let Some(Worker::Pivoting(pivoting)) = &each.worker else { return false };
+        let shape = Shape { worth: pivoting.worth(), ..self.shape };
+        let (promise, window) = each.choice.promise::<T>(shape);
+        if each.iterations > 0 || window == each.window {
             return false;
         }
-        self.shape.worth = worth;
-        let (promise, window) = AutoChoice::Pivoting.promise::<T>(self.shape);
-        (self.candidates[at].promise, self.candidates[at].window) = (promise, window);
+        (each.promise, each.window) = (promise, window);
         self.last = self.last.map(|_| self.respite());
         true
     }
@@ -503,8 +501,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn restart(&mut self) {
-        // A solve takes the same turns as the one before.
-        self.shape.worth = self.least_worth;
         for candidate in &mut self.candidates {
             let (mut worker, mut own) =
                 (candidate.worker.take(), std::mem::take(&mut candidate.own.0));

@@ -48,17 +48,44 @@ fn newtons_method_goes_on_where_it_was_left() {
     assert!(in_turns <= alone + alone / 4, "{in_turns} sweeps, {alone} in one turn");
 }
 
-/// Skew parts that outweigh the rest leave nothing but elimination, for which no time is left.
-#[test]
+/// A matrix whose skew part outweighs the rest, one row too large for a full elimination.
 #[cfg(feature = "direct")]
-fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
+fn almost_skew() -> RowMajor<'static, f64> {
     let n = 501;
     let entry = |i: usize, j: usize| match i.cmp(&j) {
         std::cmp::Ordering::Equal => 0.1,
         std::cmp::Ordering::Less => ((7 * i + 3 * j) as f64).sin(),
         std::cmp::Ordering::Greater => -((7 * j + 3 * i) as f64).sin(),
     };
-    let a = RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap();
+    RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap()
+}
+
+/// A second solve is to take the turns of the first, which has analysed an elimination.
+#[test]
+#[cfg(feature = "direct")]
+fn a_restart_forgets_what_an_elimination_costs() {
+    let a = almost_skew();
+    let mut auto = Auto::new(Hlcp::lcp(&a).unwrap()).unwrap();
+    let prospects = |auto: &Auto<_, _, _>| -> Vec<_> {
+        auto.candidates.iter().map(|each| (each.promise, each.window)).collect()
+    };
+    let before = prospects(&auto);
+    let is_direct = |each: &Candidate<_, _, _>| each.choice == AutoChoice::Pivoting;
+    let at = auto.candidates.iter().position(is_direct).unwrap();
+    for _ in 0..2 {
+        auto.set_up(at).unwrap();
+        assert!(auto.appraise(at) && !auto.appraise(at), "{:?}", prospects(&auto));
+        assert_ne!(prospects(&auto), before);
+        auto.restart();
+        assert_eq!(prospects(&auto), before);
+    }
+}
+
+/// Nothing but elimination solves it, for which no time is left.
+#[test]
+#[cfg(feature = "direct")]
+fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
+    let (n, a) = (501, almost_skew());
     let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
     let mut auto = Auto::new(problem).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
