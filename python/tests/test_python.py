@@ -201,7 +201,7 @@ def test_the_examples_of_the_docstrings_are_true():
 
 
 @pytest.mark.parametrize("script", ["analyst.py --m 15", "engineer.py --nx 30", "measure.py --quick",
-                                    "rotor.py --nx 48", "superlu.py 3 1"])
+                                    "rotor.py --nx 48", "superlu.py 3 1 1"])
 def test_the_example_scripts_run(script):
     name, *options = script.split()
     run = subprocess.run([sys.executable, HERE.parent / "examples" / name, *options],

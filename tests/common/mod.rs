@@ -7,7 +7,9 @@ use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows,
     Scalar,
 };
-use hlcp_methods::{Clock, Limits, Method, Named, Options, Outcome, Parameters, Solver, Tmms};
+use hlcp_methods::{
+    Clock, DynRows, Limits, Method, Named, Options, Outcome, Parameters, Solver, Tmms,
+};
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
@@ -29,6 +31,9 @@ pub(crate) fn assembled(operator: &impl Rows<f64>) -> DMatrix<f64> {
     }
     matrix
 }
+
+/// A problem on operators behind `dyn`, for which methods are compiled once.
+pub(crate) type Dynamic<'p, T> = Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>;
 
 /// The problem of a pair with Ω = τ D_A D_B⁻¹.
 pub(crate) fn problem<T: Scalar, A: Rows<T>, B: Rows<T>>(tau: f64, a: A, b: B) -> Hlcp<T, A, B> {

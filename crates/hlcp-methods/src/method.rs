@@ -1,6 +1,6 @@
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 
-use crate::Clock;
+use crate::{AutoTurn, Clock};
 
 /// A modulus-based method on a fixed problem, which a [`Solver`](crate::Solver) iterates.
 ///
@@ -77,6 +77,12 @@ pub trait Method<T: Scalar> {
     /// answer that it has found.
     fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
         None
+    }
+
+    /// Returns the turns of methods since [`restart`](Self::restart), of one that chooses among
+    /// several; the last is that of the method at work.
+    fn turns(&self) -> &[AutoTurn] {
+        &[]
     }
 
     /// Returns the work since [`restart`](Self::restart), of a method that counts it; of one that
@@ -198,6 +204,10 @@ macro_rules! forward {
 
             fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {
                 (**self).at_work()
+            }
+
+            fn turns(&self) -> &[AutoTurn] {
+                (**self).turns()
             }
 
             fn work(&self) -> Option<Work> {

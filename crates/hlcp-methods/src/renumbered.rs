@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use hlcp_core::{Csr, Error, Hlcp, Norms, Omega, Rhs, Rows, Scalar};
 
-use crate::{Clock, Method, Work, method::iterate};
+use crate::{AutoTurn, Clock, Method, Work, method::iterate};
 
 /// A method that works on the problem with its unknowns in another order.
 ///
@@ -98,11 +98,6 @@ where
         let inner = method(inner)?;
         let [q, x, y, spare] = [(); 4].map(|()| vec![T::zero(); n]);
         Ok(Self { problem, order, inner, q, x, y, spare })
-    }
-
-    /// The method that works on the problem in its other order.
-    pub fn inner(&self) -> &M {
-        &self.inner
     }
 
     /// Overwrites `q` and `x` with those of the problem in its other order.
@@ -293,6 +288,10 @@ where
 
     fn turn(&mut self) -> bool {
         self.inner.turn()
+    }
+
+    fn turns(&self) -> &[AutoTurn] {
+        self.inner.turns()
     }
 
     fn work(&self) -> Option<Work> {

@@ -5,10 +5,9 @@ mod common;
 
 use approx::assert_abs_diff_eq;
 use common::{Lists, renamed, shuffled};
-use hlcp_core::{Aor, Error, FivePoint, Hlcp, Identity, Omega, Rows, Varying};
+use hlcp_core::{Error, FivePoint, Hlcp, Identity, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{
-    AdaptiveSor, AmgNewton, Auto, AutoChoice, AutoEnd, AutoTurn, Cycle, Limits, Method, Mms,
-    Multigrid, Named, Newton, Options, Outcome, Solver, Ssor,
+    AutoChoice, AutoEnd, AutoTurn, BoxedMethod, DynRows, Limits, Method, Options, Outcome, Solver,
 };
 use hlcp_verify::{Film, Side, families};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
@@ -25,46 +24,49 @@ fn dimples(cells: [usize; 2], k: f64, depth: f64) -> Posed {
     film.pose().unwrap()
 }
 
-fn posed<'p, A: Rows<f64>, B: Rows<f64>>(a: &'p A, b: &'p B) -> Hlcp<f64, &'p A, &'p B> {
-    common::problem(1.0, a, b)
+type Named<'p, T> = Solver<T, BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>>;
+
+/// Returns a solver by the method of a name.
+fn by<'p, T: Scalar>(
+    name: &str,
+    a: DynRows<'p, T>,
+    b: DynRows<'p, T>,
+) -> Result<Named<'p, T>, Error> {
+    let problem = common::problem(1.0, a, b);
+    name.parse::<hlcp_methods::Named>().unwrap().on_dyn(problem).map(Solver::new)
 }
 
-/// The sweeps of the best single method: multigrid, adaptive SOR, and Newton's method with
-/// algebraic multigrid and with SSOR.
-fn fewest<A: Rows<f64>, B: Rows<f64>>(a: &A, b: &B, q: &[f64]) -> usize {
-    fn sweeps<M: Method<f64>>(method: Result<M, Error>, q: &[f64]) -> Option<usize> {
-        let limits = Limits { iterations: 1000, rounding: Some(4.0), ..Limits::default() };
-        let outcome = Solver::new(method.ok()?).solve(q, limits).unwrap();
+/// The sweeps of the best single method.
+fn fewest(a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64]) -> usize {
+    let limits = Limits { iterations: 1000, rounding: Some(4.0), ..Limits::default() };
+    let sweeps = |name| {
+        let outcome = by(name, a, b).ok()?.solve(q, limits).unwrap();
         outcome.converged().then_some(outcome.sweeps)
-    }
-    let base = || Mms::new(posed(a, b), Aor::gauss_seidel()).unwrap();
-    let all = [
-        sweeps(Multigrid::new(posed(a, b), Cycle::W), q),
-        sweeps(AdaptiveSor::new(posed(a, b)), q),
-        sweeps(AmgNewton::new(base()), q),
-        sweeps(Ok(Newton::new(base(), Ssor)), q),
-    ];
-    all.into_iter().flatten().min().unwrap_or(usize::MAX / 8)
+    };
+    ["MGW", "ADAPTIVE", "AMG", "NEWTON"]
+        .into_iter()
+        .filter_map(sweeps)
+        .min()
+        .unwrap_or(usize::MAX / 8)
 }
 
-fn solve<A: Rows<f64>, B: Rows<f64>>(a: &A, b: &B, q: &[f64]) -> (Outcome, Vec<AutoTurn>) {
-    let mut solver = Solver::new(Auto::new(posed(a, b)).unwrap());
+fn solve<T: Scalar>(a: DynRows<'_, T>, b: DynRows<'_, T>, q: &[T]) -> (Outcome, Vec<AutoTurn>) {
+    let mut solver = by("AUTO", a, b).unwrap();
     // What no precision can reach is not asked for.
     let limits = Limits { rounding: Some(4.0), ..Limits::default() };
     let outcome = solver.solve(q, limits).unwrap();
-    assert!(outcome.converged(), "{outcome}");
-    let history = solver.method().history().to_vec();
-    assert_eq!(history.last().map(|turn| turn.choice), Some(solver.method().uses()));
+    let turns = solver.method().turns().to_vec();
+    assert!(outcome.converged(), "{outcome} {turns:?}");
     // A solve begins anew.
     let again = solver.solve(q, limits).unwrap();
     assert_eq!((again.iterations, again.sweeps), (outcome.iterations, outcome.sweeps));
-    assert_eq!(solver.method().history(), history);
-    (outcome, history)
+    assert_eq!(solver.method().turns(), turns);
+    (outcome, turns)
 }
 
 /// No more than four times the work of the best single method, and the windows of those that fail:
 /// some 80 sweeps at first.
-fn competes<A: Rows<f64>, B: Rows<f64>>(what: &str, a: &A, b: &B, q: &[f64]) -> Vec<AutoTurn> {
+fn competes(what: &str, a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64]) -> Vec<AutoTurn> {
     let (outcome, history) = solve(a, b, q);
     let fewest = fewest(a, b, q);
     assert!(outcome.sweeps <= 4 * fewest + 100, "{what}: {outcome}, {fewest} sweeps, {history:?}");
@@ -102,8 +104,7 @@ fn what_conducts_without_a_grid_goes_to_algebraic_multigrid() {
         let row = [-1.0, -along, earth + 2.0 + 2.0 * along, -along, -1.0];
         let a = Lists::of(&FivePoint::new(m, m, row).unwrap());
         let (outcome, history) = solve(&a, &b, &q);
-        let base = Mms::new(posed(&a, &b), Aor::gauss_seidel()).unwrap();
-        let amg = Solver::new(AmgNewton::new(base).unwrap()).solve(&q, Limits::default()).unwrap();
+        let amg = by("AMG", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
         assert!(2 * outcome.sweeps <= 3 * amg.sweeps, "{earth} {along}: {outcome} {history:?}");
     }
 }
@@ -143,9 +144,9 @@ fn a_ring_that_is_hardly_fed_is_solved() {
         let assembled = [Lists::of(&a), Lists::of(&b)];
         let pairs: [[&dyn Rows<f64>; 2]; 2] = [[&a, &b], assembled.each_ref().map(|of| of as _)];
         for [a, b] in pairs {
-            let mut solver = Solver::new(Auto::new(common::problem(1.0, a, b)).unwrap());
+            let mut solver = by("AUTO", a, b).unwrap();
             let outcome = solver.solve(&q, Limits::relative(1e-12)).unwrap();
-            let history = solver.method().history();
+            let history = solver.method().turns();
             assert!(outcome.converged(), "{outcome} {history:?}");
             assert!(history.is_sorted_by(|one, next| one.residual >= next.residual), "{history:?}");
         }
@@ -164,7 +165,7 @@ fn sweeps_that_diverge_go_on_with_a_smaller_alpha() {
         let sor = |turn: &&AutoTurn| turn.choice == AutoChoice::Sor;
         let mut ends = history.iter().filter(sor).map(|turn| turn.end);
         assert!(ends.all(|end| end != Some(AutoEnd::Growing)), "{seed}: {history:?}");
-        let mut alone = Solver::new(AdaptiveSor::new(posed(&a, &b)).unwrap());
+        let mut alone = by("ADAPTIVE", &a, &b).unwrap();
         let diverges = !alone.solve(&q, Limits::default()).unwrap().converged();
         solved += usize::from(diverges && history.last().as_ref().is_some_and(sor));
     }
@@ -179,8 +180,7 @@ fn every_family_is_solved_at_a_fair_price() {
         let drawn = families::draw(family, seed).unwrap();
         if drawn.single {
             let ([a, b], q) = drawn.pose::<f32>();
-            let mut solver = Solver::new(Auto::new(common::problem(1.0, &a, &b)).unwrap());
-            let outcome = solver.solve(&q, Limits::default()).unwrap();
+            let outcome = by("AUTO", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
             assert!(outcome.converged(), "{}: {outcome}", drawn.name);
         } else {
             let ([a, b], q) = drawn.pose::<f64>();
@@ -210,11 +210,7 @@ fn units_names_and_numbers_cost_little() {
         let order = shuffled(q.len());
         let [a, b] = [a, b].map(|of| renamed(of, &order));
         let q: Vec<f64> = order.iter().map(|&i| q[i]).collect();
-        let auto = "AUTO".parse::<Named>().unwrap().on(posed(&a, &b)).unwrap();
-        let limits = Limits { rounding: Some(4.0), ..Limits::default() };
-        let outcome = Solver::new(auto).solve(&q, limits).unwrap();
-        assert!(outcome.converged(), "{outcome}");
-        outcome.sweeps as f64
+        solve(&a, &b, &q).0.sweeps as f64
     };
     let sparse = families::NAMES.into_iter().filter(|name| !["dense", "single"].contains(name));
     let small = |family| {
@@ -251,14 +247,9 @@ fn units_names_and_numbers_cost_little() {
 fn what_nothing_else_solves_is_eliminated() {
     for family in families::LARGE {
         let small = (1..).filter_map(|seed| families::draw(family, seed));
-        let pairs = small.map(|drawn| (drawn.pose::<f64>(), drawn));
-        let small = pairs.filter(|((_, q), _)| q.len() <= 4000).take(2);
-        for (([a, b], q), drawn) in small {
-            let limits = Limits { rounding: Some(4.0), ..Limits::default() };
-            let mut solver = Solver::new(Auto::new(posed(&a, &b)).unwrap());
-            let outcome = solver.solve(&q, limits).unwrap();
-            let history = solver.method().history();
-            assert!(outcome.converged(), "{}: {outcome} {history:?}", drawn.name);
+        let small = small.map(|drawn| drawn.pose::<f64>()).filter(|(_, q)| q.len() <= 4000).take(2);
+        for ([a, b], q) in small {
+            let _ = solve(&a, &b, &q); // which must converge
         }
     }
 }
@@ -269,10 +260,8 @@ fn rounding_is_recognised_while_the_iterate_grows() {
     let limits = Limits { rounding: Some(4.0), ..Limits::default() };
     for seed in [5029, 5032] {
         let ([a, b], q) = families::draw("single", seed).unwrap().pose::<f32>();
-        let problem = Hlcp::from_pair(&a, &b).unwrap();
-        let auto = Solver::new(Auto::new(problem.clone()).unwrap()).solve(&q, limits).unwrap();
-        let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-        let amg = Solver::new(AmgNewton::new(base).unwrap()).solve(&q, limits).unwrap();
+        let [auto, amg] =
+            ["AUTO", "AMG"].map(|name| by(name, &a, &b).unwrap().solve(&q, limits).unwrap());
         assert!(auto.converged() && auto.sweeps <= 2 * amg.sweeps, "{auto} {amg}");
     }
 }
@@ -290,14 +279,15 @@ fn a_method_that_is_refused_is_left_out() {
     let [mut a, mut b] = [a, b].map(|of| Lists::of(&of));
     a.0.push(vec![]);
     b.0.push(vec![(n - 1, 1.0)]);
-    let mut solver =
-        Solver::new(Auto::new(Hlcp::new(&a, &b, Omega::Each(omega)).unwrap()).unwrap());
+    let problem = Hlcp::<f64, DynRows<'_, f64>, DynRows<'_, f64>>::new(&a, &b, Omega::Each(omega));
+    let auto = "AUTO".parse::<hlcp_methods::Named>().unwrap();
+    let mut solver = Solver::new(auto.on_dyn(problem.unwrap()).unwrap());
     let outcome = solver.solve(&q, Limits::default()).unwrap();
-    let history = solver.method().history();
+    let history = solver.method().turns();
     assert!(outcome.converged(), "{outcome} {history:?}");
     let refused = history.iter().find(|turn| turn.end == Some(AutoEnd::Refused)).unwrap();
     assert_eq!((refused.choice, refused.sweeps), (AutoChoice::AmgNewton, 0));
-    assert!(solver.method().uses() != AutoChoice::AmgNewton);
+    assert!(history.last().unwrap().choice != AutoChoice::AmgNewton);
     assert_abs_diff_eq!(solver.r()[n - 1], 2.0, epsilon = 1e-6);
 }
 
@@ -305,7 +295,7 @@ fn a_method_that_is_refused_is_left_out() {
 #[test]
 fn a_solve_from_near_the_answer_is_short() {
     let (a, b, q) = dimples([63, 63], 4.0, 2.0);
-    let mut solver = Solver::new(Auto::new(posed(&a, &b)).unwrap());
+    let mut solver = by("AUTO", &a, &b).unwrap();
     let cold = solver.solve(&q, Limits::default()).unwrap();
     assert_eq!(solver.solve(&q, Options::resume()).unwrap().iterations, 0);
     let near: Vec<f64> = q.iter().map(|q| q * (1.0 + 1e-6)).collect();

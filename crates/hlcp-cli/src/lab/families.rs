@@ -5,19 +5,16 @@
 //! get ten seconds. Times are with the set-up, the shortest of up to four. The distributions go to
 //! `families.md`, every run to `families.csv`.
 
-use std::{
-    path::PathBuf,
-    time::{Duration, Instant},
-};
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
 use hlcp_core::Scalar;
-use hlcp_methods::{Auto, AutoTurn, Limits, Method, Outcome, Renumbered, Solver, cuthill_mckee};
+use hlcp_methods::{Limits, Outcome};
 use hlcp_verify::families::{self, Drawn};
 
 use super::{
     methods::{Chart, methods},
-    run::{Fallible, Repeats, Run, march, measure, solve},
+    run::{Fallible, Repeats, Run, measure, solve},
     table::Table,
 };
 use crate::{
@@ -70,23 +67,8 @@ struct Row {
     drawn: Drawn,
     n: usize,
     auto: Run,
-    turns: Vec<AutoTurn>,
     /// The methods that converged, in the time that they had.
     others: Vec<(&'static str, Run)>,
-}
-
-/// Solves a problem by AUTO in one of its forms, and hands that over to be asked for its turns.
-fn take_turns<T: Scalar, M: Method<T>>(
-    problem: &Problem<T>,
-    auto: M,
-    limits: &Limits,
-    begin: Instant,
-    ask: impl FnOnce(&M),
-) -> Fallible<Run> {
-    let mut solver = Solver::new(auto);
-    let outcome = march(problem, &mut solver, limits, true)?;
-    ask(solver.method());
-    Ok(Run::new(begin, outcome, &solver))
 }
 
 impl Row {
@@ -99,23 +81,11 @@ impl Row {
             Limits { time, rounding: Some(4.0), ..Limits::default() }
         };
         let kept = |run: Run| Run { answer: [vec![], vec![]], ..run };
-        let mut turns = vec![];
-        let mut by_auto = || -> Fallible<Option<Run>> {
-            let posed = problem.hlcp(T::one())?;
-            let (begin, limits) = (Instant::now(), limits(PATIENCE[0]));
-            let run = if let Some(order) = cuthill_mckee(&posed) {
-                let auto = Renumbered::new(posed, order, Auto::new)?;
-                take_turns(&problem, auto, &limits, begin, |auto| {
-                    turns = auto.inner().history().to_vec()
-                })?
-            } else {
-                let auto = Auto::new(posed)?;
-                take_turns(&problem, auto, &limits, begin, |auto| turns = auto.history().to_vec())?
-            };
-            Ok(Some(kept(run)))
+        let of = |name: &str, seconds: f64| -> Fallible<Option<Run>> {
+            Ok(solve(&problem, &name.parse()?, 1.0, &limits(seconds)).ok().map(kept))
         };
         let repeats = Repeats { longest: BRIEF, ..Repeats::least(3) };
-        let alone = measure(repeats, &["AUTO"], |_| by_auto())?;
+        let alone = measure(repeats, &["AUTO"], |name| of(name, PATIENCE[0]))?;
         let mut auto = alone.into_iter().flatten().next().expect("AUTO refuses nothing");
         // Others may be at the processor meanwhile.
         let time = |best: f64| 0.02 + 1.5 * best;
@@ -124,9 +94,8 @@ impl Row {
         let relative = |run: &Run| run.outcome.relative.l2;
         let excused = if auto.converged() { 10.0 * relative(&auto) } else { f64::INFINITY };
         let by = |name: &str, seconds: f64| -> Fallible<Option<Run>> {
-            let run = solve(&problem, &name.parse()?, 1.0, &limits(seconds)).ok();
-            let run = run.filter(|run| run.converged() && relative(run) <= excused.max(ROUNDED));
-            Ok(run.map(kept))
+            let is_as_good = |run: &Run| relative(run) <= excused.max(ROUNDED);
+            Ok(of(name, seconds)?.filter(|run| run.converged() && is_as_good(run)))
         };
         let rivals: Vec<_> = methods(Chart::Families).iter().map(|row| row.name).collect();
         let mut others = vec![];
@@ -139,14 +108,14 @@ impl Row {
         // AUTO and the fastest once more, in turns.
         if let (true, Some((name, first))) = (auto.converged(), others.first_mut()) {
             let again = measure(repeats, &["AUTO", *name], |name| {
-                if *name == "AUTO" { by_auto() } else { by(name, time(best)) }
+                if *name == "AUTO" { of(name, PATIENCE[0]) } else { by(name, time(best)) }
             })?;
             for (run, again) in [&mut auto, first].into_iter().zip(again) {
                 run.seconds.extend(again.map_or(vec![], |again| again.seconds));
                 run.seconds.sort_by(f64::total_cmp);
             }
         }
-        Ok(Self { n: problem.q.len(), drawn, auto, turns, others })
+        Ok(Self { n: problem.q.len(), drawn, auto, others })
     }
 
     fn family(&self) -> &str {
@@ -174,14 +143,14 @@ impl Row {
     }
 
     fn line(&self) -> String {
-        let Self { drawn: Drawn { name, about, .. }, n, auto, turns, others } = self;
+        let Self { drawn: Drawn { name, about, .. }, n, auto, others } = self;
         let Outcome { status, iterations, sweeps, linear_iterations, .. } = auto.outcome;
         let cost = |(name, run): &(&str, Run), between: &str| {
             let (seconds, sweeps) = (run.quartile(0), run.outcome.sweeps);
             format!("{name}{between}{seconds:.6}{between}{sweeps}")
         };
-        let turns: Vec<_> =
-            turns.iter().map(|turn| format!("{} {}", turn.choice, turn.sweeps)).collect();
+        let turns = auto.turns.iter().map(|turn| format!("{} {}", turn.choice, turn.sweeps));
+        let turns: Vec<_> = turns.collect();
         let all: Vec<_> = others.iter().map(|other| cost(other, " ")).collect();
         let fewest = others.iter().map(|(_, run)| run.outcome.sweeps).min();
         format!(
@@ -275,8 +244,8 @@ fn report(rows: &[Row], provenance: &str) -> String {
         let cost = |run: &Run| format!("{:.4}, {}", run.quartile(0), run.outcome.sweeps);
         let (name, best) =
             row.others.first().map_or(("–", "–".to_owned()), |(name, run)| (name, cost(run)));
-        let Row { drawn: Drawn { name: problem, about, .. }, n, auto, turns, .. } = row;
-        let uses = turns.last().map_or(String::new(), |turn| turn.choice.to_string());
+        let Row { drawn: Drawn { name: problem, about, .. }, n, auto, .. } = row;
+        let uses = auto.turns.last().map_or(String::new(), |turn| turn.choice.to_string());
         let (status, own) = (auto.outcome.status, cost(auto));
         slow.row(&format!("{problem}: {about}|{n}|{status}, {uses}|{own}|{name}|{best}"));
     }

@@ -7,8 +7,7 @@
 use std::{fs, path::PathBuf, time::Duration};
 
 use clap::Args;
-use hlcp_core::Aor;
-use hlcp_methods::{AmgNewton, Limits, Outcome, Tmms};
+use hlcp_methods::{Limits, Named, Outcome};
 use hlcp_verify::{Film, Side};
 
 use super::{
@@ -118,7 +117,7 @@ impl Row {
                 if threads > 1 {
                     posed = posed.in_parallel();
                 }
-                AmgNewton::new(Tmms::mirrored(posed, Aor::gauss_seidel().accelerated())?)
+                "AMG".parse::<Named>().expect("a name without parameters").on_dyn(posed)
             };
             Ok(run::run(&problem, &limits, make)?)
         })?;

@@ -30,7 +30,7 @@ Examples:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// m = 128 and N = 50 alone
+    /// m = 128 and N = 50 alone, and no more solves of each than --repeats
     #[arg(long)]
     quick: bool,
     /// The least number of solves behind a time; short ones are repeated for a tenth of a second
@@ -97,8 +97,11 @@ impl Cell {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
-    let (ms, ns): (&[usize], &[usize]) =
-        if arguments.quick { (&[128], &[50]) } else { (&[128, 256, 512], &[50, 100, 128]) };
+    let (ms, ns, sum): (&[usize], &[usize], f64) = if arguments.quick {
+        (&[128], &[50], 0.0)
+    } else {
+        (&[128, 256, 512], &[50, 100, 128], 0.1)
+    };
     let (paired, of_slider) = (paired(), SLIDER_METHODS.map(String::from).to_vec());
     let mut problems = vec![];
     for grid in &GRIDS {
@@ -113,7 +116,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     }
     let count = problems.iter().map(|(.., methods)| TAUS.len() * methods.len()).sum();
     let bar = counting(count);
-    let repeats = Repeats { sum: 0.1, ..Repeats::least(arguments.repeats.into()) };
+    let repeats = Repeats { sum, ..Repeats::least(arguments.repeats.into()) };
     let mut cells = vec![];
     for (table, size, scene, numbers, methods) in problems {
         let (problem, limits) = (scene.pose(&numbers)?, scene.limits());

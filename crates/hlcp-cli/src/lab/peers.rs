@@ -32,7 +32,7 @@ fn ended(
     let residual = Norms { l2: residual, linf: f64::NAN };
     let mut outcome = Outcome::new(status, iterations, elapsed, residual);
     outcome.sweeps = sweeps;
-    Run { outcome, answer, seconds: vec![elapsed.as_secs_f64()] }
+    Run { outcome, answer, seconds: vec![elapsed.as_secs_f64()], turns: vec![] }
 }
 
 /// Projected SOR: Cryer's method for the LCP, of the family that reference 22 of the paper extends,

@@ -8,7 +8,7 @@ use std::{
 };
 
 use hlcp_core::Scalar;
-use hlcp_methods::{Limits, Method, Named, Options, Outcome, Solver};
+use hlcp_methods::{AutoTurn, Limits, Method, Named, Options, Outcome, Solver};
 use hlcp_verify::{Certificate, Refusal, certify};
 
 use crate::scenes::{Problem, distance, goal};
@@ -24,6 +24,8 @@ pub(crate) struct Run {
     pub(crate) answer: [Vec<f64>; 2],
     /// The seconds of each solve with the set-up of the method, in increasing order.
     pub(crate) seconds: Vec<f64>,
+    /// The turns of methods that `AUTO` called.
+    pub(crate) turns: Vec<AutoTurn>,
 }
 
 impl Run {
@@ -35,7 +37,8 @@ impl Run {
     ) -> Self {
         let seconds = vec![begin.elapsed().as_secs_f64()];
         let wide = |v: &[T]| v.iter().map(|v| v.wide()).collect();
-        Self { outcome, answer: [wide(solver.z()), wide(solver.r())], seconds }
+        let turns = solver.method().turns().to_vec();
+        Self { outcome, answer: [wide(solver.z()), wide(solver.r())], seconds, turns }
     }
 
     pub(crate) fn converged(&self) -> bool {

@@ -66,11 +66,11 @@ impl fmt::Display for AutoEnd {
 /// The turn of one method in a solve by [`Auto`](crate::Auto).
 ///
 /// ```
-/// use hlcp_methods::{Auto, AutoChoice, Hlcp, Identity, Limits, Solver};
+/// use hlcp_methods::{Auto, AutoChoice, Hlcp, Identity, Limits, Method, Solver};
 ///
 /// let mut solver = Solver::new(Auto::new(Hlcp::lcp(Identity { order: 3 })?)?);
 /// solver.solve(&[-3.0; 3], Limits::default())?.ok()?;
-/// println!("{}", solver.method().history()[0]); // which method, how far, and why it ended
+/// println!("{}", solver.method().turns()[0]); // which method, how far, and why it ended
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

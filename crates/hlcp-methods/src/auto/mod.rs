@@ -27,7 +27,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// another one, as [`Named`](crate::Named) does where they are numbered at random.
 ///
 /// Each is set up when its first turn comes, and left out if it cannot be. [`uses`](Self::uses)
-/// says which is at work, and [`history`](Self::history) why those before were left.
+/// says which is at work, and [`turns`](Method::turns) why those before were left.
 ///
 /// # Turns
 ///
@@ -118,7 +118,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// [`Ssor`]: crate::Ssor
 ///
 /// ```
-/// use hlcp_methods::{Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Options, Solver};
+/// use hlcp_methods::{Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Method, Options, Solver};
 ///
 /// let problem = Hlcp::lcp(FivePoint::new(100, 100, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
 /// let q: Vec<f64> = (0..10_000).map(|k| if k % 100 < 60 { -1e-3 } else { 2e-3 }).collect();
@@ -126,7 +126,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// let mut solver = Solver::new(Auto::new(problem)?);
 /// let outcome = solver.solve(&q, Options::from_x(&vec![1.0; 10_000]))?;
 /// assert!(outcome.converged() && solver.method().uses() == AutoChoice::Multigrid);
-/// let first = solver.method().history()[0];
+/// let first = solver.method().turns()[0];
 /// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
 /// assert_eq!(first.sweeps, 17); // with the three of the opening
 /// # Ok::<(), hlcp_methods::Error>(())
@@ -256,11 +256,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method at work.
     pub fn uses(&self) -> AutoChoice {
         self.candidates[self.at].choice
-    }
-
-    /// The turns of the solve, the last of which is that of the method at work.
-    pub fn history(&self) -> &[AutoTurn] {
-        &self.history
     }
 
     /// Sets up a method, if it has not been.
@@ -493,6 +488,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
 
     fn problem(&self) -> &Hlcp<T, A, B> {
         &self.problem
+    }
+
+    fn turns(&self) -> &[AutoTurn] {
+        &self.history
     }
 
     fn work(&self) -> Option<Work> {

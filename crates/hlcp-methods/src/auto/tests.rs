@@ -98,9 +98,9 @@ fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
         std::mem::swap(&mut x, &mut y);
         if clock.forgone.is_some() {
             assert!(!clock.is_up() && auto.uses() != AutoChoice::Pivoting);
-            assert!(auto.history().iter().any(is_forgone), "{:?}", auto.history());
+            assert!(auto.turns().iter().any(is_forgone), "{:?}", auto.turns());
             return;
         }
     }
-    panic!("no elimination was thought of: {:?}", auto.history());
+    panic!("no elimination was thought of: {:?}", auto.turns());
 }

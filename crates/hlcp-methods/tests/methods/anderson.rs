@@ -185,7 +185,7 @@ fn never_more(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64], tau: f64, limits:
     let start = vec![1.0; q.len()];
     for name in METHODS {
         let named: Named = name.parse().unwrap();
-        let method = || named.on(problem.clone()).unwrap();
+        let method = || named.on_dyn(problem.clone()).unwrap();
         let plain = Solver::new(method()).solve(q, Options::from_x(&start).limits(limits)).unwrap();
         for window in [2, 5, 10] {
             if !plain.converged() {

@@ -3,11 +3,11 @@
 
 use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
-use crate::common::{Altered, Walked};
+use crate::common::{Altered, Dynamic, Walked};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingStep};
 use hlcp_methods::{
-    AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, FullMultigrid, Limits, Method, Mms,
-    Multigrid, Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
+    AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, DynRows, FullMultigrid, Limits, Method,
+    Mms, Multigrid, Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
 };
 
 const M: usize = 24;
@@ -27,8 +27,8 @@ fn posed(pair: f64, load: f64) -> (Grid, Diagonals, Vec<f64>) {
     (Scaled { by: pair, of: a }, b, q.collect())
 }
 
-type A<'a> = &'a Grid;
-type B<'a> = &'a Diagonals;
+type A<'a> = DynRows<'a, f64>;
+type B<'a> = DynRows<'a, f64>;
 type Boxed<'a> = Box<dyn Method<f64, A = A<'a>, B = B<'a>> + 'a>;
 
 fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
@@ -52,7 +52,7 @@ fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
 fn units_change_no_decision() {
     let outcomes = |pair: f64, load: f64| -> Vec<Outcome> {
         let (a, b, q) = posed(pair, load);
-        let problem = Hlcp::from_pair(&a, &b).unwrap();
+        let problem = Dynamic::from_pair(&a, &b).unwrap();
         let solve = |method| Solver::new(method).solve(&q, Limits::default()).unwrap();
         methods(&problem).into_iter().map(solve).collect()
     };
@@ -75,7 +75,7 @@ fn scaling_q_scales_the_iterates_of_newtons_methods() {
     let counts = |power: i32| {
         let ((a, b, mut q), scale) = (posed(1.0, 1.0), 2_f64.powi(power));
         q.iter_mut().for_each(|q| *q *= scale);
-        let problem = Hlcp::from_pair(&a, &b).unwrap();
+        let problem = Dynamic::from_pair(&a, &b).unwrap();
         let base = || Mms::new(problem.clone(), Aor::gauss_seidel()).unwrap();
         let amg = AmgNewton::new(base()).unwrap();
         let methods: [Boxed<'_>; 2] = [Box::new(Newton::new(base(), Ssor)), Box::new(amg)];

@@ -2,13 +2,13 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::{problem, solve_from_ones, tmgs};
+use crate::common::{Dynamic, problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
 use approx::assert_abs_diff_eq;
 use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal};
 use hlcp_methods::{
-    Auto, AutoChoice, Clock, Cycle, Limits, Method, Multigrid, Named, Newton, Options, Outcome,
-    Solver, Ssor, Status, solve_mixed,
+    Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Multigrid, Named, Newton, Options,
+    Outcome, Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -22,10 +22,18 @@ fn solved<M: Method<f64>>(method: M, q: &[f64]) -> (Outcome, Solver<f64, M>) {
     (outcome, solver)
 }
 
+/// `Auto` with Ω = D_A D_B⁻¹, on operators behind `dyn`: the tests compile it once.
+fn auto<'p>(
+    a: DynRows<'p, f64>,
+    b: DynRows<'p, f64>,
+) -> Auto<f64, DynRows<'p, f64>, DynRows<'p, f64>> {
+    Auto::new(problem(1.0, a, b)).unwrap()
+}
+
 /// The sweeps of `Auto` with Ω = D_A D_B⁻¹, and the fewest of Table 1's methods with τ = 0.8, 1 and
 /// 1.2.
 fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
-    let (outcome, _) = solved(Auto::new(problem(1.0, a, b)).unwrap(), q);
+    let (outcome, _) = solved(auto(a, b), q);
     let splittings = ["GS", "SOR1", "SOR3", "AOR1", "AOR2", "AOR3"];
     let paired = ["M", "AM", "TM"].into_iter().flat_map(|family| {
         splittings.into_iter().map(move |splitting| format!("{family}{splitting}"))
@@ -35,7 +43,7 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
     for name in paired.chain(two) {
         for tau in [0.8, 1.0, 1.2] {
             let named: Named = name.parse().unwrap();
-            let mut solver = Solver::new(named.on(problem(tau, a, b)).unwrap());
+            let mut solver = Solver::new(named.on_dyn(problem(tau, a, b)).unwrap());
             let limits = Limits { iterations: fewest.min(5000), ..Limits::relative(1e-10) };
             let outcome = solve_from_ones(&mut solver, q, limits);
             if outcome.converged() {
@@ -84,7 +92,8 @@ fn below_rounding_it_stagnates() {
         [-south, -west, neighbours.iter().sum(), -east, -north]
     });
     let q: Vec<f64> = (0..n * n).map(|k| (1.7 * k as f64).sin() - 0.2).collect();
-    let mut solver = Solver::new(Auto::new(Hlcp::lcp(a.unwrap()).unwrap()).unwrap());
+    let (a, b) = (a.unwrap(), Identity { order: n * n });
+    let mut solver = Solver::new(auto(&a, &b));
     let limits = Limits { rounding: Some(0.0), ..Limits::relative(1e-15) };
     let outcome = solver.solve(&q, limits).unwrap();
     assert_eq!(outcome.status, Status::Stagnated, "{outcome}");
@@ -95,7 +104,7 @@ fn below_rounding_it_stagnates() {
 #[test]
 fn films_are_found_from_zero() {
     let (a, b, q) = Slider { cells: 4000 }.pose::<f64>().unwrap();
-    let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b).unwrap()).unwrap());
+    let mut solver = Solver::new(auto(&a, &b));
     let outcome = solver.solve(&q, Options::default()).unwrap();
     assert!(outcome.converged() && outcome.sweeps < 1000, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Newton);
@@ -105,7 +114,7 @@ fn films_are_found_from_zero() {
 fn the_slider_gets_newtons_method() {
     for cells in [24, 50, 128] {
         let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-        let (outcome, solver) = solved(Auto::new(problem(1.0, a, b)).unwrap(), &q);
+        let (outcome, solver) = solved(auto(&a, &b), &q);
         assert!(outcome.iterations <= 8, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Newton);
     }
@@ -117,7 +126,8 @@ fn the_slider_gets_newtons_method() {
 fn sweeps_before_pivoting_may_run_away() {
     for d in [1e-4, 1e-8] {
         let a = RowMajor::new(3, vec![d, 4.0, -3.0, -4.0, d, 5.0, 3.0, -5.0, d]).unwrap();
-        let problem = Hlcp::new(a, Identity { order: 3 }, Omega::Uniform(1.0)).unwrap();
+        let b = Identity { order: 3 };
+        let problem = Dynamic::new(&a, &b, Omega::Uniform(1.0)).unwrap();
         let mut solver = Solver::new(Auto::new(problem).unwrap());
         // Entries of z are some 1/d, of which rounding leaves 1e-8 and less.
         let limits = Limits::relative(1e-6);
@@ -131,7 +141,7 @@ fn sweeps_before_pivoting_may_run_away() {
 fn the_discs_get_multigrid() {
     for (lcp, m) in [(true, 96), (true, 160), (false, 96), (false, 160)] {
         let p = Disc { lcp, m }.pose::<f64>().unwrap();
-        let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
+        let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
         // A window of SOR, and the opening, which is three walks over the rows and one
         // iteration.
         assert!(outcome.iterations <= 15 + 18, "{outcome}");
@@ -147,7 +157,8 @@ fn the_discs_get_multigrid() {
 fn a_strip_gets_multigrid() {
     for n in [2047, 8191] {
         let a = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
-        let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+        let b = Identity { order: n };
+        let problem = Dynamic::new(&a, &b, Omega::Uniform(2.0)).unwrap();
         let q = torsion(n);
         let (outcome, solver) = solved(Auto::new(problem.clone()).unwrap(), &q);
         assert!(outcome.iterations <= 200 + 25, "{n}: {outcome}");
@@ -168,16 +179,17 @@ fn a_strip_gets_multigrid() {
 fn without_a_known_grid_algebraic_multigrid_follows() {
     let n = 8191;
     let a = Tridiagonal::new(n, |_| [-1.0, 2.0, -1.0]).unwrap();
-    let problem = Hlcp::new(a, Identity { order: n }, Omega::Uniform(2.0)).unwrap();
+    let b = Identity { order: n };
+    let problem = Dynamic::new(&a, &b, Omega::Uniform(2.0)).unwrap();
     let (outcome, solver) = solved(Auto::new(problem).unwrap(), &torsion(n));
-    let history = solver.method().history();
+    let history = solver.method().turns();
     assert_eq!(history[1].choice, AutoChoice::AmgNewton, "{outcome} {history:?}");
 }
 
 #[test]
 fn the_examples_get_sweeps_alone() {
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
-    let (outcome, solver) = solved(Auto::new(problem(1.0, p.a, p.b)).unwrap(), &p.q);
+    let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
     // A pair of sweeps and a measurement open it.
     assert_eq!(outcome.sweeps, outcome.iterations + 2, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Sor);

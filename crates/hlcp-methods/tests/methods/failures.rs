@@ -158,7 +158,7 @@ fn a_pair_with_three_solutions() {
 fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
     let (a, b, q) = Slider { cells }.pose().unwrap();
     let method = Named::parse(name, Parameters::default()).unwrap();
-    let method = method.on(problem(1.0, a, b)).unwrap();
+    let method = method.on_dyn(problem(1.0, &a, &b)).unwrap();
     solve(method, &q, &vec![1.0; cells - 1], limits).0
 }
 
@@ -229,7 +229,8 @@ fn rounding_is_named_as_the_reason() {
     let q: Vec<f64> = (0..n).map(|i| (0.37 * i as f64).cos() - 0.3).collect();
     let auto = |a: &dyn Rows<f64>, q: &[f64]| {
         let method = Named::parse("AUTO", Parameters::default()).unwrap();
-        let method = method.on(problem(1.0, a, Identity { order: q.len() })).unwrap();
+        let b = Identity { order: q.len() };
+        let method = method.on_dyn(problem(1.0, a, &b)).unwrap();
         Solver::new(method).solve(q, Limits::relative(1e-13)).unwrap()
     };
     let outcome = auto(&a, &q);

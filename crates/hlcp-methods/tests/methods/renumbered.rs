@@ -1,6 +1,6 @@
 //! Problems whose unknowns are numbered anew.
 
-use crate::common::{self, Lists, noise, permuted, planted, posed, renamed, shuffled};
+use crate::common::{self, Dynamic, Lists, noise, permuted, planted, posed, renamed, shuffled};
 use hlcp_core::{Aor, Error, FivePoint, Hlcp, Identity, Omega};
 use hlcp_methods::{Limits, Named, Options, Renumbered, Solver, Tmms, cuthill_mckee};
 use proptest::prelude::*;
@@ -73,7 +73,7 @@ fn wind_blows_forward() {
         // Oil that is only carried along is settled by the two sweeps of AUTO's opening.
         let q: Vec<f64> = (0..nx * ny).map(|i| 1.0 + 0.5 * noise(i)).collect();
         let auto = "AUTO".parse::<Named>().unwrap();
-        let method = auto.on(Hlcp::from_pair(&a, &b).unwrap()).unwrap();
+        let method = auto.on_dyn(Dynamic::from_pair(&a, &b).unwrap()).unwrap();
         let outcome = Solver::new(method).solve(&q, Limits::default()).unwrap();
         assert!(outcome.converged() && outcome.sweeps <= 4, "{outcome}");
     }
@@ -109,8 +109,8 @@ fn what_is_refused_is_named_by_its_own_number() {
         rows[123].retain(|entry| entry.0 != column);
         rows[123].push((column, value));
         let (a, b) = (Lists(rows), Identity { order: n });
-        let problem = Hlcp::new(&a, b, Omega::Uniform(1.0)).unwrap();
-        let refused = match "AUTO".parse::<Named>().unwrap().on(problem).err() {
+        let problem = Dynamic::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+        let refused = match "AUTO".parse::<Named>().unwrap().on_dyn(problem).err() {
             Some(Error::NotFinite { index, .. } | Error::NotPositive { index, .. }) => index,
             Some(Error::Outside { row, .. }) => row,
             other => panic!("{other:?}"),

@@ -35,7 +35,7 @@ fn solved(
     tolerance: f64,
 ) -> [Vec<f64>; 2] {
     let named: Named = method.parse().unwrap();
-    let mut solver = Solver::new(named.on(common::problem(1.0, &a, &b)).unwrap());
+    let mut solver = Solver::new(named.on_dyn(common::problem(1.0, &a, &b)).unwrap());
     let outcome = solver.solve(&q, Options::default().limits(Limits::relative(tolerance))).unwrap();
     assert!(outcome.converged(), "{method}: {outcome}");
     [solver.z().to_vec(), solver.r().to_vec()]

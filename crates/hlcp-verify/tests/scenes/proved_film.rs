@@ -259,9 +259,9 @@ impl Figures {
 fn certified(film: &Film, next: &mut impl FnMut() -> f64) -> Option<([Vec<f64>; 2], Certificate)> {
     let (a, b, q) = film.pose().expect("a sound film");
     let omega = hlcp_core::Omega::diagonal_ratio(1.0, &a, &b).ok()?;
-    let problem = hlcp_core::Hlcp::new(&a, &b, omega).expect("a pair");
+    let problem = crate::common::Dynamic::new(&a, &b, omega).expect("a pair");
     let named = Named::parse("AUTO", Parameters::default()).expect("a name");
-    let mut solver = Solver::new(named.on(problem).ok()?);
+    let mut solver = Solver::new(named.on_dyn(problem).ok()?);
     let limits = Limits { iterations: 3000, rounding: Some(4.0), ..Limits::relative(1e-12) };
     let _ = solver.solve(&q, Options::default().limits(limits)).expect("finite");
     let mut answer = [solver.z().to_vec(), solver.r().to_vec()];

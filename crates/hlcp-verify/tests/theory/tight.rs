@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use hlcp_core::{Error, Hlcp, Rows, Scalar};
-use hlcp_methods::{Auto, Clock, Limits, Options, Solver};
+use hlcp_methods::{Clock, Limits, Named, Options, Solver};
 use hlcp_verify::{
     Bearing2d, Branch, Disc, Example, JournalBearing, Obstacle, Posed, Slider, certify_by,
 };
@@ -90,7 +90,8 @@ fn measured<T: Scalar>(
     truth: Truth,
     limits: Limits,
 ) -> Result<(), Error> {
-    let mut solver = Solver::new(Auto::new(Hlcp::from_pair(&a, &b)?)?);
+    let auto: Named = "AUTO".parse().unwrap();
+    let mut solver = Solver::new(auto.on_dyn(Hlcp::from_pair(a, b)?)?);
     let (start, n) = (vec![T::one(); q.len()], q.len());
     let mut outcome = solver.solve(&q, Options::from_x(&start).limits(limits))?;
     let found = [solver.z(), solver.r()].map(<[T]>::to_vec);
@@ -120,7 +121,7 @@ fn measured<T: Scalar>(
             // The same problem in double precision.
             let (a, b, q) = (lists(&a), lists(&b), wide(&q));
             let (a, b): (&dyn Rows<f64>, &dyn Rows<f64>) = (&a, &b);
-            let mut solver = Solver::new(Auto::new(Hlcp::from_pair(&a, &b)?)?);
+            let mut solver = Solver::new(auto.on_dyn(Hlcp::from_pair(a, b)?)?);
             let start = vec![1.0; n];
             let _ = solver.solve(&q, Options::from_x(&start).limits(Limits::relative(1e-12)))?;
             [solver.z().to_vec(), solver.r().to_vec()]
