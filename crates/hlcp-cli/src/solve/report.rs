@@ -3,7 +3,7 @@
 use std::io;
 
 use hlcp_core::{Scalar, number};
-use hlcp_methods::{Clock, Named, Outcome, Status};
+use hlcp_methods::{Clock, Forecast, Named, Outcome, Status};
 use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, uniqueness_within};
 use serde_json::{Value, json};
 
@@ -23,6 +23,7 @@ pub(crate) fn object(
     error: Option<f64>,
 ) -> Value {
     let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
+    let forecast = |of: Forecast| json!({ "seconds": of.seconds, "bytes": of.bytes, "left": of.left.as_secs_f64() });
     let [alpha, beta] = method.first().map_or([None; 2], |pair| pair.map(Some));
     json!({
         "scene": scene,
@@ -42,6 +43,7 @@ pub(crate) fn object(
         "residual_l2": residual.l2,
         "residual_linf": residual.linf,
         "backward_error": outcome.backward_error,
+        "forgone": outcome.forgone.map(forecast),
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),

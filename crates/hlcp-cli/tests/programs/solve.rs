@@ -15,7 +15,7 @@ fn the_report_has_its_keys_and_numbers() {
     let (report, status) = json(arguments);
     let keys: Vec<&str> = report.as_object().unwrap().keys().map(String::as_str).collect();
     let expected = "scene n method alpha beta tau gamma precision threads outcome converged iterations sweeps linear_iterations \
-                    residual_l2 residual_linf backward_error error_linf objective seconds";
+                    residual_l2 residual_linf backward_error forgone error_linf objective seconds";
     assert_eq!(keys, expected.split_whitespace().collect::<Vec<_>>());
     assert_eq!(status, 0);
     for (key, value) in [
