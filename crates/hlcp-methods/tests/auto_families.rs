@@ -4,8 +4,8 @@
 mod common;
 
 use approx::assert_abs_diff_eq;
-use common::{Lists, renamed, shuffled};
-use hlcp_core::{Error, FivePoint, Hlcp, Identity, Omega, Rows, Scalar, Varying};
+use common::{Dynamic, Lists, named, renamed, shuffled};
+use hlcp_core::{Error, FivePoint, Identity, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{
     AutoChoice, AutoEnd, AutoTurn, BoxedMethod, DynRows, Limits, Method, Options, Outcome, Solver,
 };
@@ -24,16 +24,16 @@ fn dimples(cells: [usize; 2], k: f64, depth: f64) -> Posed {
     film.pose().unwrap()
 }
 
-type Named<'p, T> = Solver<T, BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>>;
+type NamedSolver<'p, T> = Solver<T, BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>>;
 
 /// Returns a solver by the method of a name.
 fn by<'p, T: Scalar>(
     name: &str,
     a: DynRows<'p, T>,
     b: DynRows<'p, T>,
-) -> Result<Named<'p, T>, Error> {
+) -> Result<NamedSolver<'p, T>, Error> {
     let problem = common::problem(1.0, a, b);
-    name.parse::<hlcp_methods::Named>().unwrap().on_dyn(problem).map(Solver::new)
+    named(name, [1.0; 2]).on_dyn(problem).map(Solver::new)
 }
 
 /// The sweeps of the best single method.
@@ -279,9 +279,8 @@ fn a_method_that_is_refused_is_left_out() {
     let [mut a, mut b] = [a, b].map(|of| Lists::of(&of));
     a.0.push(vec![]);
     b.0.push(vec![(n - 1, 1.0)]);
-    let problem = Hlcp::<f64, DynRows<'_, f64>, DynRows<'_, f64>>::new(&a, &b, Omega::Each(omega));
-    let auto = "AUTO".parse::<hlcp_methods::Named>().unwrap();
-    let mut solver = Solver::new(auto.on_dyn(problem.unwrap()).unwrap());
+    let problem = Dynamic::new(&a, &b, Omega::Each(omega)).unwrap();
+    let mut solver = Solver::new(named("AUTO", [1.0; 2]).on_dyn(problem).unwrap());
     let outcome = solver.solve(&q, Limits::default()).unwrap();
     let history = solver.method().turns();
     assert!(outcome.converged(), "{outcome} {history:?}");

@@ -81,11 +81,12 @@ impl Row {
             Limits { time, rounding: Some(4.0), ..Limits::default() }
         };
         let kept = |run: Run| Run { answer: [vec![], vec![]], ..run };
-        let of = |name: &str, seconds: f64| -> Fallible<Option<Run>> {
-            Ok(solve(&problem, &name.parse()?, 1.0, &limits(seconds)).ok().map(kept))
+        let of = |name: &str, seconds: f64| -> Fallible<Result<Run, hlcp_core::Error>> {
+            Ok(solve(&problem, &name.parse()?, 1.0, &limits(seconds)).map(kept))
         };
+        let by_auto = || -> Fallible<Option<Run>> { Ok(Some(of("AUTO", PATIENCE[0])??)) };
         let repeats = Repeats { longest: BRIEF, ..Repeats::least(3) };
-        let alone = measure(repeats, &["AUTO"], |name| of(name, PATIENCE[0]))?;
+        let alone = measure(repeats, &["AUTO"], |_| by_auto())?;
         let mut auto = alone.into_iter().flatten().next().expect("AUTO refuses nothing");
         // Others may be at the processor meanwhile.
         let time = |best: f64| 0.02 + 1.5 * best;
@@ -95,7 +96,7 @@ impl Row {
         let excused = if auto.converged() { 10.0 * relative(&auto) } else { f64::INFINITY };
         let by = |name: &str, seconds: f64| -> Fallible<Option<Run>> {
             let is_as_good = |run: &Run| relative(run) <= excused.max(ROUNDED);
-            Ok(of(name, seconds)?.filter(|run| run.converged() && is_as_good(run)))
+            Ok(of(name, seconds)?.ok().filter(|run| run.converged() && is_as_good(run)))
         };
         let rivals: Vec<_> = methods(Chart::Families).iter().map(|row| row.name).collect();
         let mut others = vec![];
@@ -108,7 +109,7 @@ impl Row {
         // AUTO and the fastest once more, in turns.
         if let (true, Some((name, first))) = (auto.converged(), others.first_mut()) {
             let again = measure(repeats, &["AUTO", *name], |name| {
-                if *name == "AUTO" { of(name, PATIENCE[0]) } else { by(name, time(best)) }
+                if *name == "AUTO" { by_auto() } else { by(name, time(best)) }
             })?;
             for (run, again) in [&mut auto, first].into_iter().zip(again) {
                 run.seconds.extend(again.map_or(vec![], |again| again.seconds));

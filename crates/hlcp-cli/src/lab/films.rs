@@ -111,13 +111,14 @@ impl Row {
             _ => 0.0,
         };
         let limits = Limits { rounding: Some(4.0), ..Limits::relative(TOLERANCE) };
+        let amg: Named = "AMG".parse()?;
         let (run, bytes) = measured(threads > 1, || {
             let make = || {
                 let mut posed = problem.hlcp(1.0)?;
                 if threads > 1 {
                     posed = posed.in_parallel();
                 }
-                "AMG".parse::<Named>().expect("a name without parameters").on_dyn(posed)
+                amg.on_dyn(posed)
             };
             Ok(run::run(&problem, &limits, make)?)
         })?;

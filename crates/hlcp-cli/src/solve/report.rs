@@ -23,7 +23,10 @@ pub(crate) fn object(
     error: Option<f64>,
 ) -> Value {
     let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
-    let forecast = |of: Forecast| json!({ "seconds": of.seconds, "bytes": of.bytes, "left": of.left.as_secs_f64() });
+    let forecast = |Forecast { seconds, bytes, left, .. }| {
+        let left = left.as_secs_f64();
+        json!({ "seconds": seconds, "bytes": bytes, "left": left })
+    };
     let [alpha, beta] = method.first().map_or([None; 2], |pair| pair.map(Some));
     json!({
         "scene": scene,

@@ -93,11 +93,8 @@ fn what_the_documents_say_to_type_works() {
             ["cargo", "run", "--release", "--example", "NAME"] => {}
             ["hlcp", "=", ..] => {} // a dependency of a Cargo.toml
             // `hlcp charts` runs these.
-            ["cargo", "run", "--release", "--", name]
-            | ["cargo", "run", "--release", "--", name, "--out", _]
-            | ["hlcp", name]
-            | ["hlcp", name, "--out", _]
-                if name == "scenes" || name != "charts" && is_long(name) => {}
+            ["cargo", "run", "--release", "--", name] | ["hlcp", name]
+                if name != "charts" && is_long(name) => {}
             ["cargo", "run", "--release", "--example", name] => examples::runs(name),
             ["cargo", "run", "--release", "--", ref rest @ ..] | ["hlcp", ref rest @ ..] => {
                 let mut arguments = rest[1..].join(" ");
