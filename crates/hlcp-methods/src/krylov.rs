@@ -293,11 +293,14 @@ impl<T: Scalar> BiCgStab<T> {
 /// `uᵀv` in double precision, in lanes that a processor sums side by side.
 pub(crate) fn dot<T: Scalar>(u: &[T], v: &[T]) -> f64 {
     let mut lanes = [0.0; 8];
-    for (u, v) in u.chunks(8).zip(v.chunks(8)) {
+    let [(us, u_rest), (vs, v_rest)] = [u.as_chunks::<8>(), v.as_chunks()];
+    let mut add = |u: &[T], v: &[T]| {
         for (lane, (&u, &v)) in lanes.iter_mut().zip(u.iter().zip(v)) {
             *lane += u.wide() * v.wide();
         }
-    }
+    };
+    us.iter().zip(vs).for_each(|(u, v)| add(u, v));
+    add(u_rest, v_rest);
     lanes.iter().sum()
 }
 

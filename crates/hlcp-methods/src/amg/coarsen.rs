@@ -48,8 +48,7 @@ pub(super) fn pairs<T: Scalar>(
             continue;
         }
         for (&(matrix, factor), columns) in matrices.iter().zip(&columns) {
-            let column = columns.of(i).iter().map(|&(j, a)| (j as usize, a));
-            for (j, a) in matrix.off(i).chain(column).filter(|&(j, _)| !apart(j)) {
+            for (j, a) in matrix.off(i).chain(columns.off(i)).filter(|&(j, _)| !apart(j)) {
                 if coupling[j] == T::zero() {
                     near.push(j as u32);
                 }

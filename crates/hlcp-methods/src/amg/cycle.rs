@@ -200,31 +200,27 @@ impl<T: Scalar> Descent<'_, '_, T> {
                 lu.solve(rhs, y);
                 matrix.product(y, product);
             } else {
-                matrix.sweep_from_zero(rhs, y, product, |_, _| ());
-                (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product));
+                matrix.sweep_from_zero(rhs, y, |_, _| ());
+                (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product, |_| T::zero()));
             }
             return;
         }
         let mut work = std::mem::replace(&mut coarser[0].work, Work::new(0));
         work.rhs.fill(T::zero());
-        matrix.sweep_from_zero(rhs, y, product, |i, residual| {
+        matrix.sweep_from_zero(rhs, y, |i, residual| {
             if aggregate[i] != NONE {
                 work.rhs[aggregate[i] as usize] += residual;
             }
         });
         self.solve(coarser, &mut work);
-        for (x, &weight) in work.x[0].iter_mut().zip(&coarser[0].weight) {
-            *x *= weight;
-        }
-        for (y, &a) in y.iter_mut().zip(&*aggregate) {
-            if a != NONE {
-                *y += work.x[0][a as usize];
-            }
+        if !self.clock.is_up_before(rhs.len()) {
+            let (x, weight) = (&work.x[0], &coarser[0].weight);
+            matrix.sweep(rhs, y, product, |j| match aggregate[j] {
+                NONE => T::zero(),
+                a => weight[a as usize] * x[a as usize],
+            });
         }
         coarser[0].work = work;
-        if !self.clock.is_up_before(rhs.len()) {
-            matrix.sweep(rhs, y, product);
-        }
     }
 
     /// Overwrites the first `x` with an approximate solution on the first of `levels`.

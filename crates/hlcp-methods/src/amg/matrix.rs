@@ -19,7 +19,7 @@ pub(super) struct Matrix<T> {
     starts: Vec<u32>,
     middles: Vec<u32>,
     columns: Vec<u32>,
-    values: Vec<T>,
+    pub(super) values: Vec<T>,
     /// How far right of the diagonal entries are, at most.
     reach: usize,
 }
@@ -99,59 +99,70 @@ impl<T: Scalar> Matrix<T> {
         self.range(self.starts[i]..self.starts[i + 1])
     }
 
-    /// As [`off`](Self::off), to be overwritten.
-    pub(super) fn off_mut(&mut self, i: usize) -> impl Iterator<Item = (usize, &mut T)> {
-        let range = self.starts[i] as usize..self.starts[i + 1] as usize;
-        let columns = self.columns[range.clone()].iter();
-        columns.zip(&mut self.values[range]).map(|(&j, a)| (j as usize, a))
+    /// Returns `known` less what is left of the diagonal in row `i` times `y`.
+    #[inline(always)]
+    fn less_lower(&self, known: T, i: usize, y: &[T]) -> T {
+        self.range(self.starts[i]..self.middles[i]).fold(known, |rest, (j, a)| rest - a * y[j])
     }
 
+    /// As [`less_lower`](Self::less_lower), right of the diagonal.
     #[inline(always)]
-    fn lower(&self, i: usize, y: &[T]) -> T {
-        self.range(self.starts[i]..self.middles[i]).fold(T::zero(), |sum, (j, a)| sum + a * y[j])
-    }
-
-    #[inline(always)]
-    fn upper(&self, i: usize, y: &[T]) -> T {
-        self.range(self.middles[i]..self.starts[i + 1])
-            .fold(T::zero(), |sum, (j, a)| sum + a * y[j])
+    fn less_upper(&self, known: T, i: usize, y: &[T]) -> T {
+        self.range(self.middles[i]..self.starts[i + 1]).fold(known, |rest, (j, a)| rest - a * y[j])
     }
 
     /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and shows the residual of each row,
-    /// as soon as the sweep is beyond its columns; overwrites `rest` with the part of it on and
-    /// left of the diagonal: 0 but for rounding and for rows without a pivot.
+    /// as soon as the sweep is beyond its columns.
     pub(super) fn sweep_from_zero(
         &self,
         rhs: &[T],
         y: &mut [T],
-        rest: &mut [T],
         mut show: impl FnMut(usize, T),
     ) {
         for k in 0..self.order() + self.reach {
             if k < self.order() {
-                let known = rhs[k] - self.lower(k, y);
-                y[k] = known * self.inverse[k];
-                rest[k] = known - self.diagonal[k] * y[k];
+                // Each waits for the one before, so nothing but its own product follows that.
+                y[k] = self.less_lower(rhs[k], k, y) * self.inverse[k];
             }
             if let Some(i) = k.checked_sub(self.reach) {
-                show(i, rest[i] - self.upper(i, y));
+                // A row with a pivot held once it was solved.
+                let left = match self.inverse[i] == T::zero() {
+                    true => self.less_lower(rhs[i], i, y),
+                    false => T::zero(),
+                };
+                show(i, self.less_upper(left, i, y));
             }
         }
     }
 
-    /// Sweeps `y` forward, and overwrites `product` with the matrix times the new `y`.
-    pub(super) fn sweep(&self, rhs: &[T], y: &mut [T], product: &mut [T]) {
-        for k in 0..self.order() + self.reach {
-            if k < self.order() {
-                let lower = self.lower(k, y);
-                let known = rhs[k] - self.upper(k, y) - lower;
-                if self.inverse[k] != T::zero() {
-                    y[k] = known * self.inverse[k];
-                }
-                product[k] = lower + self.diagonal[k] * y[k];
+    /// Adds `correction` to `y` and sweeps it forward; overwrites `product` with the matrix times the
+    /// new `y`.
+    pub(super) fn sweep(
+        &self,
+        rhs: &[T],
+        y: &mut [T],
+        product: &mut [T],
+        correction: impl Fn(usize) -> T,
+    ) {
+        let (n, reach) = (self.order(), self.reach);
+        (0..n.min(reach)).for_each(|j| y[j] += correction(j));
+        for k in 0..n + reach {
+            if k + reach < n {
+                y[k + reach] += correction(k + reach);
             }
-            if let Some(i) = k.checked_sub(self.reach) {
-                product[i] += self.upper(i, y);
+            if k < n {
+                let known = self.less_upper(rhs[k], k, y);
+                let rest = self.less_lower(known, k, y);
+                // A row with a pivot holds once it is solved.
+                product[k] = if self.inverse[k] == T::zero() {
+                    known - rest + self.diagonal[k] * y[k]
+                } else {
+                    y[k] = rest * self.inverse[k];
+                    known
+                };
+            }
+            if let Some(i) = k.checked_sub(reach) {
+                product[i] -= self.less_upper(T::zero(), i, y);
             }
         }
     }
@@ -159,19 +170,21 @@ impl<T: Scalar> Matrix<T> {
     /// Overwrites `product` with the matrix times `y`.
     pub(super) fn product(&self, y: &[T], product: &mut [T]) {
         for (i, product) in product.iter_mut().enumerate() {
-            *product = self.lower(i, y) + self.diagonal[i] * y[i] + self.upper(i, y);
+            let less = self.less_upper(self.less_lower(T::zero(), i, y), i, y);
+            *product = self.diagonal[i] * y[i] - less;
         }
     }
 
     /// Relaxes the equation `row i of this matrix times v = 0`.
     pub(super) fn relax_homogeneous(&self, i: usize, v: &mut [T]) {
-        v[i] = -(self.lower(i, v) + self.upper(i, v)) * self.inverse[i];
+        v[i] = self.less_upper(self.less_lower(T::zero(), i, v), i, v) * self.inverse[i];
     }
 
     /// Multiplies row `i` by `scale[i]`, for all `i`.
     pub(super) fn scale_rows(&mut self, scale: &[T]) {
         for (i, &scale) in scale.iter().enumerate() {
-            self.off_mut(i).for_each(|(_, a)| *a *= scale);
+            let row = self.row(i);
+            self.values[row].iter_mut().for_each(|a| *a *= scale);
             self.diagonal[i] *= scale;
             self.inverse[i] = pivot(self.diagonal[i]);
         }
@@ -188,10 +201,66 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// Returns the columns' entries beside the diagonal: the rows of the transpose.
-    pub(super) fn transpose(&self, clock: &mut Clock<'_>) -> Option<Groups<(u32, T)>> {
-        let entries = |i: usize| self.off(i).map(move |(j, a)| (j, (i as u32, a)));
-        Groups::new(self.order(), (0..self.order()).map(entries), clock)
+    /// The places of the entries of row `i` beside the diagonal.
+    pub(super) fn row(&self, i: usize) -> Range<usize> {
+        self.starts[i] as usize..self.starts[i + 1] as usize
+    }
+
+    /// As [`row`](Self::row), each with its column.
+    pub(super) fn places(&self, i: usize) -> impl Iterator<Item = (usize, usize)> {
+        self.row(i).map(|at| (at, self.columns[at] as usize))
+    }
+
+    /// Returns, at the place of each entry beside the diagonal, the one of `values` at the place
+    /// across the diagonal, 0 where the matrix has no entry there. Rows are in order.
+    pub(super) fn across(&self, values: &[T], clock: &mut Clock<'_>) -> Option<Vec<T>> {
+        let mut across = Vec::with_capacity(values.len());
+        // As i grows, so does the place in row j where column i is, or would be.
+        let mut next = self.starts.clone();
+        for i in 0..self.order() {
+            if clock.is_up_at(i) {
+                return None;
+            }
+            for (_, j) in self.places(i) {
+                let (next, end) = (&mut next[j], self.starts[j + 1]);
+                while *next < end && (self.columns[*next as usize] as usize) < i {
+                    *next += 1;
+                }
+                let found = *next < end && self.columns[*next as usize] as usize == i;
+                across.push(if found { values[*next as usize] } else { T::zero() });
+            }
+        }
+        Some(across)
+    }
+
+    /// Returns the transpose, whose rows are in order.
+    pub(super) fn transpose(&self, clock: &mut Clock<'_>) -> Option<Self> {
+        let n = self.order();
+        let (mut starts, mut lower) = (vec![0; n + 1], vec![0; n]);
+        for i in 0..n {
+            for (j, _) in self.off(i) {
+                starts[j + 1] += 1;
+                lower[j] += u32::from(i < j);
+            }
+        }
+        (0..n).for_each(|j| starts[j + 1] += starts[j]);
+        let middles = starts.iter().zip(lower).map(|(start, lower)| start + lower).collect();
+        let mut next = starts.clone();
+        let (mut columns, mut reach) = (vec![0; self.columns.len()], 0);
+        let mut values = vec![T::zero(); self.columns.len()];
+        for i in 0..n {
+            if clock.is_up_at(i) {
+                return None;
+            }
+            for (j, a) in self.off(i) {
+                let at = next[j] as usize;
+                (columns[at], values[at]) = (i as u32, a);
+                next[j] += 1;
+                reach = reach.max(i.saturating_sub(j));
+            }
+        }
+        let (diagonal, inverse) = (self.diagonal.clone(), self.inverse.clone());
+        Some(Self { diagonal, inverse, starts, middles, columns, values, reach })
     }
 
     /// The sums of the entries over pairs of `count` aggregates, `PᵀAP`; what is in no aggregate is
@@ -202,7 +271,7 @@ impl<T: Scalar> Matrix<T> {
         count: usize,
         clock: &mut Clock<'_>,
     ) -> Option<Self> {
-        let members = members(aggregate, count);
+        let members = Members::new(aggregate, count);
         let mut coarse = Self::with_capacity(count, self.columns.len() / 2);
         let mut place = vec![usize::MAX; count];
         let mut row: Vec<(u32, T)> = Vec::new();
@@ -235,49 +304,33 @@ impl<T: Scalar> Matrix<T> {
     }
 }
 
-/// Things in groups, those of a group in the order in which they came.
+/// The members of aggregates, in order.
 #[derive(Debug)]
-pub(super) struct Groups<V> {
-    starts: Vec<usize>,
-    things: Vec<V>,
+pub(super) struct Members {
+    starts: Vec<u32>,
+    members: Vec<u32>,
 }
 
-impl<V: Copy> Groups<V> {
-    /// Sorts rows of things, each with its group, into `count` groups. None when the clock is up.
-    pub(super) fn new<R: Iterator<Item = (usize, V)>>(
-        count: usize,
-        rows: impl Iterator<Item = R> + Clone,
-        clock: &mut Clock<'_>,
-    ) -> Option<Self> {
+impl Members {
+    /// Sorts what is in one of `count` aggregates by them.
+    pub(super) fn new(aggregate: &[u32], count: usize) -> Self {
+        let joined = || aggregate.iter().enumerate().filter(|(_, to)| **to != NONE);
         let mut starts = vec![0; count + 1];
-        rows.clone().flatten().for_each(|(group, _)| starts[group + 1] += 1);
-        (0..count).for_each(|group| starts[group + 1] += starts[group]);
-        let first = rows.clone().flatten().next();
-        let mut things = first.map_or(vec![], |(_, thing)| vec![thing; starts[count]]);
-        let mut next = starts.clone();
-        for (i, row) in rows.enumerate() {
-            if clock.is_up_at(i) {
-                return None;
-            }
-            for (group, thing) in row {
-                things[next[group]] = thing;
-                next[group] += 1;
-            }
+        joined().for_each(|(_, &to)| starts[to as usize + 1] += 1);
+        (0..count).for_each(|to| starts[to + 1] += starts[to]);
+        let (mut next, mut members) = (starts.clone(), vec![0; starts[count] as usize]);
+        for (i, &to) in joined() {
+            let next = &mut next[to as usize];
+            members[*next as usize] = i as u32;
+            *next += 1;
         }
-        Some(Self { starts, things })
+        Self { starts, members }
     }
 
-    /// Returns the things of a group.
-    pub(super) fn of(&self, group: usize) -> &[V] {
-        &self.things[self.starts[group]..self.starts[group + 1]]
+    /// Returns the members of an aggregate.
+    pub(super) fn of(&self, aggregate: usize) -> &[u32] {
+        &self.members[self.starts[aggregate] as usize..self.starts[aggregate + 1] as usize]
     }
-}
-
-/// Returns the members of `count` aggregates.
-pub(super) fn members(aggregate: &[u32], count: usize) -> Groups<u32> {
-    let row = |(i, &a): (usize, &u32)| (a != NONE).then_some((a as usize, i as u32)).into_iter();
-    let rows = aggregate.iter().enumerate().map(row);
-    Groups::new(count, rows, &mut Clock::endless()).expect("a clock that is never up")
 }
 
 impl<T: Scalar> LinearOperator<T> for Matrix<T> {

@@ -5,7 +5,7 @@ use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
 use super::{
     coarsen::pairs,
     cycle::SMALL,
-    matrix::{Matrix, NONE, members},
+    matrix::{Matrix, Members, NONE},
     newton::Steps,
     units::Units,
 };
@@ -118,23 +118,28 @@ fn in_series<T: Scalar>(
     count: usize,
     clock: &mut Clock<'_>,
 ) -> Option<Matrix<T>> {
-    let (n, two) = (matrix.order(), T::one() + T::one());
-    let conduction = conduction(&matrix, clock)?;
-    if conduction.entries() == n {
+    let (zero, two) = (T::zero(), T::one() + T::one());
+    // The symmetric part of the negative couplings.
+    let back = matrix.across(&matrix.values, clock)?;
+    let pairs = matrix.values.iter().zip(&back);
+    let conduction: Vec<T> = pairs.map(|(&a, &back)| (-a).min(-back).max(zero)).collect();
+    if conduction.iter().all(|&c| c == zero) {
         return Some(matrix);
     }
-    let members = members(aggregate, count);
+    let conducts = |i: usize| matrix.places(i).filter(|&(at, _)| conduction[at] > zero);
+    let members = Members::new(aggregate, count);
     // Which members of the aggregate at hand, a bit each, touch another one.
     let mut touching = vec![(NONE, 0_u8); count];
-    let mut within = vec![T::zero(); n];
-    let mut half = conduction.clone();
+    let mut within = vec![zero; matrix.order()];
+    let mut half = back;
+    half.fill(zero);
     for own in 0..count {
         if clock.is_up_at(own) {
             return None;
         }
         let group = members.of(own);
         for (bit, &i) in group.iter().enumerate() {
-            for (j, _) in conduction.off(i as usize) {
+            for (_, j) in conducts(i as usize) {
                 // Another aggregate's bits are forgotten.
                 let touching = &mut touching[aggregate[j] as usize];
                 if touching.0 != own as u32 {
@@ -143,60 +148,34 @@ fn in_series<T: Scalar>(
                 touching.1 |= 1 << bit;
             }
         }
-        for &i in group {
-            conduction.off(i as usize).for_each(|(k, c)| within[k] = c);
-            for (j, half) in half.off_mut(i as usize) {
+        for i in group.iter().map(|&i| i as usize) {
+            conducts(i).for_each(|(at, k)| within[k] = conduction[at]);
+            for (at, j) in conducts(i).filter(|&(_, j)| aggregate[j] as usize != own) {
                 // Members that do not touch the other aggregate lie behind i.
                 let touches = touching[aggregate[j] as usize].1;
                 let behind = group.iter().enumerate().filter(|(bit, _)| touches & (1 << bit) == 0);
-                let behind = behind.fold(T::zero(), |sum, (_, &k)| sum + within[k as usize]);
-                let leaves = aggregate[j] as usize != own && behind > T::zero();
-                *half = if leaves { (two * behind).recip() } else { T::zero() };
+                let behind = behind.fold(zero, |sum, (_, &k)| sum + within[k as usize]);
+                if behind > zero {
+                    half[at] = (two * behind).recip();
+                }
             }
-            conduction.off(i as usize).for_each(|(k, _)| within[k] = T::zero());
+            conducts(i).for_each(|(_, k)| within[k] = zero);
         }
     }
-    // The same couplings seen from the other side: rows and columns of a symmetric pattern come in
-    // one order.
-    let other = half.transpose(clock)?;
-    let mut loss = vec![T::zero(); n];
-    for i in 0..n {
-        if clock.is_up_at(i) {
-            return None;
-        }
-        let mut total = T::zero();
-        let sides = half.off(i).zip(other.of(i));
-        for ((j, c), ((_, own), &(_, other))) in conduction.off(i).zip(sides) {
-            if own + other > T::zero() {
-                loss[j] = c - (c.recip() + own + other).recip();
-                total += loss[j];
+    let other = matrix.across(&half, clock)?;
+    for i in 0..matrix.order() {
+        let mut total = zero;
+        for at in matrix.row(i) {
+            if half[at] + other[at] > zero {
+                let c = conduction[at];
+                let loss = c - (c.recip() + half[at] + other[at]).recip();
+                matrix.values[at] += loss;
+                total += loss;
             }
         }
-        matrix.off_mut(i).for_each(|(j, a)| *a += loss[j]);
         matrix.diagonal[i] -= total; // no pivot here
-        conduction.off(i).for_each(|(j, _)| loss[j] = T::zero());
     }
     Some(matrix)
-}
-
-/// The symmetric part of the negative couplings, `min(−aᵢⱼ, −aⱼᵢ)` where that is positive.
-fn conduction<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Matrix<T>> {
-    let (n, columns) = (matrix.order(), matrix.transpose(clock)?);
-    let mut back = vec![T::zero(); n];
-    let mut conduction = Matrix::with_capacity(n, matrix.entries());
-    let mut row = vec![];
-    for i in 0..n {
-        if clock.is_up_at(i) {
-            return None;
-        }
-        columns.of(i).iter().for_each(|&(j, a)| back[j as usize] = -a);
-        row.clear();
-        row.extend(matrix.off(i).map(|(j, a)| (j as u32, back[j].min(-a))));
-        row.retain(|&(_, c)| c > T::zero());
-        conduction.push(&row);
-        columns.of(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
-    }
-    Some(conduction)
 }
 
 #[cfg(test)]

@@ -19,27 +19,16 @@ pub(super) struct Flow {
 impl Flow {
     /// None when the clock is up.
     pub(super) fn of<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Self> {
-        let (n, columns) = (matrix.order(), matrix.transpose(clock)?);
-        let mut net = vec![T::zero(); n];
+        let back = matrix.across(&matrix.values, clock)?;
         let (mut arrows, mut sum, mut all) = (vec![], 0.0, 0.0);
-        let wide = |a: T| a.to_f64().unwrap_or(f64::NAN);
-        for i in 0..n {
-            if clock.is_up_at(i) {
-                return None;
-            }
-            for (j, a) in matrix.off(i) {
-                net[j] += a.abs();
-                all += wide(a.abs());
-            }
-            for &(j, a) in columns.of(i) {
-                net[j as usize] -= a.abs();
-            }
-            let column = columns.of(i).iter().map(|&(j, _)| j as usize);
-            for j in matrix.off(i).map(|(j, _)| j).chain(column) {
-                let net = std::mem::replace(&mut net[j], T::zero());
+        for i in 0..matrix.order() {
+            for (at, j) in matrix.places(i) {
+                let a = matrix.values[at].abs();
+                all += a.wide();
+                let net = a - back[at].abs();
                 if net > T::zero() {
                     arrows.push([j as u32, i as u32]);
-                    sum += wide(net);
+                    sum += net.wide();
                 }
             }
         }

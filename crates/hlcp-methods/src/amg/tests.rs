@@ -19,16 +19,23 @@ fn narrow<T: Scalar>(v: f64) -> T {
 /// A sparse matrix without symmetry, and the same dense.
 fn sparse(n: usize) -> (Matrix<f64>, DMatrix<f64>) {
     let mut dense = DMatrix::zeros(n, n);
-    let mut matrix = Matrix::with_capacity(n, 4 * n);
     for i in 0..n {
         for e in 1..4 {
             dense[(i, (i * e * e + 7 * e) % n)] = noise(31 * i + e);
         }
         dense[(i, i)] = 4.0 + noise(i);
+    }
+    (rows_of(&dense), dense)
+}
+
+fn rows_of(dense: &DMatrix<f64>) -> Matrix<f64> {
+    let n = dense.nrows();
+    let mut matrix = Matrix::with_capacity(n, 4 * n);
+    for i in 0..n {
         let row = (0..n as u32).map(|j| (j, dense[(i, j as usize)]));
         matrix.push(&row.filter(|e| e.1 != 0.0).collect::<Vec<_>>());
     }
-    (matrix, dense)
+    matrix
 }
 
 #[test]
@@ -47,17 +54,23 @@ fn aggregated_entries_are_the_galerkin_product() {
     assert!((found - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
 }
 
+/// Row 17 has no pivot, so its unknown stays as it is.
 #[test]
 fn sweeps_solve_with_the_lower_triangle_and_return_products() {
-    let (matrix, dense) = sparse(40);
+    let (_, mut dense) = sparse(40);
+    dense[(17, 17)] = 0.0;
+    let matrix = rows_of(&dense);
     let rhs = DVector::from_fn(40, |i, _| noise(i + 5));
-    let lower = dense.lower_triangle();
+    let swept = |mut y: DVector<f64>| {
+        for i in (0..40).filter(|&i| i != 17) {
+            y[i] += (rhs[i] - dense.row(i).dot(&y.transpose())) / dense[(i, i)];
+        }
+        y
+    };
     let (mut y, mut product) = (vec![f64::NAN; 40], vec![f64::NAN; 40]);
     let mut residuals = vec![f64::NAN; 40];
-    matrix.sweep_from_zero(rhs.as_slice(), &mut y, &mut product, |i, residual| {
-        residuals[i] = residual
-    });
-    let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
+    matrix.sweep_from_zero(rhs.as_slice(), &mut y, |i, residual| residuals[i] = residual);
+    let expected = swept(DVector::zeros(40));
     // Pivots of at least 3 against three entries of at most 1: errors grow by no more than a small
     // factor.
     let close = |found: &[f64], expected: &DVector<f64>| {
@@ -65,9 +78,29 @@ fn sweeps_solve_with_the_lower_triangle_and_return_products() {
     };
     assert!(close(&y, &expected));
     assert!(close(&residuals, &(&rhs - &dense * &expected)));
-    matrix.sweep(rhs.as_slice(), &mut y, &mut product);
-    expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
+    matrix.sweep(rhs.as_slice(), &mut y, &mut product, noise);
+    let expected = swept(expected + DVector::from_fn(40, |i, _| noise(i)));
     assert!(close(&y, &expected) && close(&product, &(dense * expected)));
+}
+
+#[test]
+fn the_transpose_and_what_is_across_the_diagonal_are_those_of_the_matrix() {
+    let (matrix, dense) = sparse(40);
+    let clock = &mut Clock::endless();
+    let transpose = matrix.transpose(clock).unwrap();
+    let mut unit = DVector::zeros(40);
+    for j in 0..40 {
+        let mut column = DVector::zeros(40);
+        unit[j] = 1.0;
+        transpose.product(unit.as_slice(), column.as_mut_slice());
+        unit[j] = 0.0;
+        assert_eq!(column, dense.row(j).transpose());
+    }
+    let across = matrix.across(&matrix.values, clock).unwrap();
+    for i in 0..40 {
+        matrix.places(i).for_each(|(at, j)| assert_eq!(across[at], dense[(j, i)], "{i} {j}"));
+        assert_eq!(matrix.off(i).count(), dense.row(i).iter().filter(|a| **a != 0.0).count() - 1);
+    }
 }
 
 /// Two levels against their definition: a sweep, the Galerkin system, a sweep. The factors of

@@ -2,10 +2,7 @@
 
 use hlcp_core::{Omega, Scalar};
 
-use super::{
-    cycle::PASSES,
-    matrix::{Groups, Matrix},
-};
+use super::{cycle::PASSES, matrix::Matrix};
 use crate::Clock;
 
 /// Rows are weighted where more than the latter part of the columns lose more than the former of
@@ -47,15 +44,14 @@ impl<T: Scalar> Units<T> {
         if !by_rows && !by_unknowns {
             return Some(Self::plain());
         }
-        let columns = couples.transpose(clock)?;
-        let column = |j: usize| columns.of(j).iter().map(|&(i, a)| (i as usize, a));
-        let ratios = symmetric(couples, &columns, clock)?;
+        let ratios = symmetric(couples, clock)?;
         let mut units = Self::plain();
         if by_rows {
             let by_diagonal = d.iter().map(|d| d.recip()).collect();
             let of = |(&s, &d): (&T, &T)| if by_unknowns { (s * d).sqrt() } else { s };
             let by_tree = ratios.iter().zip(d).map(|pair| of(pair).recip()).collect();
-            units.rows = Some(levelled(d, column, [by_tree, by_diagonal], clock)?);
+            let columns = couples.transpose(clock)?;
+            units.rows = Some(levelled(d, |j| columns.off(j), [by_tree, by_diagonal], clock)?);
         }
         let weighted = |d: &[T]| -> Vec<T> {
             (0..n).map(|i| (factor(units.rows.as_deref(), i) * d[i]).recip()).collect()
@@ -117,13 +113,9 @@ fn losses<T: Scalar>(matrix: &Matrix<T>) -> [bool; 2] {
 
 /// Returns `s` with `aᵢⱼ sⱼ = aⱼᵢ sᵢ` along a tree of couplings both ways, the diagonal's entry at
 /// one unknown of those that hang together. Nothing when the clock is up.
-fn symmetric<T: Scalar>(
-    matrix: &Matrix<T>,
-    columns: &Groups<(u32, T)>,
-    clock: &mut Clock<'_>,
-) -> Option<Vec<T>> {
+fn symmetric<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Vec<T>> {
     let n = matrix.order();
-    let (mut s, mut back) = (vec![T::zero(); n], vec![T::zero(); n]);
+    let (mut s, back) = (vec![T::zero(); n], matrix.across(&matrix.values, clock)?);
     let (mut done, mut reached) = (0, vec![]);
     for root in 0..n {
         if s[root] == T::zero() {
@@ -135,15 +127,13 @@ fn symmetric<T: Scalar>(
                 return None;
             }
             done += 1;
-            columns.of(i).iter().for_each(|&(j, a)| back[j as usize] = a);
-            for (j, a) in matrix.off(i) {
-                let of_j = s[i] * back[j] / a;
+            for (at, j) in matrix.places(i) {
+                let of_j = s[i] * back[at] / matrix.values[at];
                 if s[j] == T::zero() && of_j.is_normal() && of_j > T::zero() {
                     s[j] = of_j;
                     reached.push(j);
                 }
             }
-            columns.of(i).iter().for_each(|&(j, _)| back[j as usize] = T::zero());
         }
     }
     Some(s)
