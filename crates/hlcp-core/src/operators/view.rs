@@ -250,7 +250,7 @@ pub(crate) fn visit_neighbours<T: Scalar>(
     round: [bool; 2],
     k: usize,
     coefficient: impl Fn(usize) -> T,
-    visit: &mut dyn FnMut(usize, T),
+    mut visit: impl FnMut(usize, T),
 ) {
     let ([nx, ny], (i, j)) = (grid, (k % grid[0], k / grid[0]));
     let mut entry = |inside: bool, direction: usize, place: usize| {
