@@ -19,7 +19,7 @@ use crate::limits::Cost;
 
 /// The most numbers in the factors, which take 4 GB then. That bounds the multiplications, too: a
 /// factorisation that leaves N numbers takes N^1.5/2 at most, or about two minutes.
-const NUMBERS: f64 = 2.5e8;
+pub(crate) const NUMBERS: f64 = 2.5e8;
 
 /// Multiplications of a factorisation in the time of one entry of a sweep, and the sweeps that its
 /// analysis and what else grows with the order take. Of 92 problems of 39 kinds, of 10³ to 10⁵
@@ -68,16 +68,20 @@ type Factors = (SymbolicLu<usize>, NumericLu<usize, f64>);
 
 /// A matrix by rows.
 #[derive(Debug, Clone, Default)]
-struct Transposed {
-    starts: Vec<usize>,
-    columns: Vec<usize>,
-    values: Vec<f64>,
+pub(crate) struct Transposed {
+    pub(crate) starts: Vec<usize>,
+    pub(crate) columns: Vec<usize>,
+    pub(crate) values: Vec<f64>,
 }
 
 impl Transposed {
     /// Overwrites the matrix with that of order `n` whose entries `row(i, each)` calls `each` with;
     /// what comes for one column is summed.
-    fn fill(&mut self, n: usize, mut row: impl FnMut(usize, &mut dyn FnMut(usize, f64))) {
+    pub(crate) fn fill(
+        &mut self,
+        n: usize,
+        mut row: impl FnMut(usize, &mut dyn FnMut(usize, f64)),
+    ) {
         self.starts.clear();
         self.columns.clear();
         self.values.clear();
@@ -98,7 +102,12 @@ impl Transposed {
         }
     }
 
-    fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
+    /// The entries of row `i`, with their columns.
+    pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
+        (self.starts[i]..self.starts[i + 1]).map(|at| (self.columns[at], self.values[at]))
+    }
+
+    pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
         let n = self.starts.len() - 1;
         SymbolicSparseColMatRef::new_checked(n, n, &self.starts, None, &self.columns)
     }
@@ -180,10 +189,7 @@ impl SparseLu {
         });
         let begun = Instant::now();
         let (_, bounds) = matrix.analyse()?;
-        let sweep = begun.elapsed().as_secs_f64() / ANALYSIS as f64;
-        let worth = bounds[1] / (PER_ENTRY * matrix.columns.len() as f64);
-        let worth = ANALYSIS + worth as usize;
-        let cost = Cost { worth, seconds: sweep * worth as f64, bytes: 16.0 * bounds[0] };
+        let cost = cost(begun, bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
         Ok((Self { matrix, factors: None }, cost))
     }
 
@@ -232,6 +238,14 @@ impl SparseLu {
         lu.solve_transpose_in_place_with_conj(faer::Conj::No, x.as_mut(), Par::Seq, stack);
         y.iter_mut().enumerate().for_each(|(i, y)| *y = T::of(x[(i, 0)]));
     }
+}
+
+/// The cost of an elimination whose analysis began then: its multiplications beside walks over so
+/// many entries.
+pub(crate) fn cost(begun: Instant, multiplications: f64, entries: usize, bytes: f64) -> Cost {
+    let sweep = begun.elapsed().as_secs_f64() / ANALYSIS as f64;
+    let worth = ANALYSIS + (multiplications / (PER_ENTRY * entries as f64)) as usize;
+    Cost { worth, seconds: sweep * worth as f64, bytes }
 }
 
 /// The error of factors with too many numbers.

@@ -100,6 +100,8 @@ mod amg;
 mod anderson;
 mod auto;
 #[cfg(feature = "direct")]
+mod cholesky;
+#[cfg(feature = "direct")]
 mod direct;
 mod jacobian;
 mod krylov;

@@ -113,12 +113,7 @@ impl<T: Scalar> Matrix<T> {
 
     /// Overwrites `y` with a forward Gauss–Seidel sweep from 0, and shows the residual of each row,
     /// as soon as the sweep is beyond its columns.
-    pub(super) fn sweep_from_zero(
-        &self,
-        rhs: &[T],
-        y: &mut [T],
-        mut show: impl FnMut(usize, T),
-    ) {
+    pub(super) fn sweep_from_zero(&self, rhs: &[T], y: &mut [T], mut show: impl FnMut(usize, T)) {
         for k in 0..self.order() + self.reach {
             if k < self.order() {
                 // Each waits for the one before, so nothing but its own product follows that.

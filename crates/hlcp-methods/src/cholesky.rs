@@ -1,0 +1,300 @@
+//! Sparse Cholesky factors of J(x), by faer, where it is symmetric but for factors of its rows and
+//! columns.
+
+use std::{sync::Arc, time::Instant};
+
+use faer::{
+    Conj, Mat, Par, Side,
+    dyn_stack::{MemBuffer, MemStack},
+    sparse::{
+        SparseColMatRef,
+        linalg::{
+            amd,
+            cholesky::{LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky},
+        },
+    },
+};
+use hlcp_core::{Hlcp, Rows, Scalar};
+
+use crate::{
+    direct::{NUMBERS, Transposed, cost},
+    limits::Cost,
+};
+
+/// Entries across the diagonal may differ by so many roundings, as those of sums do.
+const ROUNDINGS: f64 = 16.0;
+
+/// The factors of the matrix with the columns `(1 + d)A` and `(1 − d)BΩ`, summed, where one of `A`
+/// and `B` is diagonal, and the other one, with its rows divided by that diagonal, symmetric: so it
+/// is in linear complementarity problems with a symmetric matrix, whatever rows are multiplied by.
+///
+/// With the diagonal `D`, the other operator `C`, `M = D⁻¹C` and the factors `c` and `e` of the
+/// columns of both, `C c y + D e y = f` is
+///
+/// ```text
+/// (M + e/c) w = D⁻¹f  on the columns with c ≠ 0, where y = w/c;  y = (D⁻¹f − M w)/e  elsewhere .
+/// ```
+///
+/// All these matrices are positive definite if M is, that is, as it is symmetric, if it is a
+/// P-matrix. There are no factors if one is not.
+#[derive(Debug, Clone)]
+pub(crate) struct Cholesky {
+    of_b: bool,
+    diagonal: Vec<f64>,
+    /// M.
+    matrix: Transposed,
+    c: Vec<f64>,
+    e: Vec<f64>,
+    /// The columns with c ≠ 0.
+    some: Vec<usize>,
+    factors: Option<Arc<(SymbolicCholesky<usize>, Vec<f64>)>>,
+}
+
+impl Cholesky {
+    /// Room for the factors of any J(x) of a problem, and what they cost; nothing where they are
+    /// not to be had.
+    pub(crate) fn for_problem<T: Scalar, A: Rows<T>, B: Rows<T>>(
+        problem: &Hlcp<T, A, B>,
+    ) -> Option<(Self, Cost)> {
+        let n = problem.order();
+        let of = |diagonal: Vec<f64>, of_b: bool| {
+            let mut matrix = Transposed::default();
+            matrix.fill(n, |i, each| {
+                let mut see = |j, a: T| each(j, a.wide() / diagonal[i]);
+                if of_b {
+                    problem.b().visit_row(i, &mut see)
+                } else {
+                    problem.a().visit_row(i, &mut see)
+                }
+            });
+            is_symmetric(&matrix).then_some((of_b, diagonal, matrix))
+        };
+        let (of_b, diagonal, matrix) = match diagonal(problem.b()) {
+            Some(diagonal) => of(diagonal, false),
+            None => of(diagonal(problem.a())?, true),
+        }?;
+        let [c, e] = [(); 2].map(|()| vec![1.0; n]);
+        let cholesky = Self { of_b, diagonal, matrix, c, e, some: (0..n).collect(), factors: None };
+        let begun = Instant::now();
+        let upper = cholesky.upper();
+        let entries = upper.columns.len();
+        let mut room = MemBuffer::try_new(amd::order_maybe_unsorted_scratch::<usize>(n, entries));
+        let (stack, [mut order, mut place]) =
+            (MemStack::new(room.as_mut().ok()?), [(); 2].map(|()| vec![0; n]));
+        let control = amd::Control::default();
+        let counts =
+            amd::order_maybe_unsorted(&mut order, &mut place, upper.pattern(), control, stack);
+        let counts = counts.ok()?;
+        let numbers = counts.n_div + n as f64;
+        let entries = cholesky.matrix.columns.len() + n;
+        let cost = cost(begun, counts.n_mult_subs_ldl, entries, 8.0 * numbers);
+        (numbers <= NUMBERS).then_some((cholesky, cost))
+    }
+
+    /// The upper triangle of M + e/c, by columns.
+    fn upper(&self) -> Transposed {
+        let mut place = vec![usize::MAX; self.c.len()];
+        self.some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
+        let mut upper = Transposed::default();
+        upper.fill(self.some.len(), |at, each| {
+            let j = self.some[at];
+            // Places that are not in use are beyond it.
+            let left = self.matrix.row(j).filter(|&(i, _)| place[i] <= at);
+            left.for_each(|(i, a)| each(place[i], a));
+            each(at, self.e[j] / self.c[j]);
+        });
+        upper
+    }
+
+    /// Factorises the matrix of the columns that `d` chooses.
+    pub(crate) fn factorise<T: Scalar, A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        d: &[T],
+    ) {
+        for (j, d) in d.iter().map(|d| d.wide()).enumerate() {
+            let factors = [1.0 + d, (1.0 - d) * problem.omega().entry(j).wide()];
+            [self.c[j], self.e[j]] = if self.of_b { [factors[1], factors[0]] } else { factors };
+        }
+        self.some.clear();
+        self.some.extend((0..d.len()).filter(|&j| self.c[j] != 0.0));
+        // Those before give up their memory first.
+        self.factors = None;
+        self.factors = self.factors().map(Arc::new);
+    }
+
+    /// The factors, unless memory is missing or the matrix is not positive definite.
+    fn factors(&self) -> Option<(SymbolicCholesky<usize>, Vec<f64>)> {
+        let upper = self.upper();
+        let pattern = upper.pattern();
+        let (order, settings) = (SymmetricOrdering::Amd, Default::default());
+        let symbolic = factorize_symbolic_cholesky(pattern, Side::Upper, order, settings).ok()?;
+        if symbolic.len_val() as f64 > NUMBERS {
+            return None;
+        }
+        let need = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let mut room = MemBuffer::try_new(need).ok()?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let (matrix, stack) =
+            (SparseColMatRef::new(pattern, &upper.values), MemStack::new(&mut room));
+        let (plain, settings) = (Default::default(), Default::default());
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                matrix,
+                Side::Upper,
+                plain,
+                Par::Seq,
+                stack,
+                settings,
+            )
+            .ok()?;
+        Some((symbolic, values))
+    }
+
+    /// Overwrites `y` with the solution for `rhs`; with NaN where there are no factors.
+    pub(crate) fn solve<T: Scalar>(&self, rhs: &[T], y: &mut [T]) {
+        let Some(factors) = &self.factors else {
+            y.fill(T::nan());
+            return;
+        };
+        let (symbolic, values) = &**factors;
+        let divided = |i: usize| rhs[i].wide() / self.diagonal[i];
+        let mut x = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
+        let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
+        let llt = LltRef::new(symbolic, values);
+        llt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+        let mut w = vec![0.0; y.len()];
+        self.some.iter().enumerate().for_each(|(at, &j)| w[j] = x[(at, 0)]);
+        for (i, y) in y.iter_mut().enumerate() {
+            let rest = || self.matrix.row(i).fold(divided(i), |rest, (j, a)| rest - a * w[j]);
+            *y = T::of(if self.c[i] == 0.0 { rest() / self.e[i] } else { w[i] / self.c[i] });
+        }
+    }
+}
+
+/// The diagonal of an operator that has no other entries.
+fn diagonal<T: Scalar>(operator: &impl Rows<T>) -> Option<Vec<f64>> {
+    let each = |i: usize| {
+        let mut is_alone = true;
+        operator.visit_row(i, &mut |j, a| is_alone &= j == i || a == T::zero());
+        is_alone.then(|| operator.diagonal_entry(i).wide())
+    };
+    (0..operator.order()).map(each).collect()
+}
+
+/// Returns whether entries across the diagonal agree, to what is lost in the rounding of sums as
+/// large as a definite matrix may have there.
+fn is_symmetric(matrix: &Transposed) -> bool {
+    let n = matrix.starts.len() - 1;
+    let diagonal: Vec<f64> =
+        (0..n).map(|i| matrix.row(i).find(|&(j, _)| j == i).map_or(0.0, |(_, a)| a)).collect();
+    // As i grows, so does the place in row j where column i is.
+    let mut next = matrix.starts.clone();
+    (0..n).all(|i| {
+        matrix.row(i).all(|(j, a)| {
+            let at = next[j];
+            next[j] += 1;
+            let rounding = ROUNDINGS * f64::EPSILON * (diagonal[i] * diagonal[j]).sqrt();
+            at < matrix.starts[j + 1]
+                && matrix.columns[at] == i
+                && (matrix.values[at] - a).abs() <= rounding
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use approx::assert_abs_diff_eq;
+    use hlcp_core::{Csr, Omega};
+    use nalgebra::{DMatrix, DVector};
+    use proptest::{collection::vec, prelude::*};
+
+    use super::*;
+
+    fn rows_of(dense: &DMatrix<f64>) -> Csr<'static, f64> {
+        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+        for row in dense.row_iter() {
+            for (j, &a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                columns.push(j);
+                values.push(a);
+            }
+            offsets.push(columns.len());
+        }
+        Csr::new(offsets, columns, values).unwrap()
+    }
+
+    proptest! {
+        /// Springs of both signs on ground that is stiffer, rows multiplied by anything, the
+        /// diagonal either operator, against dense elimination of the columns as `d` adds them.
+        #[test]
+        fn factors_solve_with_any_columns(
+            bonds in (1..20_usize).prop_flat_map(|n| vec((0..n, 0..n, -1.0..1.0_f64), 2 * n)),
+            ground in vec(0.1..2.0_f64, 20),
+            (diagonal, omega) in (vec(0.2..5.0_f64, 20), vec(0.2..5.0_f64, 20)),
+            factors in vec(-8..8_i32, 20),
+            d in vec(prop_oneof![Just(1.0), Just(-1.0), -1.0..1.0_f64], 20),
+            rhs in vec(-1.0..1.0_f64, 20),
+            of_b in any::<bool>(),
+        ) {
+            let n = bonds.len() / 2;
+            let mut spring = DMatrix::from_diagonal(&DVector::from_column_slice(&ground[..n]));
+            for &(i, j, bond) in bonds.iter().filter(|(i, j, _)| i != j) {
+                (spring[(i, j)], spring[(j, i)]) = (spring[(i, j)] - bond, spring[(j, i)] - bond);
+                (spring[(i, i)], spring[(j, j)]) =
+                    (spring[(i, i)] + bond.abs(), spring[(j, j)] + bond.abs());
+            }
+            // D times a symmetric matrix is C.
+            let mut other = DMatrix::from_diagonal(&DVector::from_column_slice(&diagonal[..n]));
+            let mut couples = &other * &spring;
+            for (i, &factor) in factors[..n].iter().enumerate() {
+                couples.row_mut(i).scale_mut(10_f64.powi(factor));
+                other.row_mut(i).scale_mut(10_f64.powi(factor));
+            }
+            let [a, b] = if of_b { [other, couples] } else { [couples, other] };
+            let each = Omega::Each(omega[..n].to_vec());
+            let problem = Hlcp::new(rows_of(&a), rows_of(&b), each).unwrap();
+            let (mut cholesky, cost) = Cholesky::for_problem(&problem).unwrap();
+            prop_assert!(cost.bytes >= 8.0 * n as f64);
+            let sum = DMatrix::from_fn(n, n, |i, j| {
+                (1.0 + d[j]) * a[(i, j)] + (1.0 - d[j]) * omega[j] * b[(i, j)]
+            });
+            let rhs: Vec<f64> = (0..n).map(|i| rhs[i] * 10_f64.powi(factors[i])).collect();
+            let mut y = vec![f64::NAN; n];
+            cholesky.factorise(&problem, &d[..n]);
+            cholesky.solve(&rhs, &mut y);
+            // Backward stable: the residual is rounding beside the terms of its row, which its own
+            // factor scales, times the growth of a condition of some hundred.
+            let y = DVector::from_vec(y);
+            let terms = sum.abs() * y.abs();
+            for (i, f) in (&sum * &y).iter().enumerate() {
+                let size = y.amax() * sum.row(i).amax() + terms[i] + rhs[i].abs();
+                prop_assert!((f - rhs[i]).abs() <= 1e4 * f64::EPSILON * size, "{i} {f} {}", rhs[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_not_symmetric_or_not_definite_has_no_factors() {
+        let problem = |a: DMatrix<f64>, b: DMatrix<f64>| {
+            Hlcp::new(rows_of(&a), rows_of(&b), Omega::Uniform(1.0)).unwrap()
+        };
+        let one = DMatrix::<f64>::identity(3, 3);
+        let of = |entries: [f64; 9]| DMatrix::from_row_slice(3, 3, &entries);
+        let skew = of([2.0, -1.0, 0.0, -0.9, 2.0, -1.0, 0.0, -1.0, 2.0]);
+        assert!(Cholesky::for_problem(&problem(skew.clone(), one.clone())).is_none());
+        let pattern = of([2.0, -1.0, 0.0, 0.0, 2.0, -1.0, -1.0, 0.0, 2.0]);
+        assert!(Cholesky::for_problem(&problem(pattern, one.clone())).is_none());
+        assert!(Cholesky::for_problem(&problem(skew.clone(), skew)).is_none());
+        let saddle = problem(of([1.0, 3.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0]), one);
+        let (mut cholesky, _) = Cholesky::for_problem(&saddle).unwrap();
+        let mut y = [0.0_f64; 3];
+        cholesky.factorise(&saddle, &[1.0, 1.0, -1.0]);
+        cholesky.solve(&[1.0; 3], &mut y);
+        assert!(y.iter().all(|y| y.is_nan()));
+        // Without one of the two that make it indefinite, A₂₂ z₂ = 1, r₁ = 3 z₂ − 1, in halves.
+        cholesky.factorise(&saddle, &[-1.0, 1.0, -1.0]);
+        cholesky.solve(&[1.0; 3], &mut y);
+        assert_abs_diff_eq!(&y[..], &[-1.0, 0.5, 0.5][..], epsilon = 1e-15);
+    }
+}
