@@ -1,5 +1,5 @@
 //! One table of contracts that every method keeps: on stencils, assembled matrices, a user's
-//! operator and the same behind `dyn`, in both precisions. A new method is one row.
+//! operator and the same behind `dyn`, in both precisions. A name of the library is a row by itself.
 
 mod common;
 #[path = "common/counting.rs"]

@@ -26,6 +26,8 @@ pub(crate) use self::{
 pub(crate) struct Scene {
     pub(crate) name: &'static str,
     about: &'static str,
+    /// The grid of a scene whose columns can be posed apart.
+    pub(crate) grid: fn(&Numbers) -> Option<[usize; 2]>,
     /// The options that define it, and their defaults.
     numbers: &'static [(&'static str, f64)],
     /// The tolerance where none is given.
@@ -50,12 +52,30 @@ pub(crate) struct Ladder {
     pub(crate) amsor: fn(f64) -> [f64; 2],
 }
 
+/// A scene that is posed in one piece.
+fn line(_: &Numbers) -> Option<[usize; 2]> {
+    None
+}
+
+fn square(numbers: &Numbers) -> Option<[usize; 2]> {
+    Some([numbers.size("m"); 2])
+}
+
+/// A square whose nodes are counted with those of the boundary.
+fn inner(numbers: &Numbers) -> Option<[usize; 2]> {
+    Some([numbers.size("m").saturating_sub(2); 2])
+}
+
+fn oblong(numbers: &Numbers) -> Option<[usize; 2]> {
+    Some(["nx", "ny"].map(|side| numbers.size(side)))
+}
+
 const ABSOLUTE: Tolerance = Tolerance::Absolute(1e-10);
 const RELATIVE: Tolerance = Tolerance::Relative(1e-10);
 
 #[rustfmt::skip] // a table
-pub(crate) static SCENES: [Scene; 13] = [
-    Scene { name: "example1", tolerance: ABSOLUTE, wide: example::<_, true>, narrow: example::<_, true>,
+pub(crate) static SCENES: &[Scene] = &[
+    Scene { name: "example1", tolerance: ABSOLUTE, grid: square, wide: example::<_, true>, narrow: example::<_, true>,
         about: "The paper's Example 1",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -64,7 +84,7 @@ pub(crate) static SCENES: [Scene; 13] = [
             Ladder { title: "example1 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.2, 1.0] },
         ] },
-    Scene { name: "example2", tolerance: ABSOLUTE, wide: example::<_, false>, narrow: example::<_, false>,
+    Scene { name: "example2", tolerance: ABSOLUTE, grid: square, wide: example::<_, false>, narrow: example::<_, false>,
         about: "The paper's Example 2",
         numbers: &[("m", 512.0), ("mu", 4.0), ("nu", 4.0), ("solution", 0.0)],
         ladders: &[
@@ -73,56 +93,56 @@ pub(crate) static SCENES: [Scene; 13] = [
             Ladder { title: "example2 (0, 0)", size: "m × m points",
                 numbers: |m| vec![("m", m), ("mu", 0.0), ("nu", 0.0)], amsor: |_| [1.1, 1.0] },
         ] },
-    Scene { name: "disc-lcp", tolerance: ABSOLUTE, wide: disc::<_, true>, narrow: disc::<_, true>,
+    Scene { name: "disc-lcp", tolerance: ABSOLUTE, grid: square, wide: disc::<_, true>, narrow: disc::<_, true>,
         about: "A contact in a disc, as a linear complementarity problem",
         numbers: &[("m", 512.0)],
         ladders: &[Ladder { title: "disc-lcp", size: "m × m points",
             numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] }] },
-    Scene { name: "disc-hlcp", tolerance: ABSOLUTE, wide: disc::<_, false>, narrow: disc::<_, false>,
+    Scene { name: "disc-hlcp", tolerance: ABSOLUTE, grid: square, wide: disc::<_, false>, narrow: disc::<_, false>,
         about: "A contact in a disc with a second operator on r",
         numbers: &[("m", 512.0)],
         ladders: &[Ladder { title: "disc-hlcp", size: "m × m points",
             numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 8.0 / m, 1.0] }] },
-    Scene { name: "journal-bearing", tolerance: ABSOLUTE, wide: journal_bearing, narrow: journal_bearing,
+    Scene { name: "journal-bearing", tolerance: ABSOLUTE, grid: oblong, wide: journal_bearing, narrow: journal_bearing,
         about: "The pressure in a journal bearing, cut off at zero",
         numbers: &[("nx", 50.0), ("ny", 50.0), ("ecc", 0.1), ("b-length", 10.0)],
         ladders: &[Ladder { title: "journal-bearing", size: "m × m points, ε = 0.1, b = 10",
             numbers: |m| vec![("nx", m), ("ny", m)], amsor: |m| [2.0 - 11.0 / m, 1.0] }] },
-    Scene { name: "obstacle", tolerance: ABSOLUTE, wide: obstacle, narrow: obstacle,
+    Scene { name: "obstacle", tolerance: ABSOLUTE, grid: inner, wide: obstacle, narrow: obstacle,
         about: "A membrane over a dome",
         numbers: &[("m", 65.0)],
         ladders: &[Ladder { title: "obstacle", size: "m × m inner nodes",
             numbers: |m| vec![("m", m + 2.0)], amsor: |m| [2.0 - 12.0 / m, 1.0] }] },
-    Scene { name: "spiral", tolerance: ABSOLUTE, wide: membrane::<_, true>, narrow: membrane::<_, true>,
+    Scene { name: "spiral", tolerance: ABSOLUTE, grid: square, wide: membrane::<_, true>, narrow: membrane::<_, true>,
         about: "A membrane on a spiral",
         numbers: &[("m", 255.0)],
         ladders: &[Ladder { title: "spiral", size: "m × m inner nodes",
             numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 12.0 / (m + 2.0), 1.0] }] },
-    Scene { name: "bessel", tolerance: ABSOLUTE, wide: membrane::<_, false>, narrow: membrane::<_, false>,
+    Scene { name: "bessel", tolerance: ABSOLUTE, grid: square, wide: membrane::<_, false>, narrow: membrane::<_, false>,
         about: "A membrane pressed against a product of Bessel's functions",
         numbers: &[("m", 255.0)],
         ladders: &[Ladder { title: "bessel", size: "m × m inner nodes",
             numbers: |m| vec![("m", m)], amsor: |m| [2.0 - 18.0 / (m + 10.0), 1.0] }] },
-    Scene { name: "bearing2d", tolerance: ABSOLUTE, wide: bearing2d, narrow: bearing2d,
+    Scene { name: "bearing2d", tolerance: ABSOLUTE, grid: oblong, wide: bearing2d, narrow: bearing2d,
         about: "A journal bearing with mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 63.0), ("ecc", 0.6), ("aspect", 1.0), ("groove", 0.0)],
         ladders: &[Ladder { title: "bearing2d", size: "m × (m − 1)/2 points, ε = 0.6, L/D = 1, groove at the widest gap",
             numbers: |m| vec![("nx", m), ("ny", ((m - 1.0) / 2.0).floor())], amsor: |_| [1.4, 0.5] }] },
-    Scene { name: "film", tolerance: RELATIVE, wide: film, narrow: film,
+    Scene { name: "film", tolerance: RELATIVE, grid: oblong, wide: film, narrow: film,
         about: "A slider with square dimples and mass-conserving cavitation",
         numbers: &[("nx", 127.0), ("ny", 127.0), ("dimples", 4.0), ("depth", 2.0)],
         ladders: &[] },
-    Scene { name: "dam", tolerance: RELATIVE, wide: dam, narrow: dam,
+    Scene { name: "dam", tolerance: RELATIVE, grid: oblong, wide: dam, narrow: dam,
         about: "Seepage through a dam of earth",
         numbers: &[("nx", 63.0), ("ny", 64.0), ("length", 1.0), ("tail", 0.5), ("layer", 1.0)],
         ladders: &[Ladder { title: "dam", size: "m × (m + 1) cells, L = 1, tailwater ½",
             numbers: |m| vec![("nx", m), ("ny", m + 1.0)], amsor: |_| [1.4, 0.5] }] },
-    Scene { name: "slider", tolerance: RELATIVE, wide: slider, narrow: slider,
+    Scene { name: "slider", tolerance: RELATIVE, grid: line, wide: slider, narrow: slider,
         about: "A slider with cavitation in the place of the paper's Example 3",
         numbers: &[("m", 512.0)],
         ladders: &[Ladder { title: "slider", size: "m + 1 cells, n = m",
             numbers: |m| vec![("m", m + 1.0)], amsor: |_| [1.4, 0.5] }] },
-    Scene { name: "american-put", tolerance: ABSOLUTE, wide: american_put, narrow: american_put,
+    Scene { name: "american-put", tolerance: ABSOLUTE, grid: line, wide: american_put, narrow: american_put,
         about: "An American put, one problem per time step",
         numbers: &[("m", 64.0), ("steps", 64.0), ("rate", 0.06), ("volatility", 0.2), ("maturity", 1.0), ("spot", 0.9)],
         ladders: &[Ladder { title: "american-put", size: "m points to a standard deviation, n ≈ 7.8 m, 66 LCPs one after another",
@@ -139,7 +159,7 @@ enum Kind {
 
 /// The options that define scenes: name, kind and help.
 #[rustfmt::skip] // a table
-const OPTIONS: [(&str, Kind, &str); 20] = [
+const OPTIONS: &[(&str, Kind, &str)] = &[
     ("m", Kind::Whole(1, 32768),
         "Grid points per side, the order being m²; the slider's cells, the order being m − 1; the \
          obstacle's nodes per side with the boundary's; the put's points per standard deviation"),
@@ -238,16 +258,6 @@ impl Scene {
         given: &[(&'static str, f64)],
     ) -> Result<Problem<f64>, hlcp_core::Error> {
         (self.wide)(&self.numbers(given))
-    }
-
-    /// The grid of a scene whose columns can be posed apart.
-    pub(crate) fn grid(&self, numbers: &Numbers) -> Option<[usize; 2]> {
-        match self.name {
-            "slider" | "american-put" => None,
-            _ if self.takes("nx") => Some(["nx", "ny"].map(|side| numbers.size(side))),
-            "obstacle" => Some([numbers.size("m").saturating_sub(2); 2]),
-            _ => Some([numbers.size("m"); 2]),
-        }
     }
 
     /// Limits with the scene's tolerance.

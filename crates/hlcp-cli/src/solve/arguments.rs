@@ -52,8 +52,9 @@ pub(crate) struct Arguments {
     pub(crate) r0: Option<PathBuf>,
     /// MJ MGS MSOR MAOR, AMJ … AMAOR, TMJ … TMAOR, or of the paper's Table 1 MSOR1–3 MAOR1–3, AM…
     /// and TM… alike, TMJSOR1–4 TMGSJ TMGSSOR1–3; MRBGS … TMRBAOR in red–black order; MGV MGW MGF
-    /// FMG, multigrid; NEWTON; AMG, Newton with algebraic multigrid; ANDERSON; ADAPTIVE, SOR that
-    /// finds α; AUTO, which chooses. Several with commas between them are compared
+    /// FMG, multigrid; NEWTON; AMG, Newton with algebraic multigrid; PIVOTING, Newton by
+    /// elimination; ANDERSON; ADAPTIVE, SOR that finds α; AUTO, which chooses. Several with commas
+    /// between them are compared
     #[arg(long, help_heading = METHOD, value_delimiter = ',')]
     pub(crate) method: Vec<String>,
     /// The method that ANDERSON accelerates, and NEWTON and AMG fall back on [default: AMGS,

@@ -85,7 +85,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
     };
     let scene = arguments.given.scene;
     if let (Some([nx, ny]), None, None) =
-        (scene.grid(&arguments.given.numbers), &arguments.files.a, ranks)
+        ((scene.grid)(&arguments.given.numbers), &arguments.files.a, ranks)
     {
         // About what is measured.
         let bytes = |method: &Named| match &method.to_string()[..] {
@@ -115,7 +115,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
 fn strip(arguments: &Arguments, ranks: &Arc<dyn Ranks>) -> Result<Strip, Box<dyn Error>> {
     let Given { scene, numbers, .. } = &arguments.given;
     let refused = |what: &str| Err(format!("{what} works on one process; leave mpirun out").into());
-    match scene.grid(numbers) {
+    match (scene.grid)(numbers) {
         _ if arguments.files.a.is_some() => refused("a problem from files"),
         _ if arguments.certify => refused("--certify"),
         // Its operators are posed for the whole grid.
