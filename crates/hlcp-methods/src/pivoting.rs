@@ -31,9 +31,9 @@ pub(crate) const CHEAP: usize = 20;
 
 /// Principal pivoting in blocks, that is Newton's method by exact elimination: the direct way.
 ///
-/// One iteration solves `J x = −γq` for the columns that some signs select, by LU factors with
-/// pivots, and changes all signs that come out wrong, as Newton's method does, while every four
-/// such steps leave fewer than three quarters of them.
+/// One iteration solves `J x = −γq` for the columns that some signs select, by exact factors, and
+/// changes all signs that come out wrong, as Newton's method does, while every four such steps leave
+/// fewer than three quarters of them.
 ///
 /// Where they do not, it goes through the interior (Mehrotra): with `z, r > 0` it solves
 ///
@@ -52,7 +52,8 @@ pub(crate) const CHEAP: usize = 20;
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Sparse ones are Cholesky's where one of `A` and `B` is
 /// diagonal and the other one, with its rows divided by that diagonal, symmetric: all matrices to be
-/// factorised are positive definite then, if solutions are unique for every `q`.
+/// factorised are positive definite then, if solutions are unique for every `q`. What is not has LU
+/// factors.
 ///
 /// # Cost
 ///
@@ -137,23 +138,31 @@ enum Factors<T> {
     Full(Lu<T>),
     #[cfg(feature = "direct")]
     Sparse(Box<SparseLu>),
+    /// And those with pivots, for what is not positive definite.
     #[cfg(feature = "direct")]
-    Symmetric(Box<Cholesky>),
+    Symmetric(Box<Cholesky>, Option<Box<Self>>),
 }
 
 impl<T: Scalar> Factors<T> {
     /// Room for those of a problem, where they are cheapest, and what they cost.
     fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
+        #[cfg(feature = "direct")]
+        {
+            let full = if problem.order() <= SMALL { worth(problem) } else { usize::MAX };
+            let cholesky = if full > CHEAP { Cholesky::for_problem(problem) } else { None };
+            if let Some((cholesky, cost)) = cholesky.filter(|(_, cost)| cost.worth < full) {
+                return Ok((Self::Symmetric(Box::new(cholesky), None), cost));
+            }
+        }
+        Self::with_pivots(problem)
+    }
+
+    /// As [`new`](Self::new), for any problem.
+    fn with_pivots<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
         let n = problem.order();
         let full = if n <= SMALL { worth(problem) } else { usize::MAX };
         #[cfg(feature = "direct")]
         if full > CHEAP {
-            match Cholesky::for_problem(problem) {
-                Some((cholesky, cost)) if cost.worth < full => {
-                    return Ok((Self::Symmetric(Box::new(cholesky)), cost));
-                }
-                _ => {}
-            }
             let sparse = SparseLu::for_problem(problem);
             match sparse {
                 Ok((lu, cost)) if cost.worth < full => {
@@ -193,7 +202,16 @@ impl<T: Scalar> Factors<T> {
             #[cfg(feature = "direct")]
             Self::Sparse(lu) => lu.factorise(row),
             #[cfg(feature = "direct")]
-            Self::Symmetric(cholesky) => cholesky.factorise(problem, d),
+            Self::Symmetric(cholesky, pivots) => {
+                let has_factors = cholesky.factorise(problem, d);
+                if !has_factors && pivots.is_none() {
+                    let others = Self::with_pivots(problem);
+                    *pivots = others.ok().map(|(factors, _)| Box::new(factors));
+                }
+                if let (false, Some(pivots)) = (has_factors, pivots) {
+                    pivots.factorise(problem, d);
+                }
+            }
         }
     }
 
@@ -203,7 +221,10 @@ impl<T: Scalar> Factors<T> {
             #[cfg(feature = "direct")]
             Self::Sparse(lu) => lu.solve(rhs, y),
             #[cfg(feature = "direct")]
-            Self::Symmetric(cholesky) => cholesky.solve(rhs, y),
+            Self::Symmetric(cholesky, pivots) => match pivots {
+                Some(pivots) if !cholesky.has_factors() => pivots.solve(rhs, y),
+                _ => cholesky.solve(rhs, y),
+            },
         }
     }
 }
@@ -498,6 +519,24 @@ mod tests {
         let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
         assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
         assert!((solver.z()[1] - 0.05).abs() + (solver.r()[0] - 0.95).abs() < 1e-14);
+    }
+
+    /// The matrix is symmetric, but a bond outweighs its ends: no factors without pivots.
+    #[test]
+    #[cfg(feature = "direct")]
+    fn a_symmetric_matrix_that_is_not_definite_is_solved() {
+        let n = 900;
+        let diagonal = |i: usize| 1.0 + 0.1 * (i % 7) as f64;
+        let a = Tridiagonal::new(n, |i| [3.0, diagonal(i), 3.0]).unwrap();
+        let z = |i: usize| 1.0 + (i % 5) as f64;
+        let beside =
+            |i: usize| i.checked_sub(1).map_or(0.0, z) + if i + 1 < n { z(i + 1) } else { 0.0 };
+        let q: Vec<f64> = (0..n).map(|i| -diagonal(i) * z(i) - 3.0 * beside(i)).collect();
+        let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
+        assert!((0..n).all(|i| (solver.z()[i] - z(i)).abs() < 1e-9));
     }
 
     /// Five entries to a row, anywhere in 8000, leave a full matrix of thousands.

@@ -207,7 +207,7 @@ impl<T: Scalar> Matrix<T> {
     }
 
     /// Returns, at the place of each entry beside the diagonal, the one of `values` at the place
-    /// across the diagonal, 0 where the matrix has no entry there. Rows are in order.
+    /// across the diagonal, 0 where the matrix has no entry there. Rows must be in order.
     pub(super) fn across(&self, values: &[T], clock: &mut Clock<'_>) -> Option<Vec<T>> {
         let mut across = Vec::with_capacity(values.len());
         // As i grows, so does the place in row j where column i is, or would be.
