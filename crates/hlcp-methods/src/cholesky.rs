@@ -1,5 +1,4 @@
-//! Sparse Cholesky factors of J(x), by faer, where it is symmetric but for factors of its rows and
-//! columns.
+//! Sparse Cholesky factors of J(x), by faer, for a diagonal operator and a symmetric one.
 
 use std::{sync::Arc, time::Instant};
 
