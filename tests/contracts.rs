@@ -1,5 +1,5 @@
 //! One table of contracts that every method keeps: on stencils, assembled matrices, a user's
-//! operator and the same behind `dyn`, in both precisions. A name of the library is a row by itself.
+//! operator and the same behind `dyn`, in both precisions. Each name of the library is a row.
 
 mod common;
 #[path = "common/counting.rs"]

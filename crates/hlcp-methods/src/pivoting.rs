@@ -32,8 +32,8 @@ pub(crate) const CHEAP: usize = 20;
 /// Principal pivoting in blocks, that is Newton's method by exact elimination: the direct way.
 ///
 /// One iteration solves `J x = −γq` for the columns that some signs select, by exact factors, and
-/// changes all signs that come out wrong, as Newton's method does, while every four such steps leave
-/// fewer than three quarters of them.
+/// changes all signs that come out wrong, as Newton's method does, while every four such steps
+/// leave fewer than three quarters of them.
 ///
 /// Where they do not, it goes through the interior (Mehrotra): with `z, r > 0` it solves
 ///
@@ -51,9 +51,9 @@ pub(crate) const CHEAP: usize = 20;
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Sparse ones are Cholesky's where one of `A` and `B` is
-/// diagonal and the other one, with its rows divided by that diagonal, symmetric: all matrices to be
-/// factorised are positive definite then, if solutions are unique for every `q`. What is not has LU
-/// factors.
+/// diagonal and the other one, with its rows divided by that diagonal, symmetric: all matrices to
+/// be factorised are positive definite then, if solutions are unique for every `q`. What is not has
+/// LU factors.
 ///
 /// # Cost
 ///

@@ -130,8 +130,8 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// Adds `correction` to `y` and sweeps it forward; overwrites `product` with the matrix times the
-    /// new `y`.
+    /// Adds `correction` to `y` and sweeps it forward; overwrites `product` with the matrix times
+    /// the new `y`.
     pub(super) fn sweep(
         &self,
         rhs: &[T],
