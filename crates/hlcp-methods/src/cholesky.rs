@@ -108,12 +108,12 @@ impl Cholesky {
         upper
     }
 
-    /// Factorises the matrix of the columns that `d` chooses; whether that is possible.
+    /// Factorises the matrix of the columns that `d` chooses, if that is possible.
     pub(crate) fn factorise<T: Scalar, A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
         d: &[T],
-    ) -> bool {
+    ) {
         for (j, d) in d.iter().map(|d| d.wide()).enumerate() {
             let factors = [1.0 + d, (1.0 - d) * problem.omega().entry(j).wide()];
             [self.c[j], self.e[j]] = if self.of_b { [factors[1], factors[0]] } else { factors };
@@ -123,7 +123,6 @@ impl Cholesky {
         // Those before give up their memory first.
         self.factors = None;
         self.factors = self.factors().map(Arc::new);
-        self.factors.is_some()
     }
 
     /// The factors, unless memory is missing or the matrix is not positive definite.

@@ -356,7 +356,8 @@ impl Named {
     /// use hlcp_methods::Named;
     ///
     /// let names = Named::names();
-    /// assert!(names[0] == "MJ" && names.contains(&"AUTO".to_owned()));
+    /// assert_eq!((names[0].as_str(), names.len()), ("MJ", 57));
+    /// assert!(names.contains(&"AUTO".to_owned()));
     /// ```
     pub fn names() -> Vec<String> {
         let beyond = BEYOND.iter().map(|(name, _)| name.to_string());

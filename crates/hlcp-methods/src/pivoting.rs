@@ -148,7 +148,7 @@ impl<T: Scalar> Factors<T> {
     fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
         #[cfg(feature = "direct")]
         {
-            let full = if problem.order() <= SMALL { worth(problem) } else { usize::MAX };
+            let full = worth(problem);
             let cholesky = if full > CHEAP { Cholesky::for_problem(problem) } else { None };
             if let Some((cholesky, cost)) = cholesky.filter(|(_, cost)| cost.worth < full) {
                 return Ok((Self::Symmetric(Box::new(cholesky), None), cost));
@@ -159,8 +159,7 @@ impl<T: Scalar> Factors<T> {
 
     /// As [`new`](Self::new), for any problem.
     fn with_pivots<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
-        let n = problem.order();
-        let full = if n <= SMALL { worth(problem) } else { usize::MAX };
+        let (n, full) = (problem.order(), worth(problem));
         #[cfg(feature = "direct")]
         if full > CHEAP {
             let sparse = SparseLu::for_problem(problem);
@@ -203,13 +202,11 @@ impl<T: Scalar> Factors<T> {
             Self::Sparse(lu) => lu.factorise(row),
             #[cfg(feature = "direct")]
             Self::Symmetric(cholesky, pivots) => {
-                let has_factors = cholesky.factorise(problem, d);
-                if !has_factors && pivots.is_none() {
-                    let others = Self::with_pivots(problem);
-                    *pivots = others.ok().map(|(factors, _)| Box::new(factors));
-                }
-                if let (false, Some(pivots)) = (has_factors, pivots) {
-                    pivots.factorise(problem, d);
+                cholesky.factorise(problem, d);
+                if !cholesky.has_factors() {
+                    let others = || Self::with_pivots(problem).ok().map(|(of, _)| Box::new(of));
+                    *pivots = pivots.take().or_else(others);
+                    pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, d));
                 }
             }
         }
@@ -394,16 +391,19 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
 pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
 ) -> Option<usize> {
-    let full = (problem.order() <= SMALL).then(|| worth(problem));
+    let least = worth(problem);
     #[cfg(feature = "direct")]
-    let full = Some(full.unwrap_or(usize::MAX).min(crate::direct::ANALYSIS));
-    full
+    let least = least.min(crate::direct::ANALYSIS);
+    (least < usize::MAX).then_some(least)
 }
 
 /// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
-/// by side, of which four take the time of one entry of a row.
+/// by side, of which four take the time of one entry of a row. `usize::MAX` for a large one.
 fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let (n, mut entries) = (problem.order(), 0);
+    if n > SMALL {
+        return usize::MAX;
+    }
     for i in 0..n {
         problem.a().visit_row(i, &mut |_, _| entries += 1);
         problem.b().visit_row(i, &mut |_, _| entries += 1);
