@@ -83,11 +83,7 @@ pub(super) struct Hierarchy<T> {
 impl<T: Scalar> Hierarchy<T> {
     /// The levels below `matrix`, whose columns are scaled; unknowns of which `apart` is true stay
     /// on the first. None when the clock is up.
-    pub(super) fn new(
-        matrix: Matrix<T>,
-        apart: impl Fn(usize) -> bool,
-        clock: &mut Clock<'_>,
-    ) -> Option<Self> {
+    pub(super) fn new(matrix: Matrix<T>, apart: &[bool], clock: &mut Clock<'_>) -> Option<Self> {
         let entries = matrix.entries();
         let (mut levels, mut walked) = (vec![Level::new(matrix, vec![], false)], 0);
         let (mut bottom, mut visits) = (None, 1);
@@ -102,7 +98,7 @@ impl<T: Scalar> Hierarchy<T> {
                 bottom = Some(Lu::of(&fine.matrix));
                 break;
             }
-            let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart(i), clock)?;
+            let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart[i], clock)?;
             // Two transposes, and two sums of which the second is half as long.
             walked += 4 * fine.matrix.entries();
             // Every level is shorter by a tenth at least, so the loop ends.
@@ -264,7 +260,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
 }
 
 /// Relaxes `matrix v = 0` from `v = e`: what is left is what sweeps reduce least, as far as it
-/// varies slowly.
+/// varies slowly. Its moduli are divided by their mean and brought between `1/SPREAD` and `SPREAD`.
 pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
     for _ in 0..PASSES {
@@ -278,17 +274,9 @@ pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) 
             matrix.relax_homogeneous(i, &mut v);
         }
     }
-    bounded(&mut v);
-    v
-}
-
-/// Divides the moduli of the entries by their mean, and brings them between `1/SPREAD` and
-/// `SPREAD`.
-pub(super) fn bounded<T: Scalar>(v: &mut [T]) {
     let mean = v.iter().fold(T::zero(), |sum, v| sum + v.abs()) / T::of(v.len() as f64);
     let spread = T::of(SPREAD);
-    for v in v {
-        // `max` passes over NaN.
-        *v = (v.abs() / mean).max(spread.recip()).min(spread);
-    }
+    // `max` passes over NaN.
+    v.iter_mut().for_each(|v| *v = (v.abs() / mean).max(spread.recip()).min(spread));
+    v
 }

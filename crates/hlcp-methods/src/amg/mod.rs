@@ -14,7 +14,7 @@ pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
 pub(crate) use self::newton::WARM;
 use self::{
-    cycle::{Cycle, Hierarchy, PASSES, SPREAD, bounded, near_kernel},
+    cycle::{Cycle, Hierarchy, PASSES, SPREAD, near_kernel},
     matrix::Matrix,
     order::Flow,
     units::Units,
@@ -28,20 +28,11 @@ use crate::{
 /// since they were built.
 const FEW: f64 = 0.003;
 
-/// The directions that the outer iteration keeps, and the iterations after which a hierarchy is
-/// built anew around what they leave.
+/// The directions that the outer iteration keeps before it begins anew.
 const KEPT: usize = 20;
-
-/// The iterations from which on coarser levels that were kept are built anew where more than half
-/// of `KEPT` are left at the rate so far.
-const PROBE: usize = 4;
 
 /// The entries of a vector that stay in the cache while all directions are gone through.
 const BLOCK: usize = 1 << 12;
-
-/// How often that is done, and the iterations that find what they leave.
-const BOOTSTRAPS: usize = 2;
-const ROUGH: usize = 8;
 
 /// Algebraic multigrid for [`Jacobian`]s, built from rows.
 ///
@@ -72,16 +63,14 @@ const ROUGH: usize = 8;
 /// solved by two steps of a stationary iteration: for one J a linear map. [`AmgNewton`] takes the
 /// K-cycle, whose steps are those of generalised conjugate residuals, one where that gains a factor
 /// of four. It converges faster, but is not a linear map, and needs a flexible outer iteration; it
-/// has one, GCR with 20 directions, which builds the hierarchy anew, twice at most, around a rough
-/// solution of `J v = e` where 20 iterations were not enough.
+/// has one, GCR, which begins anew after 20 directions.
 ///
 /// # Cost
 ///
 /// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
 /// `x` have changed: some 20 walks over the rows of J. [`AmgNewton`] keeps the coarser levels while
-/// three thousandths of the signs have changed at most, and no linear solve is seen, after four
-/// iterations, to take more than ten others: that takes five walks. A cycle takes about five,
-/// however large the problem.
+/// three thousandths of the signs have changed at most and 20 iterations are enough: that takes
+/// five walks. A cycle takes about five, however large the problem.
 ///
 /// # Storage
 ///
@@ -229,7 +218,14 @@ impl<T: Scalar> Amg<T> {
         let split = self.split(jacobian, a_conducts, clock);
         let Some((mut matrix, scale, dry)) = split else { return };
         matrix.scale_columns(&scale);
-        self.build(matrix, scale, |at| dry[at], clock);
+        let v = near_kernel(&matrix, clock);
+        matrix.scale_columns(&v);
+        self.scale = scale;
+        self.scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
+        self.hierarchy = Hierarchy::new(matrix, &dry, clock);
+        // Assembled, scaled twice, symmetric passes.
+        self.walks += 3.0 + 2.0 * PASSES as f64;
+        self.set_ups += 1;
     }
 
     /// Puts J on the finest level and leaves the others as they are; whether there are any, and
@@ -356,24 +352,6 @@ impl<T: Scalar> Amg<T> {
         Some(matrix)
     }
 
-    /// Builds the hierarchy below `matrix`, whose columns have been scaled by `scale`.
-    fn build(
-        &mut self,
-        mut matrix: Matrix<T>,
-        mut scale: Vec<T>,
-        apart: impl Fn(usize) -> bool,
-        clock: &mut Clock<'_>,
-    ) {
-        let v = near_kernel(&matrix, clock);
-        matrix.scale_columns(&v);
-        scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
-        self.scale = scale;
-        self.hierarchy = Hierarchy::new(matrix, apart, clock);
-        // Assembled, scaled twice, symmetric passes.
-        self.walks += 3.0 + 2.0 * PASSES as f64;
-        self.set_ups += 1;
-    }
-
     /// Overwrites `y` with an approximate solution of `J(x) y = rhs`, by flexible GCR with
     /// K-cycles, and returns the norm of its residual in units of that of `rhs`.
     ///
@@ -433,7 +411,7 @@ impl<T: Scalar> Amg<T> {
         }
         residual.iter_mut().for_each(|r| *r /= unit);
         let mut x = vec![T::zero(); rhs.len()];
-        let (mut inner, mut bootstraps) = (Inner { iterations: 0, residual: 1.0 }, 0);
+        let mut inner = Inner { iterations: 0, residual: 1.0 };
         let begun = self.walks();
         loop {
             let left = limit.saturating_sub(inner.iterations);
@@ -446,41 +424,19 @@ impl<T: Scalar> Amg<T> {
                 *x = T::zero();
             }
             let wanting = inner.residual > tolerance && inner.iterations < limit;
+            // What each walk is to take off the logarithm of the residual.
+            let least = clock.least * (self.walks() - begun);
+            let is_slow = clock.least > 0.0 && -inner.residual.ln() < least;
             if !wanting || clock.is_up() {
                 break;
             }
             if self.stale > 0 {
                 self.set_up_within(jacobian, 0, clock);
-            } else if clock.least > 0.0
-                && -inner.residual.ln() < clock.least * (self.walks() - begun)
-            {
-                break;
-            } else if bootstraps < BOOTSTRAPS {
-                self.bootstrap(jacobian, clock);
-                inner.iterations += ROUGH;
-                bootstraps += 1;
-            } else if steps == 0 {
+            } else if is_slow || steps == 0 {
                 break;
             }
         }
         inner
-    }
-
-    /// Builds the hierarchy around the slowest vector: a rough solution of `J v = e`.
-    fn bootstrap<A: Rows<T>, B: Rows<T>>(
-        &mut self,
-        jacobian: &Jacobian<'_, T, A, B>,
-        clock: &mut Clock<'_>,
-    ) {
-        let n = self.scale.len();
-        let (mut residual, mut v) = (vec![T::one(); n], vec![T::zero(); n]);
-        self.flexible(&mut residual, &mut v, (0.0, ROUGH), clock);
-        bounded(&mut v);
-        v.iter_mut().zip(&self.scale).for_each(|(v, &scale)| *v *= scale);
-        self.discard();
-        let Some(mut matrix) = self.assemble(jacobian, clock) else { return };
-        matrix.scale_columns(&v);
-        self.build(matrix, v, |_| false, clock);
     }
 
     /// Moves `x` by at most `limit` steps, until `residual` is at most `goal`; returns the steps.
@@ -495,13 +451,8 @@ impl<T: Scalar> Amg<T> {
         // The products, orthogonal and of length 1, are those of the directions times the inverse
         // of a triangle.
         let (mut triangle, mut lengths): (Vec<Vec<f64>>, Vec<f64>) = (vec![], vec![]);
-        let start = dot(residual, residual).sqrt();
         for step in 0..limit.min(KEPT) {
-            let size = dot(residual, residual).sqrt();
-            // At the rate so far.
-            let left = (goal / size).ln() * step as f64 / (size / start).ln();
-            let is_slow = self.stale > 0 && step >= PROBE && left > KEPT as f64 / 2.0;
-            if size <= goal || is_slow || clock.is_up() {
+            if dot(residual, residual).sqrt() <= goal || clock.is_up() {
                 break;
             }
             if self.kept.len() == step {

@@ -176,8 +176,7 @@ impl<T: Scalar> Steps<T> {
 ///
 /// # Safeguard
 ///
-/// That of [`Newton`](crate::Newton), but where the first phase set out from an `x` as it was, the
-/// first that ends gives way to a start on coarser problems, once. A phase ends after 6, 12, 24, …
+/// That of [`Newton`](crate::Newton), but a phase ends after 6, 12, 24, …
 /// steps in a row, in the first, second, third phase, that have neither brought ‖F‖ to nine tenths
 /// of its smallest value in the phase nor changed fewer signs than any before them in the phase; or
 /// when a step leads nowhere, or a linear solve fails. Then the base method takes over at the best
@@ -195,10 +194,9 @@ impl<T: Scalar> Steps<T> {
 ///
 /// Where the base converges for every `q` by a theorem of `docs/theory.md`, as accelerated
 /// Gauss–Seidel does on films, some iterate is within any tolerance, from any start, by the proof
-/// for [`Newton`](crate::Newton). A step can change fewer signs than any
-/// before it at most `n + 1` times in a phase, so in a phase that does not end ‖F‖ falls by tenths
-/// for ever. Sweeps and starts within a phase do not matter to the proof, nor does the one start
-/// between phases.
+/// for [`Newton`](crate::Newton). A step can change fewer signs than any before it at most `n + 1`
+/// times in a phase, so in a phase that does not end ‖F‖ falls by tenths for ever. Sweeps within a
+/// phase and the start of the first do not matter to the proof.
 ///
 /// # Source
 ///
@@ -232,9 +230,9 @@ pub struct AmgNewton<T, M> {
     safeguard: Safeguard<T>,
     between: Vec<T>,
     pub(super) base_iterations: usize,
-    /// The walks of the start on coarser problems, once there was one.
-    started: Option<f64>,
-    /// The part of ‖q‖ above which the residual must be for the next step to be that start.
+    /// The walks of the start on coarser problems.
+    started: f64,
+    /// The part of ‖q‖ above which the residual must be for the first step to be that start.
     due: Option<f64>,
 }
 
@@ -258,7 +256,7 @@ where
             base,
             steps,
             base_iterations: 0,
-            started: None,
+            started: 0.0,
             due: Some(WARM),
         })
     }
@@ -280,22 +278,8 @@ where
     pub(crate) fn take_up(&mut self, cold: bool) {
         self.safeguard.take_up();
         if cold {
-            self.due = Some(0.0);
+            self.due = self.due.map(|_| 0.0);
         }
-    }
-
-    /// Ends the phase: overwrites `y` with its best iterate, from where a start on coarser problems
-    /// is due if there was none; else with what the base makes of it, and lets the base go on.
-    fn fall_back(&mut self, q: &Rhs<'_, T>, y: &mut Vec<T>, clock: &mut Clock<'_>) {
-        if self.started.is_none() {
-            self.take_up(true);
-            y.copy_from_slice(&self.safeguard.best);
-            return;
-        }
-        self.safeguard.end();
-        self.steps.plain = !self.steps.plain;
-        self.base_iterations += 1;
-        let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.between, clock);
     }
 }
 
@@ -312,7 +296,7 @@ where
     }
 
     fn work(&self) -> Option<Work> {
-        let sweeps = (self.started.unwrap_or(0.0) + self.steps.walks()).ceil() as usize;
+        let sweeps = (self.started + self.steps.walks()).ceil() as usize;
         let own = Work { sweeps, linear_iterations: Some(self.steps.linear_iterations) };
         Some(own + self.base.work().unwrap_or(Work::sweeps(self.base_iterations)))
     }
@@ -321,7 +305,7 @@ where
         self.base.restart();
         self.steps.restart();
         self.safeguard.restart();
-        (self.base_iterations, self.started, self.due) = (0, None, Some(WARM));
+        (self.base_iterations, self.started, self.due) = (0, 0.0, Some(WARM));
     }
 
     fn has_memory(&self) -> bool {
@@ -346,13 +330,10 @@ where
         }
         // Only the first linear systems of the problem itself have to show what they are worth.
         let least = std::mem::take(&mut clock.least);
-        if self.due.take().is_some_and(|part| norms.l2 > part * q.norms().l2)
-            && self.started.is_none()
-        {
+        if self.due.take().is_some_and(|part| norms.l2 > part * q.norms().l2) {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.
-            self.started = Some(
-                nested::start(problem, q.entries(), &self.steps.amg.units, y, clock).unwrap_or(0.0),
-            );
+            let walks = nested::start(problem, q.entries(), &self.steps.amg.units, y, clock);
+            self.started = walks.unwrap_or(0.0);
         }
         if !self.steps.solved {
             clock.least = least;
@@ -365,7 +346,11 @@ where
         if steps && !moves_by_rounding(self.base.problem(), x, y) {
             self.safeguard.flipped(self.steps.flips);
         } else if !clock.is_up() {
-            self.fall_back(q, y, clock);
+            // What the base makes of the best iterate of the phase, and the base goes on.
+            self.safeguard.end();
+            self.steps.plain = !self.steps.plain;
+            self.base_iterations += 1;
+            let _ = iterate(&mut self.base, q, &self.safeguard.best, y, &mut self.between, clock);
         }
         norms
     }

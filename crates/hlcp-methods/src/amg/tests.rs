@@ -129,7 +129,8 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     let galerkin = (p.transpose() * &dense * &p).lu();
     expected += &p * galerkin.solve(&(p.transpose() * (&rhs - &dense * &expected))).unwrap();
     expected += lower.solve_lower_triangular(&(&rhs - &dense * &expected)).unwrap();
-    let mut hierarchy = Hierarchy::new(matrix, |i| i == 77, &mut Clock::endless()).unwrap();
+    let apart: Vec<bool> = (0..256).map(|i| i == 77).collect();
+    let mut hierarchy = Hierarchy::new(matrix, &apart, &mut Clock::endless()).unwrap();
     for cycle in [Cycle::W, Cycle::K] {
         let (mut y, mut product) = (vec![f64::NAN; 256], vec![f64::NAN; 256]);
         hierarchy.cycle(cycle, rhs.as_slice(), &mut y, &mut product, &mut Clock::endless());
@@ -157,8 +158,8 @@ fn a_cycle_asks_before_each_long_sweep() {
     };
     let mut hierarchy = None;
     let matrix = Matrix::of(&a, &mut Clock::endless()).unwrap();
-    let of_set_up =
-        counted(&mut |clock| hierarchy = Hierarchy::new(matrix.clone(), |_| false, clock));
+    let apart = vec![false; 19600];
+    let of_set_up = counted(&mut |clock| hierarchy = Hierarchy::new(matrix.clone(), &apart, clock));
     let mut hierarchy = hierarchy.unwrap();
     let long: Vec<bool> = hierarchy.orders().map(|order| order >= 1 << 14).collect();
     assert!(long[0] && !long[1], "{long:?}");
@@ -186,7 +187,7 @@ fn a_cycle_does_not_visit_levels_that_are_hardly_shorter_over_and_over() {
         n += 1 + rays;
     }
     let matrix = Matrix::of(&listed::<f64>(n, &couplings, 1e-3), &mut Clock::endless()).unwrap();
-    let mut hierarchy = Hierarchy::new(matrix, |_| false, &mut Clock::endless()).unwrap();
+    let mut hierarchy = Hierarchy::new(matrix, &vec![false; n], &mut Clock::endless()).unwrap();
     let levels = hierarchy.orders().count();
     assert!(levels > 8, "{levels}");
     for cycle in [Cycle::W, Cycle::K] {

@@ -70,6 +70,11 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// singular; adaptive SOR with its own iterate goes on from the one that is kept, with a smaller α.
 /// Entries of 10⁶ times the usual size make `Auto` look before the solver does.
 ///
+/// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
+/// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves a
+/// hundredth of the residual: that solves a film that nobody feeds, which has many answers, all but
+/// without pressure (`docs/theory.md`, "One side alone"). What they do not solve is dropped.
+///
 /// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
 /// error is not, and from there Newton's method may take many times as long.
@@ -94,7 +99,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Cost
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
-/// of the opening, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
+/// of sweeps to open, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
 /// work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn `n` and its
 /// own.
 ///
@@ -155,6 +160,8 @@ pub struct Auto<T: Scalar, A, B> {
     /// The work of the opening in sweeps, and the residual before its last pair while it lasts.
     opened: usize,
     opening: Option<f64>,
+    /// True until a start from one side was tried, where no grid is known.
+    has_sides: bool,
     /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
     scaling: Option<Scaling<T>>,
     /// The largest entry of an iterate that raises no suspicion.
@@ -174,6 +181,10 @@ const GAIN: f64 = 0.1;
 /// A pair of sweeps of the opening is followed by another one if it leaves this part of the
 /// residual: where sweeps alone do, fused ones cost less.
 const OPENING: f64 = 0.01;
+
+/// A start from one side has so many times the largest entry that a pair of sweeps from 0 leaves on
+/// that side: further sweeps carry it on and take from it, and it is to stay positive.
+const LARGE: f64 = 4.0;
 
 /// A residual of this many times the larger of ‖q‖ and the first residual has grown, and entries of
 /// this many times those of a sweep from 0 are looked at more closely. The
@@ -240,6 +251,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             cold: false,
             opened: 0,
             opening: None,
+            has_sides: false,
             usual: 0.0,
             last: None,
             stepped: false,
@@ -304,6 +316,44 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
         self.opening = Some(norms.l2);
         Some(norms)
+    }
+
+    /// Overwrites `y` with what pairs of sweeps from a large `r` and `z = 0`, or from the reverse,
+    /// lead to while each leaves a hundredth of the residual, if they get to `goal`; returns
+    /// whether they do.
+    fn solve_from_one_side(
+        &mut self,
+        q: &Rhs<'_, T>,
+        y: &mut [T],
+        residual: f64,
+        goal: f64,
+    ) -> bool {
+        let Self { problem, opened, scratch, .. } = self;
+        let [mut z, mut r, mut x, mut f] = [(); 4].map(|()| vec![T::zero(); y.len()]);
+        let mut sweep = |x: &mut [T]| {
+            [false, true].into_iter().for_each(|back| problem.solve_rows(q.entries(), x, back));
+            *opened += 3;
+        };
+        // What q alone leads to tells how large.
+        sweep(&mut x);
+        problem.solution_from_x(&x, &mut z, &mut r);
+        let large = |v: &[T]| T::of(LARGE) * v.iter().fold(T::zero(), |max, &v| max.max(v));
+        for side in [[T::zero(), large(&r)], [large(&z), T::zero()]] {
+            z.fill(side[0]);
+            r.fill(side[1]);
+            problem.x_from_solution(&z, &r, &mut x);
+            let (mut last, mut left) = (f64::INFINITY, residual);
+            while left <= OPENING * last {
+                sweep(&mut x);
+                last = left;
+                left = measure(problem, q, &x, &mut f, scratch).l2;
+                if left <= goal {
+                    y.copy_from_slice(&x);
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     /// The largest entry of `x`, and of what `q` alone makes of an unknown.
@@ -518,6 +568,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let can_open = self.scaling.is_some() || self.problem.strip().is_none();
         let opens = !self.shape.is_line && can_open;
         (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
+        let is_open = self.shape.plane > 0 && self.problem.round() == [false; 2];
+        self.has_sides = opens && !is_open && self.problem.strip().is_none();
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.others = None;
@@ -667,6 +719,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let at = self.at;
         self.candidates[at].judge(rate, self.shape);
+        if self.has_sides && self.rival() > self.candidates[at].prospect(sweeps >= self.rent()) {
+            self.has_sides = false;
+            if self.solve_from_one_side(q, y, residual, clock.goal) {
+                (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+                return norms;
+            }
+        }
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
             // What is far behind the others is better begun from theirs.
