@@ -52,19 +52,12 @@ impl<T: Scalar> Row<T> {
         }
     }
 
-    /// Returns the functions s and w of the module's formula.
+    /// Returns the functions s and w of the module's formula; those of the other direction are the
+    /// shares of neighbours that the sweep has not passed, should they lie across a grid that closes.
     #[inline(always)]
-    pub(super) fn passed<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
+    pub(super) fn passed(&self, backward: bool) -> [Pair<T>; 2] {
         let [south, west, east, north] = self.passed;
-        if BACKWARD { [north, east] } else { [south, west] }
-    }
-
-    /// Returns the shares of the neighbours that a sweep has not passed, should they lie across a
-    /// grid that closes: of northern and eastern ones forward.
-    #[inline(always)]
-    pub(super) fn coming<const BACKWARD: bool>(&self) -> [Pair<T>; 2] {
-        let [south, west, east, north] = self.passed;
-        if BACKWARD { [south, west] } else { [north, east] }
+        if backward { [north, east] } else { [south, west] }
     }
 
     /// Returns F, from the old values around the point and from γq.
@@ -85,7 +78,7 @@ impl<T: Scalar> Row<T> {
         gamma_q: T,
     ) -> (T, T) {
         let f = self.defect(x, gamma_q);
-        let [of_across, of_along] = self.passed::<BACKWARD>();
+        let [of_across, of_along] = self.passed(BACKWARD);
         let [across, along] = if BACKWARD { [x[4], x[3]] } else { [x[0], x[1]] };
         let passed =
             part::<T, ACCELERATED>(of_across, across) + part::<T, ACCELERATED>(of_along, along);
@@ -194,7 +187,7 @@ impl<T: Scalar, const LEAN: bool> Source<T> for ConstantRows<T, LEAN> {
 
     #[inline(always)]
     fn passed<const BACKWARD: bool>(&self, (): &(), _: usize) -> [Pair<T>; 2] {
-        self.0.passed::<BACKWARD>()
+        self.0.passed(BACKWARD)
     }
 }
 

@@ -29,6 +29,10 @@ use crate::{
 ///
 /// Everything walks the grid once and allocates nothing but what threads take, with the same bits
 /// for any number of them.
+///
+/// # Panics
+///
+/// Everything panics unless the vectors have the grid's order.
 #[doc(hidden)]
 #[derive(Debug, Clone, Copy)]
 pub struct Smoother<'a, T> {
@@ -44,10 +48,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
 
     /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
     /// multiplies.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grid's order.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
         self.assert_orders([f.1.len(), x.len(), y.len()]);
         SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
@@ -55,20 +55,12 @@ impl<'a, T: Scalar> Smoother<'a, T> {
 
     /// Takes a forward sweep with the problem's γ and `q` for `f` that also returns the norms of
     /// `A z − B r + q` at its input; its result is that of [`relax`](Self::relax) up to rounding.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grid's order.
     pub fn relax_measured(&self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
         self.sweep.run(true, gauss_seidel(), q, x, y)
     }
 
     /// Returns the norms of `A z − B r + q` at `x`.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grid's order.
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
         MEASURE.of::<Measured<T>>()(self, q, x)
@@ -84,10 +76,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     }
 
     /// Takes `K(x)` off `f`.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grid's order.
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
         SUBTRACT.of::<Subtracted<T>>()(self, x, f);
@@ -100,10 +88,6 @@ impl<'a, T: Scalar> Smoother<'a, T> {
 
     /// Overwrites `coarse` with the full weighting of the defect `K(x) + f`: the transpose of
     /// [`Transfer::interpolate`] over the ratio of the cells' areas.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grids' orders.
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{
@@ -7,9 +9,9 @@ use super::{
     tile::{Edge, Worker},
 };
 use crate::{
-    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies, Totals},
+    numbers::{BLOCK, Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tally, Totals},
     operators::{Coefficients, FivePointView, Omega},
-    parallel::{Breaker, Claims, OrderedSum, Shared, Strip, Turns, team},
+    parallel::{Breaker, Claims, OrderedSum, Shared, Strip, Turns, team, totals},
     rows::Relaxation,
 };
 
@@ -97,35 +99,24 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     fn measure(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], meter: Meter) -> Norms {
         let sign = self.q_factor / self.gamma;
         let (z, r) = if sign < T::zero() { (r, z) } else { (z, r) };
-        let Grid { nx, ny, .. } = self.grid;
-        let (stretches, z_beside, r_beside) = (self.stretches(), self.beside(z), self.beside(r));
-        let bands = Claims::new((0..ny).step_by(ROWS).enumerate());
-        let sum = OrderedSum::new();
-        team::spread(team::threads(self.parallel, nx * ny), &|| {
-            let (mut az, mut br) = ([T::zero(); COLUMNS], [T::zero(); COLUMNS]);
-            let mut tallies = Tallies::new(stretches);
-            while let Some((number, first)) = bands.next() {
-                for j in first..ny.min(first + ROWS) {
-                    for start in (0..nx).step_by(COLUMNS) {
-                        let length = COLUMNS.min(nx - start);
-                        let (az, br) = (&mut az[..length], &mut br[..length]);
-                        let at = [start == 0, start + length == nx];
-                        let ends = |beside: &[Vec<T>; 2]| {
-                            [0, 1].map(|side| beside[side].get(j).copied().filter(|_| at[side]))
-                        };
-                        self.a.product(nx, j, start, z, ends(&z_beside), az);
-                        self.b.product(nx, j, start, r, ends(&r_beside), br);
-                        let q = &q.entries()[j * nx + start..][..length];
-                        for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(q) {
-                            *az = *az - br + sign * q;
-                        }
-                        tallies.add(meter, start, az);
-                    }
-                }
-                sum.add(number, tallies.take(0..nx));
+        let (nx, z_beside, r_beside) = (self.grid.nx, self.beside(z), self.beside(r));
+        let add = |tally: &mut Tally<T>, at: Range<usize>| {
+            let [mut az, mut br] = [[T::zero(); BLOCK]; 2];
+            let (az, br) = (&mut az[..at.len()], &mut br[..at.len()]);
+            let (j, start) = (at.start / nx, at.start % nx);
+            let is_end = [start == 0, start + at.len() == nx];
+            let ends = |beside: &[Vec<T>; 2]| {
+                [0, 1].map(|side| beside[side].get(j).copied().filter(|_| is_end[side]))
+            };
+            self.a.product(nx, j, start, z, ends(&z_beside), az);
+            self.b.product(nx, j, start, r, ends(&r_beside), br);
+            for ((az, &br), &q) in az.iter_mut().zip(&*br).zip(&q.entries()[at]) {
+                *az = *az - br + sign * q;
             }
-        });
-        meter.norms_of(sum.total().sum(self.strip()), T::one())
+            tally.add(meter, az);
+        };
+        let sum = totals(self.stretches(), self.parallel, add).sum(self.strip());
+        meter.norms_of(sum, T::one())
     }
 
     /// Overwrites `y` with the next iterate and returns the norms of F(x)/γ.

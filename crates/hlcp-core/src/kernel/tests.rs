@@ -1,5 +1,7 @@
 //! The sweep against an obvious loop over the points, bit for bit, whatever the processor offers.
 
+use std::fmt::Debug;
+
 use pulp::Arch;
 
 use super::{
@@ -74,7 +76,7 @@ fn in_order<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         let [passed, coming] = if BACKWARD { [coming, passed] } else { [passed, coming] };
         let is_before = |j: usize| if BACKWARD { j > k } else { j < k };
         let share = |pair, at, v: &[T]| part::<T, ACCELERATED>(pair, value(v, at));
-        let [of_passed, of_coming] = [row.passed::<BACKWARD>(), row.coming::<BACKWARD>()];
+        let [of_passed, of_coming] = [row.passed(BACKWARD), row.passed(!BACKWARD)];
         let mut takes = [[None; 2]; 2];
         // Along the row first, then across rows.
         for d in [1, 0] {
@@ -139,62 +141,51 @@ fn agrees<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     let t =
         |row: &Row<T>, old, k| row.relaxed::<BACKWARD, ACCELERATED>(old, sweep.q_factor * q[k]).1;
     let expected = in_order::<T, BACKWARD, ACCELERATED>(&lexicographic, relaxation, x, t);
-    everywhere::<T, ACCELERATED>(lexicographic, relaxation, q, x, &expected);
+    let rhs = Rhs::new(q).expect("finite");
+    let run = |sweep: Sweep<'_, T>, arch, y: &mut [T]| {
+        sweep.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, y)
+    };
+    everywhere(lexicographic, &expected, run);
     if sweep.grid.round != [false; 2] {
         return;
     }
     let red_black = sweep.directed(BACKWARD, true);
     let expected = colour_by_colour::<T, ACCELERATED>(&red_black, relaxation, q, x);
-    everywhere::<T, ACCELERATED>(red_black, relaxation, q, x, &expected);
+    everywhere(red_black, &expected, run);
 }
 
 /// The smoother's sweep is the loop over the points too.
 fn smooths<T: Scalar, const BACKWARD: bool>(sweep: Sweep<'_, T>, f: &[T], x: &[T]) {
     let sweep = sweep.directed(BACKWARD, false);
-    let (n, factor) = (x.len(), T::of(0.7));
+    let factor = T::of(0.7);
     let t = |row: &Row<T>, [south, west, _, east, north]: [T; 5], k| {
         let coming = if BACKWARD { [south, west] } else { [north, east] };
         row.solved::<BACKWARD>(coming, factor * f[k])
     };
     let expected = in_order::<T, BACKWARD, true>(&sweep, gauss_seidel(), x, t);
-    for arch in architectures() {
-        let mut y = vec![T::nan(); n];
-        sweep.smooth_on(arch, (factor, f), x, &mut y);
-        assert!(y == expected, "{:?} on {arch:?}", sweep.grid);
-        #[cfg(feature = "rayon")]
-        for pool in pools() {
-            let shared = Sweep { parallel: true, ..sweep };
-            let mut y = vec![T::nan(); n];
-            pool.install(|| shared.smooth_on(arch, (factor, f), x, &mut y));
-            assert!(y == expected, "{:?} on {} threads", sweep.grid, pool.current_num_threads());
-        }
-    }
+    everywhere(sweep, &expected, |sweep, arch, y| sweep.smooth_on(arch, (factor, f), x, y));
 }
 
 /// On every instruction set and any number of threads the sweep comes to `expected`, with the same
 /// norms.
-fn everywhere<T: Scalar, const ACCELERATED: bool>(
+fn everywhere<T: Scalar, R: PartialEq + Debug + Copy + Send>(
     sweep: Sweep<'_, T>,
-    relaxation: [Relaxation<T>; 2],
-    q: &[T],
-    x: &[T],
     expected: &[T],
+    run: impl Fn(Sweep<'_, T>, Arch, &mut [T]) -> R + Sync,
 ) {
-    let rhs = Rhs::new(q).expect("finite");
     let grid = sweep.grid;
     let mut first = None;
     for arch in architectures() {
-        let mut y = vec![T::nan(); x.len()];
-        let norms = sweep.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, &mut y);
+        let mut y = vec![T::nan(); expected.len()];
+        let norms = run(sweep, arch, &mut y);
         assert!(y == expected, "{grid:?} on {arch:?}");
         assert_eq!(*first.get_or_insert(norms), norms, "{grid:?} on {arch:?}");
         #[cfg(feature = "rayon")]
         for pool in pools() {
             let shared = Sweep { parallel: true, ..sweep };
-            let mut y = vec![T::nan(); x.len()];
+            y.fill(T::nan());
             let threads = pool.current_num_threads();
-            let of_threads =
-                pool.install(|| shared.run_on::<ACCELERATED>(arch, relaxation, &rhs, x, &mut y));
+            let of_threads = pool.install(|| run(shared, arch, &mut y));
             assert!(y == expected, "{grid:?} on {threads} threads");
             assert_eq!(of_threads, norms, "{grid:?} on {threads} threads");
         }
@@ -212,25 +203,24 @@ fn pools() -> &'static [rayon::ThreadPool] {
 }
 
 fn agrees_in_all_ways<T: Scalar>(nx: usize, ny: usize) {
-    let n = nx * ny;
-    let (q, x) = (list::<T>(n, 1), list::<T>(n, 2));
     for round in [[false, false], [true, false], [false, true], [true, true]] {
         if [nx, ny].iter().zip(round).all(|(&side, round)| side >= 3 || !round) {
-            agrees_on(nx, ny, round, &q, &x);
+            agrees_on::<T>(nx, ny, round);
         }
     }
 }
 
-fn agrees_on<T: Scalar>(nx: usize, ny: usize, round: [bool; 2], q: &[T], x: &[T]) {
+fn agrees_on<T: Scalar>(nx: usize, ny: usize, round: [bool; 2]) {
     let n = nx * ny;
-    let closed = |grid: Result<FivePoint<T>, _>| grid.and_then(|grid| grid.periodic(round));
-    let stencil = |c: [f64; 5]| closed(FivePoint::new(nx, ny, c.map(T::of))).expect("a grid");
+    let (q, x) = (&*list::<T>(n, 1), &*list::<T>(n, 2));
+    let stencil = |c: [f64; 5]| {
+        FivePoint::new(nx, ny, c.map(T::of)).and_then(|grid| grid.periodic(round)).expect("a grid")
+    };
     let varying = |centre: f64, seed| {
-        let row = |i, j| {
+        let grid = FivePoint::from_fn(nx, ny, |i, j| {
             let around = noise::<T>(seed + 3 * i + 11 * j);
             [around, T::of(0.3), T::of(centre) + around, T::of(-0.7) * around, T::of(-0.2)]
-        };
-        let grid = FivePoint::from_fn(nx, ny, row);
+        });
         grid.and_then(|grid| grid.periodic(round)).expect("a grid")
     };
     let (a, b) = (stencil([-1.1, -0.9, 5.0, -0.7, 1.3]), stencil([0.2, -1.2, 4.0, 0.6, -0.4]));

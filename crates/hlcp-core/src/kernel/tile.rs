@@ -188,12 +188,12 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let [first, last] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
         if round[0] && columns.contains(&first) {
             let [_, along] =
-                source.row::<ACCELERATED>(loaded, first - columns.start).passed::<BACKWARD>();
+                source.row::<ACCELERATED>(loaded, first - columns.start).passed(BACKWARD);
             y[first] -= part::<_, ACCELERATED>(along, x(j, last));
         }
         if round[0] && columns.contains(&last) {
             let [_, along] =
-                source.row::<ACCELERATED>(loaded, last - columns.start).coming::<BACKWARD>();
+                source.row::<ACCELERATED>(loaded, last - columns.start).passed(!BACKWARD);
             y[last] += part::<_, ACCELERATED>(along, x(j, first));
             self.along[k] = along;
         }
@@ -201,13 +201,13 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         if round[1] && j == first {
             for i in columns.clone() {
                 let row = source.row::<ACCELERATED>(loaded, i - columns.start);
-                y[i] -= part::<_, ACCELERATED>(row.passed::<BACKWARD>()[0], x(last, i));
+                y[i] -= part::<_, ACCELERATED>(row.passed(BACKWARD)[0], x(last, i));
             }
         }
         if round[1] && j == last {
             for i in columns.clone() {
                 let row = source.row::<ACCELERATED>(loaded, i - columns.start);
-                y[i] += part::<_, ACCELERATED>(row.coming::<BACKWARD>()[0], x(first, i));
+                y[i] += part::<_, ACCELERATED>(row.passed(!BACKWARD)[0], x(first, i));
             }
         }
     }
@@ -257,7 +257,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let mut subtract = |first: &[T], row: &mut [T]| {
             source.load(final_row, columns.clone(), loaded);
             for (i, (y, &first)) in row.iter_mut().zip(first).enumerate() {
-                let [across, _] = source.row::<ACCELERATED>(loaded, i).coming::<BACKWARD>();
+                let [across, _] = source.row::<ACCELERATED>(loaded, i).passed(!BACKWARD);
                 *y -= part::<_, ACCELERATED>(across, first);
             }
         };
@@ -370,7 +370,7 @@ fn first_phase<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED:
         let row = source.row::<ACCELERATED>(loaded, i);
         let x = [south[i], west[i], here[i], east[i], north[i]];
         (defect[i], t[i]) = row.relaxed::<BACKWARD, ACCELERATED>(x, q_factor * q[i]);
-        source.keep::<ACCELERATED>(kept, i, row.passed::<BACKWARD>());
+        source.keep::<ACCELERATED>(kept, i, row.passed(BACKWARD));
     }
     let mut edge = |i: usize| {
         let west = to_west.filter(|_| i == 0).unwrap_or(west[i]);
@@ -406,7 +406,7 @@ fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
     for i in 0..n {
         let row = source.row::<true>(loaded, i);
         t[i] = row.solved::<BACKWARD>([across[i], along[i]], q_factor * q[i]);
-        source.keep::<true>(kept, i, row.passed::<BACKWARD>());
+        source.keep::<true>(kept, i, row.passed(BACKWARD));
     }
     if let Some(beyond) = beyond {
         let i = if BACKWARD { 0 } else { n - 1 };

@@ -177,6 +177,10 @@ impl<T: Scalar> Axis<T> {
 /// Eight numbers for each column and each row of the fine grid. What works on vectors walks them
 /// once, on the threads of the current pool if it is told `parallel` and the grid has 16384 points
 /// or more, with the same bits for any number of them.
+///
+/// # Panics
+///
+/// Everything panics for a grid without points, and unless the vectors have the grids' orders.
 #[doc(hidden)]
 #[derive(Debug, Clone)]
 pub struct Transfer<T> {
@@ -188,10 +192,6 @@ pub struct Transfer<T> {
 impl<T: Scalar> Transfer<T> {
     /// Returns the transfer from a fine grid of `[nx, ny]` points that closes along the `[x, y]`
     /// that say so.
-    ///
-    /// # Panics
-    ///
-    /// For a grid without points.
     pub fn new([nx, ny]: [usize; 2], round: [bool; 2]) -> Self {
         Self { axes: [Axis::new(nx, round[0]), Axis::new(ny, round[1])], strip: None }
     }
@@ -239,10 +239,6 @@ impl<T: Scalar> Transfer<T> {
 
     /// Calls `each` with every coarse point and the value of `fine` at the fine point nearest to
     /// it.
-    ///
-    /// # Panics
-    ///
-    /// When `fine` is shorter than the fine grid.
     #[inline]
     pub fn inject(&self, fine: &[T], mut each: impl FnMut(usize, T)) {
         let [x_axis, y_axis] = &self.axes;
@@ -255,10 +251,6 @@ impl<T: Scalar> Transfer<T> {
     }
 
     /// Adds to `fine` the bilinear interpolation of `coarse`, with zeros around the grid.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grids' orders.
     pub fn interpolate(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
         INTERPOLATE.of::<Interpolate<T>>()(self, Degree::Linear, coarse, fine, parallel);
@@ -266,10 +258,6 @@ impl<T: Scalar> Transfer<T> {
 
     /// Overwrites `fine` with an interpolation of `coarse` through the nearest four columns and
     /// rows, which asks for nothing beyond the grid.
-    ///
-    /// # Panics
-    ///
-    /// Unless the vectors have the grids' orders.
     pub fn interpolate_smooth(&self, coarse: &[T], fine: &mut [T], parallel: bool) {
         self.assert_orders(fine.len(), coarse.len());
         INTERPOLATE.of::<Interpolate<T>>()(self, Degree::Cubic, coarse, fine, parallel);

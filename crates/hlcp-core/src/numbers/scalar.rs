@@ -7,9 +7,8 @@ use num_traits::{Float, NumAssign};
 
 /// A real scalar the methods run on: `f32` or `f64`.
 ///
-/// A bound with a short name, and the way from and to double precision. The conversions are not
-/// called `from_f64` and `to_f64`, since `num_traits` has functions of these names that return an
-/// `Option`, and a call would be ambiguous.
+/// A bound with a short name, and the way from and to double precision, by other names than
+/// `num_traits` has for conversions that return an `Option`.
 ///
 /// ```
 /// use hlcp_core::Scalar;

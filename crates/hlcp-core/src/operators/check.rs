@@ -3,8 +3,7 @@ use crate::numbers::{Error, Scalar};
 
 /// Checks that what an operator tells of itself agrees: rows, product, diagonal and views.
 ///
-/// For operators of your own, once, while you write them: nothing else in these crates compares a
-/// product with the rows. Checked are
+/// For operators of your own, once, while you write them. Checked are
 ///
 /// * that [`visit_row`](Rows::visit_row) visits columns below the order, each at most once and by
 ///   increasing index, with finite entries, and [`copy_row`](Rows::copy_row) copies the same;

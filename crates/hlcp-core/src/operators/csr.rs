@@ -9,9 +9,9 @@ use crate::numbers::{Error, Scalar, all_finite};
 /// An assembled matrix in compressed sparse rows, the caller's arrays or its own.
 ///
 /// Row `i` has the columns `columns[offsets[i]..offsets[i + 1]]`, which increase, and their values.
-/// The indices are of any type that implements [`Index`], so that the arrays of other libraries
-/// need not be copied: SciPy has `i32` and, for more than 2³¹ entries, `i64`, `nalgebra_sparse`
-/// `usize`. A matrix made here has 32 bits an index, as long as they are enough.
+/// The indices are of any type that implements [`Index`], so that arrays of SciPy and
+/// `nalgebra_sparse` need not be copied. A matrix made here has 32 bits an index, as long as they
+/// are enough.
 ///
 /// # Cost
 ///

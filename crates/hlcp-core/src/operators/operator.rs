@@ -31,11 +31,9 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// May panic unless both slices have length [`order`](Self::order).
     fn apply(&self, x: &[T], y: &mut [T]);
 
-    /// Refuses an operator that no problem can be posed with, as one that is no map from `Tⁿ` to
-    /// itself; `what` is its name in the error.
-    ///
-    /// [`Hlcp::new`](crate::Hlcp::new) asks it. A type that cannot hold anything wrong, as most
-    /// cannot, takes the default, which refuses nothing.
+    /// Refuses an operator that [`Hlcp::new`](crate::Hlcp::new) can pose no problem with, as one
+    /// that is no map from `Tⁿ` to itself; `what` is its name in the error. The default refuses
+    /// nothing.
     ///
     /// # Errors
     ///
@@ -68,10 +66,10 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// Returns this operator as a five-point one, if it is one.
     ///
-    /// It opens the fused sweeps and residuals, their threads, and geometric multigrid. The default
-    /// answers `None`, and the rows are walked. [`FivePointView`] says what a view promises, and
-    /// [`check_operator`](crate::check_operator) checks it. The iterates are those of the walk over
-    /// the rows, up to rounding.
+    /// It opens the fused sweeps and residuals, whose iterates are those of a walk over the rows up
+    /// to rounding, their threads, and geometric multigrid. The default answers `None`.
+    /// [`FivePointView`] says what a view promises, [`check_operator`](crate::check_operator)
+    /// checks it.
     ///
     /// ```
     /// use hlcp_core::{
@@ -123,8 +121,8 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 
     /// Returns this operator as an assembled matrix, if it has one at hand.
     ///
-    /// The other door to fast sweeps: rows in arrays are walked in place, without a call for each
-    /// entry. An operator that answers promises that its rows are these.
+    /// Rows in arrays are walked in place, without a call for each entry. An operator that answers
+    /// promises that its rows are these.
     fn as_csr(&self) -> Option<Csr<'_, T>> {
         None
     }
@@ -133,11 +131,10 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
     /// operator does not know its rows.
     ///
     /// The entries of one column may come in parts, in any order. A type that implements [`Rows`]
-    /// calls [`visit_row`](Rows::visit_row) here. With it a solver bounds the rounding in a
-    /// residual, and evaluates the residual exactly where rounding decides; of an operator that
-    /// answers false it can only estimate the rounding. The default visits what
-    /// [`as_csr`](Self::as_csr) or [`as_five_point`](Self::as_five_point) shows, which it asks for
-    /// each row, and answers false where neither does.
+    /// calls [`visit_row`](Rows::visit_row) here. With it a solver evaluates residuals exactly
+    /// where rounding decides, which it can only estimate otherwise. The default visits what
+    /// [`as_csr`](Self::as_csr) or [`as_five_point`](Self::as_five_point) shows, and answers false
+    /// where neither does.
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
         if let Some(matrix) = self.as_csr() {
             matrix.visit_row(i, visit);
@@ -206,8 +203,8 @@ pub trait Rows<T: Scalar>: Diagonal<T> {
     /// Copies the entries of row `i` to `row`, as many as it has room for, and returns how many the
     /// row has.
     ///
-    /// Provided. Sweeps copy rows of at most 16 entries, so that behind `Box<dyn Rows<T>>` a row
-    /// takes one call and not one for each entry; an operator that holds another passes it on.
+    /// Sweeps copy rows of at most 16 entries, so that behind `Box<dyn Rows<T>>` a row takes one
+    /// call and not one for each entry; an operator that holds another passes it on.
     ///
     /// # Panics
     ///

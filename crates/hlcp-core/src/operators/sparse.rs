@@ -25,7 +25,6 @@ impl<T: Scalar> LinearOperator<T> for CsrMatrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!([x.len(), y.len()], [self.nrows(); 2], "vectors of the operator's order");
         borrowed(self).apply(x, y);
     }
 
@@ -47,10 +46,7 @@ impl<T: Scalar> Diagonal<T> for CsrMatrix<T> {
 
 impl<T: Scalar> Rows<T> for CsrMatrix<T> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) {
-        let row = self.row(i);
-        for (&j, &a) in row.col_indices().iter().zip(row.values()) {
-            visit(j, a);
-        }
+        borrowed(self).visit_row(i, visit);
     }
 }
 

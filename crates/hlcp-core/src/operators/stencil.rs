@@ -14,8 +14,8 @@ use crate::numbers::{Error, Scalar, all_finite};
 /// ```
 ///
 /// With constant coefficients this is blktridiag(south·I; tridiag(west; centre; east); north·I) in
-/// the paper's notation. Coefficients that vary are those of the row, so that of point `(i, j)` in
-/// the place of each; those that lead outside the grid have no meaning, but must be finite.
+/// the paper's notation. Coefficients that vary are those of the row, of point `(i, j)`; those that
+/// lead outside the grid have no meaning, but must be finite.
 ///
 /// `C` is how the coefficients of one direction are given, a [`Direction`]: `FivePoint<f64>` has a
 /// number for each, `FivePoint<Coefficients<'_, f64>>` borrows a list where they vary, and
@@ -23,8 +23,8 @@ use crate::numbers::{Error, Scalar, all_finite};
 ///
 /// # Cost
 ///
-/// No matrix is formed: a direction that is the same everywhere is one number, any other `nx·ny`;
-/// borrowed lists are not copied. One product reads these lists, reads `x` and writes `y` once.
+/// A direction that is the same everywhere is one number, any other `nx·ny`; borrowed lists are not
+/// copied. One product reads these lists, reads `x` and writes `y` once.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, LinearOperator};
@@ -131,12 +131,9 @@ impl<C: Direction> FivePoint<C> {
     }
 
     /// Returns the same operator on a grid that closes round in the directions `[x, y]` that say
-    /// so: there the western neighbour of a row's first point is its last, the southern one of the
-    /// first row's points that of the last row, and the other way round. Coefficients that led
-    /// outside lead across.
-    ///
-    /// A cylinder, a full journal bearing, a torus. Sweeps in lexicographic order are fused as on
-    /// an open grid; those in red–black order walk the rows.
+    /// so, as on a cylinder or a torus: coefficients that led outside lead across, to the other end
+    /// of the row or column. Sweeps in lexicographic order are fused as on an open grid; those in
+    /// red–black order walk the rows.
     ///
     /// # Errors
     ///

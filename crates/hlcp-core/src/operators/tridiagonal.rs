@@ -5,10 +5,8 @@ use crate::numbers::{Error, Scalar};
 
 /// A tridiagonal operator whose rows are a function of their index.
 ///
-/// Row `i` is `[aᵢ,ᵢ₋₁, aᵢᵢ, aᵢ,ᵢ₊₁]`. The function decides what is stored: nothing but three
-/// numbers for constant bands, three vectors for assembled ones, the parameters of a formula for
-/// computed ones. A bidiagonal operator has a zero in the first or the last place; zeros are not
-/// visited.
+/// Row `i` is `[aᵢ,ᵢ₋₁, aᵢᵢ, aᵢ,ᵢ₊₁]`. The function decides what is stored: three numbers, three
+/// vectors, the parameters of a formula. Zeros are not visited.
 ///
 /// # Cost
 ///

@@ -1,5 +1,3 @@
-use std::ops::Range;
-
 use super::Coefficients;
 use crate::numbers::{Error, Scalar};
 
@@ -150,74 +148,38 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
         y: &mut [T],
     ) {
         y.fill(T::zero());
-        let (from, length) = (j * nx + start, y.len());
-        let directions = self.directions(nx, j, start, length, x.len());
-        for (d, (coefficients, points, neighbours)) in directions.into_iter().enumerate() {
-            let part = &mut y[points.start - from..points.end - from];
-            coefficients.add_product(points.start, &x[neighbours], part);
-            // In its turn, so that the bits are those of the whole grid.
-            if let Some((at, value)) = beyond(d, length, beside) {
-                coefficients.add_product(from + at, &[value], &mut y[at..=at]);
-            }
-        }
-    }
-
-    /// Returns, direction by direction, the coefficients, the points of a stretch of `length`
-    /// points of row `j` that have a neighbour there, and these neighbours, in a grid of `n` points
-    /// and `nx` columns; the centre first, and what leads across a grid that closes last.
-    #[inline(always)]
-    fn directions(
-        &self,
-        nx: usize,
-        j: usize,
-        start: usize,
-        length: usize,
-        n: usize,
-    ) -> [(Coefficients<'a, T>, Range<usize>, Range<usize>); 7] {
         let [south, west, centre, east, north] = self.coefficients;
-        let (from, until) = (j * nx + start, j * nx + start + length);
-        let [western, eastern] = [start == 0, start + length == nx];
-        let (first, last) = (usize::from(western), usize::from(eastern));
-        let (here, nowhere) = (from..until, (from..from, 0..0));
         let [round_x, round_y] = self.round;
-        let below = match j {
-            0 if round_y => (here.clone(), n - nx + start..n - nx + start + length),
-            0 => nowhere.clone(),
-            _ => (here.clone(), from - nx..until - nx),
+        let (n, length, from, row) = (x.len(), y.len(), j * nx + start, &x[j * nx..(j + 1) * nx]);
+        let (until, [western, eastern]) = (from + length, [start == 0, start + length == nx]);
+        // Adds the share of neighbours that points of the stretch have from place `at` on.
+        let mut add = |direction: Coefficients<'_, T>, at: usize, neighbours: &[T]| {
+            direction.add_product(from + at, neighbours, &mut y[at..at + neighbours.len()]);
         };
-        let above = match until + nx <= n {
-            true => (here.clone(), from + nx..until + nx),
-            false if round_y => (here.clone(), start..start + length),
-            false => nowhere.clone(),
-        };
-        let row = j * nx..(j + 1) * nx;
-        let to_west = if western && round_x {
-            (from..from + 1, row.end - 1..row.end)
-        } else {
-            nowhere.clone()
-        };
-        let to_east =
-            if eastern && round_x { (until - 1..until, row.start..row.start + 1) } else { nowhere };
-        [
-            (centre, here.clone(), here),
-            (west, from + first..until, from + first - 1..until - 1),
-            (east, from..until - last, from + 1..until + 1 - last),
-            (south, below.0, below.1),
-            (north, above.0, above.1),
-            (west, to_west.0, to_west.1),
-            (east, to_east.0, to_east.1),
-        ]
-    }
-}
-
-/// Returns, of the direction `d` in the order of [`FivePointView::directions`], the place in a
-/// stretch of the point whose neighbour lies beyond it, and the neighbour's value.
-#[inline(always)]
-fn beyond<T: Copy>(d: usize, length: usize, [west, east]: [Option<T>; 2]) -> Option<(usize, T)> {
-    match d {
-        1 => west.map(|value| (0, value)),
-        2 => east.map(|value| (length - 1, value)),
-        _ => None,
+        add(centre, 0, &x[from..until]);
+        // What lies beyond in its turn, so that the bits are those of the whole grid.
+        let [to_west, to_east] = beside.each_ref().map(Option::as_slice);
+        let (first, last) = (usize::from(western), usize::from(eastern));
+        add(west, first, &x[from + first - 1..until - 1]);
+        add(west, 0, to_west);
+        add(east, 0, &x[from + 1..until + 1 - last]);
+        add(east, length - 1, to_east);
+        if j > 0 {
+            add(south, 0, &x[from - nx..until - nx]);
+        } else if round_y {
+            add(south, 0, &x[n - nx + start..][..length]);
+        }
+        if until + nx <= n {
+            add(north, 0, &x[from + nx..until + nx]);
+        } else if round_y {
+            add(north, 0, &x[start..][..length]);
+        }
+        if western && round_x {
+            add(west, 0, &row[nx - 1..]);
+        }
+        if eastern && round_x {
+            add(east, length - 1, &row[..1]);
+        }
     }
 }
 

@@ -50,8 +50,7 @@ const PATIENCE: Duration = Duration::from_secs(30);
 /// Runs `work` on each of `size` ranks, threads of this process, and returns what they return in
 /// the order of the ranks.
 ///
-/// A message waits until it is received, which is the least that an engine may offer: a program
-/// that ends here ends with any engine.
+/// A message waits until it is received, which is the least that an engine may offer.
 ///
 /// # Panics
 ///

@@ -6,8 +6,8 @@ use crate::numbers::{Error, Part, Scalar, Stretches, Totals};
 /// The columns of a grid that one rank works on.
 ///
 /// A strip is made of whole stretches of columns, of which a grid has at most 64: one for each 256
-/// columns, wider ones beyond 16384. Sums are taken by stretches, so they do not depend on how many
-/// ranks there are. A rank's vectors hold the points of its columns, row by row.
+/// columns, wider ones beyond 16384. Sums by stretches do not depend on the number of ranks. A
+/// rank's vectors hold the points of its columns, row by row.
 ///
 /// ```
 /// use hlcp_core::{Strip, ranks_as_threads};
@@ -165,10 +165,8 @@ impl Strip {
     }
 
     /// Makes one result of those of all ranks: an error on one is the error of all, with its index
-    /// in the whole grid. All ranks call it.
-    ///
-    /// What can fail on one rank, like an operator made of its part of a file, goes through here
-    /// before the ranks go on.
+    /// in the whole grid. What can fail on one rank goes through here before the ranks go on. All
+    /// ranks call it.
     ///
     /// # Errors
     ///
@@ -239,10 +237,7 @@ impl Strip {
     }
 
     /// Returns the parts of all ranks one after another, on each of them; that of rank `k` has
-    /// `length(k)` numbers.
-    ///
-    /// They go up a binomial tree to rank 0 and down again: log₂ of the number of ranks messages
-    /// one after another each way.
+    /// `length(k)` numbers. They go up a binomial tree to rank 0 and down again.
     pub(crate) fn joined(&self, own: &[f64], length: impl Fn(usize) -> usize) -> Vec<f64> {
         let (size, rank) = (self.size(), self.rank());
         let starts: Vec<usize> = (0..=size).map(|end| (0..end).map(&length).sum()).collect();
@@ -269,11 +264,8 @@ impl Strip {
         all
     }
 
-    /// Overwrites vectors that begin with this rank's parts with the whole ones. All ranks call it.
-    ///
-    /// # Panics
-    ///
-    /// Unless each vector has an entry for each point of the whole grid.
+    /// Overwrites vectors that begin with this rank's parts with the whole ones, or panics unless
+    /// they have an entry for each point of the whole grid. All ranks call it.
     #[doc(hidden)]
     pub fn complete<T: Scalar, const K: usize>(&self, mut vectors: [&mut [T]; K]) {
         let [nx, ny] = self.whole;

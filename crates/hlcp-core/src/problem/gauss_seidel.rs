@@ -9,12 +9,8 @@ use crate::{
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
     /// Overwrites `x` by a sweep of the nonlinear Gauss–Seidel method, forward or backward: each
-    /// row of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown.
-    ///
-    /// # Cost
-    ///
-    /// A walk over the rows of `A` and `B`, on one thread. A pivot that is zero makes an entry that
-    /// is not finite.
+    /// row of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown, on one
+    /// thread. A pivot that is zero makes an entry that is not finite.
     ///
     /// # Panics
     ///

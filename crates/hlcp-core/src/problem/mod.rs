@@ -9,9 +9,7 @@ use std::{ops::Range, sync::Arc};
 
 use crate::{
     kernel::Sweep,
-    numbers::{
-        BLOCK, Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, positive,
-    },
+    numbers::{Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, positive},
     operators::{Diagonal, FivePointView, Identity, LinearOperator, Omega},
     parallel::{Claims, Shared, Strip, team, totals},
     rows::{Known, RowResidual},
@@ -42,6 +40,10 @@ const PORTION: usize = 1024;
 ///
 /// Multiplying `q` by a positive number multiplies `z`, `r` and `x` by it. Multiplying γ multiplies
 /// `x` alone. Multiplying Ω stretches the negative part of `x`; `z` and `r` stay.
+///
+/// # Panics
+///
+/// Every method panics unless the vectors it is given have length `n`.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -172,9 +174,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the same problem with the roles of `z` and `r` exchanged, Remark 3 of the paper.
     ///
-    /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). The methods then
-    /// work on the second, with Ω⁻¹ for Ω; `q` is still given, and `z` and `r` come back, as those
-    /// of the first. What a theorem asks of (A, B) it now asks of (B, A).
+    /// `(z, r)` solves HLCP(A, B, q) exactly when `(r, z)` solves HLCP(B, A, −q). Methods then work
+    /// on the second, with Ω⁻¹ for Ω, and theorems ask of (B, A) what they ask of (A, B); `q`, `z`
+    /// and `r` stay those of the first.
     ///
     /// # Errors
     ///
@@ -206,17 +208,14 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns the same problem, worked on by the threads of rayon's current pool; without this
-    /// call, by the caller's alone. It needs the feature `rayon`.
+    /// call, by the caller's alone.
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
-    /// call, and rayon's global one outside of any. A sweep of an [`Aor`](crate::Aor),
-    /// [`solution_from_x`](Self::solution_from_x) and [`residual`](Self::residual) then share their
-    /// work when both operators are five-point ones on one grid, of 16384 points or more; a
-    /// lexicographic sweep as a pipeline over bands of rows. On assembled rows
-    /// ([`as_csr`](LinearOperator::as_csr)) the residual is shared, but no sweep: see
-    /// [`has_shared_sweeps`](Self::has_shared_sweeps). All results are the same for any
-    /// number of threads, to the bit. A sweep allocates one row of the grid and what rayon
-    /// allocates to wake its threads.
+    /// call, and rayon's global one outside of any. From 16384 unknowns on, threads share
+    /// [`solution_from_x`](Self::solution_from_x), [`residual`](Self::residual) on grids and
+    /// assembled rows, and the sweeps that [`has_shared_sweeps`](Self::has_shared_sweeps) names,
+    /// with the same bits for any number of threads. A sweep allocates one row of the grid and
+    /// what rayon allocates to wake its threads.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -283,17 +282,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// ```
     pub fn grid(&self) -> Result<[usize; 2], Error> {
         let shape = |view: FivePointView<'_, T>| view.grid().map(|grid| (grid, view.round()));
-        let a = shape(self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?);
-        let b = shape(self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?);
-        match (a, b) {
-            (Some(a), Some(b)) if a != b => Err(Error::NotFivePoint { what: "B" }),
-            _ => Ok(a.or(b).map_or_else(|| self.own_grid(), |(grid, _)| grid)),
+        match self.views()?.map(shape) {
+            [Some(a), Some(b)] if a != b => Err(Error::NotFivePoint { what: "B" }),
+            [a, b] => Ok(a.or(b).map_or_else(
+                || self.strip().map_or([self.order(), 1], Strip::grid),
+                |(grid, _)| grid,
+            )),
         }
-    }
-
-    /// Returns the strip's grid, or all unknowns as one row.
-    fn own_grid(&self) -> [usize; 2] {
-        self.strip().map_or([self.order(), 1], Strip::grid)
     }
 
     /// Returns whether the grid of the operators closes round along `[x, y]`.
@@ -312,11 +307,18 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Returns the sweep over both operators, if they are five-point ones on one grid.
-    pub(crate) fn sweep(&self) -> Option<Sweep<'_, T>> {
-        let views = [self.a.as_five_point()?, self.b.as_five_point()?];
+    pub(crate) fn sweep(&self) -> Result<Sweep<'_, T>, Error> {
+        let views = self.views()?;
         let factors = [self.gamma, self.q_factor()];
-        let (grid, round, shared) = (self.grid().ok()?, self.round(), self.shared.as_deref());
-        Some(Sweep::new((grid, round), views, &self.omega, factors, self.parallel, shared))
+        let (grid, round, shared) = (self.grid()?, self.round(), self.shared.as_deref());
+        Ok(Sweep::new((grid, round), views, &self.omega, factors, self.parallel, shared))
+    }
+
+    /// Returns both operators as five-point ones.
+    fn views(&self) -> Result<[FivePointView<'_, T>; 2], Error> {
+        let a = self.a.as_five_point().ok_or(Error::NotFivePoint { what: "A" })?;
+        let b = self.b.as_five_point().ok_or(Error::NotFivePoint { what: "B" })?;
+        Ok([a, b])
     }
 
     /// Returns the rows of both operators, if these have them assembled or are diagonal.
@@ -351,12 +353,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Overwrites `z` and `r` with `(|x| + x)/γ` and `Ω(|x| − x)/γ`.
     ///
-    /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` of which `2|x|` is finite. An
-    /// entry that overflows makes `zᵢ` or `rᵢ` infinite, which no solver calls converged.
-    ///
-    /// # Panics
-    ///
-    /// Unless all three slices have length `n`.
+    /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` of which `2|x|` is finite; an
+    /// entry that overflows is infinite.
     pub fn solution_from_x(&self, x: &[T], z: &mut [T], r: &mut [T]) {
         self.assert_orders([x.len(), z.len(), r.len()]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
@@ -364,32 +362,16 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let portions = Claims::new(portions.enumerate());
         team::spread(team::threads(self.parallel, x.len()), &|| {
             while let Some((number, ((x, z), r))) = portions.next() {
-                for ((&x, z), r) in x.iter().zip(&mut *z).zip(&mut *r) {
-                    *z = x.abs() + x;
-                    *r = x.abs() - x;
-                }
-                match &self.omega {
-                    Omega::Uniform(omega) => r.iter_mut().for_each(|r| *r = *omega * *r),
-                    Omega::Each(omega) => {
-                        let omega = &omega[number * PORTION..];
-                        r.iter_mut().zip(omega).for_each(|(r, &omega)| *r = omega * *r);
-                    }
-                }
-                if self.gamma != T::one() {
-                    z.iter_mut().chain(r).for_each(|v| *v /= self.gamma);
+                for (k, ((&x, z), r)) in (number * PORTION..).zip(x.iter().zip(z).zip(r)) {
+                    *z = self.z_entry(x);
+                    *r = self.r_entry(k, x);
                 }
             }
         });
     }
 
     /// Overwrites `x` with `(γ/2)(z − Ω⁻¹r)`, the modulus variable that `z` and `r` are recovered
-    /// from.
-    ///
-    /// With it a known or an older solution becomes a start.
-    ///
-    /// # Panics
-    ///
-    /// Unless all three slices have length `n`.
+    /// from, by which a known solution becomes a start.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -412,16 +394,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Overwrites `f` with F(x).
     ///
-    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between
-    /// calls.
-    ///
     /// # Cost
     ///
-    /// One product with `A`, one with `B`.
-    ///
-    /// # Panics
-    ///
-    /// Unless `q`, `x` and `f` have length `n`.
+    /// One product with `A`, one with `B`. `scratch` grows to `2n` numbers, of which none matters
+    /// between calls.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -473,17 +449,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Of the other conditions, the signs and `zᵀ r = 0`, they say nothing; what
     /// [`solution_from_x`](Self::solution_from_x) writes meets those.
     ///
-    /// `scratch` is resized to `2n` when it is shorter and keeps nothing that matters between
-    /// calls.
-    ///
     /// # Cost
     ///
-    /// One product with `A`, one with `B`; for five-point operators on one grid a single pass
-    /// without scratch.
-    ///
-    /// # Panics
-    ///
-    /// Unless `q`, `z` and `r` have length `n`.
+    /// One product with `A`, one with `B`, and `scratch` as of [`defect`](Self::defect); for
+    /// five-point operators on one grid a single pass without scratch.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs};
@@ -498,7 +467,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), z.len(), r.len()]);
         self.assert_whole(q);
-        if let Some(sweep) = self.sweep() {
+        if let Ok(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
         }
         if let Some([a, b]) = self.known()
@@ -562,10 +531,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the norms of a vector of the problem's order, in one pass that threads share.
     ///
-    /// # Panics
-    ///
-    /// Unless `v` has length `n`.
-    ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp};
     ///
@@ -579,10 +544,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the inner product of two vectors of the problem's order, summed in double precision
     /// in one pass that threads share.
-    ///
-    /// # Panics
-    ///
-    /// Unless both have length `n`.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp};
@@ -600,19 +561,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
         self.assert_orders([v.len()]);
         meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
-    }
-
-    /// Returns the norms of a vector that `fill` makes, some entries of one row at a time.
-    pub(crate) fn measured_entries(&self, fill: impl Fn(Range<usize>, &mut [T]) + Sync) -> Norms {
-        Meter::measured(1.0, self.whole_order(), |meter| {
-            let sum = self.total(|tally, at| {
-                let mut entries = [T::zero(); BLOCK];
-                let entries = &mut entries[..at.len()];
-                fill(at, entries);
-                tally.add(meter, entries);
-            });
-            meter.norms_of(sum, T::one())
-        })
     }
 
     /// Sums over all points: `add` takes the indices of some of one row.

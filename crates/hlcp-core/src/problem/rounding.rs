@@ -1,8 +1,9 @@
-//! How far rounding reaches into a residual, and residuals without it.
+//! How far rounding reaches into a residual, and residuals without it. All of it panics unless `q`
+//! and `x` have length `n`.
 
 use super::{Hlcp, halves};
 use crate::{
-    numbers::{Meter, Norms, Part, Rhs, Scalar},
+    numbers::{BLOCK, Meter, Norms, Part, Rhs, Scalar},
     operators::LinearOperator,
     rows::{ExactRows, ExactSum, Question, recovered},
 };
@@ -24,15 +25,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// It serves operators that do not know their rows
     /// ([`try_visit_row`](LinearOperator::try_visit_row)); others have
-    /// [`exact_residual`](Self::exact_residual). NaN or infinite where the terms overflow.
-    ///
-    /// # Cost
-    ///
-    /// Seven products with each operator, with `2n` numbers of `scratch`.
-    ///
-    /// # Panics
-    ///
-    /// Unless `q` and `x` have length `n`.
+    /// [`exact_residual`](Self::exact_residual). NaN or infinite where the terms overflow. It takes
+    /// seven products with each operator and `2n` numbers of `scratch`.
     #[doc(hidden)]
     pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
@@ -66,24 +60,21 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns the norms of `(|x| + x)/γ` and `Ω(|x| − x)/γ`, which `A` and `B` multiply: of the
     /// `z` and `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`, after an exchange
     /// of `r` and `z`.
-    ///
-    /// # Panics
-    ///
-    /// Unless `x` has length `n`.
     #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
-        let (omega, gamma) = (self.omega().view(), self.gamma());
-        let z = self.measured_entries(|at, entries| {
-            let x = &x[at];
-            entries.iter_mut().zip(x).for_each(|(z, &x)| *z = recovered(T::one(), x, gamma));
-        });
-        let r = self.measured_entries(|at, entries| {
-            for ((r, k), &x) in entries.iter_mut().zip(at.clone()).zip(&x[at]) {
-                *r = recovered(omega.entry(k), -x, gamma);
-            }
-        });
-        [z, r]
+        [true, false].map(|of_z| {
+            Meter::measured(1.0, self.whole_order(), |meter| {
+                let sum = self.total(|tally, at| {
+                    let mut entries = [T::zero(); BLOCK];
+                    for (entry, k) in entries.iter_mut().zip(at.clone()) {
+                        *entry = if of_z { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    }
+                    tally.add(meter, &entries[..at.len()]);
+                });
+                meter.norms_of(sum, T::one())
+            })
+        })
     }
 
     /// Returns upper bounds on the exact norms of `A z − B r + q` at the `z` and `r` that
@@ -92,17 +83,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// Evaluated in twice the digits of double precision, so that the bounds exceed the exact
     /// norms by about one part in 10¹⁵ only (T. Ogita, S. M. Rump and S. Oishi, *Accurate sum and
-    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero.
-    /// NaN where a product overflows.
-    ///
-    /// # Cost
-    ///
-    /// For five-point operators about one sweep and a half, which threads share; otherwise a walk
-    /// over all rows with about fifteen operations per entry. No storage.
-    ///
-    /// # Panics
-    ///
-    /// Unless `q` and `x` have length `n`.
+    /// dot product*, SIAM J. Sci. Comput. 26, 2005). Zero only where the exact residual is zero,
+    /// NaN where a product overflows. It takes about one and a half sweeps of five-point operators,
+    /// which threads share, and otherwise a walk over all rows with about fifteen operations per
+    /// entry; [`backward_error`](Self::backward_error) and [`has_sign`](Self::has_sign) do too.
     #[doc(hidden)]
     pub fn exact_residual(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         let n = self.whole_order() as f64;
@@ -122,7 +106,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// product of another operator may contradict its rows.
     #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
-        self.sweep().is_some() || self.known().is_some()
+        self.sweep().is_ok() || self.known().is_some()
     }
 
     /// Returns the most products of a row that may underflow, or whose error may: each is off by
@@ -158,14 +142,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// equations with given error bounds for coefficients and right-hand sides*, Numer. Math. 6,
     /// 1964; `z` and `r` are complementary whatever the entries). About ε where rounding is all
     /// that is left. Infinite where an entry overflows; what underflows is taken for 0.
-    ///
-    /// # Cost
-    ///
-    /// As [`exact_residual`](Self::exact_residual).
-    ///
-    /// # Panics
-    ///
-    /// Unless `q` and `x` have length `n`.
     #[doc(hidden)]
     pub fn backward_error(&self, q: &Rhs<'_, T>, x: &[T]) -> Option<f64> {
         let meter = Meter::for_size(1.0, self.whole_order());
@@ -179,14 +155,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Such an `x` bounds a solution from above or below where no entry of `A` and `B` off the
     /// diagonal is positive (`docs/theory.md`, two-sided enclosures). An entry within 10⁻³⁰⁰ of 0
     /// has no sign.
-    ///
-    /// # Cost
-    ///
-    /// As [`exact_residual`](Self::exact_residual).
-    ///
-    /// # Panics
-    ///
-    /// Unless `q` and `x` have length `n`.
     #[doc(hidden)]
     pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {
         let meter = Meter::for_size(1.0, self.whole_order());
@@ -196,10 +164,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the lengths, in the 2-norm, of a typical row of `A` and of `B`: the root mean square
     /// of a product with random signs. Of the operators as they are, also after an exchange.
-    ///
-    /// # Cost
-    ///
-    /// One product with `A`, one with `B`; `2n` numbers of `scratch`.
     #[doc(hidden)]
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
@@ -232,11 +196,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Sums the squares of the answers to a question to each row. `None` if the rows are not known.
     ///
     /// Three ways to the rows, each at least twice as fast as the next: on 128 × 128 points 0.10 ms
-    /// by the kernel, 0.49 ms over arrays and 1.01 ms by visits, where sweeps take 0.03 ms by the
-    /// kernel and 0.25 ms over arrays.
+    /// by the kernel, 0.49 ms over arrays and 1.01 ms by visits.
     fn sum_rows(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
         self.assert_orders([q.entries().len(), x.len()]);
-        if let Some(sweep) = self.sweep() {
+        if let Ok(sweep) = self.sweep() {
             return Some(sweep.exact(question, q, x, meter));
         }
         // An entry that overflows does not show in the residual where its column is zero.
@@ -247,9 +210,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let (omega, gamma) = (self.omega().view(), self.gamma());
         let sign = self.q_factor() / gamma;
         if let Some([a, b]) = self.known() {
-            let rows =
-                ExactRows { rows: [a.rows(), b.rows()], sign, q: q.entries(), x, omega, gamma };
-            return Some(rows.sum(question, meter));
+            let (rows, q) = ([a.rows(), b.rows()], q.entries());
+            let rows = ExactRows { question, rows, sign, q, x, omega, gamma, meter };
+            return Some(rows.sum());
         }
         let mut part = Part::default();
         let known = (0..x.len()).all(|i| {
@@ -270,13 +233,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
     /// `r` after an exchange.
-    fn z_entry(&self, x: T) -> T {
+    pub(super) fn z_entry(&self, x: T) -> T {
         recovered(T::one(), x, self.gamma())
     }
 
     /// Returns the entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
     /// `z` after an exchange.
-    fn r_entry(&self, j: usize, x: T) -> T {
+    pub(super) fn r_entry(&self, j: usize, x: T) -> T {
         recovered(self.omega().entry(j), -x, self.gamma())
     }
 }

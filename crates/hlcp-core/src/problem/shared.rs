@@ -13,11 +13,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Returns the same problem, of which the ranks of `strip` have a part each: the operators, Ω
     /// and all vectors are those of this rank's columns. All ranks call it.
     ///
-    /// The numbers of a problem that is shared, its norms, inner products and sweeps, are those of
-    /// the whole, the same on all ranks and the same bits for any number of ranks, 1 included.
-    /// Five-point operators of the strip's grid are given the columns beside it; any other operator
-    /// maps this rank's part of a vector and fetches what it needs of others itself. All ranks make
-    /// the same calls in the same order.
+    /// Its norms, inner products and sweeps are those of the whole, the same bits on all ranks and
+    /// for any number of ranks. Five-point operators of the strip's grid are given the columns
+    /// beside it; any other operator maps this rank's part of a vector and fetches what it needs of
+    /// others itself. All ranks make the same calls in the same order.
     ///
     /// # Errors
     ///
@@ -102,9 +101,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// it.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// # use hlcp_core::{Hlcp, Identity};
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
     /// assert!(problem.any(true) && !problem.any(false)); // one process is all there is
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -116,9 +114,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// [`Strip::largest`]. All ranks call it.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// # use hlcp_core::{Hlcp, Identity};
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
     /// assert_eq!(problem.largest([3.0, -1.0]), [3.0, -1.0]); // one process is all there is
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
@@ -134,9 +131,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// The error, if a rank has one.
     ///
     /// ```
-    /// use hlcp_core::{Error, FivePoint, Hlcp};
-    ///
-    /// let problem = Hlcp::lcp(FivePoint::new(3, 3, [-1.0, -1.0, 4.0, -1.0, -1.0])?)?;
+    /// # use hlcp_core::{Error, Hlcp, Identity};
+    /// let problem = Hlcp::<f64, _, _>::lcp(Identity { order: 3 })?;
     /// let own: Result<(), _> = Err(Error::Empty { what: "a list" });
     /// assert_eq!(problem.agree(own.clone()), own); // one process is all there is
     /// # Ok::<(), hlcp_core::Error>(())
@@ -149,10 +145,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 
     /// Refuses a problem that ranks share, for something that works on one.
-    ///
-    /// # Errors
-    ///
-    /// [`Error::OneRank`].
     #[doc(hidden)]
     pub fn on_one_rank(&self, what: &'static str) -> Result<(), Error> {
         match self.strip() {

@@ -15,9 +15,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn scaling<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<Omega<T>, Error> {
-        problem.grid()?;
-        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
-        let [a, b] = sweep.views().map(|view| view.coefficients()[2]);
+        let [a, b] = problem.sweep()?.views().map(|view| view.coefficients()[2]);
         let ratio = |k: usize| {
             let a = positive_entry("diagonal of A", k, a.entry(k))?;
             let b = positive_entry("diagonal of B", k, b.entry(k))?;
@@ -45,18 +43,13 @@ impl<'a, T: Scalar> Smoother<'a, T> {
 
     /// Returns the equation of a problem's operators, with its [`scaling`](Self::scaling) for Ω, or
     /// `None` where that is the problem's own; on the threads of rayon's current pool if
-    /// `parallel`.
-    ///
-    /// # Errors
-    ///
-    /// As [`scaling`](Self::scaling), but for the diagonals.
+    /// `parallel`. Refuses what [`Hlcp::grid`] does.
     pub fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &'a Hlcp<T, A, B>,
         scaling: Option<&'a Omega<T>>,
         parallel: bool,
     ) -> Result<Self, Error> {
-        problem.grid()?;
-        let sweep = problem.sweep().ok_or(Error::NotFivePoint { what: "B" })?;
+        let sweep = problem.sweep()?;
         let sweep = scaling.map_or(sweep, |scaling| sweep.scaled(scaling));
         Ok(Self::of_sweep(sweep, parallel))
     }

@@ -2,8 +2,8 @@ use std::iter;
 
 use super::Relaxed;
 use crate::{
-    numbers::{BLOCK, Compiled, Norms, Part, Scalar, Tally},
-    operators::{Rows, RowsOf, Source},
+    numbers::{BLOCK, Norms, Part, Scalar, Tally},
+    operators::{Rows, Source},
     parallel::{Claims, OrderedSum, team},
 };
 
@@ -71,39 +71,12 @@ impl Colours {
 impl<T: Scalar> Relaxed<'_, T> {
     /// Overwrites `y` with the next iterate, relaxing the rows colour by colour, and returns the
     /// norms of F(x)/γ.
-    pub(crate) fn sweep_colours(
+    pub(super) fn colour_by_colour<const ACCELERATED: bool>(
         &self,
         colours: &Colours,
         backward: bool,
-        rows: (impl Source<T> + Sync, impl Source<T> + Sync),
-        y: &mut [T],
-        scratch: &mut Vec<T>,
-    ) -> Norms {
-        if self.accelerated {
-            self.colour_by_colour::<true>(colours, backward, rows, y, scratch)
-        } else {
-            self.colour_by_colour::<false>(colours, backward, rows, y, scratch)
-        }
-    }
-
-    /// Sweeps over known rows, as [`sweep_colours`](Self::sweep_colours) does, by code that is
-    /// compiled here.
-    pub(crate) fn sweep_known_colours(
-        &self,
-        colours: &Colours,
-        backward: bool,
-        rows: [RowsOf<'_, T>; 2],
-        y: &mut [T],
-        scratch: &mut Vec<T>,
-    ) -> Norms {
-        SWEEP.of::<Sweep<T>>()(self, colours, backward, rows, y, scratch)
-    }
-
-    fn colour_by_colour<const ACCELERATED: bool>(
-        &self,
-        colours: &Colours,
-        backward: bool,
-        (a, b): (impl Source<T> + Sync, impl Source<T> + Sync),
+        a: impl Source<T> + Sync,
+        b: impl Source<T> + Sync,
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
@@ -142,15 +115,3 @@ impl<T: Scalar> Relaxed<'_, T> {
         self.meter.norms_of(total, self.gamma)
     }
 }
-
-type Sweep<T> =
-    fn(&Relaxed<'_, T>, &Colours, bool, [RowsOf<'_, T>; 2], &mut [T], &mut Vec<T>) -> Norms;
-
-static SWEEP: Compiled<Sweep<f32>, Sweep<f64>> = Compiled(
-    |relaxed, colours, backward, [a, b], y, scratch| {
-        relaxed.sweep_colours(colours, backward, (a, b), y, scratch)
-    },
-    |relaxed, colours, backward, [a, b], y, scratch| {
-        relaxed.sweep_colours(colours, backward, (a, b), y, scratch)
-    },
-);

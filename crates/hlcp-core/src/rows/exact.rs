@@ -109,38 +109,31 @@ impl ExactSum {
     }
 }
 
-/// The exact residual of operators whose rows are known.
-#[derive(Clone, Copy)]
+/// A question to the exact residual of operators whose rows are known.
 pub(crate) struct ExactRows<'a, T> {
+    pub(crate) question: Question,
     pub(crate) rows: [RowsOf<'a, T>; 2],
     pub(crate) sign: T,
     pub(crate) q: &'a [T],
     pub(crate) x: &'a [T],
     pub(crate) omega: Coefficients<'a, T>,
     pub(crate) gamma: T,
+    pub(crate) meter: Meter,
 }
 
 impl<T: Scalar> ExactRows<'_, T> {
-    /// Sums the squares of the answers to a question to each row.
-    pub(crate) fn sum(&self, question: Question, meter: Meter) -> Part {
-        SUM.of::<Sum<T>>()(self, question, meter)
-    }
-
-    fn sum_all(&self, question: Question, meter: Meter) -> Part {
-        Arch::new().dispatch(OfRows(*self, question, meter))
+    /// Sums the squares of the answers of all rows.
+    pub(crate) fn sum(self) -> Part {
+        SUM.of::<Sum<T>>()(self)
     }
 }
 
-/// The sum over all rows, compiled for each width of vector.
-struct OfRows<'a, T>(ExactRows<'a, T>, Question, Meter);
-
-impl<T: Scalar> WithSimd for OfRows<'_, T> {
+impl<T: Scalar> WithSimd for ExactRows<'_, T> {
     type Output = Part;
 
     #[inline(always)]
     fn with_simd<V: Simd>(self, _: V) -> Part {
-        let Self(ExactRows { rows: [mut a, mut b], sign, q, x, omega, gamma }, question, meter) =
-            self;
+        let Self { question, rows: [mut a, mut b], sign, q, x, omega, gamma, meter } = self;
         let with = |mut sum: ExactSum, entry: T, value: T| {
             sum.add(entry.wide(), value.wide());
             sum
@@ -157,9 +150,7 @@ impl<T: Scalar> WithSimd for OfRows<'_, T> {
     }
 }
 
-type Sum<T> = fn(&ExactRows<'_, T>, Question, Meter) -> Part;
+type Sum<T> = fn(ExactRows<'_, T>) -> Part;
 
-static SUM: Compiled<Sum<f32>, Sum<f64>> = Compiled(
-    |rows, question, meter| rows.sum_all(question, meter),
-    |rows, question, meter| rows.sum_all(question, meter),
-);
+static SUM: Compiled<Sum<f32>, Sum<f64>> =
+    Compiled(|rows| Arch::new().dispatch(rows), |rows| Arch::new().dispatch(rows));

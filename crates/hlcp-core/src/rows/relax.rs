@@ -1,5 +1,6 @@
 use std::num::NonZeroUsize;
 
+use super::Colours;
 use crate::{
     numbers::{Compiled, Meter, Norms, Part, Scalar},
     operators::{Coefficients, RowsOf, Source, outside},
@@ -56,25 +57,39 @@ pub(crate) struct Relaxed<'w, T> {
 }
 
 impl<T: Scalar> Relaxed<'_, T> {
-    /// Overwrites `y` with the next iterate, relaxing rows in an order, and returns the norms of
-    /// F(x)/γ.
+    /// Overwrites `y` with the next iterate, relaxing rows in an order, colour by colour if they have
+    /// colours, and returns the norms of F(x)/γ.
     pub(crate) fn sweep(
         &self,
         order: Order,
-        a: impl Source<T>,
-        b: impl Source<T>,
+        colours: Option<&Colours>,
+        a: impl Source<T> + Sync,
+        b: impl Source<T> + Sync,
         y: &mut [T],
+        scratch: &mut Vec<T>,
     ) -> Norms {
-        if self.accelerated {
-            self.sweep_by::<true>(order, a, b, y)
-        } else {
-            self.sweep_by::<false>(order, a, b, y)
+        match (colours, self.accelerated, order.backward) {
+            (None, true, _) => self.sweep_by::<true>(order, a, b, y),
+            (None, false, _) => self.sweep_by::<false>(order, a, b, y),
+            (Some(colours), true, backward) => {
+                self.colour_by_colour::<true>(colours, backward, a, b, y, scratch)
+            }
+            (Some(colours), false, backward) => {
+                self.colour_by_colour::<false>(colours, backward, a, b, y, scratch)
+            }
         }
     }
 
     /// Sweeps over known rows, as [`sweep`](Self::sweep) does, by code that is compiled here.
-    pub(crate) fn sweep_known(&self, order: Order, rows: [RowsOf<'_, T>; 2], y: &mut [T]) -> Norms {
-        SWEEP.of::<Sweep<T>>()(self, order, rows, y)
+    pub(crate) fn sweep_known(
+        &self,
+        order: Order,
+        colours: Option<&Colours>,
+        rows: [RowsOf<'_, T>; 2],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        SWEEP.of::<Sweep<T>>()(self, order, colours, rows, y, scratch)
     }
 
     fn sweep_by<const ACCELERATED: bool>(
@@ -167,9 +182,16 @@ impl<T: Scalar> Relaxed<'_, T> {
     }
 }
 
-type Sweep<T> = fn(&Relaxed<'_, T>, Order, [RowsOf<'_, T>; 2], &mut [T]) -> Norms;
+type Sweep<T> = fn(
+    &Relaxed<'_, T>,
+    Order,
+    Option<&Colours>,
+    [RowsOf<'_, T>; 2],
+    &mut [T],
+    &mut Vec<T>,
+) -> Norms;
 
 static SWEEP: Compiled<Sweep<f32>, Sweep<f64>> = Compiled(
-    |relaxed, order, [a, b], y| relaxed.sweep(order, a, b, y),
-    |relaxed, order, [a, b], y| relaxed.sweep(order, a, b, y),
+    |relaxed, order, colours, [a, b], y, scratch| relaxed.sweep(order, colours, a, b, y, scratch),
+    |relaxed, order, colours, [a, b], y, scratch| relaxed.sweep(order, colours, a, b, y, scratch),
 );

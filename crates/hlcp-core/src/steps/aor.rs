@@ -6,7 +6,7 @@ use crate::{
     numbers::{Error, Norms, Rhs, Scalar, positive},
     operators::{LinearOperator, Rows, check_row},
     problem::Hlcp,
-    rows::{Order, Relaxation, Relaxed, Visited},
+    rows::{Colours, Order, Relaxation, Relaxed, Visited},
 };
 
 /// The accelerated overrelaxation splitting of the pair, with Jacobi, Gauss–Seidel and SOR as its
@@ -35,7 +35,7 @@ use crate::{
 /// # Cost
 ///
 /// A step is one walk over the rows of `A` and of `B`, and yields the norms of its input for
-/// nothing. No scratch; the value itself is a few numbers, and `Copy`. When both operators answer
+/// nothing, without scratch. When both operators answer
 /// [`as_five_point`](crate::LinearOperator::as_five_point) on one grid, the walk is one vectorised
 /// pass over memory; its iterates differ from the walk's by rounding alone.
 ///
@@ -56,7 +56,7 @@ pub struct Aor<T> {
     // (α, β) for A and for B. Invariant: α is positive, and α, 1/α, β and β/α are finite.
     pairs: [[T; 2]; 2],
     accelerated: bool,
-    pub(super) order: Order,
+    order: Order,
 }
 
 /// Refuses an (α, β) of which no splitting can be made.
@@ -107,9 +107,8 @@ impl<T: Scalar> Aor<T> {
     ///
     /// # Errors
     ///
-    /// [`Error::Parameter`] unless α is positive and finite.
-    ///
-    /// Any positive α is taken; beyond 2 the iteration diverges on all but a few problems.
+    /// [`Error::Parameter`] unless α is positive and finite. Beyond 2 the iteration diverges on all
+    /// but a few problems.
     ///
     /// ```
     /// use hlcp_core::Aor;
@@ -146,11 +145,9 @@ impl<T: Scalar> Aor<T> {
     ///
     /// Unknown `i` is point `i mod nx` of row `i / nx`, with `nx` points to a row; it is red where
     /// the sum of the two is even, and black elsewhere. Red comes before black, and by index within
-    /// a colour, so with the permutation `P` that sorts by this order, `M = Pᵀ M′P` where `M′` is
-    /// the splitting of `P A Pᵀ` and `P B Pᵀ`, forward or backward; what a theorem says of the
-    /// lexicographic order for every pair of its class, it says of this one. On five-point
-    /// operators a point's neighbours are all of the other colour, and the sweep is one pass like
-    /// the lexicographic one, with no chain from point to point.
+    /// a colour: with the permutation `P` that sorts so, `M = Pᵀ M′P` where `M′` is the splitting
+    /// of `P A Pᵀ` and `P B Pᵀ`, and theorems for every pair of a class hold. On five-point
+    /// operators the sweep is one pass, with no chain from point to point.
     ///
     /// # Errors
     ///
@@ -184,15 +181,14 @@ impl<T: Scalar> Aor<T> {
     /// Returns the step of the accelerated method, AMMS (section 4 of the paper), with the same
     /// splitting.
     ///
-    /// `Mms` with it is AMMS. Its second splitting is `M_A₂ = D_A − U_A`, `M_B₂ = D_B − U_B`, and
-    /// with the first one, of this family, an iteration solves
+    /// `Mms` with it is AMMS. With `M_A₂ = D_A − U_A`, `M_B₂ = D_B − U_B` an iteration solves
     ///
     /// ```text
     /// (M_B₁Ω + M_A₁) x⁺ + (N_B₂Ω − N_A₂)|x⁺| = (N_B₁Ω + N_A₁) x + (M_B₂Ω − M_A₂)|x| − γ q .
     /// ```
     ///
-    /// Since `N_A₂ = L_A` and `N_B₂ = L_B` are strictly lower triangular, the solve is a
-    /// substitution: the plain step with |yⱼ| in the place of |xⱼ| wherever the sweep has passed,
+    /// Since `N_A₂ = L_A` and `N_B₂ = L_B` are strictly lower triangular, this is the plain step
+    /// with |yⱼ| in the place of |xⱼ| wherever the sweep has passed,
     ///
     /// ```text
     /// mᵢᵢ (yᵢ − xᵢ) = − Fᵢ(x) − Σ_{j<i} [ mᵢⱼ (yⱼ − xⱼ) + (aᵢⱼ − bᵢⱼ ωⱼ)(|yⱼ| − |xⱼ|) ] .
@@ -246,7 +242,7 @@ impl<T: Scalar> Aor<T> {
         A: LinearOperator<T>,
         B: LinearOperator<T>,
     {
-        let sweep = problem.sweep()?;
+        let sweep = problem.sweep().ok()?;
         // Across the seam of a grid that closes, points of one colour may be neighbours.
         let open = problem.round() == [false; 2];
         let Order { backward, red_black } = self.order;
@@ -254,14 +250,17 @@ impl<T: Scalar> Aor<T> {
         fits.then(|| sweep.directed(backward, red_black.is_some()))
     }
 
-    /// Returns what a sweep over rows reads.
-    pub(super) fn relaxed<'w, A: LinearOperator<T>, B: LinearOperator<T>>(
+    /// Takes the step by walking the rows, colour by colour if they have colours.
+    pub(super) fn walk<A: Rows<T>, B: Rows<T>>(
         &self,
-        problem: &'w Hlcp<T, A, B>,
-        q: &Rhs<'w, T>,
-        x: &'w [T],
-    ) -> Relaxed<'w, T> {
-        Relaxed {
+        problem: &Hlcp<T, A, B>,
+        colours: Option<&Colours>,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        scratch: &mut Vec<T>,
+    ) -> Norms {
+        let relaxed = Relaxed {
             q: q.entries(),
             x,
             omega: problem.omega().view(),
@@ -271,6 +270,15 @@ impl<T: Scalar> Aor<T> {
             relaxations: self.relaxations(),
             accelerated: self.accelerated,
             meter: q.meter(problem.gamma()),
+        };
+        match problem.known() {
+            Some([a, b]) => {
+                relaxed.sweep_known(self.order, colours, [a.rows(), b.rows()], y, scratch)
+            }
+            None => {
+                let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
+                relaxed.sweep(self.order, colours, a, b, y, scratch)
+            }
         }
     }
 
@@ -291,7 +299,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
             check_row("row of B", problem.b(), i)
         };
         let n = problem.order();
-        match problem.sweep().filter(Sweep::is_constant) {
+        match problem.sweep().ok().filter(Sweep::is_constant) {
             // The first rows with a western and with a southern neighbour have all there is, and
             // where the grid closes any row has.
             Some(sweep) => {
@@ -307,20 +315,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         q: &Rhs<'_, T>,
         x: &[T],
         y: &mut [T],
-        _: &mut Vec<T>,
+        scratch: &mut Vec<T>,
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len()]);
         problem.assert_whole(q);
         if let Some(fused) = self.fused(problem) {
             return fused.run(self.accelerated, self.relaxations(), q, x, y);
         }
-        let relaxed = self.relaxed(problem, q, x);
-        match problem.known() {
-            Some([a, b]) => relaxed.sweep_known(self.order, [a.rows(), b.rows()], y),
-            None => {
-                let (a, b) = (Visited::new(problem.a()), Visited::new(problem.b()));
-                relaxed.sweep(self.order, a, b, y)
-            }
-        }
+        self.walk(problem, None, q, x, y, scratch)
     }
 }

@@ -3,7 +3,7 @@ use crate::{
     numbers::{Error, Norms, Rhs, Scalar},
     operators::Rows,
     problem::Hlcp,
-    rows::{Colours, Visited},
+    rows::Colours,
 };
 
 /// An [`Aor`] splitting in a multicolour order: a splitting of its own, whose sweeps over any rows
@@ -11,10 +11,9 @@ use crate::{
 ///
 /// Each row has the least colour that no earlier row has which it is coupled to, in `A` or in `B`,
 /// in either direction. With the permutation `P` that sorts by colour, and by index within a
-/// colour, `M = Pᵀ M′P`, where `M′` is the AOR splitting of `P A Pᵀ` and `P B Pᵀ`: another method
-/// than in the order of the rows, with iterates and counts of its own, but with the theorems that
-/// hold for every pair of a class. Rows of one colour do not wait for one another, so all threads
-/// relax them together; the bits are the same for any number of threads.
+/// colour, `M = Pᵀ M′P`, where `M′` is the AOR splitting of `P A Pᵀ` and `P B Pᵀ`: the iterates are
+/// others than in the order of the rows, but theorems for every pair of a class hold. Threads relax
+/// the rows of one colour together, with the same bits for any number of threads.
 ///
 /// On a five-point grid there are two colours, and [`Aor::red_black`] is faster.
 ///
@@ -22,8 +21,7 @@ use crate::{
 ///
 /// The colours take a walk over the rows and, at set-up alone, 16 bytes an entry; they keep 12 to
 /// 16 bytes a row. A step is one walk over the rows of `A` and of `B`, `n` numbers of scratch, and
-/// a copy of the new values, which is not shared; rows that lie far apart are read in turn, which
-/// on one thread costs more than the order of the rows.
+/// a copy of the new values, which is not shared; one thread is slower than in the rows' order.
 ///
 /// ```
 /// use hlcp_core::{Aor, FivePoint, Hlcp, Multicolour, Rhs, Step};
@@ -77,16 +75,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
         scratch: &mut Vec<T>,
     ) -> Norms {
         problem.assert_orders([q.entries().len(), x.len(), y.len(), self.colours.order()]);
-        let (relaxed, backward) = (self.aor.relaxed(problem, q, x), self.aor.order.backward);
-        match problem.known() {
-            Some([a, b]) => {
-                let rows = [a.rows(), b.rows()];
-                relaxed.sweep_known_colours(&self.colours, backward, rows, y, scratch)
-            }
-            None => {
-                let rows = (Visited::new(problem.a()), Visited::new(problem.b()));
-                relaxed.sweep_colours(&self.colours, backward, rows, y, scratch)
-            }
-        }
+        self.aor.walk(problem, Some(&self.colours), q, x, y, scratch)
     }
 }

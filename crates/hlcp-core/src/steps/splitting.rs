@@ -7,10 +7,9 @@ use crate::{
 /// A splitting `A + BΩ = M − N`, known by one solve with `M`.
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
-/// `x⁺ = x − M⁻¹ F(x)`. Implement this for anything that solves with an easy part of `A + BΩ`, and
-/// `Mms::with_splitting` and `Tmms::with_splittings` take it, methods on top of them too, and, in a
-/// [`SplittingStep`], `Newton` as a preconditioner. A closure `|rhs: &[f64], y: &mut [f64]|` is a
-/// splitting, as are `&dyn Splitting` and `Box<dyn Splitting>`.
+/// `x⁺ = x − M⁻¹ F(x)`. `Mms::with_splitting` and `Tmms::with_splittings` take anything that solves
+/// with an easy part of `A + BΩ`, and `Newton` in a [`SplittingStep`] as a preconditioner. A closure
+/// `|rhs: &[f64], y: &mut [f64]|` is a splitting, as are `&dyn Splitting` and `Box<dyn Splitting>`.
 ///
 /// ```
 /// use hlcp_core::Splitting;
@@ -53,8 +52,8 @@ pub trait Splitting<T: Scalar>: Send + Sync {
 
 /// One step `x ↦ y` of a modulus-based method, together with what the stopping test reads.
 ///
-/// A step is MMS's whole iteration and half of one of TMMS. It is told the problem instead of
-/// holding operators of its own, so it cannot solve another one by mistake.
+/// A step is MMS's whole iteration and half of one of TMMS. It is told the problem and holds no
+/// operators of its own.
 ///
 /// ```
 /// use hlcp_core::{Aor, Hlcp, Identity, Omega, Rhs, Step};

@@ -110,66 +110,60 @@ fn transfers_and_defects_are_those_matrices() {
 }
 
 fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [bool; 2]) {
-    {
-        let transfer = Transfer::<f64>::new(fine, round);
-        let coarse = transfer.coarse();
-        assert_eq!(coarse, [0, 1].map(|d| half(fine[d], round[d])));
-        let (n, c) = (fine[0] * fine[1], coarse[0] * coarse[1]);
-        let (x, xc) = (list(n, seed), list(c, seed + 1));
-        let p = [0, 1].map(|d| hats(fine[d], coarse[d], round[d]));
+    let transfer = Transfer::<f64>::new(fine, round);
+    let coarse = transfer.coarse();
+    assert_eq!(coarse, [0, 1].map(|d| half(fine[d], round[d])));
+    let (n, c) = (fine[0] * fine[1], coarse[0] * coarse[1]);
+    let (x, xc) = (list(n, seed), list(c, seed + 1));
+    let p = [0, 1].map(|d| hats(fine[d], coarse[d], round[d]));
 
-        let interpolated = on_any_threads(|parallel| {
-            let mut interpolated = x.clone();
-            transfer.interpolate(&xc, &mut interpolated, parallel);
-            interpolated
-        });
-        let expected = times([&p[0], &p[1]], &xc);
-        close(
-            &interpolated,
-            &expected.iter().zip(&x).map(|(p, x)| x + p).collect::<Vec<_>>(),
-            1e-13,
-        );
+    let interpolated = on_any_threads(|parallel| {
+        let mut interpolated = x.clone();
+        transfer.interpolate(&xc, &mut interpolated, parallel);
+        interpolated
+    });
+    let expected = times([&p[0], &p[1]], &xc);
+    close(&interpolated, &expected.iter().zip(&x).map(|(p, x)| x + p).collect::<Vec<_>>(), 1e-13);
 
-        let a = FivePoint::new(fine[0], fine[1], [-1.1, -0.9, 4.2, -0.8, -1.2]).unwrap();
-        let a = a.periodic(round).unwrap();
-        let b = FivePoint::new(fine[0], fine[1], [-0.2, -0.7, 3.1, -0.6, 0.3]).unwrap();
-        let b = b.periodic(round).unwrap();
-        let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
-        let q = list(n, seed + 2);
-        let mut defect = vec![f64::NAN; n];
-        problem.defect(&q, &x, &mut defect, &mut vec![]);
-        let subtracted = on_any_threads(|parallel| {
-            let mut f: Vec<f64> = q.iter().map(|q| -q).collect();
-            Smoother::new(&problem, None, parallel).unwrap().subtract(&x, &mut f);
-            f.iter().map(|f| -f).collect::<Vec<_>>()
-        });
-        close(&subtracted, &defect, 1e-13);
+    let a = FivePoint::new(fine[0], fine[1], [-1.1, -0.9, 4.2, -0.8, -1.2]).unwrap();
+    let a = a.periodic(round).unwrap();
+    let b = FivePoint::new(fine[0], fine[1], [-0.2, -0.7, 3.1, -0.6, 0.3]).unwrap();
+    let b = b.periodic(round).unwrap();
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.3)).unwrap();
+    let q = list(n, seed + 2);
+    let mut defect = vec![f64::NAN; n];
+    problem.defect(&q, &x, &mut defect, &mut vec![]);
+    let subtracted = on_any_threads(|parallel| {
+        let mut f: Vec<f64> = q.iter().map(|q| -q).collect();
+        Smoother::new(&problem, None, parallel).unwrap().subtract(&x, &mut f);
+        f.iter().map(|f| -f).collect::<Vec<_>>()
+    });
+    close(&subtracted, &defect, 1e-13);
 
-        let ends = round.map(|round| usize::from(!round));
-        let ratios = [0, 1].map(|d| (coarse[d] + ends[d]) as f64 / (fine[d] + ends[d]) as f64);
-        let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
-        let restricted = on_any_threads(|parallel| {
-            let mut restricted = vec![f64::NAN; c];
-            let smoother = Smoother::new(&problem, None, parallel).unwrap();
-            smoother.restrict((1.0, &q), &x, &transfer, &mut restricted);
-            restricted
-        });
-        close(&restricted, &times([&r[0], &r[1]], &defect), 1e-13);
+    let ends = round.map(|round| usize::from(!round));
+    let ratios = [0, 1].map(|d| (coarse[d] + ends[d]) as f64 / (fine[d] + ends[d]) as f64);
+    let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
+    let restricted = on_any_threads(|parallel| {
+        let mut restricted = vec![f64::NAN; c];
+        let smoother = Smoother::new(&problem, None, parallel).unwrap();
+        smoother.restrict((1.0, &q), &x, &transfer, &mut restricted);
+        restricted
+    });
+    close(&restricted, &times([&r[0], &r[1]], &defect), 1e-13);
 
-        let [columns, rows] = transfer.nearest();
-        for (nearest, d) in [(columns, 0), (rows, 1)] {
-            // The fine node at the least distance, the earlier one of two.
-            for (j, &i) in nearest.iter().enumerate() {
-                let along = |i: usize, m: usize| (i + 1) * (m + ends[d]);
-                let distance = |i: usize| along(i, coarse[d]).abs_diff(along(j, fine[d]));
-                let least = (0..fine[d]).min_by_key(|&i| (distance(i), std::cmp::Reverse(i)));
-                assert_eq!(Some(i), least);
-            }
+    let [columns, rows] = transfer.nearest();
+    for (nearest, d) in [(columns, 0), (rows, 1)] {
+        // The fine node at the least distance, the earlier one of two.
+        for (j, &i) in nearest.iter().enumerate() {
+            let along = |i: usize, m: usize| (i + 1) * (m + ends[d]);
+            let distance = |i: usize| along(i, coarse[d]).abs_diff(along(j, fine[d]));
+            let least = (0..fine[d]).min_by_key(|&i| (distance(i), std::cmp::Reverse(i)));
+            assert_eq!(Some(i), least);
         }
-        transfer.inject(&x, |k, value| {
-            assert_eq!(value, x[rows[k / coarse[0]] * fine[0] + columns[k % coarse[0]]]);
-        });
     }
+    transfer.inject(&x, |k, value| {
+        assert_eq!(value, x[rows[k / coarse[0]] * fine[0] + columns[k % coarse[0]]]);
+    });
 }
 
 /// Through four points a cubic is exact, whatever it is at the boundary.
