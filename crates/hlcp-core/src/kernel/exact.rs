@@ -164,7 +164,9 @@ fn measure_block<T: Scalar>(
             }
             [values[i], slacks[i], terms[i]] = sum.around();
         }
-        question.measure([values, slacks, terms], entries);
+        for (i, entry) in entries.iter_mut().enumerate() {
+            *entry = question.of_row([values[i], slacks[i], terms[i]]);
+        }
     }
 }
 

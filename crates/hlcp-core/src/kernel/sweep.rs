@@ -58,11 +58,12 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         Self { omega: scaling.view(), omega_beside, ..self }
     }
 
-    /// Returns whether all rows are the same but for the grid's edge.
-    pub(crate) fn is_constant(&self) -> bool {
-        matches!(self.omega, Coefficients::Uniform(_))
-            && self.views().into_iter().all(|view| view.constants().is_some())
-            && self.shared.is_none_or(|shared| shared.constant)
+    /// Returns the rows of `A` and of `BΩ`, if all are the same but for the grid's edge.
+    pub(crate) fn constants(&self) -> Option<[[T; 5]; 2]> {
+        let (a, b) = (self.a.constants()?, self.b.constants()?);
+        let Coefficients::Uniform(omega) = self.omega else { return None };
+        let everywhere = self.shared.is_none_or(|shared| shared.constant);
+        everywhere.then(|| [a, b.map(|b| b * omega)])
     }
 
     /// Returns the ranks that share the grid.
@@ -181,12 +182,8 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         &self,
         relaxation: [Relaxation<T>; 2],
     ) -> Option<ConstantRows<T, LEAN>> {
-        if self.shared.is_some_and(|shared| !shared.constant) {
-            return None;
-        }
-        let (a, b) = (self.a.constants()?, self.b.constants()?);
-        let Coefficients::Uniform(omega) = self.omega else { return None };
-        Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b.map(|b| b * omega)))
+        let [a, b_omega] = self.constants()?;
+        Some(ConstantRows::new::<ACCELERATED>(relaxation, a, b_omega))
     }
 
     pub(super) fn varying<const LEAN: bool>(

@@ -136,37 +136,19 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         let ends = self.around.ends(j, &columns);
         let [south, west, here, east, north] = self.around.stretch(j, columns.clone());
         self.source.load(j, columns, &mut self.loaded);
-        let Some((defect, tallies)) = &mut self.measured else {
+        let (source, loaded, kept) = (self.source, &self.loaded, &mut self.kept[k]);
+        let (q, t) = (&q[from..until], &mut y[start..end]);
+        if let Some((defect, tallies)) = &mut self.measured {
+            let (around, defect) = ([south, west, here, east, north], &mut defect[..end - start]);
+            first_phase::<_, _, BACKWARD, ACCELERATED>(
+                source, loaded, kept, around, ends, q, q_factor, defect, t,
+            );
+            tallies.add(meter, start, defect);
+        } else {
             let coming = if BACKWARD { [south, west] } else { [north, east] };
             let beyond = if BACKWARD { ends[0] } else { ends[1] };
-            lean_phase::<_, _, BACKWARD>(
-                self.source,
-                &self.loaded,
-                &mut self.kept[k],
-                coming,
-                beyond,
-                &q[from..until],
-                q_factor,
-                &mut y[start..end],
-            );
-            if grid.round != [false; 2] {
-                self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
-            }
-            return;
-        };
-        let defect = &mut defect[..end - start];
-        first_phase::<_, _, BACKWARD, ACCELERATED>(
-            self.source,
-            &self.loaded,
-            &mut self.kept[k],
-            [south, west, here, east, north],
-            ends,
-            &q[from..until],
-            q_factor,
-            defect,
-            &mut y[start..end],
-        );
-        tallies.add(meter, start, defect);
+            lean_phase::<_, _, BACKWARD>(source, loaded, kept, coming, beyond, q, q_factor, t);
+        }
         if grid.round != [false; 2] {
             self.close::<BACKWARD, ACCELERATED>(j, k, start..end, y);
         }

@@ -299,7 +299,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
             check_row("row of B", problem.b(), i)
         };
         let n = problem.order();
-        match problem.sweep().ok().filter(Sweep::is_constant) {
+        match problem.sweep().ok().filter(|sweep| sweep.constants().is_some()) {
             // The first rows with a western and with a southern neighbour have all there is, and
             // where the grid closes any row has.
             Some(sweep) => {
