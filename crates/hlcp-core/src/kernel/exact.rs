@@ -164,9 +164,7 @@ fn measure_block<T: Scalar>(
             }
             [values[i], slacks[i], terms[i]] = sum.around();
         }
-        for (i, entry) in entries.iter_mut().enumerate() {
-            *entry = question.of_row([values[i], slacks[i], terms[i]]);
-        }
+        question.measure([values, slacks, terms], entries);
     }
 }
 

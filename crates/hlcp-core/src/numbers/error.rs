@@ -4,7 +4,8 @@ use thiserror::Error;
 
 /// Input that cannot be solved as it stands, with the numbers that are wrong.
 ///
-/// An iteration that ends without converging is *not* an error; it is an outcome.
+/// In all of them `what` names the thing that is wrong. An iteration that ends without converging
+/// is *not* an error; it is an outcome.
 ///
 /// ```
 /// use hlcp_core::{Error, Rhs};

@@ -362,9 +362,19 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let portions = Claims::new(portions.enumerate());
         team::spread(team::threads(self.parallel, x.len()), &|| {
             while let Some((number, ((x, z), r))) = portions.next() {
-                for (k, ((&x, z), r)) in (number * PORTION..).zip(x.iter().zip(z).zip(r)) {
-                    *z = self.z_entry(x);
-                    *r = self.r_entry(k, x);
+                for ((&x, z), r) in x.iter().zip(&mut *z).zip(&mut *r) {
+                    *z = x.abs() + x;
+                    *r = x.abs() - x;
+                }
+                match &self.omega {
+                    Omega::Uniform(omega) => r.iter_mut().for_each(|r| *r = *omega * *r),
+                    Omega::Each(omega) => {
+                        let omega = &omega[number * PORTION..];
+                        r.iter_mut().zip(omega).for_each(|(r, &omega)| *r = omega * *r);
+                    }
+                }
+                if self.gamma != T::one() {
+                    z.iter_mut().chain(r).for_each(|v| *v /= self.gamma);
                 }
             }
         });

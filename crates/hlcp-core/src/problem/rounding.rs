@@ -63,12 +63,18 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
+        let (omega, gamma) = (self.omega().view(), self.gamma());
         [true, false].map(|of_z| {
             Meter::measured(1.0, self.whole_order(), |meter| {
                 let sum = self.total(|tally, at| {
                     let mut entries = [T::zero(); BLOCK];
-                    for (entry, k) in entries.iter_mut().zip(at.clone()) {
-                        *entry = if of_z { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
+                    let pairs = entries.iter_mut().zip(&x[at.clone()]);
+                    if of_z {
+                        pairs.for_each(|(z, &x)| *z = recovered(T::one(), x, gamma));
+                    } else {
+                        pairs.zip(at.clone()).for_each(|((r, &x), k)| {
+                            *r = recovered(omega.entry(k), -x, gamma);
+                        });
                     }
                     tally.add(meter, &entries[..at.len()]);
                 });
@@ -233,13 +239,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
 
     /// Returns the entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
     /// `r` after an exchange.
-    pub(super) fn z_entry(&self, x: T) -> T {
+    fn z_entry(&self, x: T) -> T {
         recovered(T::one(), x, self.gamma())
     }
 
     /// Returns the entry of `r` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
     /// `z` after an exchange.
-    pub(super) fn r_entry(&self, j: usize, x: T) -> T {
+    fn r_entry(&self, j: usize, x: T) -> T {
         recovered(self.omega().entry(j), -x, self.gamma())
     }
 }

@@ -21,20 +21,34 @@ pub(crate) enum Question {
 }
 
 impl Question {
-    /// Returns the bound of a row, or 1 for yes and 0 for no, given what [`ExactSum::around`] returns
-    /// of it.
+    /// Overwrites `to` with the bounds of some rows, or with 1 for yes and 0 for no, given what
+    /// [`ExactSum::around`] returns of them.
     #[inline(always)]
-    pub(crate) fn of_row(self, [value, slack, terms]: [f64; 3]) -> f64 {
+    pub(crate) fn measure(self, [values, slacks, terms]: [&[f64]; 3], to: &mut [f64]) {
+        let rows = to.iter_mut().zip(values).zip(slacks).zip(terms);
         let no = |passes: bool| if passes { 0.0 } else { 1.0 };
         match self {
-            Self::Bound => value.abs() + slack,
-            Self::Relative if terms == 0.0 => 0.0,
-            Self::Relative if terms == f64::INFINITY => f64::INFINITY,
-            // What overflows is infinite, since the least of ∞ and NaN is ∞.
-            Self::Relative => f64::INFINITY.min((value.abs() + slack) / terms),
-            Self::NotPositive => no(value - slack > SIGNED),
-            Self::NotNegative => no(-value - slack > SIGNED),
+            Self::Bound => rows.for_each(|(((to, v), s), _)| *to = v.abs() + s),
+            Self::Relative => rows.for_each(|(((to, v), s), terms)| {
+                // What overflows is infinite, since the least of ∞ and NaN is ∞.
+                let quotient = f64::INFINITY.min((v.abs() + s) / terms);
+                *to = match *terms {
+                    0.0 => 0.0,
+                    f64::INFINITY => f64::INFINITY,
+                    _ => quotient,
+                }
+            }),
+            Self::NotPositive => rows.for_each(|(((to, v), s), _)| *to = no(v - s > SIGNED)),
+            Self::NotNegative => rows.for_each(|(((to, v), s), _)| *to = no(-v - s > SIGNED)),
         }
+    }
+
+    /// Returns the measure of one row.
+    #[inline(always)]
+    pub(crate) fn of_row(self, [value, slack, terms]: [f64; 3]) -> f64 {
+        let mut to = [0.0];
+        self.measure([&[value], &[slack], &[terms]], &mut to);
+        to[0]
     }
 }
 
