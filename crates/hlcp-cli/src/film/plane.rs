@@ -137,7 +137,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         outputs,
         texts,
         json: report.json(),
-        report: report.text(arguments)?,
+        report: report.text(arguments),
         warnings,
         converged,
     })

@@ -1,6 +1,6 @@
 //! What is printed about a film in two dimensions.
 
-use std::fmt::{self, Write as _};
+use std::fmt::Display;
 
 use hlcp::{
     Status,
@@ -100,32 +100,24 @@ impl Report<'_> {
                 "supplies": supplies,
             })
         };
-        let friction = bearing.drag(figures.friction);
-        let bounds = self.proved.as_ref().map(|proved| {
+        let [moving, fixed] = bearing.drag(figures.friction);
+        // What is proved of each figure, as `told`.
+        let all = |proved: &ProvedFigures, told: fn(f64, [f64; 2]) -> Value| {
             let drag = bearing.proved_drag(proved);
             let supplies = figures.supplies.iter().zip(&proved.supplies);
-            let supplies: Vec<f64> = supplies.map(|(flow, ends)| off(*flow, *ends)).collect();
-            let flow = |k: usize| json!(off(figures.sides[k], proved.sides[k]));
-            let flows = sides(&flow, json!(supplies));
+            let supplies = supplies.map(|(flow, ends)| told(*flow, *ends)).collect();
             json!({
-                "load_n": off(load, proved.load),
-                "friction_moving_n": off(friction[0], drag[0]),
-                "friction_fixed_n": off(friction[1], drag[1]),
-                "peak_pressure_pa": off(figures.peak, proved.peak),
-                "flow_m3_s": flows,
+                "load_n": told(load, proved.load),
+                "friction_moving_n": told(moving, drag[0]),
+                "friction_fixed_n": told(fixed, drag[1]),
+                "peak_pressure_pa": told(figures.peak, proved.peak),
+                "flow_m3_s": sides(&|k| told(figures.sides[k], proved.sides[k]), supplies),
             })
-        });
-        let range = self.range.as_ref().and_then(|range| range.as_ref().ok()).map(|range| {
-            let [moving, fixed] = bearing.proved_drag(range);
-            json!({
-                "load_n": range.load,
-                "friction_moving_n": moving,
-                "friction_fixed_n": fixed,
-                "peak_pressure_pa": range.peak,
-                "flow_m3_s": sides(&|k| json!(range.sides[k]), json!(range.supplies)),
-            })
-        });
-        let [moving, fixed] = friction;
+        };
+        let bounds =
+            self.proved.as_ref().map(|proved| all(proved, |found, ends| json!(off(found, ends))));
+        let range = self.range.as_ref().and_then(|range| range.as_ref().ok());
+        let range = range.map(|range| all(range, |_, ends| json!(ends)));
         let [full_moving, full_fixed] = bearing.drag(figures.full_friction);
         let [ecc, attitude] = bearing.attitude(x).map_or([None; 2], |pair| pair.map(Some));
         let found = self.coefficients.as_ref();
@@ -206,218 +198,184 @@ impl Report<'_> {
         })
     }
 
-    pub(super) fn text(&self, arguments: &Arguments) -> Result<String, fmt::Error> {
-        let mut text = String::new();
+    pub(super) fn text(&self, arguments: &Arguments) -> String {
+        let mut text = Lines::default();
         let (film, figures, outcome) = (&self.solved.film, &self.figures, &self.solved.outcome);
         let [nx, ny, n] = [film.nx, film.ny, film.gap.len()];
         let (solves, seconds) = (self.solves, self.seconds);
-        let many = if solves > 1 {
-            let what = if arguments.motion.is_some() { "steps" } else { "solves" };
-            format!("{solves} {what} in {seconds:.2} s; the last: ")
-        } else {
-            String::new()
-        };
-        writeln!(text, "{nx} × {ny} cells, {n} unknowns: {many}{outcome}")?;
+        let what = if arguments.motion.is_some() { "steps" } else { "solves" };
+        let many = format!("{solves} {what} in {seconds:.2} s; the last: ");
+        let many = if solves > 1 { many } else { String::new() };
+        text.say(format!("{nx} × {ny} cells, {n} unknowns: {many}{outcome}"));
         if !self.converged {
-            writeln!(text, "not converged, so these are no figures of the film:")?;
+            text.say("not converged, so these are no figures of the film:");
         }
-        let [load, x, y] = self.load();
-        let proved = self.proved.as_ref();
+        let ([load, x, y], proved) = (self.load(), self.proved.as_ref());
+        let is_journal = self.bearing.journal.is_some();
         let within = between(proved.map(|proved| proved.load));
-        writeln!(text, "load              {load:.6e} N{within}")?;
-        if y.is_nan() {
-            writeln!(text, "                  at no point, because it is zero")?;
-        } else if self.bearing.journal.is_some() {
-            writeln!(text, "                  towards x = {x:.6e} m, its middle at y = {y:.6e} m")?;
-        } else {
-            writeln!(text, "                  acts at x = {x:.6e} m, y = {y:.6e} m")?;
-        }
-        if self.bearing.journal.is_none() {
+        text.add("load", format!("{load:.6e} N{within}"));
+        text.add(
+            "",
+            match (y.is_nan(), is_journal) {
+                (true, _) => "at no point, because it is zero".into(),
+                (_, true) => format!("towards x = {x:.6e} m, its middle at y = {y:.6e} m"),
+                (_, false) => format!("acts at x = {x:.6e} m, y = {y:.6e} m"),
+            },
+        );
+        if !is_journal {
             let [mx, my] = figures.moments;
-            writeln!(
-                text,
-                "moments           {mx:.6e} N m along x, {my:.6e} N m along y, around the middle"
-            )?;
+            let around = format!("{mx:.6e} N m along x, {my:.6e} N m along y, around the middle");
+            text.add("moments", around);
         }
         let [one, other] = self.bearing.drag(figures.friction);
         let drag = proved.map(|proved| self.bearing.proved_drag(proved));
         let [of_one, of_other] = [0, 1].map(|wall| between(drag.map(|drag| drag[wall])));
-        let next = if drag.is_some() { "\n                  " } else { ", " };
-        writeln!(
-            text,
-            "friction          {one:.6e} N on the moving wall{of_one}{next}{other:.6e} N on the \
-             other{of_other}"
-        )?;
-        if figures.broken_share > 0.0 {
-            let [one, other] = self.bearing.drag(figures.full_friction);
-            writeln!(
-                text,
-                "                  {one:.6e} N and {other:.6e} N if all of the gap is sheared, as in \
-                 handbooks"
-            )?;
-        }
-        writeln!(text, "power lost        {:.6e} W", figures.power)?;
-        let open =
-            (0..4).filter(|&k| matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)));
-        let within = |side: usize| between(proved.map(|proved| proved.sides[side]));
-        let flows: Vec<String> =
-            open.map(|k| format!("{} {:.6e}{}", SIDES[k], figures.sides[k], within(k))).collect();
         // One a line where there is more to say.
         let next = if proved.is_some() { "\n                  " } else { ", " };
+        let on_moving = format!("{one:.6e} N on the moving wall{of_one}");
+        text.add("friction", format!("{on_moving}{next}{other:.6e} N on the other{of_other}"));
+        if figures.broken_share > 0.0 {
+            let [one, other] = self.bearing.drag(figures.full_friction);
+            let full = "if all of the gap is sheared, as in handbooks";
+            text.add("", format!("{one:.6e} N and {other:.6e} N {full}"));
+        }
+        text.add("power lost", format!("{:.6e} W", figures.power));
+        let flow = |name: &str, flow: f64, ends: Option<[f64; 2]>| {
+            format!("{name}{flow:.6e}{}", between(ends))
+        };
+        let of_side = |k: usize| {
+            let ends = proved.map(|proved| proved.sides[k]);
+            flow(&format!("{} ", SIDES[k]), figures.sides[k], ends)
+        };
+        let flows: Vec<String> = self.open_sides().map(of_side).collect();
         if !flows.is_empty() {
-            writeln!(text, "flow out, m³/s    {}", flows.join(next))?;
+            text.add("flow out, m³/s", flows.join(next));
         }
         if !figures.supplies.is_empty() {
-            let within = |k: usize| between(proved.map(|proved| proved.supplies[k]));
-            let flows = figures.supplies.iter().enumerate();
-            let flows: Vec<String> =
-                flows.map(|(k, flow)| format!("{flow:.6e}{}", within(k))).collect();
-            writeln!(text, "supplied, m³/s    {}", flows.join(next))?;
+            let of_supply = |k| flow("", figures.supplies[k], proved.map(|of| of.supplies[k]));
+            let flows: Vec<String> = (0..figures.supplies.len()).map(of_supply).collect();
+            text.add("supplied, m³/s", flows.join(next));
         }
-        writeln!(text, "mass imbalance    {:.1e} m³/s", self.imbalance())?;
+        text.add("mass imbalance", format!("{:.1e} m³/s", self.imbalance()));
         let within = between(proved.map(|proved| proved.peak));
-        writeln!(text, "peak pressure     {:.6e} Pa{within}", figures.peak)?;
-        writeln!(text, "least gap         {:.6e} m", figures.least_gap)?;
-        writeln!(text, "broken            {:.4} % of the area", 100.0 * figures.broken_share)?;
+        text.add("peak pressure", format!("{:.6e} Pa{within}", figures.peak));
+        text.add("least gap", format!("{:.6e} m", figures.least_gap));
+        text.add("broken", format!("{:.4} % of the area", 100.0 * figures.broken_share));
         if figures.feed.is_finite() {
             let (feed, least) = (figures.feed, figures.least_content);
-            writeln!(
-                text,
-                "feed              {feed:.1e} of the oil that goes round; least content {least:.4}"
-            )?;
+            let goes_round = format!("{feed:.1e} of the oil that goes round");
+            text.add("feed", format!("{goes_round}; least content {least:.4}"));
         }
-        self.print_derived(&mut text)?;
+        self.add_derived(&mut text);
         if let Some([ecc, attitude]) = self.bearing.attitude(x) {
             let at =
                 if x.is_nan() { "no attitude".into() } else { format!("attitude {attitude:.4}°") };
-            writeln!(text, "eccentricity      {ecc:.6} of the clearance, {at}")?;
+            text.add("eccentricity", format!("{ecc:.6} of the clearance, {at}"));
         } else if arguments.load.is_some() || arguments.motion.is_some() {
             let [rise, along, across] = [0, 1, 2].map(|k| self.bearing.position[k]);
-            writeln!(
-                text,
-                "position          rise {rise:.6e} m, slopes {along:.6e} along x, {across:.6e} along y"
-            )?;
+            let slopes = format!("slopes {along:.6e} along x, {across:.6e} along y");
+            text.add("position", format!("rise {rise:.6e} m, {slopes}"));
         }
-        if let Some(found) = &self.coefficients {
-            self.print_coefficients(&mut text, found)?;
+        if let Some([own, clamped]) = &self.coefficients {
+            let [axes, ..] = self.axes();
+            text.add("coefficients", format!("{axes}; for slow motions, then by the clamp"));
+            if self.figures.broken_share > 0.0 {
+                let settles = "the film is broken and takes time to settle; for motions at a \
+                               frequency take --whirl";
+                text.add("", settles);
+            }
+            self.add_matrices(&mut text, &[own, clamped]);
         }
         if let Some(found) = &self.whirl {
-            self.print_whirl(&mut text, found)?;
+            self.add_whirl(&mut text, found);
         }
         if let Some(found) = &self.sensitivities {
-            print_sensitivities(&mut text, found, arguments.load.is_some())?;
+            add_sensitivities(&mut text, found, arguments.load.is_some());
         }
         match &self.certificate {
-            Some(Ok(certificate)) => writeln!(text, "{certificate}")?,
-            Some(Err(refusal)) => {
-                writeln!(text, "certified error: none, because {refusal}")?;
-            }
+            Some(Ok(certificate)) => text.say(certificate),
+            Some(Err(refusal)) => text.say(format!("certified error: none, because {refusal}")),
             None => (),
         }
         match (&self.range, arguments.data_tolerance) {
-            (Some(Ok(range)), Some(part)) => self.print_range(&mut text, range, part)?,
+            (Some(Ok(range)), Some(part)) => self.add_range(&mut text, range, part),
             (Some(Err(refusal)), _) => {
-                writeln!(text, "nothing is proved within the tolerance, because {refusal}")?;
+                text.say(format!("nothing is proved within the tolerance, because {refusal}"));
             }
             _ => (),
         }
-        Ok(text)
+        text.0
     }
 
-    fn print_derived(&self, text: &mut String) -> fmt::Result {
+    /// The sides through which something flows that is told.
+    fn open_sides(&self) -> impl Iterator<Item = usize> {
+        let sides = &self.solved.film.sides;
+        (0..4).filter(|&k| matches!(sides[k], Side::Pressure(_) | Side::Starved(_)))
+    }
+
+    fn add_derived(&self, text: &mut Lines) {
         let Derived { specific_load, leakage, temperature_rise, reynolds, laminar, .. } =
             self.derived;
-        write!(text, "specific load     {specific_load:.6e} Pa")?;
-        if let Some(sommerfeld) = self.derived.sommerfeld {
-            write!(text, ", Sommerfeld number {sommerfeld:.6}")?;
-        }
-        writeln!(text)?;
+        let number = self.derived.sommerfeld;
+        let number = number.map_or(String::new(), |s| format!(", Sommerfeld number {s:.6}"));
+        text.add("specific load", format!("{specific_load:.6e} Pa{number}"));
         if let Some(torque) = self.derived.torque {
-            writeln!(text, "torque            {torque:.6e} N m")?;
+            text.add("torque", format!("{torque:.6e} N m"));
         }
         if leakage > 0.0 && temperature_rise > 0.0 {
             let Oil { density, heat } = self.oil;
-            writeln!(
-                text,
-                "warmer by         {temperature_rise:.3} K, with {density} kg/m³ and {heat} J/(kg K), \
-                 if all power leaves with {leakage:.6e} m³/s"
-            )?;
+            let oil = format!("{density} kg/m³ and {heat} J/(kg K)");
+            let leaves = format!("if all power leaves with {leakage:.6e} m³/s");
+            text.add("warmer by", format!("{temperature_rise:.3} K, with {oil}, {leaves}"));
         }
         if reynolds > 0.0 {
-            writeln!(text, "Reynolds number   {reynolds:.1}; shear is laminar to {laminar:.0}")?;
+            text.add("Reynolds number", format!("{reynolds:.1}; shear is laminar to {laminar:.0}"));
         }
-        Ok(())
     }
 
-    fn print_range(&self, text: &mut String, range: &ProvedFigures, part: f64) -> fmt::Result {
-        let film = &self.solved.film;
-        writeln!(
-            text,
+    fn add_range(&self, text: &mut Lines, range: &ProvedFigures, part: f64) {
+        text.say(format!(
             "proved for all films whose gap, viscosity, speeds and supplies' pressures, each as a \
              whole, are within {part} of these:"
-        )?;
+        ));
         let to = |[lower, upper]: [f64; 2]| {
-            let [lower, upper] =
-                [(lower, false), (upper, true)].map(|(end, up)| decimal(end, 6, up));
-            format!("{lower} to {upper}")
+            format!("{} to {}", decimal(lower, 6, false), decimal(upper, 6, true))
         };
         let [moving, fixed] = self.bearing.proved_drag(range).map(to);
-        writeln!(text, "  load            {} N", to(range.load))?;
-        writeln!(text, "  friction        {moving} N on the moving wall")?;
-        writeln!(text, "                  {fixed} N on the other")?;
-        for (k, name) in SIDES.into_iter().enumerate() {
-            if matches!(film.sides[k], Side::Pressure(_) | Side::Starved(_)) {
-                writeln!(text, "  flow out, m³/s  {name} {}", to(range.sides[k]))?;
-            }
+        text.add("  load", format!("{} N", to(range.load)));
+        text.add("  friction", format!("{moving} N on the moving wall"));
+        text.add("", format!("{fixed} N on the other"));
+        for k in self.open_sides() {
+            text.add("  flow out, m³/s", format!("{} {}", SIDES[k], to(range.sides[k])));
         }
-        for supply in &range.supplies {
-            writeln!(text, "  supplied, m³/s  {}", to(*supply))?;
-        }
-        writeln!(text, "  peak pressure   {} Pa", to(range.peak))
+        range.supplies.iter().for_each(|supply| text.add("  supplied, m³/s", to(*supply)));
+        text.add("  peak pressure", format!("{} Pa", to(range.peak)));
     }
 
-    fn print_coefficients(
-        &self,
-        text: &mut String,
-        [own, clamped]: &[Coefficients; 2],
-    ) -> fmt::Result {
-        let [axes, ..] = self.axes();
-        writeln!(text, "coefficients      {axes}; for slow motions, then by the clamp")?;
-        if self.figures.broken_share > 0.0 {
-            writeln!(
-                text,
-                "                  the film is broken and takes time to settle; for motions at a \
-                 frequency take --whirl"
-            )?;
-        }
-        self.print_matrices(text, &[own, clamped])
-    }
-
-    /// Prints the rows of stiffness and damping, one beside the other.
-    fn print_matrices(&self, text: &mut String, all: &[&Coefficients]) -> fmt::Result {
+    /// Adds the rows of stiffness and damping, one beside the other.
+    fn add_matrices(&self, text: &mut Lines, all: &[&Coefficients]) {
         let [_, stiff, damp] = self.axes();
         for (name, unit, is_damping) in [("stiffness", stiff, false), ("damping", damp, true)] {
-            let of = |found: &Coefficients, k: usize| {
-                row(if is_damping { &found.damping[k] } else { &found.stiffness[k] })
+            let of = |found: &&Coefficients, k: usize| {
+                entries(if is_damping { &found.damping[k] } else { &found.stiffness[k] })
             };
             for k in 0..self.bearing.modes.len() {
                 let name = if k == 0 { format!("{name}, {unit}") } else { String::new() };
                 let rows: Vec<String> = all.iter().map(|found| of(found, k)).collect();
-                writeln!(text, "{name:<16}{}", rows.join("  |"))?;
+                text.say(format!("{name:<16}{}", rows.join("  |")));
             }
         }
-        Ok(())
     }
 
-    fn print_whirl(&self, text: &mut String, whirl: &Whirl) -> fmt::Result {
+    fn add_whirl(&self, text: &mut Lines, whirl: &Whirl) {
         let [axes, ..] = self.axes();
         for (ratio, found) in &whirl.at {
             let omega = ratio * whirl.running;
-            writeln!(text, "whirl of {ratio:<9}{axes}; at {omega:.6e} rad/s")?;
-            self.print_matrices(text, &[found])?;
+            text.add(&format!("whirl of {ratio}"), format!("{axes}; at {omega:.6e} rad/s"));
+            self.add_matrices(text, &[found]);
         }
         if self.bearing.journal.is_none() {
-            return Ok(());
+            return;
         }
         let told = match whirl.threshold {
             Some(Threshold { mass, omega, .. }) => match (mass > 0.0, omega / whirl.running) {
@@ -435,7 +393,7 @@ impl Report<'_> {
             },
             None => "none was found up to twice the running speed".into(),
         };
-        writeln!(text, "critical mass     {told}")
+        text.add("critical mass", told);
     }
 
     /// The coordinates of coefficients, and the units of stiffness and damping.
@@ -448,30 +406,44 @@ impl Report<'_> {
     }
 }
 
-/// The entries of a row of a matrix.
-fn row(entries: &[f64]) -> String {
-    entries.iter().map(|entry| format!("{entry:>14.6e}")).collect()
+/// The lines of a report.
+#[derive(Default)]
+struct Lines(String);
+
+impl Lines {
+    fn say(&mut self, line: impl Display) {
+        self.0 += &format!("{line}\n");
+    }
+
+    /// Adds what stands in a column of its own behind a name.
+    fn add(&mut self, name: &str, told: impl Display) {
+        self.say(format_args!("{name:<18}{told}"));
+    }
 }
 
-fn print_sensitivities(text: &mut String, all: &[Slopes], is_carrying: bool) -> fmt::Result {
+/// The entries of a row.
+fn entries<'e>(entries: impl IntoIterator<Item = &'e f64>) -> String {
+    entries.into_iter().map(|entry| format!("{entry:>14.6e}")).collect()
+}
+
+fn add_sensitivities(text: &mut Lines, all: &[Slopes], is_carrying: bool) {
     let held = if is_carrying { "under this load" } else { "in this position" };
-    writeln!(text, "sensitivities     per unit of each, {held}")?;
+    text.add("sensitivities", format!("per unit of each, {held}"));
     // The load that is carried does not change.
     let skip = usize::from(is_carrying);
     let mut heads = vec!["load, N", "friction, N", "power, W", "peak, Pa", "out, m³/s"];
     let is_journal = all.iter().any(|(_, _, found)| found.ecc.is_some());
     heads.extend(if is_journal { &["ecc", "attitude, °"][..] } else { &[] });
     let heads: String = heads.iter().skip(skip).map(|head| format!("{head:>14}")).collect();
-    writeln!(text, "{:<18}{heads}", "")?;
+    text.add("", heads);
     for (name, unit, found) in all {
         let name = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
         let slopes = &found.slopes;
         let out = slopes.sides.iter().sum::<f64>();
         let figures = [slopes.load, slopes.friction[0], slopes.power, slopes.peak, out];
-        let angles = found.ecc.into_iter().chain(found.attitude);
-        let figures: String =
-            figures.into_iter().chain(angles).skip(skip).map(|v| format!("{v:>14.6e}")).collect();
-        writeln!(text, "{name:<18}{figures}")?;
+        text.add(
+            &name,
+            entries(figures.iter().chain(&found.ecc).chain(&found.attitude).skip(skip)),
+        );
     }
-    Ok(())
 }
