@@ -11,7 +11,7 @@ use std::{error::Error, fmt::Write as _, path::Path, time::Instant};
 
 use hlcp::{
     files::FileError,
-    film::{self, FilmError, Line, Map, Settings},
+    film::{FilmError, Line, Map, Profile, Settings},
 };
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
@@ -29,16 +29,22 @@ const BYTES: usize = 200;
 pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);
-    let points = match &arguments.profile {
-        Some(path) => Points::of(path, &Map::read(path)?)?,
+    let (path, array) = match &arguments.profile {
+        Some(path) => (path.as_path(), Map::read(path)?),
         None => {
             (arguments.x_unit, arguments.h_unit, arguments.p_unit) = (1e-3, 1e-6, 1e6);
             let path = Path::new("pad.csv");
-            Points::of(path, &Map::parse(path, include_str!("../../data/pad.csv"))?)?
+            (path, Map::parse(path, include_str!("../../data/pad.csv"))?)
         }
     };
+    let fault = |reason| FileError { path: path.to_owned(), line: None, reason };
+    let [x, h] = points(&array).map_err(fault)?;
     let outputs = outputs(arguments, &[".svg", ".csv"])?;
-    let solved = Solved::new(points.refined(arguments.refine)?, conditions, arguments)?;
+    let pieces = Profile::pieces(&x, arguments.refine);
+    let count = pieces.iter().fold(0, |sum: usize, pieces| sum.saturating_add(*pieces));
+    memory::check(count, BYTES, "take a smaller --refine, or fewer points")?;
+    let points = [&x, &h].map(|v| Profile::cut(v, &pieces));
+    let solved = Solved::new(points, conditions, arguments)?;
     let mut report = solved.report()?;
     if arguments.profile.is_none() {
         solved.check()?;
@@ -57,88 +63,69 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     })
 }
 
-/// Points of a gap, in the user's units.
-struct Points {
-    x: Vec<f64>,
-    h: Vec<f64>,
-}
-
-impl Points {
-    /// The two columns of an array, which was read from `path`.
-    fn of(path: &Path, array: &Map) -> Result<Self, FileError> {
-        let fault = |reason| Err(FileError { path: path.to_owned(), line: None, reason });
-        let found = array.columns;
-        if found != 2 {
-            return fault(format!(
-                "{found} columns where x and h are wanted; a map of the gap in two dimensions is \
-                 given by --map, with --lx and --ly"
-            ));
-        }
-        let [x, h] = [0, 1]
-            .map(|column| array.values.iter().skip(column).step_by(2).copied().collect::<Vec<_>>());
-        if array.rows < 2 {
-            return fault("a profile has at least 2 points, this one 1".into());
-        }
-        if let Some(at) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
-            let (last, place) = (x[at], x[at + 1]);
-            let step = "; for a step, put two points very close together";
-            let hint = if place == last { step } else { "" };
-            return fault(format!(
-                "row {}: x = {place} does not exceed the x before it, {last}{hint}",
-                at + 2
-            ));
-        }
-        match h.iter().position(|&h| h <= 0.0) {
-            Some(at) => fault(format!("row {}: the gap h = {} is not positive", at + 1, h[at])),
-            None => Ok(Self { x, h }),
-        }
+/// The two columns of an array, x and h in the user's units.
+fn points(array: &Map) -> Result<[Vec<f64>; 2], String> {
+    let found = array.columns;
+    if found != 2 {
+        return Err(format!(
+            "{found} columns where x and h are wanted; a map of the gap in two dimensions is \
+             given by --map, with --lx and --ly"
+        ));
     }
-
-    /// The same straight lines, each cut into `refine` pieces, or into pieces of at most 1/400 of
-    /// the film.
-    fn refined(self, refine: Option<u16>) -> Result<Self, String> {
-        let pieces = film::Profile::pieces(&self.x, refine);
-        let count = pieces.iter().fold(0, |sum: usize, pieces| sum.saturating_add(*pieces));
-        memory::check(count, BYTES, "take a smaller --refine, or fewer points")?;
-        let [x, h] = [&self.x, &self.h].map(|v| film::Profile::cut(v, &pieces));
-        Ok(Self { x, h })
+    let column = |k: usize| array.values.iter().skip(k).step_by(2).copied().collect::<Vec<_>>();
+    let [x, h] = [column(0), column(1)];
+    if array.rows < 2 {
+        return Err("a profile has at least 2 points, this one 1".into());
+    }
+    if let Some(at) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
+        let (last, place) = (x[at], x[at + 1]);
+        let step = "; for a step, put two points very close together";
+        let hint = if place == last { step } else { "" };
+        return Err(format!(
+            "row {}: x = {place} does not exceed the x before it, {last}{hint}",
+            at + 2
+        ));
+    }
+    match h.iter().position(|&h| h <= 0.0) {
+        Some(at) => Err(format!("row {}: the gap h = {} is not positive", at + 1, h[at])),
+        None => Ok([x, h]),
     }
 }
 
 /// A solution, with the points in the user's units and in metres.
 struct Solved<'a> {
     arguments: &'a Arguments,
-    points: Points,
-    film: film::Profile,
+    x: Vec<f64>,
+    h: Vec<f64>,
+    film: Profile,
     line: Line,
 }
 
 impl<'a> Solved<'a> {
     fn new(
-        points: Points,
+        [x, h]: [Vec<f64>; 2],
         [speed, viscosity]: [f64; 2],
         arguments: &'a Arguments,
     ) -> Result<Self, Box<dyn Error>> {
-        if points.x.len() < 3 {
+        if x.len() < 3 {
             return Err(
                 "there is no point between the ends to solve for; --refine 2 or more".into()
             );
         }
-        let [ambient, cavitation] =
-            [arguments.ambient, arguments.cavitation].map(|p| p * arguments.p_unit);
-        let film = film::Profile {
-            x: points.x.iter().map(|x| x * arguments.x_unit).collect(),
-            h: points.h.iter().map(|h| h * arguments.h_unit).collect(),
+        let in_si = |v: &[f64], unit: f64| v.iter().map(|v| v * unit).collect();
+        let film = Profile {
+            x: in_si(&x, arguments.x_unit),
+            h: in_si(&h, arguments.h_unit),
             speed,
             viscosity,
-            ambient,
-            cavitation,
+            ambient: arguments.ambient * arguments.p_unit,
+            cavitation: arguments.cavitation * arguments.p_unit,
         };
         let line = film.solve(&Settings::default()).map_err(|error| match error {
             FilmError::Input(_) => "--ambient is below --cavitation, or not a finite number".into(),
             error => format!("{error}; check the profile, --x-unit and --h-unit"),
         })?;
-        Ok(Self { arguments, points, film, line })
+        Ok(Self { arguments, x, h, film, line })
     }
 
     fn thin(&self) -> f64 {
@@ -174,9 +161,9 @@ impl<'a> Solved<'a> {
     }
 
     fn report(&self) -> Result<String, std::fmt::Error> {
-        let (mut text, Self { arguments, points, line, .. }) = (String::new(), self);
+        let (mut text, Self { arguments, line, .. }) = (String::new(), self);
         let Line { outcome, load, friction, peak, .. } = line;
-        writeln!(text, "{} unknowns: {outcome}", points.x.len() - 2)?;
+        writeln!(text, "{} unknowns: {outcome}", self.x.len() - 2)?;
         if !outcome.converged() {
             writeln!(text, "not converged, so these are no figures of the film:")?;
         }
@@ -185,14 +172,14 @@ impl<'a> Solved<'a> {
             text,
             "peak pressure     {:.6} {p} at x = {:.6} {x}",
             line.pressure[*peak] / arguments.p_unit,
-            points.x[*peak]
+            self.x[*peak]
         )?;
         writeln!(text, "load              {load:.6e} N/m over the ambient pressure")?;
         writeln!(text, "friction          {friction:.6e} N/m on the plane")?;
         for (front, at) in [("ruptures", &line.ruptures), ("forms again", &line.forms_again)] {
             for &i in at {
-                let x_front = points.x[i];
-                writeln!(text, "the film {front} at x = {x_front:.6} {x}, to within a piece")?;
+                let at = self.x[i];
+                writeln!(text, "the film {front} at x = {at:.6} {x}, to within a piece")?;
             }
         }
         let [flow, imbalance] = self.through();
@@ -205,22 +192,22 @@ impl<'a> Solved<'a> {
 
     /// The picture and the numbers, as SVG and CSV.
     fn drawn(&self) -> [String; 2] {
-        let Self { arguments, points, line: found, .. } = self;
+        let Self { arguments, x: places, h: gaps, line: found, .. } = self;
         let pressures: Vec<f64> = found.pressure.iter().map(|p| p / arguments.p_unit).collect();
         let units = [(arguments.x_unit, "m"), (arguments.h_unit, "m"), (arguments.p_unit, "Pa")];
         let [x, h, p] = units.map(|(value, base)| unit(value, base));
-        let rows: Vec<String> = (0..points.x.len())
-            .map(|i| format!("{},{},{},{}", points.x[i], points.h[i], pressures[i], found.void[i]))
+        let rows: Vec<String> = (0..places.len())
+            .map(|i| format!("{},{},{},{}", places[i], gaps[i], pressures[i], found.void[i]))
             .collect();
         let csv = chart::csv(&format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows);
 
         // No more points than can be seen.
-        let thin = points.x.len().div_ceil(600);
+        let thin = places.len().div_ceil(600);
         let line = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-            let drawn = (0..points.x.len()).filter(|i| i % thin == 0 || i + 1 == points.x.len());
-            drawn.map(|i| (points.x[i], value(i))).collect()
+            let drawn = (0..places.len()).filter(|i| i % thin == 0 || i + 1 == places.len());
+            drawn.map(|i| (places[i], value(i))).collect()
         };
-        let along = (points.x[0], points.x[points.x.len() - 1]);
+        let along = (places[0], places[places.len() - 1]);
         let highest = |values: &[f64]| values.iter().copied().fold(f64::MIN, f64::max);
         let (low, high) = (arguments.cavitation, highest(&pressures));
         let high = if high > low { high + 0.05 * (high - low) } else { low + 1.0 };
@@ -228,19 +215,18 @@ impl<'a> Solved<'a> {
         let curve = line(&|i| pressures[i]);
         let pressure = Panel::new("Pressure", [&axes[0], &axes[1]], [along, (low, high)])
             .outline("pressure", "#0072B2", "", &curve);
-        let [gap, filled] =
-            [line(&|i| points.h[i]), line(&|i| (1.0 - found.void[i]) * points.h[i])];
-        let ranges = [along, (0.0, 1.05 * highest(&points.h))];
-        let gaps = Panel::new("Film", [&axes[0], &axes[2]], ranges)
+        let [gap, filled] = [line(&|i| gaps[i]), line(&|i| (1.0 - found.void[i]) * gaps[i])];
+        let ranges = [along, (0.0, 1.05 * highest(gaps))];
+        let film = Panel::new("Film", [&axes[0], &axes[2]], ranges)
             .outline("gap h", "#000000", "", &gap)
             .outline("filled, (1 − r) h", "#D55E00", "6 4", &filled);
         let caption = "Reynolds equation with mass-conserving cavitation";
-        [chart::svg(2, 300.0, vec![pressure, gaps], caption), csv]
+        [chart::svg(2, 300.0, vec![pressure, film], caption), csv]
     }
 
     /// Holds the pad's peak and rupture against those of the continuous problem.
     fn check(&self) -> Result<(), String> {
-        let Self { points, film, line, .. } = self;
+        let Self { film, line, .. } = self;
         // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap;
         // 1e-3 is room.
         let peak = (line.pressure[line.peak] / Slider::PEAK - 1.0).abs() <= 1e-3;
@@ -248,7 +234,7 @@ impl<'a> Solved<'a> {
         if peak && matches!(line.ruptures[..], [i] if near(i)) {
             return Ok(());
         }
-        let at = line.ruptures.iter().map(|&i| points.x[i]).collect::<Vec<_>>();
+        let at = line.ruptures.iter().map(|&i| self.x[i]).collect::<Vec<_>>();
         Err(format!("the pad's peak is wrong, or it ruptures at {at:?}"))
     }
 }

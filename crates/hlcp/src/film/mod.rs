@@ -22,9 +22,7 @@
 //! use hlcp::film::{Bearing, Journal, Load, Settings, Side, Supply};
 //!
 //! // 100 mm by 100 mm, 0.1 mm wide, 3000 turns a minute, fed by a groove at the widest gap.
-//! let (clearance, tilt) = (1e-4, [0.0; 2]);
-//! let journal = Journal { diameter: 0.1, length: 0.1, clearance, tilt, lobes: None };
-//! let mut bearing = Bearing::journal(journal, [180, 30]);
+//! let mut bearing = Bearing::journal(Journal::round(0.1, 0.1, 1e-4), [180, 30]);
 //! bearing.film.speeds = [std::f64::consts::PI * 0.1 * 50.0, 0.0];
 //! bearing.film.viscosity = vec![0.02];
 //! bearing.film.supplies = vec![Supply { corner: [0.0; 2], size: [0.0, 0.1], pressure: 0.0 }];

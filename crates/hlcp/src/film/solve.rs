@@ -115,18 +115,15 @@ pub struct Solved {
     pub outcome: Outcome,
 }
 
-/// Newton's method takes some six steps, whatever the texture.
+/// Newton's method takes some six steps, whatever the texture; the other tries methods of all
+/// kinds.
 const METHOD: &str = "AMG";
-
-/// How exact the derivatives are that lead to a position: each step of the search takes off seven
-/// digits at best.
-const SEARCH: f64 = 1e-7;
-
-/// How exact derivatives are that are an answer.
-pub(super) const LINEAR: f64 = 1e-13;
-
-/// It tries methods of all kinds, and leaves those that make no way.
 const FALLBACK: &str = "AUTO";
+
+/// How exact derivatives are that are an answer, and those that lead to a position: each step of
+/// the search takes off seven digits at best.
+pub(super) const LINEAR: f64 = 1e-13;
+const SEARCH: f64 = 1e-7;
 
 /// The least content of a film, but for rounding.
 pub(super) const LEAST: f64 = -1e-9;
@@ -134,10 +131,9 @@ pub(super) const LEAST: f64 = -1e-9;
 /// The residual that a solve ends at, over ‖q‖.
 const TOLERANCE: f64 = 1e-12;
 
-/// Of a solve that stands alone.
+/// The rounding that is excused: by a solve that stands alone, and in a search, where a film that
+/// is done before it begins would carry what the last one did.
 pub(super) const ROUNDING: f64 = 4.0;
-
-/// In a search, where a film that is done before it begins would carry what the last one did.
 const EXACT: f64 = 0.25;
 
 impl Solved {
@@ -181,10 +177,10 @@ impl Solved {
     /// as long as that between the two.
     pub(super) fn led(&self, before: &Self, ratio: f64, film: Film) -> Self {
         let ([z, r], [z0, r0]) = (self.scaled(&film), before.scaled(&film));
-        let on = |now: f64, before: f64| now + ratio * (now - before);
+        let on = |(now, before): (&f64, &f64)| now + ratio * (now - before) - now;
+        let [dz, dr] = [(&z, &z0), (&r, &r0)]
+            .map(|(now, before)| now.iter().zip(before).map(on).collect::<Vec<_>>());
         let mut guess = Self { film, z, r, outcome: self.outcome };
-        let dz: Vec<f64> = z0.iter().zip(&guess.z).map(|(z0, z)| on(*z, *z0) - z).collect();
-        let dr: Vec<f64> = r0.iter().zip(&guess.r).map(|(r0, r)| on(*r, *r0) - r).collect();
         guess.go(&dz, &dr);
         guess
     }
@@ -415,10 +411,8 @@ pub(super) fn solve(
     Ok(if other.2.converged() || !found.2.converged() { other } else { found })
 }
 
-/// Stiffness `−∂F/∂e` and damping `−∂F/∂ė` for slow motions, in SI units.
-///
-/// The coordinates are those of the position, of a journal along the load and across it, a quarter
-/// further in the direction of the motion.
+/// Stiffness `−∂F/∂e` and damping `−∂F/∂ė` for slow motions, in SI units, along the coordinates of
+/// the position: of a journal along the load and a quarter further in the direction of the motion.
 ///
 /// ```
 /// use hlcp::film::{Bearing, Coefficients, Film, Settings, Solved};

@@ -12,8 +12,7 @@ use super::Drive;
 /// ```
 /// use hlcp::film::{Bearing, Journal};
 ///
-/// let (clearance, tilt) = (1e-4, [0.0; 2]);
-/// let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
+/// let journal = Journal::round(0.1, 0.05, 1e-4);
 /// let bearing = Bearing { position: vec![5e-5, 0.0], ..Bearing::journal(journal, [36, 6]) };
 /// let film = bearing.here().expect("half of the clearance is left");
 /// assert!(film.gap.iter().all(|gap| (5e-5..1.5e-4).contains(gap)));
@@ -33,6 +32,11 @@ pub struct Journal {
 }
 
 impl Journal {
+    /// Returns a journal of this diameter, length and clearance in a round bush, without a tilt.
+    pub fn round(diameter: f64, length: f64, clearance: f64) -> Self {
+        Self { diameter, length, clearance, tilt: [0.0; 2], lobes: None }
+    }
+
     /// Returns the extents of the film along x and y, in m.
     pub fn lengths(&self) -> [f64; 2] {
         [PI * self.diameter, self.length]
@@ -49,29 +53,28 @@ impl Journal {
     /// ```
     /// use hlcp::film::Journal;
     ///
-    /// let clearance = 1e-4;
-    /// let round = Journal { diameter: 0.1, length: 0.06, clearance, tilt: [0.0; 2], lobes: None };
+    /// let round = Journal::round(0.1, 0.06, 1e-4);
     /// let groove = round.groove(0.0, [20.0, 0.04], 1e5);
     /// assert!((groove.corner[0] - 350.0 / 360.0 * round.lengths()[0]).abs() < 1e-15);
     /// assert!((groove.corner[1] - 0.01).abs() < 1e-15);
     /// ```
     pub fn groove(&self, angle: f64, [width, length]: [f64; 2], pressure: f64) -> Supply {
-        let (corner, size) = self.patch([angle - width / 2.0, width], length);
+        let [corner, size] = self.patch([angle - width / 2.0, width], length);
         Supply { corner, size, pressure }
     }
 
     /// Returns the pocket of a pressure dam from one angle to another, in degrees in the direction
     /// of x, so long, in m, in the middle of the bearing, and so deep.
     pub fn dam(&self, [from, to]: [f64; 2], length: f64, depth: f64) -> Pocket {
-        let (corner, size) = self.patch([from, to - from], length);
+        let [corner, size] = self.patch([from, to - from], length);
         Pocket { corner, size, depth, ellipse: false }
     }
 
     /// The corner and the size of a rectangle from an angle on, in degrees, in the middle.
-    fn patch(&self, [from, arc]: [f64; 2], length: f64) -> ([f64; 2], [f64; 2]) {
+    fn patch(&self, [from, arc]: [f64; 2], length: f64) -> [[f64; 2]; 2] {
         let [around, along] = self.lengths();
         let corner = [(from / 360.0).rem_euclid(1.0) * around, (along - length) / 2.0];
-        (corner, [arc / 360.0 * around, length])
+        [corner, [arc / 360.0 * around, length]]
     }
 }
 
@@ -113,24 +116,20 @@ impl Lobes {
     /// [`Error::Parameter`] for no lobe, a preload of 1 or more, and an offset outside of the lobe.
     pub fn check(&self) -> Result<(), Error> {
         let Self { count, preload, offset, middle } = *self;
-        let checks = [
-            ("the number of lobes", count as f64, count > 0, "1 or more"),
-            (
-                "the preload of the lobes",
-                preload,
-                (0.0..1.0).contains(&preload),
-                "from 0 to below 1, where lobes meet the journal",
-            ),
-            (
-                "the offset of the lobes",
-                offset,
-                (0.0..=1.0).contains(&offset),
-                "from 0 to 1; beyond, a lobe would be narrowest in the next one",
-            ),
-            ("the middle of a lobe", middle, middle.is_finite(), "a finite angle"),
-        ];
-        let wrong = checks.into_iter().find(|(_, _, is_right, _)| !is_right);
-        wrong.map_or(Ok(()), |(name, value, _, range)| Err(Error::Parameter { name, value, range }))
+        let wrong = |name, value, range| Err(Error::Parameter { name, value, range });
+        if count == 0 {
+            wrong("the number of lobes", 0.0, "1 or more")
+        } else if !(0.0..1.0).contains(&preload) {
+            let range = "from 0 to below 1, where lobes meet the journal";
+            wrong("the preload of the lobes", preload, range)
+        } else if !(0.0..=1.0).contains(&offset) {
+            let range = "from 0 to 1; beyond, a lobe would be narrowest in the next one";
+            wrong("the offset of the lobes", offset, range)
+        } else if !middle.is_finite() {
+            wrong("the middle of a lobe", middle, "a finite angle")
+        } else {
+            Ok(())
+        }
     }
 
     /// Returns the gap over the clearance at an angle from x = 0, in rad, with the journal in the
@@ -350,12 +349,10 @@ impl Bearing {
     /// Returns the film with the wall at a position; `None` if it meets the other one, and a
     /// journal its bush, also between the middles of cells.
     pub fn at(&self, position: &[f64]) -> Option<Film> {
-        if self.nearest(position).is_some_and(|[gap, _]| gap <= 0.0) {
-            return None;
-        }
-        let gap = self.gap(position);
-        let clear = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
-        clear.then(|| Film { gap, ..self.film.clone() })
+        let is_clear = self.nearest(position).is_none_or(|[gap, _]| gap > 0.0);
+        let gap = is_clear.then(|| self.gap(position))?;
+        let is_open = gap.iter().all(|&gap| gap > 0.0 && gap.is_finite());
+        is_open.then(|| Film { gap, ..self.film.clone() })
     }
 
     /// Returns the gap with the wall at a position, which is not positive where it meets the other
@@ -382,8 +379,7 @@ impl Bearing {
     ///
     /// // An elliptical bush, and a journal on its way to the middle of a lobe.
     /// let lobes = Some(Lobes { count: 2, preload: 0.5, offset: 0.5, middle: 0.0 });
-    /// let (diameter, length, clearance, tilt) = (0.1, 0.05, 1e-4, [0.0; 2]);
-    /// let journal = Journal { diameter, length, clearance, tilt, lobes };
+    /// let journal = Journal { lobes, ..Journal::round(0.1, 0.05, 1e-4) };
     /// let bearing = Bearing::journal(journal, [9, 6]);
     /// let [gap, angle] = bearing.nearest(&[4e-5, 0.0]).expect("it is a journal");
     /// assert!((gap - 1e-5).abs() < 1e-18 && (angle - std::f64::consts::PI).abs() < 1e-12);
@@ -434,8 +430,8 @@ impl Bearing {
         if load == 0.0 {
             return [load, f64::NAN, f64::NAN];
         }
-        let (mut moment, p) = (0.0, film.pressures(z));
-        for (k, p) in p.iter().enumerate() {
+        let mut moment = 0.0;
+        for (k, p) in film.pressures(z).iter().enumerate() {
             let along = self.modes[0][k] * angle.cos() + self.modes[1][k] * angle.sin();
             let y = ((k / film.nx) as f64 + 0.5) / film.ny as f64 * ly;
             moment += (p - self.ambient) * along * y * film.cell();
@@ -479,9 +475,7 @@ impl Bearing {
     /// ```
     /// use hlcp::film::{Bearing, Drive, Journal};
     ///
-    /// let (clearance, tilt) = (1e-4, [0.0; 2]);
-    /// let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
-    /// let mut bearing = Bearing::journal(journal, [36, 6]);
+    /// let mut bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), [36, 6]);
     /// let load = bearing.load_direction(0.0);
     /// let Drive::To(position) = bearing.drive(load, &[3e-5, 2e-5], None) else { unreachable!() };
     /// assert!((position[0] - 3e-5).abs() < 1e-20 && (position[1] - 2e-5).abs() < 1e-20);

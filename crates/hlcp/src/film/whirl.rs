@@ -77,9 +77,9 @@ impl Threshold {
         if bearing.journal.is_none() || part == 0.0 {
             return Ok(None);
         }
-        let at = |omega: f64| -> Result<Rotor, FilmError> {
+        let at = |omega: f64| {
             let found = Coefficients::at(bearing, solved, omega)?;
-            Ok(found.rotor().expect("a journal moves along two coordinates"))
+            Ok::<_, FilmError>(found.rotor().expect("a journal moves along two coordinates"))
         };
         let mut before = at(0.0)?;
         if before.steady <= 0.0 {
@@ -188,8 +188,8 @@ impl Coefficients {
         }
         solved.check_steady()?;
         let found = answer(bearing, solved, c64::new(0.0, omega))?;
-        let part = |of: &dyn Fn(c64) -> f64| {
-            let rows = found.iter().map(|row| row.iter().map(|&entry| of(entry)).collect());
+        let part = |of: &dyn Fn(&c64) -> f64| {
+            let rows = found.iter().map(|row| row.iter().map(of).collect());
             bearing.against_load(solved, rows.collect())
         };
         Ok(Self { stiffness: part(&|entry| entry.re), damping: part(&|entry| entry.im / omega) })
@@ -294,9 +294,7 @@ mod tests {
 
     /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
     fn journal(cells: [usize; 2], speed: f64) -> Bearing {
-        let (clearance, tilt) = (1e-4, [0.0; 2]);
-        let journal = Journal { diameter: 0.1, length: 0.05, clearance, tilt, lobes: None };
-        let mut bearing = Bearing::journal(journal, cells);
+        let mut bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), cells);
         bearing.film.speeds = [speed, 0.0];
         bearing.film.viscosity = vec![0.02];
         bearing.film.supplies = vec![Supply { corner: [0.0; 2], size: [0.0, 0.05], pressure: 1e5 }];

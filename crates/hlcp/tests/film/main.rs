@@ -43,10 +43,10 @@ proptest! {
         (count, preload, offset, middle) in (1..6_usize, 0.0..0.9, 0.0..1.0, 0.0..6.0),
         (x, y, a, b) in (-8e-5..8e-5, -8e-5..8e-5, -1e-3..1e-3, -1e-3..1e-3),
     ) {
-        let (diameter, length, clearance) = (0.1, 0.05, 1e-4);
-        let lobes = Lobes { count, preload, offset, middle };
-        let journal = Journal { diameter, length, clearance, tilt: [a, b], lobes: Some(lobes) };
-        let bearing = Bearing::journal(journal, [3, 1]);
+        let (clearance, lobes) = (1e-4, Lobes { count, preload, offset, middle });
+        let round = Journal::round(0.1, 0.05, clearance);
+        let bearing =
+            Bearing::journal(Journal { tilt: [a, b], lobes: Some(lobes), ..round }, [3, 1]);
         let place = |k: i32| {
             let (angle, end) = (PI * f64::from(k) / 2000.0, if k % 2 == 0 { 0.025 } else { -0.025 });
             let (sin, cos) = angle.sin_cos();
@@ -84,9 +84,7 @@ fn lobes_turn_with_a_load_of_any_direction() {
 
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
 fn journal(cells: [usize; 2], speed: f64) -> Bearing {
-    let journal =
-        Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
-    let mut bearing = Bearing::journal(journal, cells);
+    let mut bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), cells);
     bearing.film.speeds = [speed, 0.0];
     bearing.film.viscosity = vec![0.02];
     bearing.film.supplies = vec![Supply { corner: [0.0, 0.0], size: [0.0, 0.05], pressure: 1e5 }];
@@ -143,7 +141,7 @@ fn stiffness_is_a_sensitivity() {
 fn three_and_four_lobes_have_no_direction() {
     for (count, offset) in [(3, 0.5), (4, 0.5), (3, 0.9)] {
         let lobes = Some(Lobes { count, preload: 0.4, offset, middle: 0.7 });
-        let of = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes };
+        let of = Journal { lobes, ..Journal::round(0.1, 0.05, 1e-4) };
         let mut bearing = Bearing::journal(of, [72, 8]);
         bearing.film.speeds = [15.0, 0.0];
         bearing.film.viscosity = vec![0.02];
@@ -199,7 +197,7 @@ type Built = (Bearing, Vec<Parameter>);
 fn any_journal(v: &[f64], [turn, around]: [f64; 2]) -> Built {
     let lobes = Some(Lobes { count: 3, preload: 0.1, offset: 0.8, middle: 0.4 });
     let tilt = [2e-5, -3e-5];
-    let journal = Journal { diameter: 0.1, length: 0.06, clearance: v[3], tilt, lobes };
+    let journal = Journal { tilt, lobes, ..Journal::round(0.1, 0.06, v[3]) };
     let mut bearing = Bearing::journal(journal, [36, 6]);
     let length = bearing.film.lengths[0];
     bearing.film.speeds = [v[0], v[1]];
@@ -463,8 +461,7 @@ fn elliptical_bearings_are_those_of_lund_and_thomsen() {
         [0.097, 0.381, 78.65, 4.82, 3.46, -1.01, 1.21, 8.26, 0.56, 2.10],
     ];
     for [sommerfeld, of_ecc, of_attitude, wanted @ ..] in table {
-        let (diameter, length, clearance, tilt) = (0.1, 0.1, 2e-4, [0.0; 2]);
-        let journal = Journal { diameter, length, clearance, tilt, lobes };
+        let journal = Journal { lobes, ..Journal::round(0.1, 0.1, 2e-4) };
         let mut bearing = Bearing::journal(journal, [144, 24]);
         let (ecc, attitude, found, unit) = published(&mut bearing, sommerfeld);
         let stiffness = found.stiffness.concat().into_iter().map(|k| k / unit);
@@ -497,10 +494,13 @@ fn pressure_dams_are_those_of_nicholas_barrett_and_leader() {
         [2.1, 22.5, 140.0, 0.50, 3.8, 0.09, 3.0],
     ];
     for [narrow, deep, step, part, sommerfeld, of_ecc, of_ratio] in table {
-        let (diameter, length, clearance, tilt) = (0.1, 0.1, 2e-4, [0.0; 2]);
-        let journal = Journal { diameter, length, clearance, tilt, lobes: None };
+        let journal = Journal::round(0.1, 0.1, 2e-4);
         let mut bearing = Bearing::journal(journal, [144, 24]);
-        let dam = journal.dam([-80.0, step - 90.0], part * length, deep / narrow * clearance);
+        let dam = journal.dam(
+            [-80.0, step - 90.0],
+            part * journal.length,
+            deep / narrow * journal.clearance,
+        );
         assert!(dam.dig(&mut bearing.film));
         let (ecc, _, found, unit) = published(&mut bearing, sommerfeld);
         // With W = m g it is ω √(m c/W) of the critical mass.

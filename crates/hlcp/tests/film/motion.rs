@@ -1,7 +1,7 @@
 //! Walls that move freely, against their equation of motion, and the order of steps in time.
 
 use hlcp::film::{
-    Bearing, Coefficients, Drive, Film, FilmError, Journal, Motion, Settings, Side, Solved, Supply,
+    Bearing, Coefficients, Drive, Film, FilmError, Motion, Settings, Side, Solved, Supply,
 };
 use proptest::prelude::*;
 
@@ -101,12 +101,8 @@ proptest! {
         lengths in lengths(),
         (ecc, turn, ms) in (0.1..0.8_f64, 0.0..std::f64::consts::TAU, 0.1..1.0),
     ) {
-        let journal = Journal { diameter: 0.1, length: 0.05, clearance: 1e-4, tilt: [0.0; 2], lobes: None };
-        let mut bearing = Bearing::journal(journal, [36, 6]);
-        bearing.film.speeds = [15.7, 0.0];
-        bearing.film.viscosity = vec![0.02];
-        let groove = Supply { corner: [0.05, 0.0], size: [0.0, 0.05], pressure: 1e5 };
-        bearing.film.supplies = vec![groove];
+        let mut bearing = journal([36, 6], 15.7);
+        bearing.film.supplies[0].corner[0] = 0.05;
         bearing.position = vec![ecc * 1e-4 * turn.cos(), ecc * 1e-4 * turn.sin()];
         falls(bearing, vec![along, across], mass, lengths.map(|by| 2e-3 * ms * by))?;
     }
