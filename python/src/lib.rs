@@ -7,7 +7,7 @@ use std::{
     ops::ControlFlow,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, OnceLock,
         atomic::{AtomicBool, Ordering},
         mpsc::{self, RecvTimeoutError},
     },
@@ -17,9 +17,9 @@ use std::{
 
 use hlcp::{
     Anderson, BoxedMethod, Branch, Clock, Coefficients, Csr, Error, FivePoint, Hlcp, Identity,
-    Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome, Parameters,
-    Progress, Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance, Uniqueness,
-    certify_within,
+    Index, Limits, LinearOperator, Method, Mms, Named, Norm, Norms, Omega, Options, Outcome,
+    Parameters, Progress, Rows, Scalar, Solver, Splitting, SplittingStep, Tmms, Tolerance,
+    Uniqueness, certify_within,
 };
 use hlcp_verify::{
     AmericanPut, Bearing2d, Dam, Disc, Example, JournalBearing, Membrane, Obstacle, Posed, Slider,
@@ -46,14 +46,14 @@ impl Real for f64 {}
 /// whether it is to end.
 #[derive(Default)]
 struct Failure {
-    first: Mutex<Option<PyErr>>,
+    first: OnceLock<PyErr>,
     stop: Arc<AtomicBool>,
 }
 
 impl Failure {
     fn note(&self, error: PyErr) {
         self.stop.store(true, Ordering::Relaxed);
-        self.first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
+        self.first.get_or_init(|| error);
     }
 
     fn ends(&self) -> bool {
@@ -61,7 +61,7 @@ impl Failure {
     }
 
     fn raised(self) -> PyResult<()> {
-        self.first.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), Err)
+        self.first.into_inner().map_or(Ok(()), Err)
     }
 }
 
@@ -82,6 +82,8 @@ fn room(numbers: Option<usize>) -> PyResult<()> {
 
 // Operators.
 
+type Array<'py, T> = PyReadonlyArray1<'py, T>;
+
 /// An operator as `hlcp/_operators.py` describes it.
 #[derive(FromPyObject)]
 enum Given<'py, T: Element> {
@@ -89,7 +91,8 @@ enum Given<'py, T: Element> {
     #[pyo3(transparent)]
     Identity(usize),
     /// Columns, index pointers, indices and entries of a canonical CSR matrix.
-    Csr(usize, Indices<'py>, Indices<'py>, PyReadonlyArray1<'py, T>),
+    Csr(usize, Array<'py, i32>, Array<'py, i32>, Array<'py, T>),
+    LongCsr(usize, Array<'py, i64>, Array<'py, i64>, Array<'py, T>),
     /// `(ny, nx)`; south, west, centre, east, north; and whether the grid closes along y and x.
     FivePoint([usize; 2], [Numbers<'py, T>; 5], [bool; 2]),
     /// Rows, columns and a function that multiplies.
@@ -100,26 +103,9 @@ enum Given<'py, T: Element> {
 #[derive(FromPyObject)]
 enum Numbers<'py, T: Element> {
     #[pyo3(transparent)]
-    Each(PyReadonlyArray1<'py, T>),
+    Each(Array<'py, T>),
     #[pyo3(transparent)]
     Constant(f64),
-}
-
-#[derive(FromPyObject)]
-enum Indices<'py> {
-    #[pyo3(transparent)]
-    Short(PyReadonlyArray1<'py, i32>),
-    #[pyo3(transparent)]
-    Long(PyReadonlyArray1<'py, i64>),
-}
-
-impl Indices<'_> {
-    fn count(&self) -> usize {
-        match self {
-            Self::Short(indices) => indices.as_array().len(),
-            Self::Long(indices) => indices.as_array().len(),
-        }
-    }
 }
 
 /// An operator on borrowed arrays, with rows or with products alone.
@@ -137,24 +123,12 @@ impl<T: Real> Given<'_, T> {
         Ok(Operator::Rows(match self {
             Self::Identity(order) => Box::new(Identity { order: *order }),
             Self::Csr(columns, pointers, indices, entries) => {
-                let (rows, columns) = (pointers.count().saturating_sub(1), *columns);
-                if rows != columns {
-                    return Err(wrong(Error::NotSquare { what, rows, columns }));
-                }
-                let entries = entries.as_slice()?;
-                let matrix = match (pointers, indices) {
-                    (Indices::Short(pointers), Indices::Short(indices)) => {
-                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
-                    }
-                    (Indices::Long(pointers), Indices::Long(indices)) => {
-                        Csr::new(pointers.as_slice()?, indices.as_slice()?, entries)
-                    }
-                    _ => return Err(wrong(format!("the index arrays of {what} differ in type"))),
-                };
-                Box::new(matrix.map_err(|error| wrong(format!("{what}: {error}")))?)
+                Box::new(csr(what, *columns, [pointers, indices], entries)?)
             }
-            Self::FivePoint([ny, nx], [south, west, centre, east, north], [along_y, along_x]) => {
-                let coefficients = [south, west, centre, east, north];
+            Self::LongCsr(columns, pointers, indices, entries) => {
+                Box::new(csr(what, *columns, [pointers, indices], entries)?)
+            }
+            Self::FivePoint([ny, nx], coefficients, [along_y, along_x]) => {
                 let mut views = [Coefficients::Uniform(T::zero()); 5];
                 for (view, coefficient) in views.iter_mut().zip(coefficients) {
                     *view = match coefficient {
@@ -171,6 +145,20 @@ impl<T: Real> Given<'_, T> {
             }
         }))
     }
+}
+
+fn csr<'a, T: Real, I: Index + Element>(
+    what: &'static str,
+    columns: usize,
+    [pointers, indices]: [&'a Array<'_, I>; 2],
+    entries: &'a Array<'_, T>,
+) -> PyResult<Csr<'a, T>> {
+    let rows = pointers.as_array().len().saturating_sub(1);
+    if rows != columns {
+        return Err(wrong(Error::NotSquare { what, rows, columns }));
+    }
+    let matrix = Csr::new(pointers.as_slice()?, indices.as_slice()?, entries.as_slice()?);
+    matrix.map_err(|error| wrong(format!("{what}: {error}")))
 }
 
 impl<T: Real> Operator<'_, T> {
@@ -206,7 +194,7 @@ impl Products<'_> {
         let called = !self.failure.ends()
             && Python::attach(|py| {
                 let answer = self.call.bind(py).call1((PyArray1::from_slice(py, x),))?;
-                let answer: PyReadonlyArray1<'_, T> = answer.extract()?;
+                let answer: Array<'_, T> = answer.extract()?;
                 y.copy_from_slice(answer.as_slice()?);
                 Ok(())
             })
@@ -464,12 +452,13 @@ fn solve_in<'py, T: Real>(
     py: Python<'py>,
     stop: Arc<AtomicBool>,
     [a, b, q]: [&Bound<'py, PyAny>; 3],
-    start: [Option<PyReadonlyArray1<'py, T>>; 3],
-    omega: Option<Numbers<'py, T>>,
+    start: &Bound<'py, PyAny>,
+    omega: &Bound<'py, PyAny>,
     settings: &Settings,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (a, b): (Given<'_, T>, Given<'_, T>) = (a.extract()?, b.extract()?);
-    let q: PyReadonlyArray1<'_, T> = q.extract()?;
+    let (q, start): (Array<'_, T>, [Option<Array<'_, T>>; 3]) = (q.extract()?, start.extract()?);
+    let omega: Option<Numbers<'_, T>> = omega.extract()?;
     let mut starts = [None; 3];
     for (slice, array) in starts.iter_mut().zip(&start) {
         *slice = array.as_ref().map(|array| array.as_slice()).transpose()?;
@@ -519,7 +508,7 @@ fn certify_in<'py>(
     functionals: &Bound<'py, PyAny>,
 ) -> PyResult<Proof<'py>> {
     let (a, b): (Given<'_, f64>, Given<'_, f64>) = (a.extract()?, b.extract()?);
-    let [q, z, r] = vectors.map(|vector| vector.extract::<PyReadonlyArray1<'_, f64>>());
+    let [q, z, r] = vectors.map(|vector| vector.extract::<Array<'_, f64>>());
     let (q, z, r) = (q?, z?, r?);
     let (q, z, r) = (q.as_slice()?, z.as_slice()?, r.as_slice()?);
     let failure = Failure::default();
@@ -550,8 +539,8 @@ fn certify_in<'py>(
         Branch::Open => 0,
     });
     let sides = PyArray1::from_iter(py, sides);
-    let functionals: Vec<[PyReadonlyArray1<'_, f64>; 2]> = functionals.extract()?;
-    let bounded = |[of_z, of_r]: &[PyReadonlyArray1<'_, f64>; 2]| {
+    let functionals: Vec<[Array<'_, f64>; 2]> = functionals.extract()?;
+    let bounded = |[of_z, of_r]: &[Array<'_, f64>; 2]| {
         PyResult::Ok(certificate.functional([of_z.as_slice()?, of_r.as_slice()?]))
     };
     let bounded = functionals.iter().map(bounded).collect::<PyResult<_>>()?;
@@ -633,13 +622,8 @@ mod _hlcp {
     ) -> PyResult<Py<PyAny>> {
         let work = move |py: Python<'_>, stop| {
             let problem = problem.each_ref().map(|part| part.bind(py));
-            let (start, omega) = (start.bind(py), omega.bind(py));
-            let answer = if double {
-                solve_in::<f64>(py, stop, problem, start.extract()?, omega.extract()?, &settings)
-            } else {
-                solve_in::<f32>(py, stop, problem, start.extract()?, omega.extract()?, &settings)
-            };
-            answer.map(Bound::unbind)
+            let solve = if double { solve_in::<f64> } else { solve_in::<f32> };
+            solve(py, stop, problem, start.bind(py), omega.bind(py), &settings).map(Bound::unbind)
         };
         if is_apart { apart(py, work) } else { work(py, Arc::default()) }
     }
@@ -722,7 +706,7 @@ mod _hlcp {
         py: Python<'py>,
         put: Put,
         k: usize,
-        z: PyReadonlyArray1<'py, f64>,
+        z: Array<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let mut q = vec![0.0; z.as_slice()?.len()];
         american(put).q(k, z.as_slice()?, &mut q);
@@ -731,7 +715,7 @@ mod _hlcp {
 
     /// Returns the price of a put for a spot, in strikes, and up to where it is exercised.
     #[pyfunction]
-    fn put_price(put: Put, z: PyReadonlyArray1<'_, f64>, spot: f64) -> PyResult<[f64; 2]> {
+    fn put_price(put: Put, z: Array<'_, f64>, spot: f64) -> PyResult<[f64; 2]> {
         let put = american(put);
         Ok([put.price(z.as_slice()?, spot), put.exercise(z.as_slice()?)])
     }

@@ -93,19 +93,18 @@ pub(super) fn sided(text: &str) -> Result<Sided, String> {
 
 /// The lobes of a bush.
 fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
-    let [count, preload, rest @ ..] = &numbers.0[..] else {
+    let [count, preload, ref rest @ ..] = numbers.0[..] else {
         return Err("--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]]".into());
     };
-    if rest.len() > 2 || !(1.0..=1e3).contains(count) || count.fract() != 0.0 {
+    if rest.len() > 2 || !(1.0..=1e3).contains(&count) || count.fract() != 0.0 {
         return Err(format!(
             "--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]], with a whole COUNT from 1 to 1000, \
              not {count}"
         ));
     }
-    let (count, preload) = (*count as usize, *preload);
-    let offset = rest.first().copied().unwrap_or(0.5);
-    let middle = rest.get(1).copied().unwrap_or(0.0).to_radians();
-    let lobes = Lobes { count, preload, offset, middle };
+    let other = |k: usize, usual| rest.get(k).copied().unwrap_or(usual);
+    let (offset, middle) = (other(0, 0.5), other(1, 0.0).to_radians());
+    let lobes = Lobes { count: count as usize, preload, offset, middle };
     lobes.check().map_err(|error| format!("--lobes: {error}"))?;
     Ok(lobes)
 }
@@ -168,23 +167,20 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     let lobes = arguments.lobes.as_ref().map(lobed).transpose()?;
     let mut bearing = match (sizes, arguments.clearance) {
         ((Some(diameter), Some(length), None, None), Some(clearance)) => {
-            let ecc = match arguments.ecc {
-                Some(ecc) if (0.0..1.0).contains(&ecc) => ecc,
-                Some(ecc) => {
+            let ecc = match (arguments.ecc, &arguments.load, &arguments.motion) {
+                (Some(ecc), ..) if (0.0..1.0).contains(&ecc) => ecc,
+                (Some(ecc), ..) => {
                     return Err(format!("--ecc is {ecc}, but an eccentricity over the clearance is at least 0 and below 1").into());
                 }
-                None if arguments.load.is_some() => {
-                    0.5 * lobes.map_or(1.0, |lobes| 1.0 - lobes.preload)
-                }
-                None if arguments.motion.is_some() => 0.0,
-                None => {
+                (None, Some(_), _) => 0.5 * lobes.map_or(1.0, |lobes| 1.0 - lobes.preload),
+                (None, None, Some(_)) => 0.0,
+                (None, None, None) => {
                     return Err("a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion".into());
                 }
             };
-            let [diameter, length] = [diameter, length].map(|size| size * x_unit);
-            let clearance = clearance * h_unit;
-            let journal = Journal { diameter, length, clearance, tilt, lobes };
-            let position = vec![ecc * clearance, 0.0];
+            let round = Journal::round(diameter * x_unit, length * x_unit, clearance * h_unit);
+            let position = vec![ecc * round.clearance, 0.0];
+            let journal = Journal { tilt, lobes, ..round };
             Bearing { position, ..Bearing::journal(journal, [nx, ny]) }
         }
         ((None, None, Some(lx), Some(ly)), None) => {
@@ -197,14 +193,10 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
                     Pad::Parabola { least, radius, at: at.map(|at| at * x_unit) }
                 }
             });
+            let read = |map: Map| map.values.iter().map(|h| h * h_unit).collect();
             let film = match (map, pad) {
-                (Some(map), _) => {
-                    Film { gap: map.values.iter().map(|h| h * h_unit).collect(), ..film }
-                }
-                (None, Some(pad)) => pad.gap(film),
-                (None, None) => {
-                    return Err("there is no film: give --map, --pad or --journal".into());
-                }
+                (Some(map), _) => Film { gap: read(map), ..film },
+                (None, pad) => pad.expect("clap wants a film").gap(film),
             };
             Bearing { position: vec![0.0, tilt[0], tilt[1]], ..Bearing::pad(film) }
         }
@@ -240,7 +232,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     film.viscosity = match &arguments.viscosity {
         Some(Viscosity::Map(path)) => same(path, [nx, ny])?.values,
         Some(Viscosity::Uniform(viscosity)) => vec![*viscosity],
-        None => return Err("--viscosity is missing".into()),
+        None => unreachable!("clap wants a viscosity"),
     };
     if let Some(at) = film.viscosity.iter().position(|&v| v <= 0.0) {
         let (row, column, value) = (at / nx + 1, at % nx + 1, film.viscosity[at]);
@@ -291,51 +283,45 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
 pub(super) fn parameters(
     bearing: &Bearing,
     arguments: &Arguments,
-) -> Vec<(String, &'static str, Parameter)> {
-    let mut all = vec![
-        ("speed".into(), "m/s", Parameter::Speed(0)),
-        ("upper_speed".into(), "m/s", Parameter::Speed(1)),
-        ("viscosity".into(), "Pa s", Parameter::Viscosity),
-    ];
+) -> Vec<((String, &'static str), Parameter)> {
     let is_journal = bearing.journal.is_some();
-    if is_journal {
-        all.push(("clearance".into(), "m", Parameter::Clearance));
-    }
     // Under a load the position is no parameter.
-    match (arguments.load.is_some(), is_journal) {
-        (true, _) => {}
-        (false, true) => all.push(("ecc".into(), "", Parameter::Eccentricity)),
-        (false, false) => {
-            let names = [("rise", "m"), ("slope_x", ""), ("slope_y", "")].into_iter().enumerate();
-            all.extend(names.map(|(k, (name, unit))| (name.into(), unit, Parameter::Position(k))));
-        }
-    }
-    all.push(("ambient".into(), "Pa", Parameter::Ambient));
-    all.push(("cavitation".into(), "Pa", Parameter::Cavitation));
-    for (k, name) in SIDES.into_iter().enumerate() {
-        match bearing.film.sides[k] {
-            Side::Pressure(_) => all.push((name.into(), "Pa", Parameter::Side(k))),
-            Side::Starved(_) => all.push((name.into(), "", Parameter::Side(k))),
-            Side::Closed | Side::Periodic => {}
-        }
-    }
-    for k in 0..bearing.film.supplies.len() {
-        all.push((format!("supplies[{k}]"), "Pa", Parameter::Supply(k)));
-    }
+    let is_held = arguments.load.is_none();
+    let usual = [
+        (true, "speed", "m/s", Parameter::Speed(0)),
+        (true, "upper_speed", "m/s", Parameter::Speed(1)),
+        (true, "viscosity", "Pa s", Parameter::Viscosity),
+        (is_journal, "clearance", "m", Parameter::Clearance),
+        (is_held && is_journal, "ecc", "", Parameter::Eccentricity),
+        (is_held && !is_journal, "rise", "m", Parameter::Position(0)),
+        (is_held && !is_journal, "slope_x", "", Parameter::Position(1)),
+        (is_held && !is_journal, "slope_y", "", Parameter::Position(2)),
+        (true, "ambient", "Pa", Parameter::Ambient),
+        (true, "cavitation", "Pa", Parameter::Cavitation),
+    ];
+    let sides = bearing.film.sides.iter().enumerate().map(|(k, side)| {
+        let is_open = matches!(side, Side::Pressure(_) | Side::Starved(_));
+        let unit = if matches!(side, Side::Starved(_)) { "" } else { "Pa" };
+        (is_open, SIDES[k], unit, Parameter::Side(k))
+    });
+    let there = usual.into_iter().chain(sides).filter(|(is_there, ..)| *is_there);
+    let mut all: Vec<_> = there.map(|(_, name, unit, of)| ((name.to_owned(), unit), of)).collect();
+    let supply = |k| ((format!("supplies[{k}]"), "Pa"), Parameter::Supply(k));
+    all.extend((0..bearing.film.supplies.len()).map(supply));
     let blank = Film { gap: vec![0.0; bearing.film.gap.len()], ..bearing.film.clone() };
-    let deeper = |pockets: &mut dyn Iterator<Item = Pocket>| {
+    let deeper = |name: String, pockets: &mut dyn Iterator<Item = Pocket>| {
         let mut film = blank.clone();
         for pocket in pockets {
             Pocket { depth: 1.0, ..pocket }.dig(&mut film);
         }
-        Parameter::Gap(film.gap)
+        ((name, "m"), Parameter::Gap(film.gap))
     };
     for (k, pocket) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
-        all.push((format!("pockets[{k}]"), "m", deeper(&mut [pocket].into_iter())));
+        all.push(deeper(format!("pockets[{k}]"), &mut [pocket].into_iter()));
     }
     for (k, (counts, one)) in arguments.dimples.iter().enumerate() {
         let mut each = in_si(one, arguments).repeated(*counts, bearing.film.lengths);
-        all.push((format!("dimples[{k}]"), "m", deeper(&mut each)));
+        all.push(deeper(format!("dimples[{k}]"), &mut each));
     }
     all
 }
@@ -356,11 +342,8 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Result<(), String> {
         let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite()));
         let at = at.unwrap_or_default();
         let (row, column) = (at / bearing.film.nx + 1, at % bearing.film.nx + 1);
-        let what = match &arguments.map {
-            Some(path) => printable(path.display()),
-            None => "the film".into(),
-        };
-        let gap = gap[at];
+        let map = arguments.map.as_ref().map(|path| printable(path.display()));
+        let (what, gap) = (map.unwrap_or("the film".into()), gap[at]);
         return Err(format!(
             "{what}: row {row}, column {column}: the gap is {gap:e} m, but it must be positive"
         ));
@@ -417,9 +400,9 @@ fn sides(arguments: &Arguments, ambient: f64) -> Result<[Side; 4], String> {
             other => other,
         };
     }
-    for (pair, names) in sides.chunks(2).zip(SIDES.chunks(2)) {
-        if (pair[0] == Side::Periodic) != (pair[1] == Side::Periodic) {
-            let (one, other) = (names[0], names[1]);
+    for k in [0, 2] {
+        if (sides[k] == Side::Periodic) != (sides[k + 1] == Side::Periodic) {
+            let [one, other] = [SIDES[k], SIDES[k + 1]];
             return Err(format!(
                 "--side {one} and --side {other} must both be periodic, or neither"
             ));

@@ -36,15 +36,15 @@ fn schedule(
     let name = printable(path.display());
     let table = Map::read(path)?;
     let is_journal = bearing.journal.is_some();
-    let wanted = if is_journal { 3..=3 } else { 2..=4 };
-    let wanted = if arguments.mass.is_some() && !is_journal { 2..=2 } else { wanted };
+    let (wanted, what) = match (is_journal, arguments.mass) {
+        (true, None) => (3..=3, "the time and the displacement along the load and across it"),
+        (true, Some(_)) => (3..=3, "the time and the load in its direction and across it"),
+        (false, None) => {
+            (2..=4, "the time, the rise and, if they change, the slopes along x and y")
+        }
+        (false, Some(_)) => (2..=2, "the time and the load"),
+    };
     if !wanted.contains(&table.columns) || table.rows < 2 {
-        let what = match (is_journal, arguments.mass) {
-            (true, None) => "the time and the displacement along the load and across it",
-            (true, Some(_)) => "the time and the load in its direction and across it",
-            (false, None) => "the time, the rise and, if they change, the slopes along x and y",
-            (false, Some(_)) => "the time and the load",
-        };
         let (rows, columns) = (table.rows, table.columns);
         return Err(format!("{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}").into());
     }

@@ -88,27 +88,16 @@ fn edges([nx, ny]: [usize; 2], inside: impl Fn(usize, usize) -> bool) -> Vec<Vec
     // Each piece leads from a corner to the next with the inside on its left.
     let mut next: HashMap<[usize; 2], Vec<[usize; 2]>> = HashMap::new();
     let mut starts = vec![];
-    let mut piece = |from: [usize; 2], to: [usize; 2]| {
-        next.entry(from).or_default().push(to);
-        starts.push(from);
-    };
-    for j in 0..ny {
-        for i in 0..nx {
-            if !inside(i, j) {
-                continue;
-            }
-            if i + 1 < nx && !inside(i + 1, j) {
-                piece([i + 1, j], [i + 1, j + 1]);
-            }
-            if i > 0 && !inside(i - 1, j) {
-                piece([i, j + 1], [i, j]);
-            }
-            if j + 1 < ny && !inside(i, j + 1) {
-                piece([i + 1, j + 1], [i, j + 1]);
-            }
-            if j > 0 && !inside(i, j - 1) {
-                piece([i, j], [i + 1, j]);
-            }
+    for (i, j) in (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))) {
+        let pieces = [
+            (i + 1 < nx && !inside(i + 1, j), [i + 1, j], [i + 1, j + 1]),
+            (i > 0 && !inside(i - 1, j), [i, j + 1], [i, j]),
+            (j + 1 < ny && !inside(i, j + 1), [i + 1, j + 1], [i, j + 1]),
+            (j > 0 && !inside(i, j - 1), [i, j], [i + 1, j]),
+        ];
+        for (_, from, to) in pieces.into_iter().filter(|(is_edge, ..)| *is_edge && inside(i, j)) {
+            next.entry(from).or_default().push(to);
+            starts.push(from);
         }
     }
     // Open lines first, from the sides of the film.

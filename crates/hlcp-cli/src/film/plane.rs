@@ -5,8 +5,8 @@ use std::{cell::RefCell, error::Error, ops::ControlFlow, time::Instant};
 use hlcp::{
     Limits, Named, Parameters, Progress,
     film::{
-        Bearing, Coefficients, Film, FilmError, Idle, Map, Parameter, Sensitivity, Settings, Side,
-        Solved, Threshold,
+        Bearing, Coefficients, Film, FilmError, Idle, Map, Sensitivity, Settings, Side, Solved,
+        Threshold,
     },
     number,
 };
@@ -186,13 +186,11 @@ fn sensitivities(
     solved: &Solved,
     arguments: &Arguments,
 ) -> Result<Vec<Slopes>, Box<dyn Error>> {
-    let named = gap::parameters(bearing, arguments);
-    let parameters: Vec<Parameter> =
-        named.iter().map(|(.., parameter)| parameter.clone()).collect();
+    let (names, parameters): (Vec<_>, Vec<_>) =
+        gap::parameters(bearing, arguments).into_iter().unzip();
     let load = balance::load(bearing, arguments)?;
     let found = bearing.sensitivities(solved, &parameters, load.as_ref())?;
-    let pairs = named.into_iter().zip(found);
-    Ok(pairs.map(|((name, unit, _), found)| (name, unit, found)).collect())
+    Ok(names.into_iter().zip(found).map(|((name, unit), found)| (name, unit, found)).collect())
 }
 
 /// Refuses a film in which nothing happens, and questions to one that runs dry.
