@@ -288,7 +288,7 @@ class BearingResult(FilmResult):
             named[name] = "gap", 0, vector(f"gaps[{name!r}]", array, np.float64)
         carries = None if position else self._carries
         found = _hlcp.bearing_sensitivities(self._stored(), carries, list(named.values()))
-        return {name: Sensitivity(**slopes) for name, slopes in zip(named, found)}
+        return {name: Sensitivity(*slopes) for name, slopes in zip(named, found)}
 
     def _stored(self) -> tuple[Any, Any, Any]:
         """Return the film, z and r, as the compiled half takes them."""
@@ -561,15 +561,15 @@ class _Bearing:
                              " times")
         if not np.all(np.isfinite(rows)):
             raise ValueError("positions and loads must be finite numbers")
-        found = _hlcp.bearing_motion(walled, at.tolist(), rows.tolist(), driven, how)
-        last = found.pop("last")
+        steps, imbalance, success, last = _hlcp.bearing_motion(
+            walled, at.tolist(), rows.tolist(), driven, how)
         film = {**walled["film"], "step": last.pop("step")}
         walled = {**walled, "film": film, "position": last["position"]}
-        arrays: dict[str, Any] = {
-            name: np.array(value) if isinstance(value, list) else value
-            for name, value in found.items()}
-        return MotionResult(times=at[1:].astype(np.float64), film=self._result(walled, last, how),
-                            **arrays)
+        load, at_x, at_y, moving, fixed, power, *columns = np.array(steps).T
+        return MotionResult(
+            at[1:].astype(np.float64), load, np.stack([at_x, at_y], 1),
+            np.stack([moving, fixed], 1), power, np.stack(columns[:4], 1), *columns[4:9],
+            np.stack(columns[9:], 1), imbalance, success, self._result(walled, last, how))
 
     def _run(self, options: dict[str, Any], start: BearingResult | None,
              guess: Floats | None) -> BearingResult:
@@ -1484,14 +1484,12 @@ def _how(method: Any, threads: Any) -> dict[str, Any]:
     return {"method": None if method.upper() == "AMG" else method, "threads": threads}
 
 
-def _bounds(proved: dict[str, Any]) -> FilmBounds:
-    def pair(ends: list[float]) -> Interval:
-        return ends[0], ends[1]
+def _bounds(proved: Any) -> FilmBounds:
+    def pairs(intervals: list[list[float]]) -> list[Interval]:
+        return [(lower, upper) for lower, upper in intervals]
 
-    return FilmBounds(
-        load=pair(proved["load"]), friction=[pair(ends) for ends in proved["friction"]],
-        sides=[pair(ends) for ends in proved["sides"]],
-        supplies=[pair(ends) for ends in proved["supplies"]], peak=pair(proved["peak"]))
+    load, friction, sides, supplies, peak = proved
+    return FilmBounds(*pairs([load]), pairs(friction), pairs(sides), pairs(supplies), *pairs([peak]))
 
 
 def _cells(ny: Any, nx: Any) -> tuple[int, int]:

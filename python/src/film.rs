@@ -7,12 +7,11 @@ use std::{
 
 use hlcp::film::{
     self, Bearing, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes, Motion, Oil,
-    Pad, Parameter, Pocket, Profile, ProvedFigures, Sensitivity, Side, Solved, Supply, Threshold,
-    TimeStep,
+    Pad, Parameter, Pocket, Profile, Sensitivity, Side, Solved, Supply, Threshold, TimeStep,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
-use pyo3::{prelude::*, types::PyDict};
+use pyo3::{IntoPyObjectExt, prelude::*, types::PyDict};
 
 use crate::{apart, on_threads, released, room, shown, wrong};
 
@@ -549,7 +548,7 @@ pub(crate) fn bearing_sensitivities(
     stored_film: Py<PyAny>,
     carries: Option<Carries>,
     parameters: Py<PyAny>,
-) -> PyResult<Vec<Py<PyDict>>> {
+) -> PyResult<Vec<Py<PyAny>>> {
     apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
         let parameters: Vec<Named<'_>> = parameters.bind(py).extract()?;
@@ -559,34 +558,21 @@ pub(crate) fn bearing_sensitivities(
             let load = carries.map(|carries| load(&bearing, carries));
             bearing.sensitivities(&solved, &parameters, load.as_ref()).map_err(wrong)
         })?;
-        let named = |found: Sensitivity| {
-            let (named, slopes) = (PyDict::new(py), found.slopes);
-            named.set_item("forces", found.forces)?;
-            named.set_item("load", slopes.load)?;
-            named.set_item("friction", slopes.friction)?;
-            named.set_item("full_friction", slopes.full_friction)?;
-            named.set_item("power", slopes.power)?;
-            named.set_item("sides", slopes.sides)?;
-            named.set_item("supplies", slopes.supplies)?;
-            named.set_item("peak", slopes.peak)?;
-            named.set_item("position", found.position)?;
-            named.set_item("ecc", found.ecc)?;
-            named.set_item("attitude", found.attitude)?;
-            Ok(named.unbind())
-        };
-        found.into_iter().map(named).collect()
+        // In the order of Python's class.
+        let told =
+            |Sensitivity { forces, slopes: of, position, ecc, attitude, .. }: Sensitivity| {
+                let (drag, full, sides, supplies) =
+                    (of.friction, of.full_friction, of.sides, of.supplies);
+                let (load, power, peak) = (of.load, of.power, of.peak);
+                (forces, load, drag, full, power, sides, supplies, peak, position, ecc, attitude)
+                    .into_py_any(py)
+            };
+        found.into_iter().map(told).collect()
     })
 }
 
-/// Proved figures by their names.
-#[derive(IntoPyObject)]
-pub(crate) struct Bounds {
-    load: [f64; 2],
-    friction: [[f64; 2]; 2],
-    sides: [[f64; 2]; 4],
-    supplies: Vec<[f64; 2]>,
-    peak: [f64; 2],
-}
+/// What is proved, in the order of Python's class.
+type Bounds = ([f64; 2], [[f64; 2]; 2], [[f64; 2]; 4], Vec<[f64; 2]>, [f64; 2]);
 
 /// Proves the figures of a film that is solved, or of all films that differ from it by a part: a
 /// sentence, and the intervals unless nothing is proved.
@@ -615,31 +601,16 @@ pub(crate) fn bearing_bounds(
         Ok(match proved {
             Ok((said, proved)) => {
                 let friction = bearing.proved_drag(&proved);
-                let ProvedFigures { load, sides, supplies, peak, .. } = proved;
-                (said, Some(Bounds { load, friction, sides, supplies, peak }))
+                (said, Some((proved.load, friction, proved.sides, proved.supplies, proved.peak)))
             }
             Err(refusal) => (format!("nothing is proved, because {refusal}"), None),
         })
     })
 }
 
-/// What each step of a motion does, one number after the other.
-#[derive(Default, IntoPyObject)]
-struct Steps {
-    load: Vec<f64>,
-    at: Vec<[f64; 2]>,
-    friction: Vec<[f64; 2]>,
-    power: Vec<f64>,
-    sides: Vec<[f64; 4]>,
-    supplied: Vec<f64>,
-    oil: Vec<f64>,
-    peak: Vec<f64>,
-    least_gap: Vec<f64>,
-    broken_share: Vec<f64>,
-    position: Vec<Vec<f64>>,
-    imbalance: f64,
-    success: bool,
-}
+/// What each step of a motion does, as `hlcp/_bearing.py` takes it; the imbalance, and whether all
+/// steps converged.
+type Steps = (Vec<Vec<f64>>, f64, bool);
 
 /// Takes a step from each time to the next one, perhaps from where a load is carried.
 ///
@@ -667,33 +638,24 @@ fn moved(
     let mut motion = Motion::new(bearing, settings).map_err(wrong)?;
     let (begun, mut entered) = (motion.oil(), 0.0);
     let settled = motion.solved.as_ref().is_none_or(|solved| solved.outcome.converged());
-    let mut steps = Steps { success: settled, ..Steps::default() };
-    let mut last = None;
+    let (mut steps, mut is_success, mut last) = (vec![], settled, None);
     for (k, pair) in times.windows(2).enumerate() {
         let duration = pair[1] - pair[0];
         let found = motion.step(duration, &drives[k + 1], settings);
         let found = found.map_err(|error| wrong(format!("times[{}]: {error}", k + 1)))?;
         let (bearing, solved) = (&motion.bearing, motion.solved.as_ref());
         let solved = solved.ok_or_else(|| wrong("there is no film after a step"))?;
-        steps.success &= solved.outcome.converged();
+        is_success &= solved.outcome.converged();
         let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
-        let [carried, x, y] = bearing.load(&solved.film, &found, &solved.z);
-        steps.load.push(carried);
-        steps.at.push([x, y]);
-        steps.friction.push(bearing.drag(found.friction));
-        steps.power.push(found.power);
-        steps.sides.push(found.sides);
-        steps.supplied.push(supplied);
-        steps.oil.push(motion.oil());
-        steps.peak.push(found.peak);
-        steps.least_gap.push(found.least_gap);
-        steps.broken_share.push(found.broken_share);
-        steps.position.push(bearing.told(load));
+        let rest = [supplied, motion.oil(), found.peak, found.least_gap, found.broken_share];
+        let carried = bearing.load(&solved.film, &found, &solved.z);
+        let (drag, at) = (bearing.drag(found.friction), bearing.told(load));
+        steps.push([&carried[..], &drag, &[found.power], &found.sides, &rest, &at].concat());
         last = Some(found);
     }
-    steps.imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);
-    Ok((motion, steps, last))
+    let imbalance = (motion.oil() - begun - entered) / (times[times.len() - 1] - times[0]);
+    Ok((motion, (steps, imbalance, is_success), last))
 }
 
 /// Moves the wall of a bearing: what each step does, and the last film.
@@ -710,15 +672,13 @@ pub(crate) fn bearing_motion(
         let walled: Walled<'_> = walled.bind(py).extract()?;
         let (bearing, of_oil) = (walled.bearing()?, walled.oil);
         let how: How = how.bind(py).extract()?;
-        let (motion, steps, figures) =
+        let (motion, (steps, imbalance, is_success), figures) =
             how.run(py, &stop, move |settings| moved(bearing, &times, &rows, driven, settings))?;
         let Motion { bearing, solved, .. } = motion;
         let solved = solved.ok_or_else(|| wrong("there are no steps"))?;
         let oil = solved.film.step.as_ref().map(|step| (step.duration, step.oil.clone()));
-        let last = reported(py, &bearing, solved, (steps.load.len(), figures, of_oil))?;
+        let last = reported(py, &bearing, solved, (steps.len(), figures, of_oil))?;
         last.set_item("step", oil.map(|(time, oil)| (time, PyArray1::from_vec(py, oil))))?;
-        let found = steps.into_pyobject(py)?;
-        found.set_item("last", last)?;
-        Ok(found.into_any().unbind())
+        (steps, imbalance, is_success, last).into_py_any(py)
     })
 }
