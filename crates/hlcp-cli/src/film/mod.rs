@@ -308,14 +308,11 @@ fn outputs(arguments: &Arguments, ends: &[&str]) -> Result<Vec<PathBuf>, Box<dyn
         ("the file of --viscosity", viscosity),
         ("the file of --motion", arguments.motion.as_ref()),
     ];
-    for output in &outputs {
-        for (what, input) in inputs {
-            if input.is_some_and(|input| files::same_file(output, input)) {
-                let output = printable(output.display());
-                return Err(
-                    format!("--out would overwrite {what}, {output}; give another name").into()
-                );
-            }
+    for (what, input) in inputs {
+        let is_input = |output: &&PathBuf| input.is_some_and(|file| files::same_file(output, file));
+        if let Some(output) = outputs.iter().find(is_input) {
+            let output = printable(output.display());
+            return Err(format!("--out would overwrite {what}, {output}; give another name").into());
         }
     }
     if let Some(folder) = outputs[0].parent() {
@@ -365,11 +362,10 @@ impl FromStr for Numbers {
 impl Numbers {
     /// So many numbers, or an error that names the option and what it takes.
     fn exactly<const N: usize>(&self, option: &str, wanted: &str) -> Result<[f64; N], String> {
-        let found = self.0.len();
-        self.0
-            .clone()
-            .try_into()
-            .map_err(|_| format!("--{option} has {found} numbers, but it takes {wanted}"))
+        let wrong = |found: Vec<f64>| {
+            format!("--{option} has {} numbers, but it takes {wanted}", found.len())
+        };
+        self.0.clone().try_into().map_err(wrong)
     }
 }
 
@@ -433,22 +429,21 @@ impl Arguments {
         let (Some(Numbers(speeds)), Some(viscosity)) = (&self.speed, &self.viscosity) else {
             return Ok(None);
         };
-        let speed = match speeds[..] {
-            [speed] if speed > 0.0 => speed,
-            _ => {
-                let text = speeds.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
-                return Err(format!(
-                    "invalid value '{text}' for '--speed <SPEED>': not a positive number; {SPEED}; if the plane moves against x, turn the profile round"
-                ));
+        match (&speeds[..], viscosity) {
+            (&[speed], &Viscosity::Uniform(viscosity)) if speed > 0.0 => {
+                Ok(Some([speed, viscosity]))
             }
-        };
-        match viscosity {
-            Viscosity::Uniform(viscosity) => Ok(Some([speed, *viscosity])),
-            Viscosity::Map(path) => Err(format!(
+            (&[speed], Viscosity::Map(path)) if speed > 0.0 => Err(format!(
                 "invalid value '{}' for '--viscosity <VISCOSITY>': not a positive number; in Pa s, \
                  e.g. 0.039",
                 path.display()
             )),
+            _ => {
+                let text = speeds.iter().map(f64::to_string).collect::<Vec<_>>().join(",");
+                Err(format!(
+                    "invalid value '{text}' for '--speed <SPEED>': not a positive number; {SPEED}; if the plane moves against x, turn the profile round"
+                ))
+            }
         }
     }
 }

@@ -136,14 +136,11 @@ pub(super) fn run(
         all_converged &= solved.outcome.converged();
         let supplied = found.supplies.iter().fold(0.0, |sum, flow| sum + flow);
         entered += duration * (supplied - found.sides.iter().sum::<f64>());
-        let mut line = vec![*time];
-        line.extend(bearing.load(&solved.film, &found, &solved.z));
-        line.extend(bearing.drag(found.friction));
-        line.push(found.power);
-        line.extend(found.sides);
         let rest = [supplied, motion.oil(), found.peak, found.least_gap, found.broken_share];
-        line.extend(rest);
-        line.extend(bearing.told(load));
+        let carried = bearing.load(&solved.film, &found, &solved.z);
+        let (drag, at) = (bearing.drag(found.friction), bearing.told(load));
+        let line =
+            [&[*time], &carried[..], &drag, &[found.power], &found.sides, &rest, &at].concat();
         lines.push(line.iter().map(f64::to_string).collect::<Vec<_>>().join(","));
         figures = Some(found);
         bar.inc(1);

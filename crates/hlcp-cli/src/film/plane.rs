@@ -72,23 +72,20 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         .then(|| sensitivities(&bearing, &solved, arguments))
         .transpose()?;
     let certificate = arguments.certify.then(|| solved.certificate()).transpose()?;
+    let Solved { film, z, r, .. } = &solved;
     let range = arguments.data_tolerance.filter(|_| converged);
-    let film = &solved.film;
-    let range = range.map(|part| bearing.range(part, film, &solved.z, &solved.r)).transpose()?;
-    let figures = || solved.film.figures(&solved.z, &solved.r, bearing.ambient);
-    let figures = last.unwrap_or_else(figures);
-    let [load, ..] = bearing.load(&solved.film, &figures, &solved.z);
+    let range = range.map(|part| bearing.range(part, film, z, r)).transpose()?;
+    let figures = last.unwrap_or_else(|| film.figures(z, r, bearing.ambient));
+    let [load, ..] = bearing.load(film, &figures, z);
     let oil = arguments.oil.unwrap_or_default();
-    let derived = bearing.derived(&solved.film, &figures, load, &oil);
+    let derived = bearing.derived(film, &figures, load, &oil);
     let report = Report {
         bearing: &bearing,
         figures,
         derived,
         oil,
-        proved: match &certificate {
-            Some(Ok(certificate)) => Some(bearing.proved(&solved.film, certificate)),
-            _ => None,
-        },
+        proved: (certificate.iter().flatten().next())
+            .map(|certificate| bearing.proved(&solved.film, certificate)),
         solved: &solved,
         solves,
         converged,
@@ -101,10 +98,9 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         seconds: begun.elapsed().as_secs_f64(),
     };
 
-    let (film, [_, x, y]) = (&solved.film, report.load());
+    let [_, x, y] = report.load();
     let map = |values| Map { columns: film.nx, rows: film.ny, values };
-    let pressures = map(film.pressures(&solved.z));
-    let contents = map(solved.r.iter().map(|r| 1.0 - r).collect());
+    let (pressures, contents) = (map(film.pressures(z)), map(r.iter().map(|r| 1.0 - r).collect()));
     let mut texts = vec![
         picture::drawn(&bearing, &solved, [x, y], arguments, &report.caption()).into_bytes(),
         pressures.csv(),

@@ -192,19 +192,19 @@ impl Wanted {
             true => vec![forces[0].hypot(forces[1])],
             false => self.directed(forces, forces),
         };
-        let off =
-            self.forces.iter().zip(found).map(|(wanted, found)| (found - wanted) / self.size());
-        DVector::from_iterator(self.forces.len(), off)
+        let size = self.size();
+        DVector::from_fn(found.len(), |k, _| (found[k] - self.forces[k]) / size)
     }
 
     /// The slopes of that by the coordinates that move, from those of all forces.
     fn slopes(&self, forces: &[f64], slopes: &[Vec<f64>]) -> DMatrix<f64> {
-        let by = |l: usize| slopes.iter().map(|row| row[l]).collect::<Vec<_>>();
-        let columns = self.moving.iter().zip(&self.units).map(|(&l, unit)| {
-            let column = DVector::from_vec(self.directed(forces, &by(l)));
-            column.map(|slope| unit * slope / self.size())
-        });
-        DMatrix::from_columns(&columns.collect::<Vec<_>>())
+        let column = |&l: &usize| {
+            let changes: Vec<f64> = slopes.iter().map(|row| row[l]).collect();
+            self.directed(forces, &changes)
+        };
+        let (columns, size): (Vec<_>, _) = (self.moving.iter().map(column).collect(), self.size());
+        let n = columns.len();
+        DMatrix::from_fn(n, n, |k, l| self.units[l] * columns[l][k] / size)
     }
 }
 

@@ -181,10 +181,12 @@ fn npy(bytes: &[u8]) -> Result<Map, String> {
         _ => return Err(format!("the shape ({}) is not that of a map", excerpt(shape))),
     };
     let (big, kind) = (kind.starts_with('>'), kind.trim_start_matches(['<', '>', '=', '|']));
-    let size = match kind {
-        "f8" | "i8" => 8,
-        "f4" | "i4" => 4,
-        "i2" => 2,
+    let (size, number): (usize, fn([u8; 8]) -> f64) = match kind {
+        "f8" => (8, f64::from_le_bytes),
+        "f4" => (4, |[a, b, c, d, ..]| f32::from_le_bytes([a, b, c, d]).into()),
+        "i8" => (8, |word| i64::from_le_bytes(word) as f64),
+        "i4" => (4, |[a, b, c, d, ..]| i32::from_le_bytes([a, b, c, d]).into()),
+        "i2" => (2, |[a, b, ..]| i16::from_le_bytes([a, b]).into()),
         _ => {
             let kind = excerpt(kind);
             return Err(format!(
@@ -202,27 +204,18 @@ fn npy(bytes: &[u8]) -> Result<Map, String> {
             "the shape is ({rows}, {columns}) of {size} bytes each, but the data have {found} bytes"
         ));
     }
-    let number = |bytes: &[u8]| {
+    let word = |bytes: &[u8]| {
         let mut word = [0; 8];
         word[..size].copy_from_slice(bytes);
         if big {
             word[..size].reverse();
         }
-        let [a, b, c, d, ..] = word;
-        match kind {
-            "f8" => f64::from_le_bytes(word),
-            "f4" => f32::from_le_bytes([a, b, c, d]).into(),
-            "i8" => i64::from_le_bytes(word) as f64,
-            "i4" => i32::from_le_bytes([a, b, c, d]).into(),
-            _ => i16::from_le_bytes([a, b]).into(),
-        }
+        number(word)
     };
-    let stored: Vec<f64> = data.chunks_exact(size).map(number).collect();
-    let values = if by_columns {
-        (0..stored.len()).map(|k| stored[k / columns + k % columns * rows]).collect()
-    } else {
-        stored
-    };
+    let mut values: Vec<f64> = data.chunks_exact(size).map(word).collect();
+    if by_columns {
+        values = (0..values.len()).map(|k| values[k / columns + k % columns * rows]).collect();
+    }
     if let Some(at) = values.iter().position(|v: &f64| !v.is_finite()) {
         let (row, column) = (at / columns + 1, at % columns + 1);
         return Err(format!("row {row}, column {column}: {} is not a finite number", values[at]));

@@ -531,9 +531,8 @@ impl Bearing {
     /// both directions.
     pub fn proved(&self, film: &Film, certificate: &Certificate) -> ProvedFigures {
         let mut proved = film.proved_figures(certificate, self.ambient);
-        if self.journal.is_some() {
-            let modes = [&self.modes[0][..], &self.modes[1]];
-            proved.load = film.proved_resultant(certificate, self.ambient, modes);
+        if let (Some(_), [one, other, ..]) = (self.journal, &self.modes[..]) {
+            proved.load = film.proved_resultant(certificate, self.ambient, [one, other]);
         }
         proved
     }
@@ -554,9 +553,8 @@ impl Bearing {
         let range = film.certify_range(part, z, r, &mut Clock::endless())?;
         Ok(range.map(|range| {
             let mut figures = range.figures(film, self.ambient);
-            if self.journal.is_some() {
-                let modes = [&self.modes[0][..], &self.modes[1]];
-                figures.load = range.resultant(film, self.ambient, modes);
+            if let (Some(_), [one, other, ..]) = (self.journal, &self.modes[..]) {
+                figures.load = range.resultant(film, self.ambient, [one, other]);
             }
             figures
         }))
@@ -566,12 +564,10 @@ impl Bearing {
     /// journal it may reach beyond the end.
     pub fn outside(&self, corner: [f64; 2], size: [f64; 2]) -> Option<usize> {
         (0..2).find(|&axis| {
-            let (length, around) = (self.film.lengths[axis], axis == 0 && self.journal.is_some());
-            let (to, slack) = (corner[axis] + size[axis], 1e-9 * length);
-            let furthest = if around { 2.0 * length } else { length };
-            let is_inside =
-                corner[axis] >= -slack && corner[axis] <= length + slack && to <= furthest + slack;
-            !is_inside
+            let (from, length) = (corner[axis], self.film.lengths[axis]);
+            let turns = if axis == 0 && self.journal.is_some() { 2.0 } else { 1.0 };
+            let (to, slack) = (from + size[axis], 1e-9 * length);
+            !((-slack..=length + slack).contains(&from) && to <= turns * length + slack)
         })
     }
 }
