@@ -337,7 +337,8 @@ def profile(
         raise ValueError(f"refine is {refine}, but it must be at most 65535")
     if pieces == 1 and len(places) == 2:
         raise ValueError("there is no point between the ends to solve for; refine by 2 or more")
-    return ProfileResult(**_hlcp.film_line(places, gaps, conditions, pieces))
+    arrays, figures = _hlcp.film_line(places, gaps, conditions, pieces)
+    return ProfileResult(*arrays, *figures)
 
 
 def _number(name: str, value: Any) -> float:

@@ -109,15 +109,16 @@ pub(crate) fn film_figures<'py>(
     named(py, film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient))
 }
 
-/// Solves for a film along a line, each stretch of which is cut into pieces.
+/// Solves for a film along a line, each stretch of which is cut into pieces: arrays and figures in
+/// the order of Python's class.
 #[pyfunction]
-pub(crate) fn film_line<'py>(
-    py: Python<'py>,
-    x: PyReadonlyArray1<'py, f64>,
-    h: PyReadonlyArray1<'py, f64>,
+pub(crate) fn film_line(
+    py: Python<'_>,
+    x: PyReadonlyArray1<'_, f64>,
+    h: PyReadonlyArray1<'_, f64>,
     conditions: [f64; 4],
     refine: Option<u16>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Py<PyAny>> {
     let (x, h, [speed, viscosity, ambient, cavitation]) =
         (x.as_slice()?, h.as_slice()?, conditions);
     let pieces = Profile::pieces(x, refine);
@@ -130,22 +131,15 @@ pub(crate) fn film_line<'py>(
         let line = profile.solve(&film::Settings::default()).map_err(wrong)?;
         Ok((profile, line))
     })?;
-    let named = PyDict::new(py);
-    named.set_item("success", line.outcome.converged())?;
-    named.set_item("message", line.outcome.to_string())?;
-    named.set_item("load", line.load)?;
-    named.set_item("friction", line.friction)?;
-    named.set_item("peak", line.pressure[line.peak])?;
-    named.set_item("peak_x", profile.x[line.peak])?;
     let places = |fronts: &[usize]| fronts.iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
-    named.set_item("ruptures", places(&line.ruptures))?;
-    named.set_item("forms_again", places(&line.forms_again))?;
-    let content: Vec<f64> = line.void.iter().map(|void| 1.0 - void).collect();
-    let arrays = [("pressure", line.pressure), ("content", content), ("flow", line.flow)];
-    for (name, values) in arrays.into_iter().chain([("x", profile.x), ("h", profile.h)]) {
-        named.set_item(name, PyArray1::from_vec(py, values))?;
-    }
-    Ok(named)
+    let [ruptures, again] = [places(&line.ruptures), places(&line.forms_again)];
+    let [peak, at] = [line.pressure[line.peak], profile.x[line.peak]];
+    let (success, message) = (line.outcome.converged(), line.outcome.to_string());
+    let figures = (line.load, line.friction, peak, at, ruptures, again, success, message);
+    let content = line.void.iter().map(|void| 1.0 - void).collect();
+    let arrays = [profile.x, profile.h, line.pressure, content, line.flow];
+    let arrays = arrays.map(|values| PyArray1::from_vec(py, values));
+    (arrays, figures).into_py_any(py)
 }
 
 /// The diameter, the length and the clearance of a journal, its tilt, and of lobes how many, their

@@ -3,13 +3,11 @@
 use approx::assert_abs_diff_eq;
 use std::{fs, path::PathBuf, process::Output};
 
-use hlcp_verify::Slider;
-use serde_json::Value;
-
 use crate::{
     command::{self, is_refusal, near, rows, succeeded},
     film_plane::{self, folder},
 };
+use hlcp_verify::Slider;
 
 /// Runs `hlcp film` in a folder of its own under `name`, with the profile in a file.
 fn film(name: &str, profile: Option<&str>, arguments: &str) -> (Output, PathBuf) {
@@ -274,9 +272,7 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
         "--speed {SPEED} --viscosity {VISCOSITY} --x-unit mm --h-unit um --p-unit MPa --ambient 0.2 --cavitation 0.15"
     );
     let (report, points) = solved("json", Some(&profile), &flags);
-    let (output, _) = film("json", Some(&profile), &format!("{flags} --json"));
-    assert_eq!(output.status.code(), Some(0));
-    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let found = film_plane::json("json", &format!("{flags} profile.csv"));
     assert_eq!(found["outcome"], "converged");
     assert_eq!(found["unknowns"], points.len() - 2);
     let number = |key: &str| command::number(&found, key);
@@ -301,8 +297,7 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
         points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) * 1e-6,
     );
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
-    let (pad, _) = film("json", None, "--json");
-    let pad: Value = serde_json::from_slice(&pad.stdout).unwrap();
+    let pad = film_plane::json("json", "");
     near(command::number(&pad, "peak_pressure_pa"), Slider::PEAK, 1e-3);
     let fronts = |key: &str| found[key].as_array().map(Vec::len);
     for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {

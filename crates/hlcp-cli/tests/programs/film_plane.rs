@@ -22,7 +22,7 @@ pub(crate) fn film(name: &str, arguments: &str) -> Output {
     run_in(&folder(name), "film", arguments)
 }
 
-fn json(name: &str, arguments: &str) -> Value {
+pub(crate) fn json(name: &str, arguments: &str) -> Value {
     let printed = film_of(name, &format!("{arguments} --json"));
     serde_json::from_str(&printed).expect("one JSON object")
 }

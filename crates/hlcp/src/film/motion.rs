@@ -21,10 +21,8 @@ const SLOW: f64 = 0.1;
 /// What moves a wall for a step, in the coordinates of its [`Bearing`].
 ///
 /// ```
-/// use hlcp::film::Drive;
-///
-/// let squeezed = Drive::To(vec![-1e-6, 0.0, 0.0]);
-/// assert_ne!(squeezed, Drive::Under { load: vec![900.0], mass: 0.0 });
+/// let squeezed = hlcp::film::Drive::To(vec![-1e-6, 0.0, 0.0]);
+/// assert_ne!(squeezed, hlcp::film::Drive::Under { load: vec![900.0], mass: 0.0 });
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

@@ -12,10 +12,8 @@ use super::{
 /// A number that a bearing depends on, in SI units.
 ///
 /// ```
-/// use hlcp::film::Parameter;
-///
-/// let deeper = Parameter::Gap(vec![0.0, 1.0, 0.0]);
-/// assert_ne!(deeper, Parameter::Position(0));
+/// let deeper = hlcp::film::Parameter::Gap(vec![0.0, 1.0, 0.0]);
+/// assert_ne!(deeper, hlcp::film::Parameter::Position(0));
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]

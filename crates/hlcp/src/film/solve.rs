@@ -72,9 +72,7 @@ pub type Watch<'w> = dyn Fn(&str, &Limits, f64, &Progress<'_, f64>) -> ControlFl
 /// How films are solved.
 ///
 /// ```
-/// use hlcp::film::Settings;
-///
-/// let usual = Settings::default();
+/// let usual = hlcp::film::Settings::default();
 /// assert!(usual.method.is_none() && !usual.in_parallel);
 /// ```
 #[derive(Clone, Copy, Default)]
