@@ -565,11 +565,12 @@ class _Bearing:
             walled, at.tolist(), rows.tolist(), driven, how)
         film = {**walled["film"], "step": last.pop("step")}
         walled = {**walled, "film": film, "position": last["position"]}
-        load, at_x, at_y, moving, fixed, power, *columns = np.array(steps).T
+        table = np.array(steps)
+        supplied, oil, peak, least_gap, broken_share = table[:, 10:15].T
         return MotionResult(
-            at[1:].astype(np.float64), load, np.stack([at_x, at_y], 1),
-            np.stack([moving, fixed], 1), power, np.stack(columns[:4], 1), *columns[4:9],
-            np.stack(columns[9:], 1), imbalance, success, self._result(walled, last, how))
+            at[1:].astype(np.float64), table[:, 0], table[:, 1:3], table[:, 3:5], table[:, 5],
+            table[:, 6:10], supplied, oil, peak, least_gap, broken_share, table[:, 15:], imbalance,
+            success, self._result(walled, last, how))
 
     def _run(self, options: dict[str, Any], start: BearingResult | None,
              guess: Floats | None) -> BearingResult:
@@ -1489,7 +1490,8 @@ def _bounds(proved: Any) -> FilmBounds:
         return [(lower, upper) for lower, upper in intervals]
 
     load, friction, sides, supplies, peak = proved
-    return FilmBounds(*pairs([load]), pairs(friction), pairs(sides), pairs(supplies), *pairs([peak]))
+    load, peak = pairs([load, peak])
+    return FilmBounds(load, pairs(friction), pairs(sides), pairs(supplies), peak)
 
 
 def _cells(ny: Any, nx: Any) -> tuple[int, int]:
