@@ -216,23 +216,11 @@ fn is_symmetric(matrix: &Transposed, epsilon: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use approx::assert_abs_diff_eq;
-    use hlcp_core::{Csr, Omega};
+    use hlcp_core::Omega;
     use nalgebra::{DMatrix, DVector};
     use proptest::{collection::vec, prelude::*};
 
     use super::*;
-
-    fn rows_of(dense: &DMatrix<f64>) -> Csr<'static, f64> {
-        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-        for row in dense.row_iter() {
-            for (j, &a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
-                columns.push(j);
-                values.push(a);
-            }
-            offsets.push(columns.len());
-        }
-        Csr::new(offsets, columns, values).unwrap()
-    }
 
     proptest! {
         /// Springs of both signs on ground that is stiffer, rows multiplied by anything, the
@@ -265,7 +253,7 @@ mod tests {
             }
             let [a, b] = if of_b { [other, couples] } else { [couples, other] };
             let each = Omega::Each(omega[..n].to_vec());
-            let problem = Hlcp::new(rows_of(&a), rows_of(&b), each).unwrap();
+            let problem = Hlcp::new(&a, &b, each).unwrap();
             let (mut cholesky, cost) = Cholesky::for_problem(&problem).unwrap();
             prop_assert!(cost.bytes <= 8.0 * (n * (n + 1)) as f64);
             let sum = DMatrix::from_fn(n, n, |i, j| {
@@ -288,9 +276,7 @@ mod tests {
 
     #[test]
     fn what_is_not_symmetric_or_not_definite_has_no_factors() {
-        let problem = |a: DMatrix<f64>, b: DMatrix<f64>| {
-            Hlcp::new(rows_of(&a), rows_of(&b), Omega::Uniform(1.0)).unwrap()
-        };
+        let problem = |a: DMatrix<f64>, b| Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
         let one = DMatrix::<f64>::identity(3, 3);
         let of = |entries: [f64; 9]| DMatrix::from_row_slice(3, 3, &entries);
         let skew = of([2.0, -1.0, 0.0, -0.9, 2.0, -1.0, 0.0, -1.0, 2.0]);
