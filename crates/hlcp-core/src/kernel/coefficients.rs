@@ -53,7 +53,8 @@ impl<T: Scalar> Row<T> {
     }
 
     /// Returns the functions s and w of the module's formula; those of the other direction are the
-    /// shares of neighbours that the sweep has not passed, should they lie across a grid that closes.
+    /// shares of neighbours that the sweep has not passed, should they lie across a grid that
+    /// closes.
     #[inline(always)]
     pub(super) fn passed(&self, backward: bool) -> [Pair<T>; 2] {
         let [south, west, east, north] = self.passed;

@@ -53,11 +53,11 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
     }
 
-    /// Takes a forward sweep with the problem's γ and `q` for `f` that also returns the norms of
+    /// Takes a sweep with the problem's γ and `q` for `f` that also returns the norms of
     /// `A z − B r + q` at its input; its result is that of [`relax`](Self::relax) up to rounding.
-    pub fn relax_measured(&self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
+    pub fn relax_measured(&self, backward: bool, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len(), y.len()]);
-        self.sweep.run(true, gauss_seidel(), q, x, y)
+        self.sweep.directed(backward, false).run(true, gauss_seidel(), q, x, y)
     }
 
     /// Returns the norms of `A z − B r + q` at `x`.

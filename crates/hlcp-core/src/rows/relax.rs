@@ -57,8 +57,8 @@ pub(crate) struct Relaxed<'w, T> {
 }
 
 impl<T: Scalar> Relaxed<'_, T> {
-    /// Overwrites `y` with the next iterate, relaxing rows in an order, colour by colour if they have
-    /// colours, and returns the norms of F(x)/γ.
+    /// Overwrites `y` with the next iterate, relaxing rows in an order, colour by colour if they
+    /// have colours, and returns the norms of F(x)/γ.
     pub(crate) fn sweep(
         &self,
         order: Order,

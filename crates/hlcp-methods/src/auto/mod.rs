@@ -15,8 +15,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
 /// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
-///   exactly, and with more such pairs while each leaves a hundredth of the residual: that is
-///   all where oil is but carried along, or matrices are triangular. Then it begins, on a grid of
+///   exactly, and with more in turn while two leave a hundredth of the residual: that is all where
+///   oil is but carried along, or matrices are triangular. Then it begins, on a grid of
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
 ///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
 ///   of small full matrices.
@@ -98,9 +98,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// # Cost
 ///
-/// Two walks over the rows of `A` and `B` to begin with, three without a grid, and three for a pair
-/// of sweeps to open, two where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the method at
-/// work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn `n` and its
+/// Two walks over the rows of `A` and `B` to begin with, three without a grid, and two for each
+/// sweep of the opening, one where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the
+/// method at work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn `n` and its
 /// own.
 ///
 /// # Convergence
@@ -157,9 +157,10 @@ pub struct Auto<T: Scalar, A, B> {
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
     cold: bool,
-    /// The work of the opening in sweeps, and the residual before its last pair while it lasts.
+    /// The work of the opening in sweeps; while it lasts, whether the next goes backward, and the
+    /// residuals before the last two.
     opened: usize,
-    opening: Option<f64>,
+    opening: Option<(bool, [f64; 2])>,
     /// True until a start from one side was tried, where no grid is known.
     has_sides: bool,
     /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
@@ -178,8 +179,8 @@ pub struct Auto<T: Scalar, A, B> {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
-/// A pair of sweeps of the opening is followed by another one if it leaves this part of the
-/// residual: where sweeps alone do, fused ones cost less.
+/// Two sweeps of the opening are followed by another one if they leave this part of the residual:
+/// where sweeps alone do, fused ones cost less.
 const OPENING: f64 = 0.01;
 
 /// A start from one side has so many times the largest entry that a pair of sweeps from 0 leaves on
@@ -280,41 +281,38 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         Ok(())
     }
 
-    /// Overwrites `y` with a sweep forward and one backward from `x`, if one more pair is worth it:
-    /// the first is, and those after one that left a hundredth of the residual.
+    /// Overwrites `y` with a sweep from `x`, forward and backward in turn, if one more is worth it:
+    /// the first two are, and those after two that left a hundredth of the residual.
     fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
-        let last = self.opening.take()?;
+        let (backward, [before, last]) = self.opening.take()?;
         let Self { problem, scaling, scratch, opened, .. } = self;
-        let (n, f) = (x.len(), (problem.q_factor(), q.entries()));
-        scratch.resize(scratch.len().max(2 * n), T::zero());
-        let own = scaling.as_ref().filter(|scaling| scaling.is_own());
-        let norms = if let Some(scaling) = own {
-            // The sweep forward measures.
-            scaling.smoother(problem).relax_measured(q, x, &mut scratch[..n])
-        } else {
-            measure(problem, q, x, y, scratch)
-        };
-        *opened += 1;
-        if norms.l2 > OPENING * last || norms.l2.is_nan() {
-            return None;
-        }
-        *opened += if own.is_some() { 1 } else { 2 };
-        if let Some(scaling) = scaling {
-            let (smoother, between) = (scaling.smoother(problem), &mut scratch[..n]);
-            if !scaling.is_own() {
+        let is_worth_more = |norms: Norms| norms.l2 <= OPENING * before;
+        let norms = match scaling {
+            Some(scaling) if scaling.is_own() => {
+                *opened += 1;
+                scaling.smoother(problem).relax_measured(backward, q, x, y)
+            }
+            _ => {
+                *opened += 1;
+                let norms = measure(problem, q, x, y, scratch);
+                if !is_worth_more(norms) {
+                    return None;
+                }
+                *opened += 1;
                 y.copy_from_slice(x);
-                scaling.rescale(problem, y, false);
-                smoother.relax(false, f, y, between);
+                if let Some(scaling) = scaling {
+                    scaling.rescale(problem, y, false);
+                    let (f, from) = ((problem.q_factor(), q.entries()), &mut scratch[..x.len()]);
+                    from.copy_from_slice(y);
+                    scaling.smoother(problem).relax(backward, f, from, y);
+                    scaling.rescale(problem, y, true);
+                } else {
+                    problem.solve_rows(q.entries(), y, backward);
+                }
+                norms
             }
-            smoother.relax(true, f, between, y);
-            scaling.rescale(problem, y, true);
-        } else {
-            y.copy_from_slice(x);
-            for backward in [false, true] {
-                problem.solve_rows(q.entries(), y, backward);
-            }
-        }
-        self.opening = Some(norms.l2);
+        };
+        self.opening = is_worth_more(norms).then_some((!backward, [last, norms.l2]));
         Some(norms)
     }
 
@@ -567,7 +565,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         // Where ranks share a problem, fused sweeps alone are to be had.
         let can_open = self.scaling.is_some() || self.problem.strip().is_none();
         let opens = !self.shape.is_line && can_open;
-        (self.opened, self.opening) = (0, opens.then_some(f64::INFINITY));
+        (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
         let is_open = self.shape.plane > 0 && self.problem.round() == [false; 2];
         self.has_sides = opens && !is_open && self.problem.strip().is_none();
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);

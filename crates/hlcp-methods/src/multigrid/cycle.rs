@@ -117,7 +117,7 @@ impl<T: Scalar> Equation<'_, T> {
     /// problem's own.
     pub(super) fn smooth_measured(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
         let between = &mut self.between[..x.len()];
-        let norms = self.smoother.relax_measured(q, x, between);
+        let norms = self.smoother.relax_measured(false, q, x, between);
         self.smoother.relax(true, self.f, between, y);
         norms
     }

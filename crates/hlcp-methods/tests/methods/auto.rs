@@ -142,12 +142,11 @@ fn the_discs_get_multigrid() {
     for (lcp, m) in [(true, 96), (true, 160), (false, 96), (false, 160)] {
         let p = Disc { lcp, m }.pose::<f64>().unwrap();
         let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
-        // A window of SOR, and the opening, which is three walks over the rows and one
-        // iteration.
-        assert!(outcome.iterations <= 15 + 18, "{outcome}");
+        // The opening and a window of SOR, a walk over the rows for each iteration.
+        assert!(outcome.iterations <= 17 + 18, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Multigrid);
         // A W-cycle is 11 or 12 walks.
-        let [walks, cycles] = [outcome.sweeps - 17, outcome.iterations - 15];
+        let [walks, cycles] = [outcome.sweeps - 17, outcome.iterations - 17];
         assert!(walks == 11 * cycles || walks == 12 * cycles, "{outcome}");
     }
 }
@@ -190,8 +189,8 @@ fn without_a_known_grid_algebraic_multigrid_follows() {
 fn the_examples_get_sweeps_alone() {
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
     let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
-    // A pair of sweeps and a measurement open it.
-    assert_eq!(outcome.sweeps, outcome.iterations + 2, "{outcome}");
+    // Fused sweeps open it, which measure as they go.
+    assert_eq!(outcome.sweeps, outcome.iterations, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Sor);
 }
 
@@ -199,18 +198,18 @@ fn the_examples_get_sweeps_alone() {
 #[test]
 fn the_opening_solves_one_scalar_equation_after_the_other() {
     fn holds(problem: Hlcp<f64, impl Rows<f64> + Clone, impl Rows<f64> + Clone>, q: &[f64]) {
-        let x: Vec<f64> = (0..q.len()).map(|k| (3.0 * k as f64).sin()).collect();
-        let mut wanted = x.clone();
+        let mut x: Vec<f64> = (0..q.len()).map(|k| (3.0 * k as f64).sin()).collect();
+        let (mut wanted, mut y) = (x.clone(), vec![0.0; q.len()]);
+        let mut auto = Auto::new(problem.clone()).unwrap();
         for backward in [false, true] {
             problem.solve_rows(q, &mut wanted, backward);
-        }
-        let mut y = vec![0.0; q.len()];
-        let mut auto = Auto::new(problem).unwrap();
-        let _ = auto.step(&Rhs::new(q).unwrap(), &x, &mut y, &mut Clock::endless());
-        let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-        // A few roundings for each of the five entries of a row of A and of B.
-        for (y, wanted) in y.iter().zip(&wanted) {
-            assert_abs_diff_eq!(y, wanted, epsilon = 64.0 * f64::EPSILON * size);
+            let _ = auto.step(&Rhs::new(q).unwrap(), &x, &mut y, &mut Clock::endless());
+            std::mem::swap(&mut x, &mut y);
+            let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
+            // A few roundings for each of the five entries of a row of A and of B.
+            for (x, wanted) in x.iter().zip(&wanted) {
+                assert_abs_diff_eq!(x, wanted, epsilon = 64.0 * f64::EPSILON * size);
+            }
         }
     }
     let disc = Disc { lcp: false, m: 17 }.pose::<f64>().unwrap();
