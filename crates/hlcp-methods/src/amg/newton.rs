@@ -176,12 +176,12 @@ impl<T: Scalar> Steps<T> {
 ///
 /// # Safeguard
 ///
-/// That of [`Newton`](crate::Newton), but a phase ends after 6, 12, 24, …
-/// steps in a row, in the first, second, third phase, that have neither brought ‖F‖ to nine tenths
-/// of its smallest value in the phase nor changed fewer signs than any before them in the phase; or
-/// when a step leads nowhere, or a linear solve fails. Then the base method takes over at the best
-/// iterate of the phase, for 2, 4, 8, … iterations. Every second phase takes Newton's own steps:
-/// without sweeps, and across zero.
+/// That of [`Newton`](crate::Newton), but a phase ends after 6, 12, 24, … steps in a row, in the
+/// first, second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value
+/// in the phase nor changed fewer signs than any before them in the phase; or when a step leads
+/// nowhere, or a linear solve fails. Then the base method takes over at the best iterate of the
+/// phase, for 2, 4, 8, … iterations. Every second phase takes Newton's own steps: without sweeps,
+/// and across zero.
 ///
 /// # Cost
 ///

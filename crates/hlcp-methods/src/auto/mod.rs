@@ -72,8 +72,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves a
-/// hundredth of the residual: that solves a film that nobody feeds, which has many answers, all but
-/// without pressure (`docs/theory.md`, "One side alone"). What they do not solve is dropped.
+/// hundredth of the residual. That solves a film that nobody feeds, which has infinitely many
+/// answers without pressure (`docs/theory.md`, "One side alone"). An iterate that does not meet the
+/// tolerance then is dropped.
 ///
 /// [`AmgNewton`] starts its first turn on coarser problems, unless the solve set out from an
 /// iterate with a residual of a tenth of ‖q‖. What sweeps leave of a residual is small, but their
@@ -100,8 +101,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and two for each
 /// sweep of the opening, one where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the
-/// method at work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn `n` and its
-/// own.
+/// method at work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn
+/// `n` and its own; `4n` for a while where sweeps from one side are tried.
 ///
 /// # Convergence
 ///
