@@ -8,9 +8,9 @@ use crate::{
 ///
 /// `N` never appears: since `N = M − A − BΩ`, one step of a modulus-based method is the correction
 /// `x⁺ = x − M⁻¹ F(x)`. `Mms::with_splitting` and `Tmms::with_splittings` take anything that solves
-/// with an easy part of `A + BΩ`, and `Newton` in a [`SplittingStep`] as a preconditioner. A
-/// closure `|rhs: &[f64], y: &mut [f64]|` is a splitting, as are `&dyn Splitting` and `Box<dyn
-/// Splitting>`.
+/// with an easy part of `A + BΩ`, and `Newton` in a [`SplittingStep`] as a preconditioner.
+/// `&dyn Splitting` and `Box<dyn Splitting>` are splittings, and so is a closure
+/// `|rhs: &[f64], y: &mut [f64]|`.
 ///
 /// ```
 /// use hlcp_core::Splitting;

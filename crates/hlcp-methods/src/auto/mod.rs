@@ -71,8 +71,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// Entries of 10⁶ times the usual size make `Auto` look before the solver does.
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
-/// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves a
-/// hundredth of the residual. That solves a film that nobody feeds, which has infinitely many
+/// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves
+/// a hundredth of the residual. That solves a film that nobody feeds, which has infinitely many
 /// answers without pressure (`docs/theory.md`, "One side alone"). An iterate that does not meet the
 /// tolerance then is dropped.
 ///
