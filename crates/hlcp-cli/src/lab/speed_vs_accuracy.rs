@@ -95,11 +95,9 @@ fn problems(quick: bool) -> Vec<Own> {
 /// Those of them on the chart for a first look.
 const AT_A_GLANCE: [usize; 4] = [1, 4, 6, 7];
 
-/// How often a solve is repeated: of small problems the least time counts, of others the median.
+/// How often a solve is repeated, unless it takes more than a second.
 fn repeats(quick: bool) -> Repeats {
-    // What takes longer is not repeated.
-    let (least, longest) = if quick { (5, 0.01) } else { (3, 1.0) };
-    Repeats { longest, ..Repeats::least(least) }
+    Repeats { longest: 1.0, ..Repeats::least(if quick { 1 } else { 3 }) }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
@@ -139,7 +137,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         "Each method stops at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; its line ends with the last that it reaches; {}. \
          An error of 0 is drawn at 10⁻¹⁶.\n{measured}",
         if quick {
-            "the least time of 5 solves, above 10 ms of one"
+            "the time of one solve"
         } else {
             "the median time of 3 solves, above a second of one"
         }

@@ -16,6 +16,14 @@ fn is_long(command: &str) -> bool {
     options::options(command).iter().any(|(option, _)| option == "quick")
 }
 
+/// Whether `hlcp charts` runs a command.
+fn is_drawn(command: &str) -> bool {
+    let help = succeeded(&hlcp("charts", "--help").output().unwrap(), "charts");
+    let (_, steps) = help.split_once("[possible values: ").expect("the commands that it runs");
+    let steps = steps.split(']').next().unwrap_or_default();
+    steps.split([',', ' ', '\n']).any(|step| step == command && command != "film")
+}
+
 /// Every Markdown file of the repository.
 fn documents() -> Vec<PathBuf> {
     let root = examples::root();
@@ -93,8 +101,9 @@ fn what_the_documents_say_to_type_works() {
             ["cargo", "run", "--release", "--example", "NAME"] => {}
             ["hlcp", "=", ..] => {} // a dependency of a Cargo.toml
             // `hlcp charts` runs these.
-            ["cargo", "run", "--release", "--", name] | ["hlcp", name]
-                if name != "charts" && is_long(name) => {}
+            ["cargo", "run", "--release", "--", name, ref rest @ ..]
+            | ["hlcp", name, ref rest @ ..]
+                if is_drawn(name) && matches!(rest, [] | ["--quick"] | ["--out", _]) => {}
             ["cargo", "run", "--release", "--example", name] => examples::runs(name),
             ["cargo", "run", "--release", "--", ref rest @ ..] | ["hlcp", ref rest @ ..] => {
                 let mut arguments = rest[1..].join(" ");
