@@ -204,7 +204,7 @@ fn pieces(
     } else {
         None
     };
-    let asked = ("NEWTON", LEAST, ROUNDING);
+    let asked = (("NEWTON", usize::MAX), LEAST, ROUNDING);
     let (z, r, outcome) = solve(&[Box::new(a), Box::new(b)], &q, begin, asked, settings)?;
 
     let z = [&[ends][..], &z, &[ends]].concat();

@@ -3,12 +3,17 @@
 
 mod motion;
 
-use std::f64::consts::{PI, TAU};
+use std::{
+    cell::Cell,
+    f64::consts::{PI, TAU},
+    ops::ControlFlow,
+};
 
 use hlcp::film::{
     Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Lobes, Motion, Pad, Parameter,
     Pocket, Sensitivity, Settings, Side, Solved, Supply,
 };
+use hlcp_methods::{Limits, Progress};
 use proptest::prelude::*;
 
 /// `HLCP_CASES` cases, or so many.
@@ -32,6 +37,28 @@ fn a_step_has_no_derivatives_of_a_bearing() {
         bearing.sensitivities(solved, &[], None).err(),
     ];
     assert!(refused.iter().all(|error| matches!(error, Some(FilmError::Unsteady))), "{refused:?}");
+}
+
+/// Rings between a flooded and a starved side, on which algebraic multigrid alone goes on for
+/// hundreds of steps and more, each with a linear system that it does not solve.
+#[test]
+fn another_method_soon_takes_over_where_multigrid_is_lost() {
+    for (amplitude, across) in [(0.4, 0.8), (0.6, 1.0)] {
+        let film = Film::new([23, 46], [0.0659, 0.0122], 10.0, 0.03);
+        let wave = |x: f64, y: f64| TAU * (x / 0.0659 + across * y / 0.0122);
+        let film = film.with_gap(|x, y| 1e-5 * (1.0 + amplitude * wave(x, y).cos()));
+        let [round, south, north] = [Side::Periodic, Side::Pressure(2.33), Side::Starved(0.166)];
+        let film = Film { sides: [round, round, south, north], ..film };
+        let seen = [(); 2].map(|()| Cell::new(0));
+        let watch = |name: &str, _: &Limits, _: f64, progress: &Progress<'_, f64>| {
+            seen[usize::from(name == "AUTO")].set(progress.iteration);
+            ControlFlow::Continue(())
+        };
+        let settings = Settings { watch: Some(&watch), ..Settings::default() };
+        let solved = Solved::new(film, None, &settings).unwrap();
+        assert!(solved.outcome.converged(), "{}", solved.outcome);
+        assert!(seen[0].get() <= 50 && seen[1].get() > 0, "{seen:?}");
+    }
 }
 
 proptest! {
