@@ -206,11 +206,12 @@ def film(
         options |= {"r0": dry}
     operators, flow = (stencil(of_a), stencil(of_b)), q.reshape(cells.shape)
     is_chosen = {"method", "splitting"} & set(options)
+    methods = [options.pop("method", "AUTO")] if is_chosen else ["AMG", "AUTO"]
     # Newton's method takes a dozen steps, or none of thousands helps.
-    newton = ("AMG", {"maxiter": min(50, options.get("maxiter", 50))})
-    chosen = (options.pop("method", "AUTO"), {})
-    for method, limit in [chosen] if is_chosen else [newton, chosen]:
-        result = Solver(*operators, method=method).solve(flow, **options | limit)
+    newton = {"maxiter": min(50, options.get("maxiter", 50))}
+    for method in methods:
+        limited = options if method == methods[-1] else options | newton
+        result = Solver(*operators, method=method).solve(flow, **limited)
         figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
         is_film = result.success and (oil is not None or figures["least_content"] >= -1e-9)
         if is_film or result.status in {Status.TIME_LIMIT, Status.STOPPED}:
