@@ -39,7 +39,7 @@ fn problems(quick: bool) -> Vec<Own> {
 const COLUMNS: &str = "problem|series|seconds|half-steps";
 
 /// The solves of a method on a problem.
-fn repeats(quick: bool) -> usize {
+pub(super) fn repeats(quick: bool) -> usize {
     if quick { 1 } else { 3 }
 }
 

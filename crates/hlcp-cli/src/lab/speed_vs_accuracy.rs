@@ -97,7 +97,7 @@ const AT_A_GLANCE: [usize; 4] = [1, 4, 6, 7];
 
 /// How often a solve is repeated, unless it takes more than a second.
 fn repeats(quick: bool) -> Repeats {
-    Repeats { longest: 1.0, ..Repeats::least(if quick { 1 } else { 3 }) }
+    Repeats { longest: 1.0, ..Repeats::least(profile::repeats(quick)) }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
@@ -143,7 +143,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         }
     );
     if is_own {
-        let panel = glance(&titles[0], &rows, Chart::Own, quick, true);
+        let panel = glance(&titles[0], &rows, Chart::Own, true);
         write(&path, 1, 400.0, vec![panel], &words)?;
     } else {
         draw_all(out, &titles, &rows, quick, [&words, &measured])?;
@@ -162,8 +162,7 @@ fn draw_all(
 ) -> Fallible<()> {
     let precise = added::read(&out.join("precisions.csv"), titles)?;
     let lead = "Newton and FBNS factorise by a sparse LU. ".to_owned();
-    let panels =
-        AT_A_GLANCE.map(|k| glance(&titles[k], rows, Chart::Glance, quick, k == AT_A_GLANCE[0]));
+    let panels = AT_A_GLANCE.map(|k| glance(&titles[k], rows, Chart::Glance, k == AT_A_GLANCE[0]));
     write(&out.join("speed-vs-accuracy"), 4, 300.0, panels.into(), &(lead + words))?;
     for (name, rows, chart) in [
         ("methods", rows, Chart::Paper),
@@ -171,7 +170,7 @@ fn draw_all(
         ("precisions", &precise, Chart::Precisions),
     ] {
         let panel = |(k, title): (usize, &String)| {
-            let (series, above) = apart(lines(title, rows, chart, quick));
+            let (series, above) = apart(lines(title, rows, chart));
             let mut panel = panel(title, k % 4 == 0, &series);
             if !above.is_empty() {
                 // Only named: an axis up to them would make one line of all others.
@@ -283,9 +282,9 @@ fn ladders(
     Ok(measured)
 }
 
-/// Returns the lines of a chart on a problem, seconds against the inverse of the error: of its
+/// Returns the lines of a chart on a problem, median seconds against the inverse of the error: of its
 /// methods, and of all series that are not in the list.
-fn lines(title: &str, rows: &[(String, Measured)], chart: Chart, quick: bool) -> Vec<Series> {
+fn lines(title: &str, rows: &[(String, Measured)], chart: Chart) -> Vec<Series> {
     let mut known: Vec<_> = methods(chart).iter().map(|row| (row.label, row.style)).collect();
     for name in rows.iter().map(|(_, run)| run.name.as_str()) {
         if !is_listed(name) && known.iter().all(|(other, _)| *other != name) {
@@ -298,7 +297,7 @@ fn lines(title: &str, rows: &[(String, Measured)], chart: Chart, quick: bool) ->
         let runs = rows.iter().filter(|(of, run)| of == title && run.name == name && run.reached);
         let point = |(_, run): &(String, Measured)| Point {
             x: run.error.max(NOTHING).recip(),
-            y: run.seconds[usize::from(!quick)],
+            y: run.seconds[1],
         };
         Series { name: name.to_owned(), style, points: runs.map(point).collect() }
     };
@@ -364,14 +363,8 @@ fn apart(series: Vec<Series>) -> (Vec<Series>, Vec<Series>) {
 }
 
 /// Draws some methods, each with its name at the end of its line, and which is the fastest.
-fn glance(
-    title: &str,
-    rows: &[(String, Measured)],
-    chart: Chart,
-    quick: bool,
-    is_first: bool,
-) -> Panel {
-    let mut series = lines(title, rows, chart, quick);
+fn glance(title: &str, rows: &[(String, Measured)], chart: Chart, is_first: bool) -> Panel {
+    let mut series = lines(title, rows, chart);
     for series in series.iter_mut().filter(|series| is_listed(&series.name)) {
         // Two of a problem of one's own differ in what follows the comma.
         if chart == Chart::Glance {
