@@ -282,8 +282,8 @@ fn ladders(
     Ok(measured)
 }
 
-/// Returns the lines of a chart on a problem, median seconds against the inverse of the error: of its
-/// methods, and of all series that are not in the list.
+/// Returns the lines of a chart on a problem, median seconds against the inverse of the error: of
+/// its methods, and of all series that are not in the list.
 fn lines(title: &str, rows: &[(String, Measured)], chart: Chart) -> Vec<Series> {
     let mut known: Vec<_> = methods(chart).iter().map(|row| (row.label, row.style)).collect();
     for name in rows.iter().map(|(_, run)| run.name.as_str()) {
