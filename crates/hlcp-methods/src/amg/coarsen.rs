@@ -1,6 +1,6 @@
 //! Aggregates: pairs by the largest coupling, twice per level.
 
-use hlcp_core::Scalar;
+use hlcp_core::{LinearOperator, Scalar};
 
 use super::matrix::{Matrix, NONE};
 use crate::Clock;
@@ -92,8 +92,13 @@ pub(super) fn pairs<T: Scalar>(
     Some((aggregate, bonds))
 }
 
-/// The aggregates of two passes of pairing, and the sums over pairs of them; none when the clock is
-/// up.
+/// The aggregates of two passes of pairing, and the sums over pairs of them with conduction halved;
+/// none when the clock is up.
+///
+/// A flow through a face of a grid is `c Δp` by conduction and `w p` by transport. Between two
+/// aggregates of 2 × 2 cells, constant on each, two faces carry it: `2c Δp` and `2w p`. But the
+/// means of these aggregates are two cells apart and so twice as different as neighbours: half of
+/// the conduction would do. Transport asks for no difference and is right as it is.
 pub(super) fn coarsen<T: Scalar>(
     matrix: &Matrix<T>,
     apart: impl Fn(usize) -> bool,
@@ -105,5 +110,6 @@ pub(super) fn coarsen<T: Scalar>(
     for a in aggregate.iter_mut().filter(|a| **a != NONE) {
         *a = second[*a as usize];
     }
-    Some((aggregate, middle.aggregated(&second, quarter.len(), clock)?))
+    let coarse = middle.aggregated(&second, quarter.len(), clock)?;
+    Some((aggregate, coarse.halve_conduction(clock)?))
 }

@@ -1,6 +1,6 @@
 //! The levels of a matrix, and the cycle over them.
 
-use hlcp_core::Scalar;
+use hlcp_core::{LinearOperator, Scalar};
 
 use super::{
     coarsen::coarsen,
@@ -99,8 +99,8 @@ impl<T: Scalar> Hierarchy<T> {
                 break;
             }
             let (aggregate, mut coarse) = coarsen(&fine.matrix, |i| first && apart[i], clock)?;
-            // Two transposes, and two sums of which the second is half as long.
-            walked += 4 * fine.matrix.entries();
+            // Two transposes, and two sums of which the second is half as long; then conduction.
+            walked += 4 * fine.matrix.entries() + coarse.entries();
             // Every level is shorter by a tenth at least, so the loop ends.
             if 10 * coarse.order() > 9 * order {
                 break;
@@ -194,7 +194,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
         if coarser.is_empty() {
             if let Some(lu) = self.bottom {
                 lu.solve(rhs, y);
-                matrix.product(y, product);
+                matrix.apply(y, product);
             } else {
                 matrix.sweep_from_zero(rhs, y, |_, _| ());
                 (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product, |_| T::zero()));

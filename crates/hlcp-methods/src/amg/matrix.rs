@@ -78,10 +78,6 @@ impl<T: Scalar> Matrix<T> {
         self.inverse.push(pivot(diagonal));
     }
 
-    pub(super) fn order(&self) -> usize {
-        self.diagonal.len()
-    }
-
     /// The entries that are stored, the diagonal's included.
     pub(super) fn entries(&self) -> usize {
         self.columns.len() + self.order()
@@ -162,14 +158,6 @@ impl<T: Scalar> Matrix<T> {
         }
     }
 
-    /// Overwrites `product` with the matrix times `y`.
-    pub(super) fn product(&self, y: &[T], product: &mut [T]) {
-        for (i, product) in product.iter_mut().enumerate() {
-            let less = self.less_upper(self.less_lower(T::zero(), i, y), i, y);
-            *product = self.diagonal[i] * y[i] - less;
-        }
-    }
-
     /// Relaxes the equation `row i of this matrix times v = 0`.
     pub(super) fn relax_homogeneous(&self, i: usize, v: &mut [T]) {
         v[i] = self.less_upper(self.less_lower(T::zero(), i, v), i, v) * self.inverse[i];
@@ -226,6 +214,24 @@ impl<T: Scalar> Matrix<T> {
             }
         }
         Some(across)
+    }
+
+    /// Halves the part of each coupling that it has in common with the one across the diagonal, at
+    /// equal sums of rows and columns. Rows must be in order. None when the clock is up.
+    pub(super) fn halve_conduction(mut self, clock: &mut Clock<'_>) -> Option<Self> {
+        let across = self.across(&self.values, clock)?;
+        for i in 0..self.order() {
+            for at in self.row(i) {
+                let (a, across) = (self.values[at], across[at]);
+                let common = if a.abs() < across.abs() { a } else { across };
+                if (a > T::zero()) == (across > T::zero()) {
+                    self.values[at] -= T::of(0.5) * common;
+                    self.diagonal[i] += T::of(0.5) * common;
+                }
+            }
+            self.inverse[i] = pivot(self.diagonal[i]);
+        }
+        Some(self)
     }
 
     /// Returns the transpose, whose rows are in order.
@@ -334,7 +340,10 @@ impl<T: Scalar> LinearOperator<T> for Matrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        self.product(x, y);
+        for (i, y) in y.iter_mut().enumerate() {
+            let less = self.less_upper(self.less_lower(T::zero(), i, x), i, x);
+            *y = self.diagonal[i] * x[i] - less;
+        }
     }
 }
 

@@ -52,8 +52,11 @@ const BLOCK: usize = 1 << 12;
 /// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
 ///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
 ///    are first scaled by what three symmetric Gauss–Seidel passes on `J v = 0` leave of a
-///    constant, and coarse entries are sums over pairs of aggregates, which conserves mass. From a
-///    hundred rows down the system is solved by elimination.
+///    constant, and coarse entries are sums over pairs of aggregates, which conserves mass. What a
+///    coupling has in common with the one across the diagonal, conduction, is halved at equal sums
+///    of rows and columns: aggregates are twice as far apart as unknowns, and constants on them
+///    differ too steeply. On a grid the coarse matrix is then that of a grid half as fine, for
+///    conduction and transport alike. From a hundred rows down the system is solved by elimination.
 /// 4. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
 ///    flow. Each level is visited twice, as long as its visits take no more than two of the first.
 ///
@@ -95,7 +98,9 @@ const BLOCK: usize = 1 << 12;
 /// and the K-cycle, and *Aggregation-based algebraic multigrid for convection–diffusion equations*,
 /// SIAM J. Sci. Comput. 34 (2012), for rows that are not symmetric; A. Napov and Y. Notay, *An
 /// algebraic multigrid method with guaranteed convergence rate*, SIAM J. Sci. Comput. 34 (2012).
-/// The scaling of the void is our own.
+/// D. Braess, *Towards algebraic multigrid for elliptic problems of second order*, Computing 55
+/// (1995), for the factor of two, there on the whole coarse matrix. Its restriction to conduction
+/// and the scaling of the void are our own.
 ///
 /// ```
 /// use hlcp_methods::{Amg, FivePoint, Hlcp, Jacobian, LinearOperator, Norms, Preconditioner};

@@ -1,6 +1,6 @@
 //! A start from coarser problems, which rows alone define.
 
-use hlcp_core::{Error, Hlcp, Norms, Omega, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Omega, Rows, Scalar};
 
 use super::{
     coarsen::pairs,

@@ -2,7 +2,7 @@
 
 use std::{cmp::Reverse, collections::BinaryHeap};
 
-use hlcp_core::Scalar;
+use hlcp_core::{LinearOperator, Scalar};
 
 use super::matrix::Matrix;
 use crate::Clock;

@@ -1,6 +1,6 @@
 //! The units of rows and unknowns, where somebody has chosen others than the matrix had.
 
-use hlcp_core::{Omega, Scalar};
+use hlcp_core::{LinearOperator, Omega, Scalar};
 
 use super::{cycle::PASSES, matrix::Matrix};
 use crate::Clock;
