@@ -15,10 +15,6 @@ use crate::{
 /// from 0.
 pub(super) const SMALL: usize = 100;
 
-/// Symmetric Gauss–Seidel passes that find a near-kernel vector, and sweeps on a coarsest level
-/// that is large, whose unknowns hang together too little to be joined.
-pub(super) const PASSES: usize = 3;
-
 /// Bounds the entries of a near-kernel vector.
 pub(super) const SPREAD: f64 = 1e3;
 
@@ -107,7 +103,7 @@ impl<T: Scalar> Hierarchy<T> {
             }
             let weight = near_kernel(&coarse, clock);
             coarse.scale_columns(&weight);
-            walked += 2 * PASSES * coarse.entries();
+            walked += 2 * coarse.entries();
             fine.aggregate = aggregate;
             // Levels that are hardly shorter, as of stars, would be visited 2, 4, 8, … times.
             let twice = visits * coarse.entries() <= entries;
@@ -115,23 +111,6 @@ impl<T: Scalar> Hierarchy<T> {
             levels.push(Level::new(coarse, weight, twice));
         }
         Some(Self { levels, bottom, walked })
-    }
-
-    /// Drops the first matrix, and counts from zero.
-    pub(super) fn drop_rows(&mut self) {
-        self.walked = 0;
-        self.levels[0].matrix = Matrix::with_capacity(0, 0);
-    }
-
-    /// Puts a matrix in the place of the first, unless that is the only one; unknowns of which
-    /// `apart` is true stay on the first level.
-    pub(super) fn renew(&mut self, matrix: Matrix<T>, apart: &[bool]) -> bool {
-        let Some((first, [_, ..])) = self.levels.split_first_mut() else { return false };
-        first.matrix = matrix;
-        for (to, _) in first.aggregate.iter_mut().zip(apart).filter(|pair| *pair.1) {
-            *to = NONE;
-        }
-        true
     }
 
     /// The entries of all levels over those of the first.
@@ -197,7 +176,7 @@ impl<T: Scalar> Descent<'_, '_, T> {
                 matrix.apply(y, product);
             } else {
                 matrix.sweep_from_zero(rhs, y, |_, _| ());
-                (0..PASSES).for_each(|_| matrix.sweep(rhs, y, product, |_| T::zero()));
+                matrix.sweep(rhs, y, product, |_| T::zero());
             }
             return;
         }
@@ -259,20 +238,15 @@ impl<T: Scalar> Descent<'_, '_, T> {
     }
 }
 
-/// Relaxes `matrix v = 0` from `v = e`: what is left is what sweeps reduce least, as far as it
-/// varies slowly. Its moduli are divided by their mean and brought between `1/SPREAD` and `SPREAD`.
+/// Relaxes `matrix v = 0` from `v = e` once there and back: what is left is what sweeps reduce
+/// least, as far as it varies slowly. Its moduli are divided by their mean and brought between `1/SPREAD` and `SPREAD`.
 pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
-    for _ in 0..PASSES {
-        if clock.is_up_before(v.len()) {
+    for (k, i) in (0..v.len()).chain((0..v.len()).rev()).enumerate() {
+        if clock.is_up_at(k) {
             break;
         }
-        for i in (0..v.len()).chain((0..v.len()).rev()) {
-            if clock.is_up_at(i) {
-                break;
-            }
-            matrix.relax_homogeneous(i, &mut v);
-        }
+        matrix.relax_homogeneous(i, &mut v);
     }
     let mean = v.iter().fold(T::zero(), |sum, v| sum + v.abs()) / T::of(v.len() as f64);
     let spread = T::of(SPREAD);

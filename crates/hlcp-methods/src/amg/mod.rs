@@ -14,7 +14,7 @@ pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
 pub(crate) use self::newton::WARM;
 use self::{
-    cycle::{Cycle, Hierarchy, PASSES, SPREAD, near_kernel},
+    cycle::{Cycle, Hierarchy, SPREAD, near_kernel},
     matrix::Matrix,
     order::Flow,
     units::Units,
@@ -23,10 +23,6 @@ use crate::{
     Clock, Jacobian, Preconditioner,
     krylov::{Inner, add, dot},
 };
-
-/// [`AmgNewton`] keeps the coarser levels while no more than this part of the signs have changed
-/// since they were built.
-const FEW: f64 = 0.003;
 
 /// The directions that the outer iteration keeps before it begins anew.
 const KEPT: usize = 20;
@@ -45,14 +41,15 @@ const BLOCK: usize = 1 << 12;
 ///    matrix was symmetric, `aᵢⱼ sⱼ = aⱼᵢ sᵢ` tells them.
 /// 2. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
 ///    void of an oil film, are multiplied by the `s` that solves their own rows with `s = 1` on the
-///    former (three Gauss–Seidel passes): what full neighbours send in flows on. Then a constant
-///    nearly solves `J v = 0` also across the edge of the film. An unknown with `s ≈ 0`, through
-///    which nothing flows, joins no aggregate; sweeps settle it. The operator that conducts is the
-///    one whose couplings have more of a counterpart across the diagonal, `A` if none has.
+///    former, as far as one Gauss–Seidel pass along the flow does: what full neighbours send in
+///    flows on. Then a constant nearly solves `J v = 0` also across the edge of the film. An
+///    unknown with `s ≈ 0`, through which nothing flows, joins no aggregate; sweeps settle it. The
+///    operator that conducts is the one whose couplings have more of a counterpart across the
+///    diagonal, `A` if none has.
 /// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
 ///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
-///    are first scaled by what three symmetric Gauss–Seidel passes on `J v = 0` leave of a
-///    constant, and coarse entries are sums over pairs of aggregates, which conserves mass. What a
+///    are first scaled by what a symmetric Gauss–Seidel pass on `J v = 0` leaves of a constant, and
+///    coarse entries are sums over pairs of aggregates, which conserves mass. What a
 ///    coupling has in common with the one across the diagonal, conduction, is halved at equal sums
 ///    of rows and columns: aggregates are twice as far apart as unknowns, and constants on them
 ///    differ too steeply. On a grid the coarse matrix is then that of a grid half as fine, for
@@ -71,9 +68,8 @@ const BLOCK: usize = 1 << 12;
 /// # Cost
 ///
 /// The hierarchy is built by [`set_up`](Self::set_up), or the first solve, and again where signs of
-/// `x` have changed: some 20 walks over the rows of J. [`AmgNewton`] keeps the coarser levels while
-/// three thousandths of the signs have changed at most and 20 iterations are enough: that takes
-/// five walks. A cycle takes about five, however large the problem.
+/// `x` have changed: about 12 walks over the rows of J. A cycle takes about five, however large the
+/// problem.
 ///
 /// # Storage
 ///
@@ -129,10 +125,8 @@ pub struct Amg<T> {
     /// True if the columns of A are those that conduct; nothing before the first set-up.
     a_conducts: Option<bool>,
     units: Units<T>,
-    /// The columns that are A's in the hierarchy, and how many were not when its coarser levels
-    /// were built, or the reverse.
+    /// The columns that are A's in the hierarchy.
     active: Vec<bool>,
-    stale: usize,
     /// The factors of the columns of J, by place.
     scale: Vec<T>,
     hierarchy: Option<Hierarchy<T>>,
@@ -174,7 +168,6 @@ impl<T: Scalar> Amg<T> {
             a_conducts: None,
             units: Units::plain(),
             active: vec![],
-            stale: 0,
             scale: vec![],
             hierarchy: None,
             rhs: vec![],
@@ -192,86 +185,37 @@ impl<T: Scalar> Amg<T> {
     ///
     /// Unless the problem is of the order of that given to [`new`](Self::new).
     pub fn set_up<A: Rows<T>, B: Rows<T>>(&mut self, jacobian: &Jacobian<'_, T, A, B>) {
-        self.set_up_within(jacobian, 0, &mut Clock::endless());
+        self.set_up_within(jacobian, &mut Clock::endless());
     }
 
-    /// As [`set_up`](Self::set_up), but keeps the coarser levels where no more than a `few` columns
-    /// have changed since they were built, and leaves no hierarchy when the clock is up.
+    /// As [`set_up`](Self::set_up), but leaves no hierarchy when the clock is up.
     fn set_up_within<A: Rows<T>, B: Rows<T>>(
         &mut self,
         jacobian: &Jacobian<'_, T, A, B>,
-        few: usize,
         clock: &mut Clock<'_>,
     ) {
-        let n = jacobian.problem().order();
-        assert_eq!(n, self.n, "a problem of the same order");
-        let active = (0..n).map(|i| jacobian.is_active(i));
-        if self.hierarchy.is_some() {
-            let pairs = active.clone().zip(&self.active);
-            let changed = pairs.filter(|(active, before)| active != *before).count();
-            let stale = self.stale + changed;
-            if stale <= few && (changed == 0 || self.renew(jacobian, clock)) {
-                self.stale = stale;
-                return;
-            }
+        assert_eq!(jacobian.problem().order(), self.n, "a problem of the same order");
+        let active = (0..self.n).map(|i| jacobian.is_active(i));
+        if self.hierarchy.is_some() && active.clone().eq(self.active.iter().copied()) {
+            return;
         }
-        self.stale = 0;
         self.active.clear();
         self.active.extend(active);
         self.discard();
         let Some(a_conducts) = self.orient(jacobian.problem(), clock) else { return };
-        let split = self.split(jacobian, a_conducts, clock);
-        let Some((mut matrix, scale, dry)) = split else { return };
+        let Some(mut matrix) = self.assemble(jacobian, clock) else { return };
+        let void: Vec<bool> =
+            (0..self.n).map(|at| self.active[self.at(at)] != a_conducts).collect();
+        let (scale, dry) = void_scale(&matrix, &void, clock);
         matrix.scale_columns(&scale);
         let v = near_kernel(&matrix, clock);
         matrix.scale_columns(&v);
         self.scale = scale;
         self.scale.iter_mut().zip(&v).for_each(|(scale, &v)| *scale *= v);
         self.hierarchy = Hierarchy::new(matrix, &dry, clock);
-        // Assembled, scaled twice, symmetric passes.
-        self.walks += 3.0 + 2.0 * PASSES as f64;
+        // Assembled, a pass over the void, scaled twice, a symmetric pass.
+        self.walks += 6.0;
         self.set_ups += 1;
-    }
-
-    /// Puts J on the finest level and leaves the others as they are; whether there are any, and
-    /// time.
-    fn renew<A: Rows<T>, B: Rows<T>>(
-        &mut self,
-        jacobian: &Jacobian<'_, T, A, B>,
-        clock: &mut Clock<'_>,
-    ) -> bool {
-        let Some(a_conducts) = self.a_conducts else { return false };
-        self.walks = self.walks();
-        self.hierarchy.iter_mut().for_each(Hierarchy::drop_rows);
-        let Some((mut matrix, scale, dry)) = self.split(jacobian, a_conducts, clock) else {
-            return false;
-        };
-        for (at, scale) in scale.into_iter().enumerate() {
-            let i = self.at(at);
-            if jacobian.is_active(i) != self.active[i] {
-                self.active[i] = !self.active[i];
-                self.scale[at] = scale;
-            }
-        }
-        matrix.scale_columns(&self.scale);
-        self.walks += 2.0;
-        self.hierarchy.as_mut().is_some_and(|hierarchy| hierarchy.renew(matrix, &dry))
-    }
-
-    /// The rows of J, the scale of each column, and which unknowns are dry; nothing when the clock
-    /// is up.
-    fn split<A: Rows<T>, B: Rows<T>>(
-        &mut self,
-        jacobian: &Jacobian<'_, T, A, B>,
-        a_conducts: bool,
-        clock: &mut Clock<'_>,
-    ) -> Option<(Matrix<T>, Vec<T>, Vec<bool>)> {
-        let matrix = self.assemble(jacobian, clock)?;
-        let void = |at| jacobian.is_active(self.at(at)) != a_conducts;
-        let void: Vec<bool> = (0..self.n).map(void).collect();
-        self.walks += PASSES as f64;
-        let (scale, dry) = void_scale(&matrix, &void, clock);
-        Some((matrix, scale, dry))
     }
 
     /// Finds the units and the order along the flow, once; whether the columns of `A` conduct, or
@@ -401,8 +345,7 @@ impl<T: Scalar> Amg<T> {
         clock: &mut Clock<'_>,
     ) -> Inner {
         assert!([rhs.len(), y.len()] == [self.n; 2], "vectors of the problem's order");
-        let few = (FEW * rhs.len() as f64) as usize;
-        self.set_up_within(jacobian, few, clock);
+        self.set_up_within(jacobian, clock);
         y.fill(T::zero());
         if self.hierarchy.is_none() {
             return Inner { iterations: 0, residual: 1.0 };
@@ -432,12 +375,7 @@ impl<T: Scalar> Amg<T> {
             // What each walk is to take off the logarithm of the residual.
             let least = clock.least * (self.walks() - begun);
             let is_slow = clock.least > 0.0 && -inner.residual.ln() < least;
-            if !wanting || clock.is_up() {
-                break;
-            }
-            if self.stale > 0 {
-                self.set_up_within(jacobian, 0, clock);
-            } else if is_slow || steps == 0 {
+            if !wanting || is_slow || steps == 0 || clock.is_up() {
                 break;
             }
         }
@@ -510,8 +448,8 @@ impl<T: Scalar> Amg<T> {
     }
 }
 
-/// The scale of the void and which of it is dry: 1 elsewhere, and in the void what solves its rows;
-/// anything when the clock is up.
+/// The scale of the void and which of it is dry: 1 elsewhere, and in the void what a pass in the
+/// order of the flow makes of its rows; anything when the clock is up.
 fn void_scale<T: Scalar>(
     matrix: &Matrix<T>,
     void: &[bool],
@@ -520,13 +458,11 @@ fn void_scale<T: Scalar>(
     let of_void = || (0..void.len()).filter(|&i| void[i]);
     let mut scale: Vec<T> =
         void.iter().map(|&void| if void { T::zero() } else { T::one() }).collect();
-    for _ in 0..PASSES {
-        for (k, i) in of_void().enumerate() {
-            if clock.is_up_at(k) {
-                break;
-            }
-            matrix.relax_homogeneous(i, &mut scale);
+    for (k, i) in of_void().enumerate() {
+        if clock.is_up_at(k) {
+            break;
         }
+        matrix.relax_homogeneous(i, &mut scale);
     }
     let full = (0..void.len()).filter(|&i| !void[i]).map(|i| matrix.diagonal[i]);
     let (sum, count) = full.fold((T::zero(), 0.0), |(sum, count), d| (sum + d, count + 1.0));

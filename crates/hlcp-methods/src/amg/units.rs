@@ -2,7 +2,7 @@
 
 use hlcp_core::{LinearOperator, Omega, Scalar};
 
-use super::{cycle::PASSES, matrix::Matrix};
+use super::matrix::Matrix;
 use crate::Clock;
 
 /// Rows are weighted where more than the latter part of the columns lose more than the former of
@@ -13,8 +13,8 @@ const LOSS: [f64; 2] = [0.01, 0.1];
 /// the unknowns in which a constant stays, `A v ≈ 0`: of the one of `A` and `B` that couples more.
 ///
 /// Where the matrix was symmetric, `aᵢⱼ sⱼ = aⱼᵢ sᵢ` tells, along a tree of its couplings, what the
-/// unit of a row is over that of its unknown. It is what Gauss–Seidel passes start from, or the
-/// diagonal if that leaves less to be settled.
+/// unit of a row is over that of its unknown. It is what a symmetric Gauss–Seidel pass starts from,
+/// or the diagonal if that leaves less to be settled.
 #[derive(Debug, Clone)]
 pub(super) struct Units<T> {
     /// Unless all are 1.
@@ -139,7 +139,7 @@ fn symmetric<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Option<Vec
     Some(s)
 }
 
-/// Returns what symmetric Gauss–Seidel passes make of the better of two starts, by the lines of a
+/// Returns what a symmetric Gauss–Seidel pass makes of the better of two starts, by the lines of a
 /// matrix with this diagonal: its columns or its rows. None when the clock is up.
 fn levelled<T: Scalar, L: Iterator<Item = (usize, T)>>(
     diagonal: &[T],
@@ -163,14 +163,11 @@ fn levelled<T: Scalar, L: Iterator<Item = (usize, T)>>(
     if other < one {
         factors = by_other;
     }
-    for pass in 0..2 * PASSES {
-        for k in 0..n {
-            if clock.is_up_at(k) {
-                return None;
-            }
-            let j = if pass % 2 == 0 { k } else { n - 1 - k };
-            factors[j] = settled(&factors, j);
+    for (k, j) in (0..n).chain((0..n).rev()).enumerate() {
+        if clock.is_up_at(k) {
+            return None;
         }
+        factors[j] = settled(&factors, j);
     }
     Some(factors)
 }
