@@ -239,7 +239,8 @@ impl<T: Scalar> Descent<'_, '_, T> {
 }
 
 /// Relaxes `matrix v = 0` from `v = e` once there and back: what is left is what sweeps reduce
-/// least, as far as it varies slowly. Its moduli are divided by their mean and brought between `1/SPREAD` and `SPREAD`.
+/// least, as far as it varies slowly. Its moduli are divided by their mean and brought between
+/// `1/SPREAD` and `SPREAD`.
 pub(super) fn near_kernel<T: Scalar>(matrix: &Matrix<T>, clock: &mut Clock<'_>) -> Vec<T> {
     let mut v = vec![T::one(); matrix.order()];
     for (k, i) in (0..v.len()).chain((0..v.len()).rev()).enumerate() {
