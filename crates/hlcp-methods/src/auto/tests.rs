@@ -9,12 +9,12 @@ use super::*;
 
 /// A long strip whose gap is rough.
 fn strip() -> (FivePoint<Varying<f64>>, FivePoint<Varying<f64>>, Vec<f64>) {
-    let film = Film::new([111, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
+    let film = Film::new([140, 170], [1.0, 0.1], 1.0, 1.0).with_gap(|x, y| {
         let height = |k: usize| {
             let [u, v, phase] = [7, 11, 13].map(|by| (by * k * k % 59) as f64);
             0.2 * (u * x + v * y + phase).sin()
         };
-        (1.5 - x + (1..13).map(height).sum::<f64>()).max(0.05)
+        (1.5 - x + (1..13).map(height).sum::<f64>()).max(0.1)
     });
     film.pose().unwrap()
 }
