@@ -85,8 +85,6 @@ fn films_with_dimples_go_to_algebraic_multigrid() {
     for (cells, k, depth) in [([63, 63], 4.0, 2.0), ([63, 63], 4.0, 1.0), ([64, 48], 5.0, 2.0)] {
         let (a, b, q) = dimples(cells, k, depth);
         let history = competes(&format!("{cells:?}"), &a, &b, &q);
-        let choices = |of: AutoChoice| history.iter().filter(|turn| turn.choice == of).count();
-        assert!(choices(AutoChoice::Sor) > 0 && choices(AutoChoice::Multigrid) > 0);
         assert_eq!(history.last().unwrap().choice, AutoChoice::AmgNewton, "{history:?}");
     }
 }

@@ -38,8 +38,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1; 1.2 on planes with constant coefficients; 0.05 in f64 on planes of fewer than 1500 points | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.075; 0.04 on a line; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
+/// | multigrid | 0.1; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
+/// | Newton's method with algebraic multigrid | 0.12; 0.04 on a line; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
@@ -222,16 +222,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         };
         let alone = problem.strip().is_none();
         let least_worth = if alone { pivoting::least_worth(&problem) } else { None };
-        let points =
-            problem.strip().map_or(problem.order(), |strip| strip.whole().iter().product());
-        let plane = if has_grid && !is_line { points } else { 0 };
-        let is_mixed = plane == 0 && is_mixed(&problem);
+        let is_plane = has_grid && !is_line;
+        let is_mixed = !is_plane && is_mixed(&problem);
         let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
             .iter()
             .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
         let is_constant = !problem.any(!is_constant);
         let worth = least_worth.unwrap_or(usize::MAX);
-        let shape = Shape { is_line, plane, is_constant, worth, is_mixed };
+        let shape = Shape { is_line, is_plane, is_constant, worth, is_mixed };
         let possible = order.iter().filter(|&&choice| match choice {
             Multigrid => has_grid,
             Pivoting => least_worth.is_some(),
@@ -445,7 +443,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let each = &mut self.candidates[at];
         let Some(Worker::Pivoting(pivoting)) = &each.worker else { return false };
         let shape = Shape { worth: pivoting.worth(), ..self.shape };
-        let (promise, window) = each.choice.promise::<T>(shape);
+        let (promise, window) = each.choice.promise(shape);
         if each.iterations > 0 || window == each.window {
             return false;
         }
@@ -567,7 +565,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let can_open = self.scaling.is_some() || self.problem.strip().is_none();
         let opens = !self.shape.is_line && can_open;
         (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
-        let is_open = self.shape.plane > 0 && self.problem.round() == [false; 2];
+        let is_open = self.shape.is_plane && self.problem.round() == [false; 2];
         self.has_sides = opens && !is_open && self.problem.strip().is_none();
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
@@ -637,7 +635,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             return norms;
         }
         let shares =
-            self.shape.plane > 0 && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
+            self.shape.is_plane && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
         if !shares {
             // It begins one from that of the others.
             let _ = self.others.get_or_insert(self.best);
