@@ -45,8 +45,8 @@ impl AutoChoice {
             // Aggregates are for matrices that conduct; elimination is tried before, if it is
             // cheap.
             Self::AmgNewton if is_mixed => (0.0025, 1000),
-            Self::AmgNewton if is_line => (0.04, 500),
-            Self::AmgNewton => (0.12, if is_plane { 1000 } else { 500 }),
+            Self::AmgNewton if is_plane => (0.12, 1000),
+            Self::AmgNewton => (if is_line { 0.04 } else { 0.075 }, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
             Self::Newton if is_line => (0.01, 1000),
             Self::Newton => (0.005, 240),

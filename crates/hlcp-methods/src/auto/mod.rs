@@ -39,7 +39,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.12; 0.04 on a line; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
