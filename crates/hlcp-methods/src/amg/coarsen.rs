@@ -12,9 +12,6 @@ const WEAK: f64 = 0.25;
 /// apart.
 const ALIKE: f64 = 0.999;
 
-/// The most members of a pair that leftovers join; `in_series` has eight bits for them.
-const MEMBERS: u8 = 4;
-
 /// Which aggregate each unknown joins, numbered by their first members, and the largest coupling by
 /// which one joined each aggregate.
 ///
@@ -22,11 +19,13 @@ const MEMBERS: u8 = 4;
 /// columns alike, so that no direction of a flow is preferred. Unknowns of which `apart` is true
 /// join none. Unknowns that are aggregates themselves `held` by some coupling do not join by one
 /// that is weak beside it: sweeps, which move the members of a stiff block one by one, do not move
-/// the block, and the coarser level could not move it without its neighbours. None when the clock
-/// is up.
+/// the block, and the coarser level could not move it without its neighbours. Leftovers join the
+/// aggregate of their strongest neighbour while that has fewer than `most` members: with a hub,
+/// all that lean on it. None when the clock is up.
 pub(super) fn pairs<T: Scalar>(
     matrices: &[(&Matrix<T>, T)],
     held: &[T],
+    most: u32,
     apart: impl Fn(usize) -> bool,
     clock: &mut Clock<'_>,
 ) -> Option<(Vec<u32>, Vec<T>)> {
@@ -34,7 +33,7 @@ pub(super) fn pairs<T: Scalar>(
     let columns = matrices.iter().map(|(matrix, _)| matrix.transpose(clock));
     let columns = columns.collect::<Option<Vec<_>>>()?;
     let mut aggregate = vec![NONE; n];
-    let mut members: Vec<u8> = Vec::with_capacity(n / 2 + 1);
+    let mut members: Vec<u32> = Vec::with_capacity(n / 2 + 1);
     let mut bonds: Vec<T> = Vec::with_capacity(n / 2 + 1);
     let held = |i: usize| held.get(i).copied().unwrap_or(T::zero());
     let mut coupling = vec![T::zero(); n];
@@ -66,7 +65,7 @@ pub(super) fn pairs<T: Scalar>(
                 continue;
             }
             if to != NONE {
-                if members[to as usize] < MEMBERS && strength > host.1 {
+                if members[to as usize] < most && strength > host.1 {
                     host = (to, strength);
                 }
             } else if strength * alike > partner.1
@@ -104,9 +103,9 @@ pub(super) fn coarsen<T: Scalar>(
     apart: impl Fn(usize) -> bool,
     clock: &mut Clock<'_>,
 ) -> Option<(Vec<u32>, Matrix<T>)> {
-    let (mut aggregate, bonds) = pairs(&[(matrix, T::one())], &[], apart, clock)?;
+    let (mut aggregate, bonds) = pairs(&[(matrix, T::one())], &[], u32::MAX, apart, clock)?;
     let middle = matrix.aggregated(&aggregate, bonds.len(), clock)?;
-    let (second, quarter) = pairs(&[(&middle, T::one())], &bonds, |_| false, clock)?;
+    let (second, quarter) = pairs(&[(&middle, T::one())], &bonds, u32::MAX, |_| false, clock)?;
     for a in aggregate.iter_mut().filter(|a| **a != NONE) {
         *a = second[*a as usize];
     }

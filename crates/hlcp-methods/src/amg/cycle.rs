@@ -105,7 +105,8 @@ impl<T: Scalar> Hierarchy<T> {
             coarse.scale_columns(&weight);
             walked += 2 * coarse.entries();
             fine.aggregate = aggregate;
-            // Levels that are hardly shorter, as of stars, would be visited 2, 4, 8, … times.
+            // Levels with hardly fewer entries, as of points that hang together by chance, would be
+            // visited 2, 4, 8, … times.
             let twice = visits * coarse.entries() <= entries;
             visits *= 1 + usize::from(twice);
             levels.push(Level::new(coarse, weight, twice));

@@ -47,10 +47,10 @@ const BLOCK: usize = 1 << 12;
 ///    operator that conducts is the one whose couplings have more of a counterpart across the
 ///    diagonal, `A` if none has.
 /// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
-///    the largest of their row; leftovers join pairs; and pairs are paired. On each level, columns
-///    are first scaled by what a symmetric Gauss–Seidel pass on `J v = 0` leaves of a constant, and
-///    coarse entries are sums over pairs of aggregates, which conserves mass. What a
-///    coupling has in common with the one across the diagonal, conduction, is halved at equal sums
+///    the largest of their row; leftovers join the pair of their strongest neighbour, with a hub all
+///    that lean on it; and pairs are paired. On each level, columns are first scaled by what a
+///    symmetric Gauss–Seidel pass on `J v = 0` leaves of a constant, and coarse entries are sums
+///    over pairs of aggregates, which conserves mass. What a coupling has in common with the one across the diagonal, conduction, is halved at equal sums
 ///    of rows and columns: aggregates are twice as far apart as unknowns, and constants on them
 ///    differ too steeply. On a grid the coarse matrix is then that of a grid half as fine, for
 ///    conduction and transport alike. From a hundred rows down the system is solved by elimination.

@@ -11,6 +11,9 @@ use super::{
 };
 use crate::{Clock, limits::FRACTION, safeguard::PATIENCE};
 
+/// The most members of an aggregate that leftovers join; [`in_series`] has eight bits for them.
+const MEMBERS: u32 = 4;
+
 /// Overwrites `x` with what a coarser problem's solution says, if there is a coarser problem with
 /// positive diagonals, in these units. Returns the work in walks over the rows.
 pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
@@ -97,7 +100,7 @@ fn halved<T: Scalar>(a: Matrix<T>, b: Matrix<T>, clock: &mut Clock<'_>) -> Optio
     let trace = |m: &Matrix<T>| m.diagonal.iter().fold(T::zero(), |sum, &d| sum + d);
     // In one unit: of equal traces.
     let both = [(&a, T::one()), (&b, trace(&a) / trace(&b))];
-    let (aggregate, bonds) = pairs(&both, &[], |_| false, clock)?;
+    let (aggregate, bonds) = pairs(&both, &[], MEMBERS, |_| false, clock)?;
     let count = bonds.len();
     let mut sum = |m| in_series(m, &aggregate, count, clock)?.aggregated(&aggregate, count, clock);
     let (a, b) = (sum(a)?, sum(b)?);

@@ -2,6 +2,7 @@ use hlcp_core::{Aor, Csr, FivePoint, Identity, LinearOperator, Omega, Rhs, Varyi
 use nalgebra::{DMatrix, DVector, dmatrix};
 
 use super::{
+    coarsen::coarsen,
     matrix::{Lu, NONE},
     *,
 };
@@ -227,26 +228,45 @@ fn a_cycle_asks_before_each_long_sweep() {
     assert_eq!(of_cycle, 2);
 }
 
-/// Stars on a string, with rays as by chance: each pairing takes some rays from all that are left,
-/// so that levels are hardly shorter than those before them. None takes more than two visits' worth
-/// of the first.
+/// Stars on a string, with up to a hundred rays each: in pairs, each pairing would take some rays
+/// from all that are left, and levels would be hardly shorter than those before them.
 #[test]
-fn a_cycle_does_not_visit_levels_that_are_hardly_shorter_over_and_over() {
-    let (mut couplings, mut n, mut before) = (vec![], 0, 0);
+fn the_rays_of_stars_join_their_hubs() {
+    let (mut couplings, mut hubs, mut before, mut n) = (vec![], vec![], 0, 0);
     for star in 0..40 {
         let rays = (-30.0 * ((star as f64 + 0.5) / 40.0).ln()) as usize;
-        let ends = (1..=rays).map(|ray| n + ray).chain([before]);
-        couplings.extend(ends.flat_map(|end| {
-            let bond = if end > n { 2.0 } else { 1.0 };
-            [(n, end, bond), (end, n, bond)]
-        }));
-        before = n;
-        n += 1 + rays;
+        // The hub comes before its rays, after them, or among them.
+        let hub = n + star % 3 * rays / 2;
+        let ends = (n..=n + rays).filter(|&end| end != hub).map(|end| (end, 2.0));
+        couplings.extend(
+            ends.chain([(before, 1.0)])
+                .flat_map(|(end, bond)| [(hub, end, bond), (end, hub, bond)]),
+        );
+        hubs.push((hub, n..=n + rays));
+        (before, n) = (hub, n + 1 + rays);
     }
+    let matrix = Matrix::of(&listed::<f64>(n, &couplings, 1e-3), &mut Clock::endless()).unwrap();
+    let (aggregate, coarse) = coarsen(&matrix, |_| false, &mut Clock::endless()).unwrap();
+    for (hub, star) in hubs {
+        assert!(star.clone().all(|i| aggregate[i] == aggregate[hub]), "{star:?}");
+    }
+    assert!(coarse.order() <= 40, "{}", coarse.order());
+}
+
+/// Points that hang together by chance: each level has a quarter of the rows of the one before, and
+/// hardly fewer entries. None takes more than two visits' worth of the first.
+#[test]
+fn a_cycle_does_not_visit_levels_that_are_hardly_shorter_over_and_over() {
+    let n = 60_000;
+    let other = |i: usize, k: usize| (noise(3 * i + k).abs() * 1e9) as usize % n;
+    let couplings: Vec<_> = (0..n)
+        .flat_map(|i| (0..3).map(move |k| (i, other(i, k), 1.5 + noise(5 * i + k))))
+        .flat_map(|(i, j, bond)| [(i, j, bond), (j, i, bond)])
+        .collect();
     let matrix = Matrix::of(&listed::<f64>(n, &couplings, 1e-3), &mut Clock::endless()).unwrap();
     let mut hierarchy = Hierarchy::new(matrix, &vec![false; n], &mut Clock::endless()).unwrap();
     let levels = hierarchy.orders().count();
-    assert!(levels > 8, "{levels}");
+    assert!(hierarchy.complexity() > 2.5, "{levels} levels of {}", hierarchy.complexity());
     for cycle in [Cycle::W, Cycle::K] {
         let (mut y, mut product) = (vec![0.0; n], vec![0.0; n]);
         let walks = hierarchy.walks();
