@@ -50,10 +50,11 @@ const BLOCK: usize = 1 << 12;
 ///    the largest of their row; leftovers join the pair of their strongest neighbour, with a hub all
 ///    that lean on it; and pairs are paired. On each level, columns are first scaled by what a
 ///    symmetric Gauss–Seidel pass on `J v = 0` leaves of a constant, and coarse entries are sums
-///    over pairs of aggregates, which conserves mass. What a coupling has in common with the one across the diagonal, conduction, is halved at equal sums
-///    of rows and columns: aggregates are twice as far apart as unknowns, and constants on them
-///    differ too steeply. On a grid the coarse matrix is then that of a grid half as fine, for
-///    conduction and transport alike. From a hundred rows down the system is solved by elimination.
+///    over pairs of aggregates, which conserves mass. What a coupling has in common with the one
+///    across the diagonal, conduction, is halved at equal sums of rows and columns: aggregates are
+///    twice as far apart as unknowns, and constants on them differ too steeply. On a grid the
+///    coarse matrix is then that of a grid half as fine, for conduction and transport alike. From a
+///    hundred rows down the system is solved by elimination.
 /// 4. *Cycles.* One forward sweep before and one after the coarse correction, in an order along the
 ///    flow. Each level is visited twice, as long as its visits take no more than two of the first.
 ///

@@ -15,8 +15,8 @@ use crate::{
 const INNER: usize = 300;
 const WORTH: usize = 7;
 
-/// The inner tolerance while signs change, and once they do not.
-const FORCING: [f64; 2] = [1e-2, 1e-5];
+/// The inner tolerance while signs change.
+const FORCING: f64 = 0.03;
 
 /// The part of the residual that ends the solve to which a linear system is solved at most.
 const ENOUGH: f64 = 0.3;
@@ -128,8 +128,9 @@ impl<T: Scalar> Steps<T> {
         self.halved = size <= 0.5 * self.best;
         self.best = self.best.min(size);
         // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
-        // where it was; and no residual need be smaller than the one that ends the solve.
-        let forcing = if self.flips == 0 { FORCING[1] } else { FORCING[0] * (self.best / size) };
+        // where it was; once none changes, the step is the last one. No residual need be smaller
+        // than the one that ends the solve.
+        let forcing = if self.flips == 0 { 0.0 } else { FORCING * (self.best / size) };
         let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / norms.l2;
         let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
         let goal = (forcing.min(ENOUGH), clock.iterations(WORTH, INNER));
@@ -160,8 +161,8 @@ impl<T: Scalar> Steps<T> {
 ///
 /// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the
 ///   last step did not halve the defect;
-/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to a hundredth of the
-///   smallest defect so far, and to 10⁻⁵ of this one once no sign changes;
+/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to three hundredths of the
+///   smallest defect so far, and once no sign changes to what ends the solve;
 /// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front
 ///   back and forth.
 ///
