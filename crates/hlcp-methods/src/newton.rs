@@ -4,15 +4,12 @@ use crate::{
     Clock, Jacobian, Method, Preconditioner, Work,
     krylov::BiCgStab,
     method::{iterate, measure},
-    safeguard::{PATIENCE, Safeguard},
+    safeguard::{PATIENCE, Safeguard, forcing},
 };
 
 /// The most iterations of one inner solve, and the sweeps that one is worth.
 const INNER: usize = 1000;
 const WORTH: usize = 4;
-
-/// The inner tolerance of a phase's first step, and the largest one of its later steps.
-const FORCING: [f64; 2] = [0.01, 0.1];
 
 /// Semismooth Newton on F, with matrix-free inner solves and a base method to fall back on.
 ///
@@ -22,9 +19,8 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// J(x) s = F(x) ,    x⁺ = x − s ,
 /// ```
 ///
-/// with the [`Jacobian`] by BiCGStab, preconditioned by a [`Preconditioner`], to a tolerance that
-/// falls with ‖F‖ (Eisenstat and Walker's second choice, at most 0.01 in the first step and 0.1
-/// later).
+/// with the [`Jacobian`] by BiCGStab, preconditioned by a [`Preconditioner`], to a tenth of ‖F‖; on
+/// a piece that the last step has not left to what ends the solve, as it may be the solution's.
 ///
 /// # Safeguard
 ///
@@ -54,15 +50,14 @@ const FORCING: [f64; 2] = [0.01, 0.1];
 /// between phases, of which there are ever more, multiply it by a number that tends to zero. Where
 /// `A` is an M-matrix and (II) holds, as for contacts, full steps with exact inner solves increase
 /// to the solution and end in `n + 2`, without any safeguard. From every `x` near the solution one
-/// step with an exact inner solve ends there, also where some `zᵢ = rᵢ = 0`; with inexact ones
-/// convergence is superlinear (Qi and Sun).
+/// step with an exact inner solve ends there, also where some `zᵢ = rᵢ = 0`; with inexact ones a
+/// step that changes no sign takes ‖F‖ to a tenth, and the next one ends the solve.
 ///
 /// # Source
 ///
 /// L. Qi and J. Sun, *A nonsmooth version of Newton's method*, Math. Programming 58 (1993); A.
 /// Fischer and C. Kanzow, *On finite termination of an iterative method for linear complementarity
-/// problems*, Math. Programming 74 (1996); S. C. Eisenstat and H. F. Walker, *Choosing the forcing
-/// terms in an inexact Newton method*, SIAM J. Sci. Comput. 17 (1996).
+/// problems*, Math. Programming 74 (1996).
 ///
 /// ```
 /// use hlcp_methods::{
@@ -95,10 +90,8 @@ pub struct Newton<T, M, P> {
     /// Residuals that were asked for since the last step.
     looks: usize,
     safeguard: Safeguard<T>,
-    /// The norm of F that the last step of the phase set out from.
-    last: f64,
-    /// True if that step made unknowns active, and inactive; and whether it went on in the one way
-    /// of that before.
+    /// True if the last step of the phase made unknowns active, and inactive; and whether it went
+    /// on in the one way of that before.
     ways: [bool; 2],
     nested: bool,
 }
@@ -119,7 +112,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
             defects: 0,
             looks: 0,
             safeguard: Safeguard::new(n),
-            last: f64::NAN,
             ways: [false; 2],
             nested: false,
         }
@@ -138,7 +130,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
     /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
     /// many unknowns it makes active, and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[usize; 2]> {
-        let goal = (forcing.max(T::epsilon().wide()), clock.iterations(WORTH, INNER));
+        let goal = (forcing, clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
         let preconditioner = &mut self.preconditioner;
         let inner = self.krylov.solve(&jacobian, preconditioner, &self.f, y, goal, clock);
@@ -206,7 +198,7 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             return iterate(&mut self.base, q, x, y, &mut self.f, clock);
         }
         self.defects += 1;
-        let (norms, forcing);
+        let (norms, size, changes);
         if self.safeguard.begins() {
             self.base_iterations += 2;
             norms = iterate(&mut self.base, q, x, y, &mut self.f, clock);
@@ -217,15 +209,14 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
             if clock.is_up() {
                 return norms;
             }
-            forcing = FORCING[0];
-            (self.last, self.ways, self.nested) = (self.measure(q).l2, [false; 2], false);
+            (size, changes) = (self.measure(q).l2, true);
+            (self.ways, self.nested) = ([false; 2], false);
         } else {
             self.at.copy_from_slice(x);
             norms = self.measure(q);
-            let ratio = norms.l2 / self.last;
-            forcing = (0.9 * ratio * ratio).min(FORCING[1]);
-            self.last = norms.l2;
+            (size, changes) = (norms.l2, self.ways != [false; 2]);
         }
+        let forcing = forcing::<T>(size, clock.goal, changes);
         let quiet = self.safeguard.see(norms.l2, x, !self.nested);
         let flips = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
         if let Some(flips) = flips {

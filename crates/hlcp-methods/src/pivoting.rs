@@ -1,11 +1,7 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
-    Clock, Method, Work,
-    amg::{Lu, WARM},
-    krylov::dot,
-    limits::Cost,
-    method::measure,
+    Clock, Method, Work, amg::Lu, krylov::dot, limits::Cost, method::measure, safeguard::ROUGH,
 };
 #[cfg(feature = "direct")]
 use crate::{cholesky::Cholesky, direct::SparseLu};
@@ -445,7 +441,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         if let Some(inside) = self.interior.take() {
             self.step_inside(q, inside, y);
         } else {
-            if self.steps == 0 && norms.l2 > WARM * q.norms().l2 {
+            if self.steps == 0 && norms.l2 > ROUGH * q.norms().l2 {
                 self.way = Way::Zero;
             }
             self.pivot(q, x, y);

@@ -9,6 +9,25 @@ pub(crate) const PATIENCE: usize = 6;
 /// defect of at most this part of the one before a cycle.
 pub(crate) const PROGRESS: f64 = 0.9;
 
+/// What is solved roughly, a linear system while steps change signs or a coarser problem, is solved
+/// to this part of its residual at 0. A start whose residual is that small is better than what a
+/// coarser problem has to say.
+pub(crate) const ROUGH: f64 = 0.1;
+
+/// The part of the residual that ends the solve to which a linear system is solved at most.
+const ENOUGH: f64 = 0.3;
+
+/// Returns the relative residual to which a linear system is solved, given the solver's residual
+/// there, the one that ends the solve, and whether the last step changed signs.
+///
+/// A step that changes none is within the piece of F on which it began, where the next one ends the
+/// solve, if its linear system is solved that far.
+pub(crate) fn forcing<T: Scalar>(residual: f64, goal: f64, changes: bool) -> f64 {
+    let enough = ENOUGH * goal / residual;
+    let forcing = if changes { ROUGH } else { T::epsilon().wide() };
+    forcing.max(enough).min(ENOUGH)
+}
+
 /// The record of a phase.
 #[derive(Debug, Clone, Copy)]
 struct Phase {

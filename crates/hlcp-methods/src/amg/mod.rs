@@ -12,7 +12,6 @@ use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
 
 pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
-pub(crate) use self::newton::WARM;
 use self::{
     cycle::{Cycle, Hierarchy, SPREAD, near_kernel},
     matrix::Matrix,
@@ -46,9 +45,9 @@ const BLOCK: usize = 1 << 12;
 ///    unknown with `s ≈ 0`, through which nothing flows, joins no aggregate; sweeps settle it. The
 ///    operator that conducts is the one whose couplings have more of a counterpart across the
 ///    diagonal, `A` if none has.
-/// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter of
-///    the largest of their row; leftovers join the pair of their strongest neighbour, with a hub all
-///    that lean on it; and pairs are paired. On each level, columns are first scaled by what a
+/// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter
+///    of the largest of their row; leftovers join the pair of their strongest neighbour, with a hub
+///    all that lean on it; and pairs are paired. On each level, columns are first scaled by what a
 ///    symmetric Gauss–Seidel pass on `J v = 0` leaves of a constant, and coarse entries are sums
 ///    over pairs of aggregates, which conserves mass. What a coupling has in common with the one
 ///    across the diagonal, conduction, is halved at equal sums of rows and columns: aggregates are

@@ -9,7 +9,10 @@ use super::{
     newton::Steps,
     units::Units,
 };
-use crate::{Clock, limits::FRACTION, safeguard::PATIENCE};
+use crate::{
+    Clock,
+    safeguard::{PATIENCE, ROUGH},
+};
 
 /// The most members of an aggregate that leftovers join; [`in_series`] has eight bits for them.
 const MEMBERS: u32 = 4;
@@ -52,14 +55,16 @@ pub(super) fn start<T: Scalar, A: Rows<T>, B: Rows<T>>(
     if count > 2 * SMALL {
         walks += start(&coarse, &coarse_q, &Units::plain(), &mut coarse_x, clock)?;
     }
-    let near = FRACTION * Norms::of(&coarse_q).l2;
-    // What may be a residual of an answer ends them too.
+    // γ is 1, and F the residual.
+    let near = ROUGH * Norms::of(&coarse_q).l2;
+    let goal = std::mem::replace(&mut clock.goal, near);
     for _ in 0..PATIENCE {
         let solved = steps.step(&coarse, &coarse_q, &mut coarse_x, clock);
         if !solved || steps.measure(&coarse, &coarse_q, &coarse_x).l2 <= near {
             break;
         }
     }
+    clock.goal = goal;
     walks += steps.walks();
     if coarse_x.iter().all(|x| x.is_finite()) {
         for (i, (x, &from)) in x.iter_mut().zip(&aggregate).enumerate() {

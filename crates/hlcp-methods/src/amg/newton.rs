@@ -7,7 +7,7 @@ use crate::{
     Clock, Jacobian, Method, Work,
     method::iterate,
     monitor::moves_by_rounding,
-    safeguard::{PATIENCE, Safeguard},
+    safeguard::{PATIENCE, ROUGH, Safeguard, forcing},
 };
 
 /// The most iterations of one inner solve, and the sweeps that one is worth with its share of
@@ -15,19 +15,9 @@ use crate::{
 const INNER: usize = 300;
 const WORTH: usize = 7;
 
-/// The inner tolerance while signs change.
-const FORCING: f64 = 0.03;
-
-/// The part of the residual that ends the solve to which a linear system is solved at most.
-const ENOUGH: f64 = 0.3;
-
 /// Pairs of sweeps before a step where the last one did not halve the smallest defect; otherwise
 /// one.
 const PAIRS: usize = 4;
-
-/// A start whose residual is at most this part of that of 0 is better than what a coarser problem
-/// has to say.
-pub(crate) const WARM: f64 = 0.1;
 
 /// Steps of Newton's method, without a safeguard.
 #[derive(Debug, Clone)]
@@ -124,16 +114,11 @@ impl<T: Scalar> Steps<T> {
         }
         self.sweeps += 2 * pairs;
         let norms = self.measure(problem, q, x);
-        let size = self.size;
-        self.halved = size <= 0.5 * self.best;
-        self.best = self.best.min(size);
-        // Where the defect has grown, as a step that changes signs may make it, the tolerance stays
-        // where it was; once none changes, the step is the last one. No residual need be smaller
-        // than the one that ends the solve.
-        let forcing = if self.flips == 0 { 0.0 } else { FORCING * (self.best / size) };
-        let enough = ENOUGH * clock.goal * problem.gamma().to_f64().unwrap_or(0.0) / norms.l2;
-        let forcing = forcing.max(enough).max(T::epsilon().to_f64().unwrap_or(0.0));
-        let goal = (forcing.min(ENOUGH), clock.iterations(WORTH, INNER));
+        self.halved = self.size <= 0.5 * self.best;
+        self.best = self.best.min(self.size);
+        let residual = norms.divided_by(problem.gamma()).l2;
+        let forcing = forcing::<T>(residual, clock.goal, self.flips > 0);
+        let goal = (forcing, clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(problem, x);
         let begun = self.walks();
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
@@ -161,8 +146,8 @@ impl<T: Scalar> Steps<T> {
 ///
 /// * one forward and one backward sweep of exact scalar solves go before it, four pairs where the
 ///   last step did not halve the defect;
-/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle: to three hundredths of the
-///   smallest defect so far, and once no sign changes to what ends the solve;
+/// * the linear system is solved by flexible GCR with [`Amg`]'s K-cycle, to a tenth, and to what
+///   ends the solve on a piece that the last step has not left;
 /// * an unknown that `x − s` would carry across zero stops there. So a step does not throw a front
 ///   back and forth.
 ///
@@ -258,7 +243,7 @@ where
             steps,
             base_iterations: 0,
             started: 0.0,
-            due: Some(WARM),
+            due: Some(ROUGH),
         })
     }
 
@@ -306,7 +291,7 @@ where
         self.base.restart();
         self.steps.restart();
         self.safeguard.restart();
-        (self.base_iterations, self.started, self.due) = (0, 0.0, Some(WARM));
+        (self.base_iterations, self.started, self.due) = (0, 0.0, Some(ROUGH));
     }
 
     fn has_memory(&self) -> bool {

@@ -1,7 +1,8 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
 use crate::{
-    Clock, Method, TridiagonalPart, Work, amg, method::measure, multigrid::Scaling, pivoting,
+    Clock, Method, TridiagonalPart, Work, method::measure, multigrid::Scaling, pivoting,
+    safeguard::ROUGH,
 };
 use candidate::{Candidate, Shape, Worker};
 
@@ -665,7 +666,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let (residual, sweeps) = (norms.l2, self.sweeps());
         if self.history.len() == 1 && led == 0 {
             self.scale = residual.max(q.norms().l2);
-            self.cold = residual > amg::WARM * q.norms().l2;
+            self.cold = residual > ROUGH * q.norms().l2;
             self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
             let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;

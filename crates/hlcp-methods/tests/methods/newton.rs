@@ -458,7 +458,7 @@ proptest! {
 #[test]
 fn tens_of_steps_on_the_disc() {
     let counts =
-        [(true, 64, 8, 113), (true, 128, 11, 220), (false, 64, 15, 116), (false, 128, 23, 225)];
+        [(true, 64, 13, 89), (true, 128, 14, 155), (false, 64, 8, 75), (false, 128, 22, 178)];
     for (lcp, m, outer, inner) in counts {
         let scene = Disc { lcp, m }.pose::<f64>().unwrap();
         let problem = problem(1.0, scene.a, scene.b);
