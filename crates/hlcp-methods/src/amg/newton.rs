@@ -1,12 +1,13 @@
 //! Newton's method with algebraic multigrid inside.
 
-use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Smoother};
 
 use super::{Amg, nested};
 use crate::{
     Clock, Jacobian, Method, Work,
     method::iterate,
     monitor::moves_by_rounding,
+    multigrid::{Scaling, exact_sweep},
     safeguard::{PATIENCE, ROUGH, Safeguard, forcing},
 };
 
@@ -23,6 +24,8 @@ const PAIRS: usize = 4;
 #[derive(Debug, Clone)]
 pub(super) struct Steps<T> {
     amg: Amg<T>,
+    /// Of five-point operators with positive diagonals, by which sweeps are fused.
+    scaling: Option<Scaling<T>>,
     f: Vec<T>,
     s: Vec<T>,
     scratch: Vec<T>,
@@ -49,6 +52,7 @@ impl<T: Scalar> Steps<T> {
         let zeros = || vec![T::zero(); problem.order()];
         Ok(Self {
             amg: Amg::new(problem)?,
+            scaling: Smoother::scaling(problem).ok().map(|own| Scaling::new(problem, own)),
             f: zeros(),
             s: zeros(),
             scratch: Vec::new(),
@@ -110,7 +114,8 @@ impl<T: Scalar> Steps<T> {
             if clock.is_up() {
                 return false;
             }
-            problem.solve_rows(q, x, k % 2 == 1);
+            let by = (problem, self.scaling.as_ref());
+            exact_sweep(by, q, x, &mut self.s, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
         let norms = self.measure(problem, q, x);
@@ -173,8 +178,8 @@ impl<T: Scalar> Steps<T> {
 ///
 /// An iteration takes a defect, a pair of sweeps or four, another defect and the linear solve;
 /// [`work`](Method::work) counts all of it, set-ups and start included, in walks over the rows.
-/// Storage: `4n` numbers, `2n` of scratch, [`Amg`]'s and the base's; the start takes as much again
-/// for a while.
+/// Storage: `4n` numbers, `n` more on a grid unless Ω = D_A D_B⁻¹, `2n` of scratch, [`Amg`]'s and
+/// the base's; the start takes as much again for a while.
 ///
 /// # Convergence
 ///

@@ -1,7 +1,10 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
 
 use crate::{
-    Clock, Method, TridiagonalPart, Work, method::measure, multigrid::Scaling, pivoting,
+    Clock, Method, TridiagonalPart, Work,
+    method::measure,
+    multigrid::{Scaling, exact_sweep},
+    pivoting,
     safeguard::ROUGH,
 };
 use candidate::{Candidate, Shape, Worker};
@@ -300,15 +303,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 }
                 *opened += 1;
                 y.copy_from_slice(x);
-                if let Some(scaling) = scaling {
-                    scaling.rescale(problem, y, false);
-                    let (f, from) = ((problem.q_factor(), q.entries()), &mut scratch[..x.len()]);
-                    from.copy_from_slice(y);
-                    scaling.smoother(problem).relax(backward, f, from, y);
-                    scaling.rescale(problem, y, true);
-                } else {
-                    problem.solve_rows(q.entries(), y, backward);
-                }
+                let by = (&*problem, scaling.as_ref());
+                exact_sweep(by, q.entries(), y, &mut scratch[..x.len()], backward);
                 norms
             }
         };

@@ -10,7 +10,7 @@ use hlcp_core::{
     Error, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
 };
 
-pub(crate) use self::scaling::Scaling;
+pub(crate) use self::scaling::{Scaling, exact_sweep};
 pub use self::{cycle::Cycle, full::FullMultigrid};
 use self::{
     cycle::{Coarse, Equation, Level},

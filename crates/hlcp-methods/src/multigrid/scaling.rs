@@ -1,6 +1,6 @@
 //! The scaling of x under which a fused sweep solves each scalar equation.
 
-use hlcp_core::{Hlcp, LinearOperator, Omega, Scalar, Smoother};
+use hlcp_core::{Hlcp, LinearOperator, Omega, Rows, Scalar, Smoother};
 
 use super::cycle::rescaled;
 
@@ -43,4 +43,20 @@ impl<T: Scalar> Scaling<T> {
             *x = rescaled(*x, if back { other / own } else { own / other });
         }
     }
+}
+
+/// Overwrites `x` with a sweep that solves each scalar equation, with room for another vector: fused
+/// where there is a scaling, and otherwise by rows.
+pub(crate) fn exact_sweep<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    (problem, scaling): (&Hlcp<T, A, B>, Option<&Scaling<T>>),
+    q: &[T],
+    x: &mut [T],
+    spare: &mut [T],
+    backward: bool,
+) {
+    let Some(scaling) = scaling else { return problem.solve_rows(q, x, backward) };
+    scaling.rescale(problem, x, false);
+    spare.copy_from_slice(x);
+    scaling.smoother(problem).relax(backward, (problem.q_factor(), q), spare, x);
+    scaling.rescale(problem, x, true);
 }
