@@ -90,7 +90,7 @@ proptest! {
     }
 
     /// The first step settles by two iterations of the base, and then solves with the J found
-    /// there, to 1 %.
+    /// there, to a tenth, as the second step does.
     #[test]
     fn a_step_is_newtons(p in planted(2..16, 0.6), x0 in vec(-3.0..3.0, 16)) {
         let n = p.z.len();
@@ -103,12 +103,12 @@ proptest! {
         prop_assert_eq!(norms, base.step(&q, &x, &mut between, &mut clock));
         let _ = base.step(&q, &between, &mut x, &mut clock);
 
-        for forcing in [0.01, 0.1] {
+        for _ in 0..2 {
             let (at, next) = (DVector::from_column_slice(&x), DVector::from_column_slice(&y));
             let j = dense_jacobian(&p.dense, &at);
             let f = &j * &at + p.dense.gamma * &p.dense.q;
             let rest = &f - &j * (&at - &next);
-            prop_assert!(rest.norm() <= forcing * f.norm() + 1e-12, "{} {}", rest.norm(), f.norm());
+            prop_assert!(rest.norm() <= 0.1 * f.norm() + 1e-12, "{} {}", rest.norm(), f.norm());
             x.copy_from_slice(&y);
             let _ = newton.step(&q, &x, &mut y, &mut clock);
         }
