@@ -45,8 +45,8 @@ impl<T: Scalar> Scaling<T> {
     }
 }
 
-/// Overwrites `x` with a sweep that solves each scalar equation, with room for another vector: fused
-/// where there is a scaling, and otherwise by rows.
+/// Overwrites `x` with a sweep that solves each scalar equation, with room for another vector:
+/// fused where there is a scaling, and otherwise by rows.
 pub(crate) fn exact_sweep<T: Scalar, A: Rows<T>, B: Rows<T>>(
     (problem, scaling): (&Hlcp<T, A, B>, Option<&Scaling<T>>),
     q: &[T],
