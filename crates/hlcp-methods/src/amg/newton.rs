@@ -1,6 +1,6 @@
 //! Newton's method with algebraic multigrid inside.
 
-use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar, Smoother};
+use hlcp_core::{Error, Hlcp, LinearOperator, Norms, Rhs, Rows, Scalar};
 
 use super::{Amg, nested};
 use crate::{
@@ -52,7 +52,7 @@ impl<T: Scalar> Steps<T> {
         let zeros = || vec![T::zero(); problem.order()];
         Ok(Self {
             amg: Amg::new(problem)?,
-            scaling: Smoother::scaling(problem).ok().map(|own| Scaling::new(problem, own)),
+            scaling: Scaling::of(problem),
             f: zeros(),
             s: zeros(),
             scratch: Vec::new(),
@@ -114,8 +114,7 @@ impl<T: Scalar> Steps<T> {
             if clock.is_up() {
                 return false;
             }
-            let by = (problem, self.scaling.as_ref());
-            exact_sweep(by, q, x, &mut self.s, k % 2 == 1);
+            exact_sweep(problem, self.scaling.as_ref(), q, x, &mut self.s, k % 2 == 1);
         }
         self.sweeps += 2 * pairs;
         let norms = self.measure(problem, q, x);

@@ -1,4 +1,4 @@
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Smoother, Step};
+use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
     Clock, Method, TridiagonalPart, Work,
@@ -240,9 +240,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             AmgNewton | Newton => alone,
             Sor | Anderson => true,
         });
-        let scaling = Smoother::scaling(&problem).ok();
         let mut auto = Self {
-            scaling: scaling.map(|scaling| Scaling::new(&problem, scaling)),
+            scaling: Scaling::of(&problem),
             candidates: possible.map(|&choice| Candidate::new(choice, shape)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
@@ -303,8 +302,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 }
                 *opened += 1;
                 y.copy_from_slice(x);
-                let by = (&*problem, scaling.as_ref());
-                exact_sweep(by, q.entries(), y, &mut scratch[..x.len()], backward);
+                let spare = &mut scratch[..x.len()];
+                exact_sweep(problem, scaling.as_ref(), q.entries(), y, spare, backward);
                 norms
             }
         };

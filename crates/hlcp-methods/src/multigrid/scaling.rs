@@ -9,6 +9,13 @@ use super::cycle::rescaled;
 pub(crate) struct Scaling<T>(Option<Omega<T>>);
 
 impl<T: Scalar> Scaling<T> {
+    /// That of a problem on five-point operators with positive diagonals.
+    pub(crate) fn of<A: LinearOperator<T>, B: LinearOperator<T>>(
+        problem: &Hlcp<T, A, B>,
+    ) -> Option<Self> {
+        Smoother::scaling(problem).ok().map(|scaling| Self::new(problem, scaling))
+    }
+
     /// The one of a problem whose `scaling` this is; the same on all ranks.
     pub(crate) fn new<A: LinearOperator<T>, B: LinearOperator<T>>(
         problem: &Hlcp<T, A, B>,
@@ -48,7 +55,8 @@ impl<T: Scalar> Scaling<T> {
 /// Overwrites `x` with a sweep that solves each scalar equation, with room for another vector:
 /// fused where there is a scaling, and otherwise by rows.
 pub(crate) fn exact_sweep<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    (problem, scaling): (&Hlcp<T, A, B>, Option<&Scaling<T>>),
+    problem: &Hlcp<T, A, B>,
+    scaling: Option<&Scaling<T>>,
     q: &[T],
     x: &mut [T],
     spare: &mut [T],

@@ -233,12 +233,12 @@ fn exact_sweeps_are_those_by_rows() {
         let q = list(nx * ny, 100 + seed);
         for omega in [Omega::diagonal_ratio(1.0, &a, &b).unwrap(), Omega::Uniform(0.7)] {
             let problem = Hlcp::new(&a, &b, omega).unwrap();
-            let scaling = Scaling::new(&problem, Smoother::scaling(&problem).unwrap());
+            let scaling = Scaling::of(&problem).unwrap();
             for backward in [false, true] {
                 let (x, spare) = (list(nx * ny, 200 + seed), &mut vec![f64::NAN; nx * ny]);
                 let (mut fused, mut rows) = (x.clone(), x);
-                exact_sweep((&problem, Some(&scaling)), &q, &mut fused, spare, backward);
-                exact_sweep((&problem, None), &q, &mut rows, spare, backward);
+                exact_sweep(&problem, Some(&scaling), &q, &mut fused, spare, backward);
+                exact_sweep(&problem, None, &q, &mut rows, spare, backward);
                 // Sums of eleven terms below 20 over a pivot of 12, and what that does to the next.
                 close(&fused, &rows, 1e-13);
             }
