@@ -7,11 +7,11 @@ use crate::{Clock, Method, Work};
 ///
 /// `q` is restricted to all grids; the coarsest grid's solution, interpolated by cubics, is the
 /// start on the next finer one, where a cycle improves it, and so on. The problem's own grid gets
-/// two more sweeps and a second cycle.
+/// four more sweeps and a second cycle.
 ///
 /// # Cost
 ///
-/// The first iteration walks the rows some 28 times (W-cycles) or 25 (F-cycles), the others as
+/// The first iteration walks the rows some 30 times (W-cycles) or 27 (F-cycles), the others as
 /// [`Multigrid`]'s; no more storage than that.
 ///
 /// # Convergence

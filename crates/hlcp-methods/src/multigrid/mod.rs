@@ -37,13 +37,14 @@ use crate::{Clock, Method, Work as Count, options::STRETCH};
 /// Coarse grids cannot help where the signs of the solution change from point to point, and a cycle
 /// may stall or diverge. The first iteration therefore measures what a cycle gains over sweeps for
 /// the same work, and the better goes on: an iteration is a cycle, or as many sweeps as a cycle is
-/// worth. A cycle that takes less than a tenth off the defect hands over to sweeps; sweeps that do
-/// not halve it put cycles on trial now and then, and the iterate before a trial that failed is
-/// taken up again. F-cycles give way to W-cycles as soon as one, at work or on trial, does not
-/// halve the defect: where coarse grids do not fit into finer ones, as those of an even number of
-/// points, a single visit to them may not do. A coarse correction that is not finite is never
-/// added. [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether
-/// an answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
+/// worth. Three cycles in a row that do not take a tenth off the defect, and more in a row after
+/// each time, hand over to sweeps; sweeps that do not halve it put cycles on trial now and then,
+/// and the iterate before a trial that has raised the defect is taken up again. F-cycles give way
+/// to W-cycles as soon as one, at work or on trial, does not halve the defect: where coarse grids
+/// do not fit into finer ones, as those of an even number of points, a single visit to them may not
+/// do. A coarse correction that is not finite is never added.
+/// [`coarse_grids_help`](Self::coarse_grids_help) says which of the two is at work. Whether an
+/// answer is one is for the [`Solver`](crate::Solver) to tell, from the problem itself.
 ///
 /// # Cost
 ///
@@ -163,12 +164,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
     /// Overwrites `x` with a start by nested iteration.
     fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
         self.assert_orders([q.entries().len(), x.len()]);
-        // A cycle, two sweeps, and a cycle on grids that halve.
-        self.taken += 2 * self.sweeps[0] + 2;
+        // A cycle, four sweeps, and a cycle on grids that halve.
+        self.taken += 2 * self.sweeps[0] + 4;
         let cycle = self.cycle;
         let mut equation = self.equation(q);
         equation.nested(cycle, x, clock);
-        equation.smooth(x, clock);
+        (0..2).for_each(|_| equation.smooth(x, clock));
         equation.cycle(cycle, x, clock);
         self.scaling.rescale(&self.problem, x, true);
     }
