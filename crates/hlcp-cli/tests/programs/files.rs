@@ -8,17 +8,9 @@ use hlcp_verify::Example;
 
 use crate::{
     command::{is_refusal, json, refused, run_in, succeeded},
-    folder::{Folder, entries, market_text},
+    folder::{Folder, text_of},
     fuzz::npy,
 };
-
-fn text_of(operator: &impl Rows<f64>) -> String {
-    market_text(operator.order(), &entries(operator))
-}
-
-fn numbers(v: &[f64]) -> String {
-    v.iter().map(|v| format!("{v:e}\n")).collect()
-}
 
 /// The samples are Example 1 for m = 4, and what is solved from them is its solution.
 #[test]
@@ -65,14 +57,10 @@ fn a_certificate_in_single_precision_is_of_the_files() {
 fn a_scene_through_files() {
     let folder = Folder::new("scene");
     let scene = Example { symmetric: false, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
-    let a = folder.write("A.mtx", text_of(&scene.a));
-    let b = folder.write("B.mtx", text_of(&scene.b));
-    let q = folder.write("q.txt", numbers(&scene.q));
+    let problem = folder.problem(&[("a", &scene.a), ("b", &scene.b)], &scene.q);
     let (z, r) = (folder.0.join("z.mtx"), folder.0.join("r.mtx"));
-    let (a, b, q) = (a.display(), b.display(), q.display());
+    let files = format!("{problem} --out-z {} --out-r {}", z.display(), r.display());
     for method in ["MGS", "AMGS", "TMGS", "MJ"] {
-        let files =
-            format!("--a {a} --b {b} --q {q} --out-z {} --out-r {}", z.display(), r.display());
         let (by_files, status) = json(&format!("{files} --tol 1e-10 --json --method {method}"));
         let (by_scene, _) =
             json(&format!("--scene example2 --m 11 --mu 3 --nu 2 --json --method {method}"));
@@ -86,9 +74,8 @@ fn a_scene_through_files() {
             assert!((z[i] - scene.z[i]).abs() <= 1e-10 && (r[i] - scene.r[i]).abs() <= 1e-10);
         }
     }
-    let x0 = folder.write("x0.txt", numbers(&[0.5; 121]));
-    let (warm, _) =
-        json(&format!("--a {a} --b {b} --q {q} --x0 {} --method MGS --json", x0.display()));
+    let x0 = folder.write("x0.txt", "0.5\n".repeat(121));
+    let (warm, _) = json(&format!("{problem} --x0 {} --method MGS --json", x0.display()));
     assert_eq!(warm["outcome"], "converged");
 }
 
@@ -98,10 +85,7 @@ fn a_scene_through_files() {
 fn a_grid_in_files_is_recognised_or_said() {
     let folder = Folder::new("grid");
     let scene = Example { symmetric: true, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
-    let a = folder.write("A.mtx", text_of(&scene.a));
-    let b = folder.write("B.mtx", text_of(&scene.b));
-    let q = folder.write("q.txt", numbers(&scene.q));
-    let files = format!("--a {} --b {} --q {} --json", a.display(), b.display(), q.display());
+    let files = folder.problem(&[("a", &scene.a), ("b", &scene.b)], &scene.q) + " --json";
     for method in ["FMG", "TMRBGS"] {
         let (stencil, _) =
             json(&format!("--scene example1 --m 11 --mu 3 --nu 2 --json --method {method}"));
@@ -111,12 +95,12 @@ fn a_grid_in_files_is_recognised_or_said() {
         }
     }
     refused(&format!("{files} --method MGS --grid 121x1"), "row 0 has an entry in column 11");
-    refused(&format!("{files} --method MGS --grid 11x12"), "A.mtx: the grid has order 132");
+    refused(&format!("{files} --method MGS --grid 11x12"), "a.mtx: the grid has order 132");
     refused(&format!("{files} --method MGS --grid 11"), "such as 512x256");
     // One entry that leads round the edge of the grid.
     let text = text_of(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
     let other = folder.write("other.mtx", text);
-    let files = format!("--a {} --q {}", other.display(), q.display());
+    let files = format!("--a {} --q {}", other.display(), folder.0.join("q.txt").display());
     refused(&format!("{files} --method FMG"), "the files show no grid, which this method needs");
     let said = format!("{files} --method MGS --grid 11x11");
     refused(&said, "row 10 has an entry in column 11");

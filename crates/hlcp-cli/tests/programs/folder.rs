@@ -22,15 +22,32 @@ impl Folder {
         fs::write(&path, text).unwrap();
         path
     }
+
+    /// Writes matrices and q; returns the options that name the files, for which the matrices are
+    /// named.
+    pub(crate) fn problem(&self, matrices: &[(&str, &dyn Rows<f64>)], q: &[f64]) -> String {
+        let q = q.iter().map(|q| format!("{q:e}\n")).collect::<String>();
+        let mut options = format!("--q {}", self.write("q.txt", q).display());
+        for (name, matrix) in matrices {
+            let path = self.write(format!("{name}.mtx"), text_of(*matrix));
+            options += &format!(" --{name} {}", path.display());
+        }
+        options
+    }
 }
 
 /// The entries of a matrix with their rows and columns.
-pub(crate) fn entries(matrix: &impl Rows<f64>) -> Vec<(usize, usize, f64)> {
+pub(crate) fn entries(matrix: &dyn Rows<f64>) -> Vec<(usize, usize, f64)> {
     let mut entries = vec![];
     for i in 0..matrix.order() {
         matrix.visit_row(i, &mut |j, value| entries.push((i, j, value)));
     }
     entries
+}
+
+/// Writes a matrix as a Matrix Market file.
+pub(crate) fn text_of(matrix: &dyn Rows<f64>) -> String {
+    market_text(matrix.order(), &entries(matrix))
 }
 
 /// Writes entries, counted from 0, as a Matrix Market file.

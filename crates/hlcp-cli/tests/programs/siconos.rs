@@ -10,7 +10,7 @@ use serde_json::Value;
 
 use crate::{
     command::{json, refused},
-    folder::{Folder, market_text},
+    folder::Folder,
 };
 
 /// M and q of an LCP file.
@@ -56,14 +56,10 @@ struct Files {
 
 impl Files {
     fn new(name: &str, a: &DMatrix<f64>, q: &[f64]) -> Self {
-        let (folder, n) = (Folder::new(name), q.len());
-        let entries: Vec<_> = (0..n * n).map(|k| (k / n, k % n, a[(k / n, k % n)])).collect();
-        let text = market_text(n, &entries);
-        let numbers = q.iter().map(|q| format!("{q:e}\n")).collect::<String>();
-        let (a, q) = (folder.write("A.mtx", text), folder.write("q.txt", numbers));
+        let folder = Folder::new(name);
         let [z, r] = ["z.mtx", "r.mtx"].map(|name| folder.0.join(name));
-        let [a, q, z, r] = [&a, &q, &z, &r].map(|path| path.display());
-        let command = format!("--a {a} --q {q} --out-z {z} --out-r {r}");
+        let problem = folder.problem(&[("a", a)], q);
+        let command = format!("{problem} --out-z {} --out-r {}", z.display(), r.display());
         Self { folder, command }
     }
 
