@@ -214,20 +214,4 @@ mod tests {
         let nearest = nearest.unwrap();
         assert!(nearest.is_found() && (nearest.at[0] - 2.0).abs() <= 1e-9 && films < 12);
     }
-
-    /// A short bearing without a broken film: the force grows without bound as the walls meet.
-    #[test]
-    fn a_heavy_load_is_carried_near_the_wall() {
-        let bearing = |e: &[f64]| {
-            let room = 1.0 - e[0] * e[0] - e[1] * e[1];
-            let slope = |k: usize, l: usize| {
-                f64::from(u8::from(k == l)) / room + 2.0 * e[k] * e[l] / (room * room)
-            };
-            let off = DVector::from_fn(2, |k, _| (e[k] / room - [0.0, 40.0][k]) / 40.0);
-            let slopes = DMatrix::from_fn(2, 2, |k, l| slope(k, l) / 40.0);
-            Ok::<_, ()>((room > 0.0).then_some((off, slopes)))
-        };
-        let nearest = equilibrium(&[vec![0.5, 0.0]], bearing).unwrap().0.unwrap();
-        assert!(nearest.is_found() && nearest.at[1] > 0.98);
-    }
 }
