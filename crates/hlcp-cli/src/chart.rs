@@ -38,19 +38,12 @@ pub(crate) const MARKERS: [MarkerShape; 9] = [
     MarkerShape::Cross,
 ];
 
-/// A named line with its colour, dash and marker, each a place in the lists above, of which it goes
-/// around.
+/// A named line through points, with positive coordinates on logarithmic axes; its colour, dash and
+/// marker are each a place in the lists above, of which it goes around.
 pub(crate) struct Series {
     pub(crate) name: String,
     pub(crate) style: [usize; 3],
-    pub(crate) points: Vec<Point>,
-}
-
-/// A point of a line on logarithmic axes, its coordinates positive.
-#[derive(Clone, Copy)]
-pub(crate) struct Point {
-    pub(crate) x: f64,
-    pub(crate) y: f64,
+    pub(crate) points: Vec<(f64, f64)>,
 }
 
 /// From where to where along x and along y.
@@ -89,14 +82,14 @@ impl Panel {
     /// whole decades where two powers of ten would not be in them.
     pub(crate) fn log_log(title: &str, axes: [&str; 2], series: &[Series]) -> Self {
         let points = || series.iter().flat_map(|series| &series.points);
-        let range = |coordinate: fn(&Point) -> f64| {
+        let range = |coordinate: fn(&(f64, f64)) -> f64| {
             let logs = points().map(|point| coordinate(point).log10());
             let (low, high) =
                 logs.fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(v), high.max(v)));
             let (low, high) = (low - 0.1, high + 0.1);
             if high.floor() > low.ceil() { (low, high) } else { (low.floor(), high.ceil()) }
         };
-        let mut panel = Self::new(title, axes, [range(|point| point.x), range(|point| point.y)]);
+        let mut panel = Self::new(title, axes, [range(|point| point.0), range(|point| point.1)]);
         panel.layout = panel.layout.with_tick_format(TickFormat::Custom(Arc::new(power_of_ten)));
         panel.has_decades = true;
         for series in series {
@@ -121,7 +114,7 @@ impl Panel {
     ) -> Self {
         self.keys.retain(|key| series.iter().all(|series| series.name != key.label));
         for series in series {
-            let at = series.points.last().map(|point| (point.x.log10(), point.y.log10()));
+            let at = series.points.last().map(|(x, y)| (x.log10(), y.log10()));
             self.end(series, series.name.clone() + &note(series), at);
         }
         self
@@ -231,8 +224,7 @@ impl Panel {
         let colour = COLOURS[colour % COLOURS.len()];
         let dash = DASHES[dash % DASHES.len()];
         let marker = MARKERS[marker % MARKERS.len()];
-        let points: Vec<_> =
-            series.points.iter().map(|point| (scale(point.x), scale(point.y))).collect();
+        let points: Vec<_> = series.points.iter().map(|&(x, y)| (scale(x), scale(y))).collect();
         let markers = dots(&points, colour, marker, 3.0);
         let line = line(points, colour, dash, 1.5);
         if steps {

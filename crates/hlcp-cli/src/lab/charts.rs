@@ -12,7 +12,7 @@ use hlcp::files::printable;
 use super::{run::Fallible, table::Table};
 use crate::{
     CommandLine,
-    chart::{Panel, Point, Series, write},
+    chart::{Panel, Series, write},
     print,
 };
 
@@ -110,7 +110,7 @@ fn cost_per_point(path: &std::path::Path) -> Fallible<()> {
     let columns = "m|kind|ns per point|machine and day";
     let (mut series, mut machine): (Vec<Series>, _) = (vec![], String::new());
     for (_, [m, kind, cost, on]) in Table::rows_of(&path.with_extension("csv"), columns)? {
-        let point = Point { x: m.parse()?, y: cost.parse()? };
+        let point = (m.parse()?, cost.parse()?);
         machine = on;
         match series.iter_mut().find(|series| series.name == kind) {
             Some(series) => series.points.push(point),

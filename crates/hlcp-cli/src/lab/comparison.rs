@@ -24,7 +24,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, Point, Series, provenance, save, write},
+    chart::{Panel, Series, provenance, save, write},
     print,
     progress::counting,
     scenes::{Ladder, SCENES, Scene, where_it_applies},
@@ -167,7 +167,7 @@ fn draw(out: &Path, rules: &str, measured: &str) -> Fallible<()> {
             for (_, row) in &rows {
                 let [scene, _, n, name, status, _, _, _, median, _, _, _] = row;
                 if scene == title && name == method.name && status == "converged" {
-                    points.push(Point { x: n.parse()?, y: median.parse()? });
+                    points.push((n.parse()?, median.parse()?));
                 }
             }
             if !points.is_empty() {
@@ -180,7 +180,7 @@ fn draw(out: &Path, rules: &str, measured: &str) -> Fallible<()> {
     let first = lines(FIRST, Chart::Growth)?;
     let axes = ["unknowns n", "seconds of a solve"];
     let note = |series: &Series| {
-        let logs: Vec<_> = series.points.iter().map(|p| [p.x.ln(), p.y.ln()]).collect();
+        let logs: Vec<_> = series.points.iter().map(|(x, y)| [x.ln(), y.ln()]).collect();
         slope(&logs).map_or(String::new(), |slope| format!(" ∝ n^{slope:.2}"))
     };
     let panel = Panel::log_log(FIRST, axes, &first).with_names_at_ends(&first, note);

@@ -12,7 +12,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, Point, Series, write},
+    chart::{Panel, Series, write},
     scenes::{Problem, Scene},
 };
 
@@ -67,7 +67,7 @@ pub(crate) fn draw(out: &Path, measured: &str) -> Fallible<()> {
         let mut lines = [vec![], vec![], vec![]];
         for (_, row) in rows.iter().filter(|(_, row)| row[0] == scene) {
             for (line, column) in lines.iter_mut().zip([2, 4, 6]) {
-                line.push(Point { x: row[1].parse()?, y: 2.0 - row[column].parse::<f64>()? });
+                line.push((row[1].parse()?, 2.0 - row[column].parse::<f64>()?));
             }
         }
         let names = ["Young, from J(x*)", "best of a scan", "ADAPTIVE"];

@@ -12,7 +12,7 @@ use super::{
     speed_vs_accuracy::{example, half_steps, limits, plain, pose},
     table::Table,
 };
-use crate::chart::{Panel, Point, Series, write};
+use crate::chart::{Panel, Series, write};
 
 const TOLERANCE: f64 = 1e-8;
 /// The largest factor drawn, as a power of two.
@@ -93,9 +93,8 @@ pub(crate) fn draw(out: &Path, methods: &[&Row], quick: bool, measured: &str) ->
             let mut doublings: Vec<f64> = doublings.filter(|&d| d <= DOUBLINGS).collect();
             doublings.sort_by(f64::total_cmp);
             let share = |solved: usize| solved as f64 / problems.len() as f64;
-            let points =
-                doublings.iter().zip(1..).map(|(&x, solved)| Point { x, y: share(solved) });
-            Series { name: row.label.to_owned(), style: row.style, points: points.collect() }
+            let points = doublings.into_iter().zip((1..).map(share)).collect();
+            Series { name: row.label.to_owned(), style: row.style, points }
         });
         let series: Vec<_> = series.filter(|series| !series.points.is_empty()).collect();
         let axes = ["log₂ of the factor over the best method", "share of problems solved"];

@@ -32,7 +32,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, Point, Series, power_of_ten, write},
+    chart::{Panel, Series, power_of_ten, write},
     print,
     progress::counting,
 };
@@ -295,10 +295,8 @@ fn lines(title: &str, rows: &[(String, Measured)], chart: Chart) -> Vec<Series> 
     }
     let line = |(name, style): (&str, _)| {
         let runs = rows.iter().filter(|(of, run)| of == title && run.name == name && run.reached);
-        let point = |(_, run): &(String, Measured)| Point {
-            x: run.error.max(NOTHING).recip(),
-            y: run.seconds[1],
-        };
+        let point =
+            |(_, run): &(String, Measured)| (run.error.max(NOTHING).recip(), run.seconds[1]);
         Series { name: name.to_owned(), style, points: runs.map(point).collect() }
     };
     known.into_iter().map(line).filter(|series| !series.points.is_empty()).collect()
@@ -343,13 +341,13 @@ fn least(series: &Series) -> String {
 
 /// Returns the least time of a line.
 fn lowest(series: &Series) -> f64 {
-    series.points.iter().map(|point| point.y).fold(f64::MAX, f64::min)
+    series.points.iter().map(|point| point.1).fold(f64::MAX, f64::min)
 }
 
 /// Parts the lines from those that begin a decade above where all faster ones end, and would only
 /// stretch the axis.
 fn apart(series: Vec<Series>) -> (Vec<Series>, Vec<Series>) {
-    let highest = |line: &Series| line.points.iter().map(|point| point.y).fold(0.0, f64::max);
+    let highest = |line: &Series| line.points.iter().map(|point| point.1).fold(0.0, f64::max);
     let mut ranges: Vec<_> = series.iter().map(|line| [lowest(line), highest(line)]).collect();
     ranges.sort_by(|one, other| one[0].total_cmp(&other[0]));
     let mut top = f64::INFINITY;
@@ -373,10 +371,10 @@ fn glance(title: &str, rows: &[(String, Measured)], chart: Chart, is_first: bool
     }
     let (series, above) = apart(series);
     let mut points: Vec<_> = series.iter().flat_map(|series| &series.points).collect();
-    points.sort_by(|one, other| one.y.total_cmp(&other.y));
+    points.sort_by(|one, other| one.1.total_cmp(&other.1));
     let mut front: Vec<(f64, f64)> = vec![];
     // Below 1e-13 rounding decides.
-    for (x, y) in points.into_iter().map(|point| (point.x.log10().min(13.0), point.y.log10())) {
+    for (x, y) in points.into_iter().map(|(x, y)| (x.log10().min(13.0), y.log10())) {
         match front.last() {
             Some(&(best, _)) if x <= best => (),
             Some(&(best, _)) => front.extend([(best, y), (x, y)]),
@@ -426,7 +424,7 @@ fn draw_bounds(out: &Path, titles: &[String], measured: &str) -> Fallible<()> {
         let mut points = vec![];
         for (_, [_, error, bound]) in rows.iter().filter(|(_, row)| row[0] == *title) {
             let [x, bound] = [error.parse::<f64>()?, bound.parse()?].map(|v| v.max(NOTHING));
-            points.push(Point { x, y: bound / x });
+            points.push((x, bound / x));
         }
         series.push(Series { name: title.clone(), style: [k; 3], points });
     }
