@@ -21,7 +21,6 @@ pub const COLUMNS: [&str; 9] = [
 
 /// The solves of a problem by a method to one tolerance.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub struct Rung {
     /// The name of the method.
     pub series: String,
@@ -31,8 +30,8 @@ pub struct Rung {
     pub error: f64,
     /// The seconds of the fastest solve, of the median and of the slowest.
     pub seconds: [f64; 3],
-    /// The half-steps of a solve.
-    pub half_steps: usize,
+    /// The half-steps of a solve, of a method that has some.
+    pub half_steps: Option<usize>,
     /// Whether the residual reached the tolerance.
     pub reached: bool,
 }
@@ -42,7 +41,8 @@ impl Rung {
     /// name.
     pub fn row(&self, problem: &str) -> String {
         let Self { series, tolerance, error, seconds: [least, median, most], .. } = self;
-        let (half_steps, reached) = (self.half_steps, self.reached);
+        let half_steps = self.half_steps.map_or(String::new(), |half_steps| half_steps.to_string());
+        let reached = self.reached;
         format!(
             "\"{problem}\",\"{series}\",{tolerance:e},{error:e},{least:.6},{median:.6},{most:.6},\
              {half_steps},{reached}"
@@ -127,7 +127,7 @@ pub fn ladder<T: Scalar, M: Method<T>>(
                 tolerance,
                 error,
                 seconds: [0, 1, 2].map(|k| seconds[k * (seconds.len() - 1) / 2]),
-                half_steps: last.sweeps,
+                half_steps: Some(last.sweeps),
                 reached: is_left[k],
             });
         }

@@ -5,40 +5,26 @@ use std::path::Path;
 
 use hlcp::{
     files::{FileError, excerpt},
-    ladder::COLUMNS,
+    ladder::{COLUMNS, Rung},
 };
 
 use super::table::Table;
 
-/// The runs of one series to one tolerance on one problem.
-#[derive(Clone)]
-pub(super) struct Measured {
-    pub(super) name: String,
-    pub(super) tolerance: f64,
-    pub(super) error: f64,
-    /// The fastest, the median and the slowest.
-    pub(super) seconds: [f64; 3],
-    /// Half-steps, where the series has such a thing.
-    pub(super) sweeps: Option<usize>,
-    /// Whether the residual reached the tolerance.
-    pub(super) reached: bool,
-}
-
 /// Returns the rows of a file with their problems, which must be among `titles`.
-pub(crate) fn read(path: &Path, titles: &[String]) -> Result<Vec<(String, Measured)>, FileError> {
+pub(crate) fn read(path: &Path, titles: &[String]) -> Result<Vec<(String, Rung)>, FileError> {
     let rows = Table::rows_of(path, &COLUMNS.join("|"))?.into_iter();
-    let measured = |(line, cells)| {
+    let rung = |(line, cells)| {
         row(cells, titles).map_err(|reason| FileError {
             path: path.to_owned(),
             line: Some(line),
             reason,
         })
     };
-    rows.map(measured).collect()
+    rows.map(rung).collect()
 }
 
-fn row(cells: [String; 9], titles: &[String]) -> Result<(String, Measured), String> {
-    let [problem, name, tolerance, error, low, median, high, sweeps, reached] = cells;
+fn row(cells: [String; 9], titles: &[String]) -> Result<(String, Rung), String> {
+    let [problem, series, tolerance, error, low, median, high, half_steps, reached] = cells;
     if !titles.contains(&problem) {
         let problem = excerpt(&problem);
         return Err(format!(
@@ -56,7 +42,7 @@ fn row(cells: [String; 9], titles: &[String]) -> Result<(String, Measured), Stri
         positive("seconds max", &high)?,
     ];
     seconds.sort_by(f64::total_cmp);
-    let sweeps = match sweeps.trim() {
+    let half_steps = match half_steps.trim() {
         "" => None,
         words => Some(positive("half-steps", words)? as usize),
     };
@@ -64,5 +50,5 @@ fn row(cells: [String; 9], titles: &[String]) -> Result<(String, Measured), Stri
     let reached = reached.map_err(|_| "reached must be true or false".to_owned())?;
     let tolerance = positive("tolerance", &tolerance)?;
     let error = positive("true error", &error)?;
-    Ok((problem, Measured { name, tolerance, error, seconds, sweeps, reached }))
+    Ok((problem, Rung { series, tolerance, error, seconds, half_steps, reached }))
 }

@@ -16,15 +16,14 @@ use std::{
 use clap::Args;
 use hlcp::{
     files::printable,
-    ladder::{COLUMNS, TOLERANCES},
+    ladder::{COLUMNS, Rung, TOLERANCES},
 };
 use hlcp_core::LinearOperator;
 use hlcp_methods::Limits;
 use indicatif::ProgressBar;
 
 use super::{
-    Charts,
-    added::{self, Measured},
+    Charts, added,
     methods::{Chart, Row, Scene, is_listed, methods},
     own::Own,
     profile,
@@ -126,8 +125,8 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     })?;
     let mut rows = added::read(&csv, &titles)?;
     if !added.is_empty() {
-        let is_new = |(of, run): &(String, Measured)| {
-            added.iter().any(|(title, new)| title == of && new.name == run.name)
+        let is_new = |(of, run): &(String, Rung)| {
+            added.iter().any(|(title, new)| title == of && new.series == run.series)
         };
         rows.retain(|row| !is_new(row));
         rows.extend(added);
@@ -156,7 +155,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
 fn draw_all(
     out: &Path,
     titles: &[String],
-    rows: &[(String, Measured)],
+    rows: &[(String, Rung)],
     quick: bool,
     [words, measured]: [&str; 2],
 ) -> Fallible<()> {
@@ -178,7 +177,7 @@ fn draw_all(
                 let names: Vec<_> = above.iter().map(name).collect();
                 panel = panel.with_places_on_top(vec![(8.1, format!("↑ {}", names.join(", ")))]);
             }
-            let single = rows.iter().filter(|(of, run)| of == title && run.name.ends_with("f32"));
+            let single = rows.iter().filter(|(of, run)| of == title && run.series.ends_with("f32"));
             let floor = single.map(|(_, run)| run.error).fold(f64::INFINITY, f64::min);
             if floor.is_infinite() {
                 return panel;
@@ -226,7 +225,7 @@ fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
     }
     for Row { label, .. } in all.iter().chain(&precise) {
         let mut runs = measured.iter().flatten();
-        if !runs.any(|(_, run)| run.name == *label && run.reached) {
+        if !runs.any(|(_, run)| run.series == *label && run.reached) {
             return Err(format!("{label} has no point").into());
         }
     }
@@ -239,15 +238,15 @@ fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
 }
 
 /// Returns measurements as a table.
-fn table(rows: &[(String, Measured)]) -> Table {
+fn table(rows: &[(String, Rung)]) -> Table {
     let mut table = Table::new(&COLUMNS.join("|"));
     for (title, run) in rows {
-        let Measured { name, tolerance, error, seconds: [low, median, high], sweeps, reached } =
+        let Rung { series, tolerance, error, seconds: [low, median, high], half_steps, reached } =
             run;
         let [tolerance, error] = [tolerance, error].map(|value| format!("{value:e}"));
         let [low, median, high] = [low, median, high].map(|value| format!("{value:.6}"));
-        let sweeps = sweeps.map_or(String::new(), |sweeps| sweeps.to_string());
-        let cells = [title, name, &tolerance, &error, &low, &median, &high, &sweeps];
+        let half_steps = half_steps.map_or(String::new(), |half_steps| half_steps.to_string());
+        let cells = [title, series, &tolerance, &error, &low, &median, &high, &half_steps];
         table.push(cells.into_iter().cloned().chain([reached.to_string()]).collect());
     }
     table
@@ -259,24 +258,24 @@ fn ladders(
     methods: &[&'static Row],
     repeats: Repeats,
     bar: &ProgressBar,
-) -> Fallible<Vec<Measured>> {
+) -> Fallible<Vec<Rung>> {
     let (mut left, mut measured) = (methods.to_vec(), vec![]);
     for tolerance in TOLERANCES {
         let runs = measure(repeats, &left, |row| row.solve(scene, &limits(tolerance)))?;
         let runs: Vec<_> =
             left.iter().zip(runs).filter_map(|(row, run)| Some((*row, run?))).collect();
-        measured.extend(runs.iter().map(|(row, run)| Measured {
-            name: row.label.to_owned(),
+        measured.extend(runs.iter().map(|(row, run)| Rung {
+            series: row.label.to_owned(),
             tolerance,
             error: scene.wide.error(&run.answer),
             seconds: [0, 2, 4].map(|k| run.quartile(k)),
-            sweeps: half_steps(run),
+            half_steps: half_steps(run),
             reached: run.converged(),
         }));
         left = runs.iter().filter(|(_, run)| run.converged()).map(|(row, _)| *row).collect();
     }
     measured.retain(|run| run.error.is_finite());
-    let place = |run: &Measured| methods.iter().position(|row| row.label == run.name);
+    let place = |run: &Rung| methods.iter().position(|row| row.label == run.series);
     measured.sort_by_key(place);
     bar.inc(methods.len() as u64);
     Ok(measured)
@@ -284,9 +283,9 @@ fn ladders(
 
 /// Returns the lines of a chart on a problem, median seconds against the inverse of the error: of
 /// its methods, and of all series that are not in the list.
-fn lines(title: &str, rows: &[(String, Measured)], chart: Chart) -> Vec<Series> {
+fn lines(title: &str, rows: &[(String, Rung)], chart: Chart) -> Vec<Series> {
     let mut known: Vec<_> = methods(chart).iter().map(|row| (row.label, row.style)).collect();
-    for name in rows.iter().map(|(_, run)| run.name.as_str()) {
+    for name in rows.iter().map(|(_, run)| run.series.as_str()) {
         if !is_listed(name) && known.iter().all(|(other, _)| *other != name) {
             // Others have a style that no method has.
             let k = known.len();
@@ -294,9 +293,8 @@ fn lines(title: &str, rows: &[(String, Measured)], chart: Chart) -> Vec<Series> 
         }
     }
     let line = |(name, style): (&str, _)| {
-        let runs = rows.iter().filter(|(of, run)| of == title && run.name == name && run.reached);
-        let point =
-            |(_, run): &(String, Measured)| (run.error.max(NOTHING).recip(), run.seconds[1]);
+        let runs = rows.iter().filter(|(of, run)| of == title && run.series == name && run.reached);
+        let point = |(_, run): &(String, Rung)| (run.error.max(NOTHING).recip(), run.seconds[1]);
         Series { name: name.to_owned(), style, points: runs.map(point).collect() }
     };
     known.into_iter().map(line).filter(|series| !series.points.is_empty()).collect()
@@ -361,7 +359,7 @@ fn apart(series: Vec<Series>) -> (Vec<Series>, Vec<Series>) {
 }
 
 /// Draws some methods, each with its name at the end of its line, and which is the fastest.
-fn glance(title: &str, rows: &[(String, Measured)], chart: Chart, is_first: bool) -> Panel {
+fn glance(title: &str, rows: &[(String, Rung)], chart: Chart, is_first: bool) -> Panel {
     let mut series = lines(title, rows, chart);
     for series in series.iter_mut().filter(|series| is_listed(&series.name)) {
         // Two of a problem of one's own differ in what follows the comma.
