@@ -7,7 +7,7 @@
 //! Without arguments it takes the pad of the library's slider, and ends with an error if peak or
 //! rupture are not the known ones.
 
-use std::{error::Error, fmt::Write as _, path::Path, time::Instant};
+use std::{error::Error, path::Path, time::Instant};
 
 use hlcp::{
     files::FileError,
@@ -16,7 +16,7 @@ use hlcp::{
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
-use super::{Arguments, Done, doubtful, outputs, unit};
+use super::{Arguments, Done, doubtful, outputs, report::Lines, unit};
 use crate::{
     chart::{self, Panel},
     memory,
@@ -45,11 +45,11 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     memory::check(count, BYTES, "take a smaller --refine, or fewer points")?;
     let points = [&x, &h].map(|v| Profile::cut(v, &pieces));
     let solved = Solved::new(points, conditions, arguments)?;
-    let mut report = solved.report()?;
+    let mut report = solved.report();
     if arguments.profile.is_none() {
         solved.check()?;
         let [peak, rupture] = [Slider::PEAK * 1e-6, Slider::RUPTURE * 1e3];
-        writeln!(report, "known: peak {peak:.6} MPa, rupture at x = {rupture:.6} mm")?;
+        report.say(format!("known: peak {peak:.6} MPa, rupture at x = {rupture:.6} mm"));
     }
     let Solved { film, line, .. } = &solved;
     let length = film.x[film.x.len() - 1] - film.x[0];
@@ -57,7 +57,7 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
         outputs,
         texts: solved.drawn().map(String::into_bytes).into(),
         json: solved.json(begun.elapsed().as_secs_f64()),
-        report,
+        report: report.0,
         warnings: Vec::from_iter(doubtful(solved.thin(), &[length], line.pressure[line.peak])),
         converged: line.outcome.converged(),
     })
@@ -160,34 +160,28 @@ impl<'a> Solved<'a> {
         })
     }
 
-    fn report(&self) -> Result<String, std::fmt::Error> {
-        let (mut text, Self { arguments, line, .. }) = (String::new(), self);
+    fn report(&self) -> Lines {
+        let (mut text, Self { arguments, line, .. }) = (Lines::default(), self);
         let Line { outcome, load, friction, peak, .. } = line;
-        writeln!(text, "{} unknowns: {outcome}", self.x.len() - 2)?;
+        text.say(format!("{} unknowns: {outcome}", self.x.len() - 2));
         if !outcome.converged() {
-            writeln!(text, "not converged, so these are no figures of the film:")?;
+            text.say("not converged, so these are no figures of the film:");
         }
         let [x, p] = [unit(arguments.x_unit, "m"), unit(arguments.p_unit, "Pa")];
-        writeln!(
-            text,
-            "peak pressure     {:.6} {p} at x = {:.6} {x}",
-            line.pressure[*peak] / arguments.p_unit,
-            self.x[*peak]
-        )?;
-        writeln!(text, "load              {load:.6e} N/m over the ambient pressure")?;
-        writeln!(text, "friction          {friction:.6e} N/m on the plane")?;
+        let (pressure, at) = (line.pressure[*peak] / arguments.p_unit, self.x[*peak]);
+        text.add("peak pressure", format!("{pressure:.6} {p} at x = {at:.6} {x}"));
+        text.add("load", format!("{load:.6e} N/m over the ambient pressure"));
+        text.add("friction", format!("{friction:.6e} N/m on the plane"));
         for (front, at) in [("ruptures", &line.ruptures), ("forms again", &line.forms_again)] {
             for &i in at {
                 let at = self.x[i];
-                writeln!(text, "the film {front} at x = {at:.6} {x}, to within a piece")?;
+                text.say(format!("the film {front} at x = {at:.6} {x}, to within a piece"));
             }
         }
         let [flow, imbalance] = self.through();
-        writeln!(
-            text,
-            "flow              {flow:.6e} m²/s, the same everywhere but for {imbalance:.1e}"
-        )?;
-        Ok(text)
+        let even = format!("the same everywhere but for {imbalance:.1e}");
+        text.add("flow", format!("{flow:.6e} m²/s, {even}"));
+        text
     }
 
     /// The picture and the numbers, as SVG and CSV.

@@ -408,15 +408,15 @@ impl Report<'_> {
 
 /// The lines of a report.
 #[derive(Default)]
-struct Lines(String);
+pub(super) struct Lines(pub(super) String);
 
 impl Lines {
-    fn say(&mut self, line: impl Display) {
+    pub(super) fn say(&mut self, line: impl Display) {
         self.0 += &format!("{line}\n");
     }
 
     /// Adds what stands in a column of its own behind a name.
-    fn add(&mut self, name: &str, told: impl Display) {
+    pub(super) fn add(&mut self, name: &str, told: impl Display) {
         self.say(format_args!("{name:<18}{told}"));
     }
 }
