@@ -22,7 +22,6 @@ pub(crate) struct Way {
     start: f64,
 }
 
-/// Steps of a bar.
 const STEPS: f64 = 1000.0;
 
 impl Way {
@@ -32,7 +31,6 @@ impl Way {
         Self { bar, name: name.to_owned(), goal, limits: *limits, start: f64::NAN }
     }
 
-    /// Shows how far a solve has come.
     pub(crate) fn show<T>(&mut self, progress: &Progress<'_, T>) {
         if !progress.iteration.is_multiple_of(64) {
             return;

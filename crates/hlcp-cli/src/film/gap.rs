@@ -91,7 +91,6 @@ pub(super) fn sided(text: &str) -> Result<Sided, String> {
     Ok((place, side))
 }
 
-/// The lobes of a bush.
 fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
     let [count, preload, ref rest @ ..] = numbers.0[..] else {
         return Err("--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]]".into());
@@ -133,7 +132,6 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Pocket>, Stri
     Ok(all)
 }
 
-/// Digs a pocket into a film.
 fn dig(bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String> {
     is_inside("pocket", pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
@@ -148,7 +146,6 @@ fn dig(bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String>
     ))
 }
 
-/// From the command line to a film: its gap, sides and supplies, and the position of its wall.
 pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
     let [x_unit, h_unit, p_unit] = [arguments.x_unit, arguments.h_unit, arguments.p_unit];
     let map = arguments.map.as_deref().map(Map::read_gap).transpose()?;

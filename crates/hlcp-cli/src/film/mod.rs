@@ -424,7 +424,6 @@ fn viscosity(text: &str) -> Result<Viscosity, String> {
 }
 
 impl Arguments {
-    /// The speed and the viscosity of a profile.
     fn of_profile(&self) -> Result<Option<[f64; 2]>, String> {
         let (Some(Numbers(speeds)), Some(viscosity)) = (&self.speed, &self.viscosity) else {
             return Ok(None);

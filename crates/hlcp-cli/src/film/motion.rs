@@ -10,7 +10,6 @@ use hlcp::{
 use super::Arguments;
 use crate::{chart, progress, say};
 
-/// What a run comes to.
 pub(super) struct Run {
     pub(super) bearing: Bearing,
     pub(super) solved: Solved,
@@ -108,7 +107,6 @@ const HEAD: &str = "time (s),load (N),load x (m),load y (m),friction moving (N),
                     out west (m³/s),out east (m³/s),out south (m³/s),out north (m³/s),supplied (m³/s),\
                     oil (m³),peak pressure (Pa),least gap (m),broken share";
 
-/// Takes the steps of the file.
 pub(super) fn run(
     path: &Path,
     mut bearing: Bearing,

@@ -16,7 +16,6 @@ use super::{
 };
 use crate::progress::Way;
 
-/// Solves for a film in two dimensions.
 pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     if let Some(name) = &arguments.method {

@@ -25,7 +25,6 @@ use crate::{
 /// What a piece takes, at least: its places, gaps, coefficients and unknowns.
 const BYTES: usize = 200;
 
-/// Solves for the film of a profile.
 pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     let conditions = arguments.of_profile()?.unwrap_or([Slider::SPEED, Slider::VISCOSITY]);

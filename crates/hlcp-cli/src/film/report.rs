@@ -23,7 +23,6 @@ fn off(printed: f64, [lower, upper]: [f64; 2]) -> f64 {
     (upper - printed).max(printed - lower).next_up()
 }
 
-/// The interval in words.
 fn between(interval: Option<[f64; 2]>) -> String {
     let Some(interval) = interval else { return String::new() };
     if interval[0].is_infinite() {
@@ -33,7 +32,6 @@ fn between(interval: Option<[f64; 2]>) -> String {
     format!(", proved between {lower} and {upper}")
 }
 
-/// What there is to say about a film.
 pub(super) struct Report<'r> {
     pub(super) bearing: &'r Bearing,
     pub(super) solved: &'r Solved,
@@ -421,7 +419,6 @@ impl Lines {
     }
 }
 
-/// The entries of a row.
 fn entries<'e>(entries: impl IntoIterator<Item = &'e f64>) -> String {
     entries.into_iter().map(|entry| format!("{entry:>14.6e}")).collect()
 }

@@ -156,7 +156,6 @@ fn measure_all(
     Ok(())
 }
 
-/// Draws the charts from the data.
 fn draw(out: &Path, rules: &str, measured: &str) -> Fallible<()> {
     let path = out.join("comparison");
     let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;
@@ -270,7 +269,6 @@ fn series<'r>(rows: &'r [Row], title: &str, method: &str) -> impl Iterator<Item 
 const COLUMNS: &str = "scene|m|n|method|status|iterations|sweeps|seconds min|seconds median|\
                        seconds max|true error|certified bound";
 
-/// Returns everything that was measured.
 fn data(rows: &[Row]) -> Table {
     let mut table = Table::new(COLUMNS);
     for Row { title, m, n, method, run, error, bound } in rows {

@@ -62,7 +62,6 @@ const BRIEF: f64 = 0.05;
 /// A relative residual that no rounding need excuse.
 const ROUNDED: f64 = 1e-9;
 
-/// What came of a problem.
 struct Row {
     drawn: Drawn,
     n: usize,

@@ -122,7 +122,6 @@ const _: () = {
     }
 };
 
-/// The methods of a chart.
 pub(crate) fn methods(chart: Chart) -> Vec<&'static Row> {
     const { &METHODS }.iter().filter(|row| row.on.contains(&chart)).collect()
 }

@@ -58,7 +58,6 @@ pub(crate) fn measure(out: &Path, quick: bool) -> Fallible<()> {
     table.write_csv(&out.join("optimal-alpha"))
 }
 
-/// Draws the chart from the data.
 pub(crate) fn draw(out: &Path, measured: &str) -> Fallible<()> {
     let path = out.join("optimal-alpha");
     let rows = Table::rows_of::<8>(&path.with_extension("csv"), COLUMNS)?;

@@ -31,7 +31,6 @@ impl Own {
         Self { given, files: Files::default(), called: Some(called), is_generic: false }
     }
 
-    /// Whether a problem was typed.
     pub(super) fn is_asked(&self) -> bool {
         self.given.is_asked || self.files.a.is_some()
     }
@@ -41,7 +40,6 @@ impl Own {
         if self.files.a.is_some() { "files" } else { self.given.scene.name }
     }
 
-    /// The first number of the scene.
     pub(super) fn size(&self) -> f64 {
         self.given.numbers.first()
     }
@@ -94,17 +92,14 @@ impl Own {
         })
     }
 
-    /// Poses the problem in double precision.
     pub(super) fn wide(&self) -> Fallible<Problem<f64>> {
         self.posed(self.given.scene.wide)
     }
 
-    /// Poses the problem in single precision.
     pub(super) fn narrow(&self) -> Fallible<Problem<f32>> {
         self.posed(self.given.scene.narrow)
     }
 
-    /// Limits with the problem's tolerance.
     pub(super) fn limits(&self) -> Limits {
         match &self.files.a {
             Some(_) => Limits::relative(1e-10),

@@ -222,7 +222,6 @@ fn row<'c>(words: String, cells: impl Iterator<Item = &'c Cell>) -> String {
     once(words).chain(cells.map(Cell::words)).collect::<Vec<_>>().join("|")
 }
 
-/// Tables 3 to 5.
 fn table_of(grid: &Grid, cells: &[Cell]) -> Titled {
     let heads = ["MAOR", "AMAOR", "TMAOR"].map(columns).join("|");
     let mut table = Table::new(&format!("m|τ|(α, β)|{heads}"));
@@ -243,7 +242,6 @@ fn table_of(grid: &Grid, cells: &[Cell]) -> Titled {
     (name, title, table)
 }
 
-/// Table 6.
 fn table_6(cells: &[Cell]) -> Titled {
     let heads = TAUS.map(|tau| columns(&format!("τ={tau}"))).join("|");
     let mut table = Table::new(&format!("N|method|{heads}"));

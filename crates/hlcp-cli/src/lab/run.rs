@@ -50,7 +50,6 @@ impl Run {
         self.seconds[k * (self.seconds.len() - 1) / 4]
     }
 
-    /// Returns the median.
     pub(crate) fn median(&self) -> f64 {
         self.quartile(2)
     }

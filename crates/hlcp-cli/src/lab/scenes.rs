@@ -38,7 +38,6 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     }
 }
 
-/// What was printed.
 struct Printed(String);
 
 impl Printed {

@@ -237,7 +237,6 @@ fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
     Ok(())
 }
 
-/// Returns measurements as a table.
 fn table(rows: &[(String, Rung)]) -> Table {
     let mut table = Table::new(&COLUMNS.join("|"));
     for (title, run) in rows {
@@ -337,7 +336,6 @@ fn least(series: &Series) -> String {
     }
 }
 
-/// Returns the least time of a line.
 fn lowest(series: &Series) -> f64 {
     series.points.iter().map(|point| point.1).fold(f64::MAX, f64::min)
 }
@@ -411,7 +409,6 @@ fn bounds(title: &str, scene: &Scene) -> Fallible<Vec<[f64; 2]>> {
     Ok(pairs)
 }
 
-/// The columns of the certified bounds.
 const BOUNDS: &str = "problem|true error|bound";
 
 fn draw_bounds(out: &Path, titles: &[String], measured: &str) -> Fallible<()> {
@@ -455,7 +452,6 @@ fn textured(m: usize) -> Own {
     Own::scene("film", &[("nx", side), ("ny", side), ("dimples", k as f64)], title)
 }
 
-/// Poses a problem in both precisions.
 pub(super) fn pose(own: &Own) -> Fallible<Scene> {
     let (mut wide, mut narrow) = (own.wide()?, own.narrow()?);
     if let Some(known) = wide.known.as_mut().filter(|_| own.is_generic) {

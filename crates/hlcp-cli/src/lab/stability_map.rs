@@ -282,7 +282,6 @@ const FAILURES: [(&str, &str, &str, MarkerShape); 4] = [
 /// Numbers of sweeps that part the colours.
 const STEPS: [f64; 9] = [10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 3000.0];
 
-/// Draws a map from its data.
 fn draw(title: &str, plane: &Plane, path: &Path, measured: &str) -> Fallible<()> {
     let mut panels: Vec<Vec<Drawn>> = METHODS.map(|_| vec![]).into();
     for (_, row) in Table::rows_of(&path.with_extension("csv"), COLUMNS)? {

@@ -22,11 +22,7 @@ impl Table {
         self.push(cells.split('|').map(|cell| cell.trim().to_owned()).collect());
     }
 
-    /// Adds a row of cells.
-    ///
-    /// # Panics
-    ///
-    /// Unless it is as long as the head.
+    /// Adds a row of cells, as many as the head has.
     pub(crate) fn push(&mut self, cells: Vec<String>) {
         assert!(self.0.first().is_none_or(|head| head.len() == cells.len()), "{cells:?}");
         self.0.push(cells);
@@ -43,7 +39,6 @@ impl Table {
         self.0.iter().map(aligned).collect()
     }
 
-    /// Returns the table in Markdown.
     pub(crate) fn markdown(&self) -> String {
         let line = |row: &Vec<String>| format!("| {} |\n", row.join(" | "));
         let rule = format!("|{}\n", "---|".repeat(self.0[0].len()));

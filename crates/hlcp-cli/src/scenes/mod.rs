@@ -236,7 +236,6 @@ impl Numbers {
 }
 
 impl Scene {
-    /// The scene of this name.
     pub(crate) fn of(name: &str) -> &'static Self {
         let scene = SCENES.iter().find(|scene| scene.name == name);
         scene.unwrap_or_else(|| panic!("there is no scene {name}"))
@@ -260,7 +259,6 @@ impl Scene {
         (self.wide)(&self.numbers(given))
     }
 
-    /// Limits with the scene's tolerance.
     pub(crate) fn limits(&self) -> Limits {
         Limits { tolerance: self.tolerance, ..Limits::default() }
     }
@@ -304,7 +302,6 @@ pub(crate) struct Given {
     pub(crate) is_asked: bool,
 }
 
-/// The scenes that take an option.
 fn takers(option: &str) -> impl Iterator<Item = &'static Scene> {
     SCENES.iter().filter(move |scene| scene.takes(option))
 }

@@ -219,7 +219,6 @@ impl Arguments {
         Ok(())
     }
 
-    /// The parameters of the method, as far as they are given.
     pub(crate) fn parameters(&self) -> Parameters<'_> {
         let Self { alpha, beta, alpha2, beta2, .. } = *self;
         let (base, window) = (self.base.as_deref(), self.window.map(usize::from));

@@ -48,7 +48,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     })
 }
 
-/// Solves what was asked for.
 #[cfg(not(feature = "mpi"))]
 pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     run_on(arguments, None)

@@ -53,7 +53,6 @@ pub(crate) fn object(
     })
 }
 
-/// Prints the head of the table.
 pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::Result<()> {
     let Arguments { given, tau, gamma, .. } = arguments;
     let [tau, gamma] = [*tau, *gamma].map(number);
@@ -79,7 +78,6 @@ pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::R
     ))
 }
 
-/// Prints a row of the table.
 pub(crate) fn row(
     method: &Named,
     precision: Precision,
@@ -143,7 +141,6 @@ impl Proved {
     }
 }
 
-/// Prints what is proved.
 pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
     let unique = match &found.uniqueness {
         Some(found) => found.to_string(),
