@@ -51,8 +51,8 @@ fn a_certificate_in_single_precision_is_of_the_files() {
     assert!(status == 0 && 0.4 < error && error <= bound && bound <= 2.0 * error, "{found}");
 }
 
-/// A scene through files takes the iterations it takes as stencils, and its answer comes back to
-/// the last bit.
+/// A scene through files takes the iterations it takes as stencils, also where that needs its grid,
+/// and its answer comes back to the last bit. A grid that is said must fit.
 #[test]
 fn a_scene_through_files() {
     let folder = Folder::new("scene");
@@ -60,43 +60,29 @@ fn a_scene_through_files() {
     let problem = folder.problem(&[("a", &scene.a), ("b", &scene.b)], &scene.q);
     let (z, r) = (folder.0.join("z.mtx"), folder.0.join("r.mtx"));
     let files = format!("{problem} --out-z {} --out-r {}", z.display(), r.display());
-    for method in ["MGS", "AMGS", "TMGS", "MJ"] {
-        let (by_files, status) = json(&format!("{files} --tol 1e-10 --json --method {method}"));
+    for method in ["MGS", "AMGS", "TMGS", "MJ", "TMRBGS", "FMG"] {
         let (by_scene, _) =
             json(&format!("--scene example2 --m 11 --mu 3 --nu 2 --json --method {method}"));
-        assert_eq!((by_files["scene"].as_str(), status), (Some("file"), 0));
-        assert!(by_files["error_linf"].is_null());
-        assert_eq!(by_files["n"], 121);
-        assert_eq!(by_files["iterations"], by_scene["iterations"]);
-        let z = market::read_vector::<f64>(&z, 121).unwrap();
-        let r = market::read_vector::<f64>(&r, 121).unwrap();
-        for i in 0..121 {
-            assert!((z[i] - scene.z[i]).abs() <= 1e-10 && (r[i] - scene.r[i]).abs() <= 1e-10);
+        for grid in ["", "--grid 11x11"] {
+            let asked = format!("{files} {grid} --tol 1e-10 --json --method {method}");
+            let (by_files, status) = json(&asked);
+            assert_eq!((by_files["scene"].as_str(), status), (Some("file"), 0));
+            assert!(by_files["error_linf"].is_null());
+            assert_eq!(by_files["n"], 121);
+            assert_eq!(by_files["iterations"], by_scene["iterations"]);
+            let z = market::read_vector::<f64>(&z, 121).unwrap();
+            let r = market::read_vector::<f64>(&r, 121).unwrap();
+            for i in 0..121 {
+                assert!((z[i] - scene.z[i]).abs() <= 1e-10 && (r[i] - scene.r[i]).abs() <= 1e-10);
+            }
         }
     }
     let x0 = folder.write("x0.txt", "0.5\n".repeat(121));
     let (warm, _) = json(&format!("{problem} --x0 {} --method MGS --json", x0.display()));
     assert_eq!(warm["outcome"], "converged");
-}
-
-/// The pattern of a grid opens what needs a grid, with the counts of the stencil; a grid that is
-/// said must fit.
-#[test]
-fn a_grid_in_files_is_recognised_or_said() {
-    let folder = Folder::new("grid");
-    let scene = Example { symmetric: true, m: 11, mu: 3.0, nu: 2.0 }.pose::<f64>().unwrap();
-    let files = folder.problem(&[("a", &scene.a), ("b", &scene.b)], &scene.q) + " --json";
-    for method in ["FMG", "TMRBGS"] {
-        let (stencil, _) =
-            json(&format!("--scene example1 --m 11 --mu 3 --nu 2 --json --method {method}"));
-        for grid in ["", "--grid 11x11"] {
-            let (found, status) = json(&format!("{files} --tol 1e-10 --method {method} {grid}"));
-            assert_eq!((&found["iterations"], status), (&stencil["iterations"], 0));
-        }
-    }
-    refused(&format!("{files} --method MGS --grid 121x1"), "row 0 has an entry in column 11");
-    refused(&format!("{files} --method MGS --grid 11x12"), "a.mtx: the grid has order 132");
-    refused(&format!("{files} --method MGS --grid 11"), "such as 512x256");
+    refused(&format!("{problem} --method MGS --grid 121x1"), "row 0 has an entry in column 11");
+    refused(&format!("{problem} --method MGS --grid 11x12"), "a.mtx: the grid has order 132");
+    refused(&format!("{problem} --method MGS --grid 11"), "such as 512x256");
     // One entry that leads round the edge of the grid.
     let text = text_of(&scene.a).replacen("121 121 561\n", "121 121 562\n11 12 -0.5\n", 1);
     let other = folder.write("other.mtx", text);
