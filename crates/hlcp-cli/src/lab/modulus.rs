@@ -160,7 +160,7 @@ const METHODS: [Published; 12] = [
             equation.precondition(&mut memory.f);
             equation.preconditioned.forward(1.0, 1, &memory.f, x, y);
             let half = y.to_vec();
-            equation.defect(&half, &mut memory.f);
+            equation.posed.defect(equation.q, &half, &mut memory.f, &mut memory.scratch);
             equation.precondition(&mut memory.f);
             equation.preconditioned.backward(&memory.f, &half, y);
             memory.sweeps += 1;
@@ -277,10 +277,6 @@ impl<'p> Equation<'p> {
             }
         });
         Ok(Self { q: &problem.q, posed, a, c, g, preconditioned })
-    }
-
-    fn defect(&self, x: &[f64], f: &mut [f64]) {
-        self.posed.defect(self.q, x, f, &mut vec![]);
     }
 
     /// Adds G(|x| − u) to the defect.

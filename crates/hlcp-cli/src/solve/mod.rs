@@ -283,11 +283,8 @@ impl Run<'_> {
             let begun = Instant::now();
             let mut is_late = || left.is_some_and(|left| begun.elapsed() >= left);
             let clock = &mut Clock::new(&mut is_late);
-            let certificate = if arguments.certify {
-                Some(self.certified(given, &q, &mut solver, clock)?)
-            } else {
-                None
-            };
+            let proved = || self.certified(given, &q, &mut solver, clock);
+            let certificate = arguments.certify.then(proved).transpose()?;
             let Some([z, r]) = self.gathered(given, &solver) else {
                 self.all_converged &= outcome.converged();
                 continue;
