@@ -11,7 +11,7 @@ use std::{
 
 use hlcp::film::{
     Bearing, Coefficients, Drive, Film, FilmError, Journal, Load, Lobes, Motion, Pad, Parameter,
-    Pocket, Sensitivity, Settings, Side, Solved, Supply,
+    Pocket, Sensitivity, Settings, Side, Solved, Supply, Threshold,
 };
 use hlcp_methods::{Limits, Progress};
 use proptest::prelude::*;
@@ -448,6 +448,49 @@ fn slow_coefficients_are_those_at_no_frequency() {
         for (one, other) in one.concat().iter().zip(other.concat()) {
             assert!((one - other).abs() <= 1e-5 * size, "{one} {other}");
         }
+    }
+}
+
+/// A rotor of half the critical mass comes to rest after a push, one of twice that does not.
+#[test]
+fn a_rotor_above_the_critical_mass_whirls() {
+    let mut bearing = journal([36, 6], 15.0);
+    bearing.position = vec![5e-5, 0.0];
+    let settings = Settings::default();
+    let load = Load { direction: Some(bearing.load_direction(0.0)), ..Load::of(1000.0) };
+    let solved = bearing.carry(&load, None, &settings).unwrap().solved;
+    let Threshold { mass, omega, .. } = Threshold::of(&bearing, &solved).unwrap().unwrap();
+    let carried = bearing.forces(&solved.film, &solved.z);
+    let sway = |mass: f64| {
+        let mut motion = Motion::new(bearing.clone(), &settings).unwrap();
+        let mut most = [0.0_f64; 5];
+        for k in 0..5 * 48 {
+            let push = if k < 12 { 1.01 } else { 1.0 };
+            let load = carried.iter().map(|force| push * force).collect();
+            let step = TAU / omega / 48.0;
+            motion.step(step, &Drive::Under { load, mass }, &settings).unwrap();
+            let off = motion.bearing.position.iter().zip(&bearing.position);
+            most[k / 48] = off.map(|(now, at)| (now - at).abs()).fold(most[k / 48], f64::max);
+        }
+        most[4] / most[2]
+    };
+    let [light, heavy] = [0.5, 2.0].map(|by| sway(by * mass));
+    assert!(light < 0.5 && heavy > 1.5, "{light} {heavy}");
+}
+
+/// Oil that flows along a gap which widens on the way pushes the journal aside.
+#[test]
+fn a_gap_that_widens_along_the_flow_holds_no_rotor() {
+    for (widens, speed, mass) in [(1.5e-3, 1.0, 0.0), (-1.5e-3, 1.0, 1.0)] {
+        let mut bearing = journal([24, 8], speed);
+        bearing.film.supplies.clear();
+        bearing.film.sides[2..].copy_from_slice(&[Side::Pressure(5e6), Side::Pressure(1e6)]);
+        for (k, gap) in bearing.film.gap.iter_mut().enumerate() {
+            *gap += widens * (((k / 24) as f64 + 0.5) / 8.0 - 0.5) * 0.05;
+        }
+        let solved = Solved::new(bearing.here().unwrap(), None, &Settings::default()).unwrap();
+        let found = Threshold::of(&bearing, &solved).unwrap();
+        assert_eq!(found.is_none_or(|found| found.mass > 0.0), mass > 0.0, "{found:?}");
     }
 }
 
