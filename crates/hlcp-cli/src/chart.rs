@@ -59,7 +59,7 @@ pub(crate) struct Panel {
     /// The names that stand at the ends of lines in the place of a legend.
     ends: Vec<End>,
     /// Places along the top, with their names.
-    places: Vec<(f64, String)>,
+    pub(crate) places: Vec<(f64, String)>,
 }
 
 /// An entry of the legend: shapes on top of each other, with their colours and dashes.
@@ -98,10 +98,12 @@ impl Panel {
         panel
     }
 
-    /// The same panel over other decades along x.
-    pub(crate) fn over(mut self, low: f64, high: f64) -> Self {
+    /// The same panel over other decades along x, with its ticks in other words than powers of ten.
+    pub(crate) fn over(mut self, low: f64, high: f64, words: [fn(f64) -> String; 2]) -> Self {
+        let [x, y] = words.map(|words| TickFormat::Custom(Arc::new(words)));
         self.layout.x_range = (low, high);
-        self.layout = self.layout.with_x_axis_min(low).with_x_axis_max(high);
+        let layout = self.layout.with_x_axis_min(low).with_x_axis_max(high);
+        self.layout = layout.with_x_tick_format(x).with_y_tick_format(y);
         self
     }
 
@@ -115,33 +117,15 @@ impl Panel {
         self.keys.retain(|key| series.iter().all(|series| series.name != key.label));
         for series in series {
             let at = series.points.last().map(|(x, y)| (x.log10(), y.log10()));
-            self.end(series, series.name.clone() + &note(series), at);
+            self.name(series, series.name.clone() + &note(series), at);
         }
         self
     }
 
-    /// Names a line that begins above the panel at the top of the names.
-    pub(crate) fn with_name_above(mut self, series: &Series, label: String) -> Self {
-        self.end(series, label, None);
-        self
-    }
-
-    fn end(&mut self, series: &Series, label: String, at: Option<(f64, f64)>) {
+    /// Names a line at its end, or at the top of the names if it begins above the panel.
+    pub(crate) fn name(&mut self, series: &Series, label: String, at: Option<(f64, f64)>) {
         let colour = COLOURS[series.style[0] % COLOURS.len()];
         self.ends.push(End { label, colour, at });
-    }
-
-    /// Writes the ticks of the axes in other words than powers of ten.
-    pub(crate) fn with_ticks(mut self, words: [fn(f64) -> String; 2]) -> Self {
-        let [x, y] = words.map(|words| TickFormat::Custom(Arc::new(words)));
-        self.layout = self.layout.with_x_tick_format(x).with_y_tick_format(y);
-        self
-    }
-
-    /// Names places along the top.
-    pub(crate) fn with_places_on_top(mut self, places: Vec<(f64, String)>) -> Self {
-        self.places = places;
-        self
     }
 
     /// Steps from the left on plain axes over the given ranges.

@@ -78,7 +78,7 @@ pub(super) fn drawn(
     if bearing.journal.is_some() {
         let place = |k: u32| (lx * f64::from(k) / 360.0, format!("{k}°"));
         let angles = || (0..=360).step_by(60).map(place).collect();
-        panels = panels.map(|panel| panel.with_places_on_top(angles()));
+        panels.iter_mut().for_each(|panel| panel.places = angles());
     }
     chart::svg(2, 300.0, panels.into(), caption)
 }

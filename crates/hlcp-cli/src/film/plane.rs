@@ -75,12 +75,13 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let range = arguments.data_tolerance.filter(|_| converged);
     let range = range.map(|part| bearing.range(part, film, z, r)).transpose()?;
     let figures = last.unwrap_or_else(|| film.figures(z, r, bearing.ambient));
-    let [load, ..] = bearing.load(film, &figures, z);
+    let load = bearing.load(film, &figures, z);
     let oil = arguments.oil.unwrap_or_default();
-    let derived = bearing.derived(film, &figures, load, &oil);
+    let derived = bearing.derived(film, &figures, load[0], &oil);
     let report = Report {
         bearing: &bearing,
         figures,
+        load,
         derived,
         oil,
         proved: (certificate.iter().flatten().next())
@@ -97,7 +98,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         seconds: begun.elapsed().as_secs_f64(),
     };
 
-    let [_, x, y] = report.load();
+    let [_, x, y] = load;
     let map = |values| Map { columns: film.nx, rows: film.ny, values };
     let (pressures, contents) = (map(film.pressures(z)), map(r.iter().map(|r| 1.0 - r).collect()));
     let mut texts = vec![

@@ -36,6 +36,8 @@ pub(super) struct Report<'r> {
     pub(super) bearing: &'r Bearing,
     pub(super) solved: &'r Solved,
     pub(super) figures: FilmFigures,
+    /// The load, and where it acts along x and y.
+    pub(super) load: [f64; 3],
     pub(super) derived: Derived,
     pub(super) oil: Oil,
     pub(super) solves: usize,
@@ -54,10 +56,6 @@ pub(super) struct Report<'r> {
 }
 
 impl Report<'_> {
-    pub(super) fn load(&self) -> [f64; 3] {
-        self.bearing.load(&self.solved.film, &self.figures, &self.solved.z)
-    }
-
     fn status(&self) -> String {
         let status = self.solved.outcome.status;
         if status == Status::Converged && !self.converged {
@@ -72,7 +70,7 @@ impl Report<'_> {
 
     pub(super) fn caption(&self) -> String {
         let film = &self.solved.film;
-        let [load, ..] = self.load();
+        let [load, ..] = self.load;
         format!(
             "{}{} × {} cells; load {load:.4e} N, peak {:.4e} Pa, least gap {:.4e} m; {:.1} % of the film is broken, within the line",
             if self.converged { "" } else { "not converged: " },
@@ -86,7 +84,7 @@ impl Report<'_> {
 
     pub(super) fn json(&self) -> Value {
         let (film, figures, bearing) = (&self.solved.film, &self.figures, self.bearing);
-        let [load, x, y] = self.load();
+        let [load, x, y] = self.load;
         let sides = |of: &dyn Fn(usize) -> Value, supplies: Value| {
             let side = |k: usize| (film.sides[k] != Side::Periodic).then(|| of(k));
             let [west, east, south, north] = [0, 1, 2, 3].map(side);
@@ -208,7 +206,7 @@ impl Report<'_> {
         if !self.converged {
             text.say("not converged, so these are no figures of the film:");
         }
-        let ([load, x, y], proved) = (self.load(), self.proved.as_ref());
+        let ([load, x, y], proved) = (self.load, self.proved.as_ref());
         let is_journal = self.bearing.journal.is_some();
         let within = between(proved.map(|proved| proved.load));
         text.add("load", format!("{load:.6e} N{within}"));

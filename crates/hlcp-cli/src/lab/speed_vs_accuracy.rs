@@ -175,7 +175,7 @@ fn draw_all(
                 // Only named: an axis up to them would make one line of all others.
                 let name = |line: &Series| format!("{} {}", short(&line.name), least(line));
                 let names: Vec<_> = above.iter().map(name).collect();
-                panel = panel.with_places_on_top(vec![(8.1, format!("↑ {}", names.join(", ")))]);
+                panel.places = vec![(8.1, format!("↑ {}", names.join(", ")))];
             }
             let single = rows.iter().filter(|(of, run)| of == title && run.series.ends_with("f32"));
             let floor = single.map(|(_, run)| run.error).fold(f64::INFINITY, f64::min);
@@ -306,8 +306,8 @@ fn panel(title: &str, is_first: bool, series: &[Series]) -> Panel {
     let (name, numbers) = title.split_at(name.unwrap_or(title.len()));
     let title = format!("{name}\n{}", numbers.trim_start_matches([',', ' ']));
     let axes = ["largest error", if is_first { "time" } else { "" }];
-    let panel = Panel::log_log(&title, axes, series).over(-0.2, 16.4);
-    panel.with_ticks([|v| power_of_ten(0.0 - v), duration])
+    let panel = Panel::log_log(&title, axes, series);
+    panel.over(-0.2, 16.4, [|v| power_of_ten(0.0 - v), duration])
 }
 
 /// Writes 10^v seconds, a power of ten.
@@ -378,10 +378,11 @@ fn glance(title: &str, rows: &[(String, Rung)], chart: Chart, is_first: bool) ->
         }
     }
     let panel = panel(title, is_first, &series).with_names_at_ends(&series, |_| String::new());
-    let panel = panel.band("fastest so far", "#d0d0d0", &front);
-    above.iter().fold(panel, |panel, series| {
-        panel.with_name_above(series, format!("{} ↑ {}", series.name, least(series)))
-    })
+    let mut panel = panel.band("fastest so far", "#d0d0d0", &front);
+    for series in &above {
+        panel.name(series, format!("{} ↑ {}", series.name, least(series)), None);
+    }
+    panel
 }
 
 /// Returns the error of each answer of AMSOR down the ladder, and what is proved of it: of the
