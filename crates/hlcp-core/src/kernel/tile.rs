@@ -262,7 +262,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let whole = length == nx;
             let closed = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed::<T, ROWS, BACKWARD, ACCELERATED>(passed, start, rows, closed);
+            link.skewed::<T, BACKWARD, ACCELERATED>(passed, start, rows, closed);
         } else {
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
@@ -309,10 +309,10 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
 }
 
 /// The first points of rows that close, as the last ones need them.
-struct Ends<'a, T, const R: usize> {
+struct Ends<'a, T> {
     pairs: &'a [Pair<T>; ROWS],
     /// The first points' values, unless the stretch holds the whole row.
-    opened: [T; R],
+    opened: [T; ROWS],
     whole: bool,
 }
 
@@ -443,14 +443,14 @@ impl<S, K> Link<'_, S, K> {
         y
     }
 
-    /// Relaxes `R` rows side by side, row `k` one column behind row `k − 1`.
+    /// Relaxes rows side by side, row `k` one column behind row `k − 1`.
     #[inline(always)]
-    fn skewed<T: Scalar, const R: usize, const BACKWARD: bool, const ACCELERATED: bool>(
+    fn skewed<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
         passed: &[T],
-        start: [T; R],
-        mut rows: [&mut [T]; R],
-        ends: Option<Ends<'_, T, R>>,
+        start: [T; ROWS],
+        mut rows: [&mut [T]; ROWS],
+        ends: Option<Ends<'_, T>>,
     ) where
         S: Source<T, Kept = K>,
     {
@@ -459,17 +459,17 @@ impl<S, K> Link<'_, S, K> {
         for (k, y) in y.iter_mut().enumerate() {
             let (done, row) = rows.split_at_mut(k);
             let across = done.last().map_or(passed, |row| row);
-            *y = self.chain::<T, BACKWARD, ACCELERATED>(k, 0..R - 1 - k, across, *y, row[0]);
+            *y = self.chain::<T, BACKWARD, ACCELERATED>(k, 0..ROWS - 1 - k, across, *y, row[0]);
         }
-        let m = n + 1 - R;
+        let m = n + 1 - ROWS;
         let wide = m - m % 64;
         let done = m - m % 8;
-        self.blocks::<T, R, 64, BACKWARD, ACCELERATED>(0..wide, passed, &mut y, &mut rows);
-        self.blocks::<T, R, 8, BACKWARD, ACCELERATED>(wide..done, passed, &mut y, &mut rows);
+        self.blocks::<T, 64, BACKWARD, ACCELERATED>(0..wide, passed, &mut y, &mut rows);
+        self.blocks::<T, 8, BACKWARD, ACCELERATED>(wide..done, passed, &mut y, &mut rows);
         for (k, &y) in y.iter().enumerate() {
             let (before, row) = rows.split_at_mut(k);
             let across = before.last().map_or(passed, |row| row);
-            let points = R - 1 - k + done..n;
+            let points = ROWS - 1 - k + done..n;
             self.chain::<T, BACKWARD, ACCELERATED>(k, points, across, y, row[0]);
             if let Some(Ends { pairs, opened, whole }) = &ends {
                 let [first, last] = if BACKWARD { [n - 1, 0] } else { [0, n - 1] };
@@ -479,22 +479,16 @@ impl<S, K> Link<'_, S, K> {
         }
     }
 
-    /// Takes, of `R` rows side by side, the `steps` that relax point `s + R − 1 − k` of row `k`.
+    /// Takes, of rows side by side, the `steps` that relax point `s + ROWS − 1 − k` of row `k`.
     ///
     /// By blocks of `W` steps, which need no check of an index.
     #[inline(always)]
-    fn blocks<
-        T: Scalar,
-        const R: usize,
-        const W: usize,
-        const BACKWARD: bool,
-        const ACCELERATED: bool,
-    >(
+    fn blocks<T: Scalar, const W: usize, const BACKWARD: bool, const ACCELERATED: bool>(
         &self,
         steps: Range<usize>,
         passed: &[T],
-        y: &mut [T; R],
-        rows: &mut [&mut [T]; R],
+        y: &mut [T; ROWS],
+        rows: &mut [&mut [T]; ROWS],
     ) where
         S: Source<T, Kept = K>,
     {
@@ -502,7 +496,7 @@ impl<S, K> Link<'_, S, K> {
         let mut last = *y;
         for s in steps.step_by(W) {
             let at = |k: usize| {
-                let point = s + R - 1 - k;
+                let point = s + ROWS - 1 - k;
                 if BACKWARD { n - point - W } else { point }
             };
             let mut k = 0;
@@ -515,7 +509,7 @@ impl<S, K> Link<'_, S, K> {
                 let i = if BACKWARD { W - 1 - i } else { i };
                 // From the last row up, so that `last[k − 1]` still is the value across from row
                 // k's point.
-                for k in (0..R).rev() {
+                for k in (0..ROWS).rev() {
                     let across = if k == 0 { first[i] } else { last[k - 1] };
                     let t = rows[k][i];
                     last[k] =
