@@ -5,13 +5,15 @@
 //! cargo bench --bench rows
 //! ```
 //!
-//! Rivals run in turns, and each figure is the ratio of the least times. One thread unless said.
+//! By the processor time of one thread, unless said.
+
+mod common;
 
 use std::{error::Error, hint::black_box, time::Instant};
 
+use common::{against, done, seconds};
 use hlcp_core::{Aor, Csr, FivePoint, Hlcp, Identity, Multicolour, Omega, Rhs, RowMajor, Step};
 
-const TURNS: usize = 7;
 /// Runs that are measured together, since the system counts processor time in steps.
 const BATCH: u32 = 30;
 
@@ -80,28 +82,20 @@ fn clock(begun: Instant) -> f64 {
     nanoseconds.map_or_else(|| begun.elapsed().as_secs_f64(), |ns| ns * 1e-9)
 }
 
-/// Prints the ratio of the least times of two rivals, and that of the first for each unknown; by
-/// processor time unless the second runs on threads.
+/// Compares two rivals by processor time.
 fn row(
-    [what, against, target]: [&str; 3],
+    [what, rival, target]: [&str; 3],
     n: usize,
-    ours: &mut dyn FnMut(),
-    theirs: &mut dyn FnMut(),
+    mut ours: impl FnMut(),
+    mut theirs: impl FnMut(),
 ) {
-    let (begun, threads) = (Instant::now(), against == "2 threads");
-    let now = || if threads { begun.elapsed().as_secs_f64() } else { clock(begun) };
+    let begun = Instant::now();
     let seconds = |run: &mut dyn FnMut()| {
-        let start = now();
+        let start = clock(begun);
         (0..BATCH).for_each(|_| run());
-        (now() - start) / f64::from(BATCH)
+        (clock(begun) - start) / f64::from(BATCH)
     };
-    let mut least = [f64::INFINITY; 2];
-    for _ in 0..TURNS {
-        least = [least[0].min(seconds(ours)), least[1].min(seconds(theirs))];
-    }
-    let [ours, theirs] = least;
-    let each = ours / n as f64 * 1e9;
-    println!("| {what} | {against} | {:.2} | {target} | {each:.2} |", ours / theirs);
+    common::row(what, rival, target, n, against(|| seconds(&mut ours), || seconds(&mut theirs)));
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -124,7 +118,6 @@ fn main() -> Result<(), Box<dyn Error>> {
     let aor = Aor::gauss_seidel();
 
     println!("| what | against | ratio | target | ns per unknown |\n|---|---|---|---|---|");
-    let done = |norm: f64| _ = black_box(norm);
     let ways = [
         ("assembled rows, MMS", aor, by_hand::<false, false> as Loop),
         ("the same backward", aor.backward(), by_hand::<true, false>),
@@ -134,47 +127,41 @@ fn main() -> Result<(), Box<dyn Error>> {
         row(
             [what, "the loop by hand", "≤ 1.2"],
             n,
-            &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
-            &mut || done(by_hand([&of_a, &of_b], &q, &x, &mut other)),
+            || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![])),
+            || done(by_hand([&of_a, &of_b], &q, &x, &mut other)),
         );
     }
     row(
         ["64-bit indices, MMS", "32-bit indices", ""],
         n,
-        &mut || done(aor.step(&wide, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
+        || done(aor.step(&wide, &rhs, &x, &mut y, &mut vec![])),
+        || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![])),
     );
     row(
         ["assembled rows, MMS", "the same grid known as one", ""],
         n,
-        &mut || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || done(aor.step(&grid, &rhs, &x, &mut other, &mut vec![]).l2),
+        || done(aor.step(&rows, &rhs, &x, &mut y, &mut vec![])),
+        || done(aor.step(&grid, &rhs, &x, &mut other, &mut vec![])),
     );
     let coloured = Multicolour::new(aor, &rows);
     let (mut scratch, mut more) = (vec![], vec![]);
     row(
         ["multicolour order, MMS", "the order of the rows", ""],
         n,
-        &mut || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch).l2),
-        &mut || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![]).l2),
+        || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch)),
+        || done(aor.step(&rows, &rhs, &x, &mut other, &mut vec![])),
     );
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build()?;
     let together = rows.clone().in_parallel();
-    row(
-        ["one thread, multicolour", "2 threads", "≥ 1.6"],
-        n,
-        &mut || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch).l2),
-        &mut || {
-            let step = || coloured.step(&together, &rhs, &x, &mut other, &mut more).l2;
-            _ = black_box(pool.install(step));
-        },
-    );
-    row(
-        ["one thread, residual over rows", "2 threads", "≥ 1.6"],
-        n,
-        &mut || _ = black_box(rows.residual(&rhs, &x, &q, &mut vec![])),
-        &mut || _ = black_box(pool.install(|| together.residual(&rhs, &x, &q, &mut vec![]))),
-    );
+    let alone = || seconds(M, || done(coloured.step(&rows, &rhs, &x, &mut y, &mut scratch)));
+    let shared = || {
+        let step = || done(coloured.step(&together, &rhs, &x, &mut other, &mut more));
+        pool.install(|| seconds(M, step))
+    };
+    common::row("one thread, multicolour", "2 threads", "≥ 1.6", n, against(alone, shared));
+    let residual = |of: &Hlcp<_, _, _>| seconds(M, || done(of.residual(&rhs, &x, &q, &mut vec![])));
+    let figures = against(|| residual(&rows), || pool.install(|| residual(&together)));
+    common::row("one thread, residual over rows", "2 threads", "≥ 1.6", n, figures);
 
     let order = 1000;
     let entries: Vec<f64> = (0..order * order)
@@ -186,8 +173,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     row(
         ["dense rows and I, n = 1000, MMS", "the loop by hand", ""],
         order,
-        &mut || done(aor.step(&dense, &rhs, &x, &mut y, &mut vec![]).l2),
-        &mut || {
+        || done(aor.step(&dense, &rhs, &x, &mut y, &mut vec![])),
+        || {
             for i in 0..order {
                 let entries = &entries[i * order..(i + 1) * order];
                 let (mut f, mut moved) = (q[i] - (x[i].abs() - x[i]), 0.0);
