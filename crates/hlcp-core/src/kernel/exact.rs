@@ -2,13 +2,13 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::{Sweep, grid::Grid};
 use crate::{
     numbers::{BLOCK, Compiled, Meter, Part, Rhs, Scalar, Tally},
     operators::Coefficients,
-    parallel::totals,
+    parallel::{team, totals},
     rows::{ExactSum, Question},
 };
 
@@ -21,35 +21,36 @@ impl<T: Scalar> Sweep<'_, T> {
     fn exact_sum(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         let (arch, beside) = (Arch::new(), &self.beside(x));
         let add = |tally: &mut Tally<f64>, at: Range<usize>| {
-            arch.dispatch(OfBlock { question, sweep: self, q, x, beside, meter, tally, at });
+            team::vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    let mut entries = [0.0; BLOCK];
+                    let entries = &mut entries[..at.len()];
+                    self.answer(question, q.entries(), x, beside, at, entries);
+                    tally.add(meter, entries);
+                },
+            );
         };
         totals(self.stretches(), self.parallel, add).sum(self.strip())
     }
-}
 
-/// The sum over a block of points, `at` consecutive indices of one row of the grid.
-///
-/// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
-/// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
-struct OfBlock<'a, T> {
-    question: Question,
-    sweep: &'a Sweep<'a, T>,
-    q: &'a Rhs<'a, T>,
-    x: &'a [T],
-    /// `x` west and east of the grid, where other ranks have it go on.
-    beside: &'a [Vec<T>; 2],
-    meter: Meter,
-    tally: &'a mut Tally<f64>,
-    at: Range<usize>,
-}
-
-impl<T: Scalar> WithSimd for OfBlock<'_, T> {
-    type Output = ();
-
+    /// Overwrites `entries` with the answers of a block of points, `at` consecutive indices of one
+    /// row of the grid, given `x` west and east of it, where other ranks have it go on.
+    ///
+    /// One of `zⱼ` and `rⱼ` is zero, so of the two terms of a neighbour, `a z` and `−b r`, there is
+    /// one: the difference `w = z − r` times `a` where it is positive, times `b` elsewhere.
     #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        let Self { question, sweep, q, x, beside, meter, tally, at } = self;
-        let Sweep { grid, omega, omega_beside, gamma, q_factor, .. } = *sweep;
+    fn answer(
+        &self,
+        question: Question,
+        q: &[T],
+        x: &[T],
+        beside: &[Vec<T>; 2],
+        at: Range<usize>,
+        entries: &mut [f64],
+    ) {
+        let Sweep { grid, omega, omega_beside, gamma, q_factor, .. } = *self;
         let Grid { nx, ny, round: [round_x, round_y], .. } = grid;
         let (j, start, length) = (at.start / nx, at.start % nx, at.len());
         // w of the rows south of the block, here and north of it, with a column more on each side.
@@ -85,15 +86,13 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
         let [south, here, north] = &rows;
         // In the order of the coefficients: south, west, centre, east, north.
         let w = [&south[1..], here, &here[1..], &here[2..], &north[1..]].map(|w| &w[..length]);
-        let mut entries = [0.0; BLOCK];
-        let (entries, q) = (&mut entries[..length], &q.entries()[at.clone()]);
-        let sign = q_factor / gamma;
-        if let [Some(a), Some(b)] = sweep.views().map(|view| view.constants()) {
+        let (q, sign) = (&q[at.clone()], q_factor / gamma);
+        if let [Some(a), Some(b)] = self.views().map(|view| view.constants()) {
             let [a, b] = [a, b].map(|row| row.map(T::wide));
             measure_block(question, w, sign, q, |d, _| [a[d], b[d]], entries);
         } else {
             let mut loaded = [[[0.0; BLOCK]; 5]; 2];
-            let lists = sweep.views().map(|view| view.coefficients());
+            let lists = self.views().map(|view| view.coefficients());
             for (list, to) in lists.iter().flatten().zip(loaded.iter_mut().flatten()) {
                 match list {
                     Coefficients::Uniform(c) => to.fill(c.wide()),
@@ -106,7 +105,6 @@ impl<T: Scalar> WithSimd for OfBlock<'_, T> {
                 loaded.each_ref().map(|lists| lists.each_ref().map(|list| &list[..length]));
             measure_block(question, w, sign, q, |d, i| [a[d][i], b[d][i]], entries);
         }
-        tally.add(meter, entries);
     }
 }
 

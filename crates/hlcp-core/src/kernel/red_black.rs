@@ -9,46 +9,51 @@
 
 use std::ops::Range;
 
-use pulp::{Simd, WithSimd};
+use pulp::Arch;
 
 use super::{
     coefficients::Source,
-    grid::{COLUMNS, Grid, Old, zeros},
+    grid::{COLUMNS, Grid, Old, columns, zeros},
 };
 use crate::{
-    numbers::{Scalar, Tallies},
-    parallel::{Claims, OrderedSum},
+    numbers::{Scalar, Tallies, Totals},
+    parallel::{Claims, OrderedSum, team},
 };
 
 /// The rows of a band. The first phase of two more is done again.
-pub(super) const HEIGHT: usize = 32;
+const HEIGHT: usize = 32;
 
-/// One thread's share of a sweep.
-pub(super) struct Bands<'a, T, S, I, const ACCELERATED: bool> {
-    pub(super) old: &'a Old<'a, T>,
-    pub(super) source: &'a S,
-    pub(super) bands: &'a Claims<I>,
-    pub(super) sum: &'a OrderedSum,
-}
-
-impl<'y, T, S, I, const ACCELERATED: bool> WithSimd for Bands<'_, T, S, I, ACCELERATED>
-where
-    T: Scalar,
-    S: Source<T>,
-    I: Iterator<Item = (usize, &'y mut [T])>,
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        let Self { old, source, bands, sum } = self;
-        let (mut worker, nx) = (Worker::new(old, source), old.grid.nx);
-        // Beside the worker, not in it: within, a sweep takes a tenth longer.
-        let mut tallies = Tallies::new(old.stretches);
-        while let Some((number, band)) = bands.next() {
-            worker.relax::<ACCELERATED>(number * HEIGHT, band, &mut tallies);
-            sum.add(number, tallies.take(0..nx));
-        }
+impl<T: Scalar> Old<'_, T> {
+    /// Relaxes all of `y` in red–black order, and sums the squares of F(x).
+    pub(super) fn red_black<S: Source<T>, const ACCELERATED: bool>(
+        &self,
+        arch: Arch,
+        source: &S,
+        y: &mut [T],
+    ) -> Totals {
+        let new = self.strip.map_or([vec![], vec![]], |strip| {
+            strip.exchange(1, first_colours::<_, _, ACCELERATED>(self, source))
+        });
+        let (old, nx) = (&Old { new: columns(&new), ..*self }, self.grid.nx);
+        let bands = y.chunks_mut(nx * HEIGHT);
+        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
+        let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
+        team::spread(threads, &|| {
+            team::vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    let mut worker = Worker::new(old, source);
+                    // Beside the worker, not in it: within, a sweep takes a tenth longer.
+                    let mut tallies = Tallies::new(old.stretches);
+                    while let Some((number, band)) = bands.next() {
+                        worker.relax::<ACCELERATED>(number * HEIGHT, band, &mut tallies);
+                        sum.add(number, tallies.take(0..nx));
+                    }
+                },
+            );
+        });
+        sum.total()
     }
 }
 
@@ -62,7 +67,7 @@ struct Worker<'a, T, S: Source<T>> {
 
 /// Returns the first colour of the new iterate in the first and in the last column; the numbers at
 /// points of the second colour mean nothing.
-pub(super) fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
+fn first_colours<T: Scalar, S: Source<T>, const ACCELERATED: bool>(
     old: &Old<'_, T>,
     source: &S,
 ) -> [Vec<f64>; 2] {

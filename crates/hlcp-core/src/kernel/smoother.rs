@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::{
     Sweep, Transfer,
@@ -132,7 +132,15 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         let Sweep { grid, parallel, .. } = self.sweep;
         let beside = columns(beside);
         team::spread(team::threads(parallel, x.len()), &|| {
-            Arch::new().dispatch(Share { grid, source, f, x, beside, pass });
+            team::vectorised(
+                Arch::new(),
+                #[inline(always)]
+                || {
+                    let around = Around::new(grid, x, beside);
+                    let loaded = source.loaded();
+                    pass.work(&mut Defects { nx: grid.nx, source, loaded, around, f });
+                },
+            );
         });
     }
 
@@ -223,28 +231,6 @@ fn defect_phase<T: Scalar, S: Source<T>>(
 /// Work on the rows of a defect, which threads share.
 trait Pass<T>: Sync {
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>);
-}
-
-/// One thread's share of a pass.
-struct Share<'a, T, S, P> {
-    grid: Grid,
-    source: &'a S,
-    f: Option<Multiple<'a, T>>,
-    x: &'a [T],
-    beside: [&'a [T]; 2],
-    pass: &'a P,
-}
-
-impl<T: Scalar, S: Source<T>, P: Pass<T>> WithSimd for Share<'_, T, S, P> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        let Self { grid, source, f, x, beside, pass } = self;
-        let around = Around::new(grid, x, beside);
-        let loaded = source.loaded();
-        pass.work(&mut Defects { nx: grid.nx, source, loaded, around, f });
-    }
 }
 
 /// The norms of the defect, by bands of rows.

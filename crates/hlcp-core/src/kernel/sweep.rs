@@ -1,11 +1,10 @@
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::{
     coefficients::{ConstantRows, Source, VaryingRows},
     grid::{COLUMNS, Grid, Multiple, Old, ROWS, columns},
-    red_black,
     tile::{Edge, Worker},
 };
 use crate::{
@@ -242,84 +241,34 @@ impl<T: Scalar> Old<'_, T> {
         let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
-            arch.dispatch(Bands::<_, _, _, BACKWARD, ACCELERATED> {
-                old: self,
-                source,
-                bands: &bands,
-                edges: &edges,
-                sum: &sum,
-            });
+            team::vectorised(
+                arch,
+                #[inline(always)]
+                || {
+                    let Grid { nx, ny, .. } = self.grid;
+                    let _breaker = Breaker(&edges);
+                    let mut worker = Worker::new(self, source);
+                    let mut rows: [&[T]; 2] = [&[]; 2];
+                    while let Some((number, band)) = bands.next() {
+                        let (done, height) = (number * ROWS, band.len() / nx);
+                        let first = if BACKWARD { ny - done - height } else { done };
+                        let edge = if edges.is_empty() {
+                            Edge::Own { rows, number }
+                        } else {
+                            Edge::Passed { edges: &edges, number }
+                        };
+                        worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
+                        if let Some((_, tallies)) = &mut worker.measured {
+                            sum.add(number, tallies.take(0..nx));
+                        }
+                        let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
+                        let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
+                        rows = [last, if number == 0 { first } else { rows[1] }];
+                    }
+                },
+            );
         });
         sum.total()
-    }
-
-    /// Relaxes all of `y` in red–black order, and sums the squares of F(x).
-    fn red_black<S: Source<T>, const ACCELERATED: bool>(
-        &self,
-        arch: Arch,
-        source: &S,
-        y: &mut [T],
-    ) -> Totals {
-        let new = self.strip.map_or([vec![], vec![]], |strip| {
-            strip.exchange(1, red_black::first_colours::<_, _, ACCELERATED>(self, source))
-        });
-        let old = &Old { new: columns(&new), ..*self };
-        let bands = y.chunks_mut(self.grid.nx * red_black::HEIGHT);
-        let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
-        let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
-        team::spread(threads, &|| {
-            arch.dispatch(red_black::Bands::<_, _, _, ACCELERATED> {
-                old,
-                source,
-                bands: &bands,
-                sum: &sum,
-            });
-        });
-        sum.total()
-    }
-}
-
-/// One thread's share of a sweep in lexicographic order.
-struct Bands<'a, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> {
-    old: &'a Old<'a, T>,
-    source: &'a S,
-    bands: &'a Claims<I>,
-    edges: &'a [Turns<[[T; COLUMNS]; 2]>],
-    sum: &'a OrderedSum,
-}
-
-impl<'y, T, S, I, const BACKWARD: bool, const ACCELERATED: bool> WithSimd
-    for Bands<'_, T, S, I, BACKWARD, ACCELERATED>
-where
-    T: Scalar,
-    S: Source<T>,
-    I: Iterator<Item = (usize, &'y mut [T])>,
-{
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        let Self { old, source, bands, edges, sum } = self;
-        let Grid { nx, ny, .. } = old.grid;
-        let _breaker = Breaker(edges);
-        let mut worker = Worker::new(old, source);
-        let mut rows: [&[T]; 2] = [&[]; 2];
-        while let Some((number, band)) = bands.next() {
-            let (done, height) = (number * ROWS, band.len() / nx);
-            let first = if BACKWARD { ny - done - height } else { done };
-            let edge = if edges.is_empty() {
-                Edge::Own { rows, number }
-            } else {
-                Edge::Passed { edges, number }
-            };
-            worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
-            if let Some((_, tallies)) = &mut worker.measured {
-                sum.add(number, tallies.take(0..nx));
-            }
-            let [south, north] = [&band[..nx], &band[(height - 1) * nx..]];
-            let [first, last] = if BACKWARD { [north, south] } else { [south, north] };
-            rows = [last, if number == 0 { first } else { rows[1] }];
-        }
     }
 }
 

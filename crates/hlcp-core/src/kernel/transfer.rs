@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::grid::COLUMNS;
 use crate::{
@@ -272,9 +272,24 @@ impl<T: Scalar> Transfer<T> {
             };
             strip.beside(width, |k| coarse[k])
         });
-        let bands = &Claims::new(fine.chunks_mut(self.axes[0].fine * HEIGHT).enumerate());
+        let nx = self.axes[0].fine;
+        let bands = Claims::new(fine.chunks_mut(nx * HEIGHT).enumerate());
         team::spread(threads, &|| {
-            Arch::new().dispatch(Interpolation { degree, transfer: self, coarse, beside, bands });
+            team::vectorised(
+                Arch::new(),
+                #[inline(always)]
+                || {
+                    let mut line = [T::zero(); WIDTH + 2];
+                    while let Some((number, band)) = bands.next() {
+                        for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
+                            match degree {
+                                Degree::Linear => self.linear(coarse, beside, j, &mut line, fine),
+                                Degree::Cubic => self.cubic(coarse, beside, j, fine),
+                            }
+                        }
+                    }
+                },
+            );
         });
     }
 
@@ -454,38 +469,19 @@ enum Degree {
     Cubic,
 }
 
-/// One thread's share of an interpolation.
-struct Interpolation<'a, T, I> {
-    degree: Degree,
-    transfer: &'a Transfer<T>,
-    coarse: &'a [T],
-    /// Its columns that other ranks have.
-    beside: &'a [Vec<T>; 2],
-    bands: &'a Claims<I>,
-}
-
-impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])>> WithSimd for Interpolation<'_, T, I> {
-    type Output = ();
-
+impl<T: Scalar> Transfer<T> {
+    /// Adds to row `j` of the fine grid what lies between the coarse rows beside it, of which other
+    /// ranks have the columns `beside`.
     #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) {
-        let nx = self.transfer.axes[0].fine;
-        let mut line = [T::zero(); WIDTH + 2];
-        while let Some((number, band)) = self.bands.next() {
-            for (j, fine) in (number * HEIGHT..).zip(band.chunks_exact_mut(nx)) {
-                match self.degree {
-                    Degree::Linear => self.linear(j, &mut line, fine),
-                    Degree::Cubic => self.cubic(j, fine),
-                }
-            }
-        }
-    }
-}
-
-impl<T: Scalar, I> Interpolation<'_, T, I> {
-    #[inline(always)]
-    fn linear(&self, j: usize, line: &mut [T; WIDTH + 2], fine: &mut [T]) {
-        let [x_axis, y_axis] = &self.transfer.axes;
+    fn linear(
+        &self,
+        coarse: &[T],
+        beside: &[Vec<T>; 2],
+        j: usize,
+        line: &mut [T; WIDTH + 2],
+        fine: &mut [T],
+    ) {
+        let [x_axis, y_axis] = &self.axes;
         let width = x_axis.coarse;
         let (rows, weight) = y_axis.beside(j);
         let mut start = 0;
@@ -498,14 +494,14 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
             let mut ends = [T::zero(); 2];
             for (row, weight) in rows.into_iter().zip([T::one() - weight, weight]) {
                 let Some(k) = row.filter(|_| weight > T::zero()) else { continue };
-                let row = &self.coarse[k * width..(k + 1) * width];
+                let row = &coarse[k * width..(k + 1) * width];
                 for (v, &coarse) in inner.iter_mut().zip(&row[from..until]) {
                     *v += weight * coarse;
                 }
                 if x_axis.round {
                     ends[0] += weight * row[width - 1];
                 }
-                for (end, beside) in ends.iter_mut().zip(self.beside) {
+                for (end, beside) in ends.iter_mut().zip(beside) {
                     beside.get(k).into_iter().for_each(|&beside| *end += weight * beside);
                 }
             }
@@ -523,23 +519,24 @@ impl<T: Scalar, I> Interpolation<'_, T, I> {
         }
     }
 
+    /// Overwrites row `j` of the fine grid, of which other ranks have the coarse columns `beside`.
     #[inline(always)]
-    fn cubic(&self, j: usize, fine: &mut [T]) {
-        let [x_axis, y_axis] = &self.transfer.axes;
+    fn cubic(&self, coarse: &[T], beside: &[Vec<T>; 2], j: usize, fine: &mut [T]) {
+        let [x_axis, y_axis] = &self.axes;
         let (row, of_rows) = y_axis.cubic[j];
         let (width, rows) = (x_axis.coarse, y_axis.coarse);
-        let [west, east] = self.beside.each_ref().map(|beside| beside.len() / rows);
+        let [west, east] = beside.each_ref().map(|beside| beside.len() / rows);
         for (i, fine) in fine.iter_mut().enumerate() {
             let (column, of_columns) = x_axis.cubic[i];
             let mut sum = T::zero();
             for (k, &weight) in of_rows.iter().enumerate().take(y_axis.taps) {
                 let k = (row as usize + k) % rows;
-                let coarse = &self.coarse[k * width..][..width];
+                let coarse = &coarse[k * width..][..width];
                 let value = |at: isize| match usize::try_from(at) {
                     Ok(at) if at < width => coarse[at],
                     Ok(at) if x_axis.round => coarse[at - width],
-                    Ok(at) => self.beside[1][k * east + at - width],
-                    Err(_) => self.beside[0][(k + 1) * west - at.unsigned_abs()],
+                    Ok(at) => beside[1][k * east + at - width],
+                    Err(_) => beside[0][(k + 1) * west - at.unsigned_abs()],
                 };
                 let parts = (column..).zip(of_columns).take(x_axis.taps);
                 let parts = parts.map(|(at, weight)| weight * value(at));

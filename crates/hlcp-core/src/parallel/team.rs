@@ -34,6 +34,15 @@ pub(crate) fn spread(threads: usize, work: &(impl Fn() + Sync)) {
     work();
 }
 
+/// Runs `work`, a closure that is always inlined, as it is compiled for an instruction set.
+///
+/// The bound is what makes it so: a closure that `dispatch` is given at once is taken for an `Fn`,
+/// which a function in between calls, compiled for the least set.
+#[inline(always)]
+pub(crate) fn vectorised<R>(arch: Arch, work: impl FnOnce() -> R) -> R {
+    arch.dispatch(work)
+}
+
 impl Totals {
     /// Returns the sum over the whole grid, which ranks may share.
     pub(crate) fn sum(&self, strip: Option<&Strip>) -> Part {

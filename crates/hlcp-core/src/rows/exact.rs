@@ -1,10 +1,11 @@
 //! Sums of products with twice the digits of double precision.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use crate::{
     numbers::{Compiled, Meter, Part, Scalar},
     operators::{Coefficients, RowsOf, Source},
+    parallel::team,
 };
 
 /// A question to the exact residual of a row.
@@ -126,13 +127,9 @@ impl<T: Scalar> ExactRows<'_, T> {
     pub(crate) fn sum(self) -> Part {
         SUM.of::<Sum<T>>()(self)
     }
-}
-
-impl<T: Scalar> WithSimd for ExactRows<'_, T> {
-    type Output = Part;
 
     #[inline(always)]
-    fn with_simd<V: Simd>(self, _: V) -> Part {
+    fn sum_here(self) -> Part {
         let Self { question, rows: [mut a, mut b], sign, q, x, omega, gamma, meter } = self;
         let with = |mut sum: ExactSum, entry: T, value: T| {
             sum.add(entry.wide(), value.wide());
@@ -152,5 +149,12 @@ impl<T: Scalar> WithSimd for ExactRows<'_, T> {
 
 type Sum<T> = fn(ExactRows<'_, T>) -> Part;
 
-static SUM: Compiled<Sum<f32>, Sum<f64>> =
-    Compiled(|rows| Arch::new().dispatch(rows), |rows| Arch::new().dispatch(rows));
+static SUM: Compiled<Sum<f32>, Sum<f64>> = Compiled(sum, sum);
+
+fn sum<T: Scalar>(rows: ExactRows<'_, T>) -> Part {
+    team::vectorised(
+        Arch::new(),
+        #[inline(always)]
+        || rows.sum_here(),
+    )
+}
