@@ -9,7 +9,7 @@ use super::{
     coefficients::Source,
     grid::{COLUMNS, Grid, Multiple, ROWS, columns, zeros},
     tile::Around,
-    transfer::{FineRows, WEIGHTED},
+    transfer::WEIGHTED,
 };
 use crate::{
     numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies},
@@ -167,7 +167,7 @@ impl<T: Scalar> Sweep<'_, T> {
 }
 
 /// The defect of one thread, row by row.
-struct Defects<'a, T, S: Source<T>> {
+pub(super) struct Defects<'a, T, S: Source<T>> {
     nx: usize,
     source: &'a S,
     loaded: S::Loaded,
@@ -175,9 +175,10 @@ struct Defects<'a, T, S: Source<T>> {
     f: Option<Multiple<'a, T>>,
 }
 
-impl<T: Scalar, S: Source<T>> FineRows<T> for Defects<'_, T, S> {
+impl<T: Scalar, S: Source<T>> Defects<'_, T, S> {
+    /// Overwrites `d` with a stretch of row `j`, of at most [`COLUMNS`] columns.
     #[inline(always)]
-    fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]) {
+    pub(super) fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]) {
         for start in columns.clone().step_by(S::CHUNK) {
             let stretch = start..columns.end.min(start + S::CHUNK);
             let n = stretch.len();

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pulp::Arch;
 
-use super::grid::COLUMNS;
+use super::{coefficients::Source, grid::COLUMNS, smoother::Defects};
 use crate::{
     numbers::{Compiled, Scalar},
     parallel::{Claims, Strip, team},
@@ -14,11 +14,8 @@ use crate::{
 const WIDTH: usize = COLUMNS / 2;
 /// Rows of a grid that a thread claims at once.
 const HEIGHT: usize = 16;
-/// Columns of the defect that full weighting takes of other ranks at most, and columns of the
-/// coarse grid that linear and cubic interpolation take, at the end of the grid too.
+/// Columns of the defect that full weighting takes of other ranks at most.
 pub(super) const WEIGHTED: usize = 2;
-const LINEAR: usize = 1;
-const CUBIC: usize = 4;
 
 /// The nodes of one axis on two grids over one interval, whose ends are the grids' nodes 0 and
 /// `m + 1`.
@@ -265,13 +262,9 @@ impl<T: Scalar> Transfer<T> {
 
     fn run(&self, degree: Degree, coarse: &[T], fine: &mut [T], parallel: bool) {
         let threads = team::threads(parallel, fine.len());
-        let beside = &self.strip.as_ref().map_or([vec![], vec![]], |strip| {
-            let width = match degree {
-                Degree::Linear => LINEAR,
-                Degree::Cubic => CUBIC,
-            };
-            strip.beside(width, |k| coarse[k])
-        });
+        let strip = self.strip.as_ref();
+        let beside =
+            &strip.map_or([vec![], vec![]], |strip| strip.beside(degree as usize, |k| coarse[k]));
         let nx = self.axes[0].fine;
         let bands = Claims::new(fine.chunks_mut(nx * HEIGHT).enumerate());
         team::spread(threads, &|| {
@@ -293,183 +286,6 @@ impl<T: Scalar> Transfer<T> {
         });
     }
 
-    pub(super) fn assert_orders(&self, fine: usize, coarse: usize) {
-        let orders = [self.fine(), self.coarse()].map(|[nx, ny]| nx * ny);
-        assert_eq!([fine, coarse], orders, "vectors of the grids' orders");
-    }
-
-    /// Returns the full weighting's portions of coarse rows: one of the coarse vector's bands.
-    pub(super) fn bands<'v>(
-        &self,
-        coarse: &'v mut [T],
-    ) -> impl ExactSizeIterator<Item = (usize, &'v mut [T])> + Send + use<'v, T> {
-        // A rank may have the last fine column and no coarse one.
-        coarse.chunks_mut((self.axes[0].coarse * HEIGHT).max(1)).enumerate()
-    }
-
-    /// Overwrites band `number` of a coarse vector with the full weighting of a fine one: the
-    /// transpose of the bilinear interpolation over the ratio of the cells' areas.
-    ///
-    /// `rows` writes the fine vector's rows, in stretches of at most [`COLUMNS`] columns; `beside`
-    /// are its columns that other ranks have.
-    #[inline(always)]
-    pub(super) fn restrict<R: FineRows<T>>(
-        &self,
-        number: usize,
-        band: &mut [T],
-        rows: &mut R,
-        beside: &[Vec<T>; 2],
-    ) {
-        let [x_axis, y_axis] = &self.axes;
-        let width = x_axis.coarse;
-        let first = number * HEIGHT;
-        let height = band.len() / width;
-        let scale = x_axis.ratio * y_axis.ratio;
-        let lines = if y_axis.halves() {
-            let end = 2 * (first + height) + 2;
-            2 * first..if y_axis.round { end } else { y_axis.fine.min(end) }
-        } else {
-            first..first + height
-        };
-        let mut d = [T::zero(); COLUMNS];
-        // What has come together for one coarse row and for the next.
-        let (mut sum, mut next) = (&mut [T::zero(); COLUMNS], &mut [T::zero(); COLUMNS]);
-        // One coarse column less than fits, whose last fine neighbours are the next one's first.
-        for start in (0..width).step_by(WIDTH - 2) {
-            let columns = start..width.min(start + WIDTH - 2);
-            let fine = if x_axis.halves() {
-                2 * columns.start..x_axis.known.min(2 * columns.end + 2)
-            } else {
-                columns.clone()
-            };
-            // Of these other ranks have `west` and `east`.
-            let lead = x_axis.lead;
-            let own = fine.start.max(lead)..fine.end.min(lead + x_axis.fine);
-            let (west, east) = (own.start - fine.start, fine.end - own.end);
-            let own = own.start - lead..own.end - lead;
-            // Across the end of rows that close.
-            let beyond =
-                if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
-            let (inside, n) = (fine.len(), fine.len() + beyond);
-            // One more than there are, since they are taken by pairs.
-            sum[..=n].fill(T::zero());
-            next[..=n].fill(T::zero());
-            for j in lines.clone() {
-                let j = j % y_axis.fine;
-                rows.row(j, own.clone(), &mut d[west..inside - east]);
-                if west > 0 {
-                    d[..west].copy_from_slice(&beside[0][(j + 1) * WEIGHTED - west..][..west]);
-                }
-                if east > 0 {
-                    let width = beside[1].len() / y_axis.fine;
-                    d[inside - east..inside].copy_from_slice(&beside[1][j * width..][..east]);
-                }
-                if beyond > 0 {
-                    rows.row(j, 0..beyond, &mut d[inside..n]);
-                }
-                let ([before, after], weight) = y_axis.beside(j);
-                let earlier = T::one() - weight;
-                if earlier == T::zero() {
-                    next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
-                } else {
-                    for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
-                        *sum += earlier * d;
-                        *next += weight * d;
-                    }
-                }
-                let (complete, whole) = if y_axis.halves() {
-                    (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)
-                } else {
-                    (after, &*next)
-                };
-                if let Some(k) = complete.filter(|k| (first..first + height).contains(k)) {
-                    let out = &mut band[(k - first) * width..][columns.clone()];
-                    x_axis.weigh(columns.start, scale, whole, out);
-                }
-                if complete.is_some() || j % 2 == 1 {
-                    std::mem::swap(&mut sum, &mut next);
-                    next[..n].fill(T::zero());
-                    if !y_axis.halves() {
-                        sum[..n].fill(T::zero());
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// Where a restriction has the rows of a fine vector from.
-pub(super) trait FineRows<T> {
-    /// Overwrites `d` with a stretch of row `j`.
-    fn row(&mut self, j: usize, columns: Range<usize>, d: &mut [T]);
-}
-
-impl<T: Scalar> Axis<T> {
-    /// Overwrites a stretch of coarse columns from `start` with the weighted sums of the fine ones,
-    /// of which `fine` holds those from the first that belongs to the stretch.
-    #[inline(always)]
-    fn weigh(&self, start: usize, scale: T, fine: &[T], coarse: &mut [T]) {
-        if !self.halves() {
-            for (coarse, &fine) in coarse.iter_mut().zip(fine) {
-                *coarse = scale * fine;
-            }
-            return;
-        }
-        let n = coarse.len();
-        let (fine, _) = fine[..2 * n + 2].as_chunks::<2>();
-        let (weights, _) = self.weights[2 * start..][..2 * n + 2].as_chunks::<2>();
-        for i in 0..n {
-            let ([a, b], [c, d]) = (fine[i], fine[i + 1]);
-            let ([wa, wb], [wc, wd]) = (weights[i], weights[i + 1]);
-            let after = (T::one() - wc) * c + (T::one() - wd) * d;
-            coarse[i] = scale * (wa * a + wb * b + after);
-        }
-    }
-
-    /// Adds to a stretch of fine columns the interpolation of a padded stretch of coarse ones,
-    /// given where both begin.
-    #[inline(always)]
-    fn interpolate(&self, [start, points]: [usize; 2], padded: &[T], fine: &mut [T]) {
-        if !self.halves() {
-            for (fine, &coarse) in fine.iter_mut().zip(&padded[1..]) {
-                *fine += coarse;
-            }
-            return;
-        }
-        // By pairs that lie between the same coarse columns; the first of a strip may be half one.
-        let (first, ahead) = (points + self.lead, points + self.lead - 2 * start);
-        let (half, fine) = fine.split_at_mut(ahead % 2);
-        let (weight, weights) = self.weights[first..][..ahead % 2 + fine.len()].split_at(ahead % 2);
-        for (fine, &weight) in half.iter_mut().zip(weight) {
-            *fine += (T::one() - weight) * padded[ahead / 2] + weight * padded[ahead / 2 + 1];
-        }
-        let padded = &padded[ahead.div_ceil(2)..];
-        let (pairs, rest) = fine.as_chunks_mut::<2>();
-        let (weights, last) = weights.as_chunks::<2>();
-        let n = pairs.len();
-        let (padded, weights) = (&padded[..n + 1 + rest.len()], &weights[..n]);
-        for i in 0..n {
-            let (left, right) = (padded[i], padded[i + 1]);
-            for (fine, &weight) in pairs[i].iter_mut().zip(&weights[i]) {
-                *fine += (T::one() - weight) * left + weight * right;
-            }
-        }
-        for (fine, &weight) in rest.iter_mut().zip(last) {
-            *fine += (T::one() - weight) * padded[n] + weight * padded[n + 1];
-        }
-    }
-}
-
-/// How an interpolation goes.
-#[derive(Clone, Copy)]
-enum Degree {
-    /// Adds the bilinear one.
-    Linear,
-    /// Overwrites by cubics.
-    Cubic,
-}
-
-impl<T: Scalar> Transfer<T> {
     /// Adds to row `j` of the fine grid what lies between the coarse rows beside it, of which other
     /// ranks have the columns `beside`.
     #[inline(always)]
@@ -545,6 +361,174 @@ impl<T: Scalar> Transfer<T> {
             *fine = sum;
         }
     }
+
+    pub(super) fn assert_orders(&self, fine: usize, coarse: usize) {
+        let orders = [self.fine(), self.coarse()].map(|[nx, ny]| nx * ny);
+        assert_eq!([fine, coarse], orders, "vectors of the grids' orders");
+    }
+
+    /// Returns the full weighting's portions of coarse rows: one of the coarse vector's bands.
+    pub(super) fn bands<'v>(
+        &self,
+        coarse: &'v mut [T],
+    ) -> impl ExactSizeIterator<Item = (usize, &'v mut [T])> + Send + use<'v, T> {
+        // A rank may have the last fine column and no coarse one.
+        coarse.chunks_mut((self.axes[0].coarse * HEIGHT).max(1)).enumerate()
+    }
+
+    /// Overwrites band `number` of a coarse vector with the full weighting of a defect, of which
+    /// other ranks have the columns `beside`: the transpose of the bilinear interpolation over the
+    /// ratio of the cells' areas.
+    #[inline(always)]
+    pub(super) fn restrict<S: Source<T>>(
+        &self,
+        number: usize,
+        band: &mut [T],
+        defects: &mut Defects<'_, T, S>,
+        beside: &[Vec<T>; 2],
+    ) {
+        let [x_axis, y_axis] = &self.axes;
+        let width = x_axis.coarse;
+        let first = number * HEIGHT;
+        let height = band.len() / width;
+        let scale = x_axis.ratio * y_axis.ratio;
+        let lines = if y_axis.halves() {
+            let end = 2 * (first + height) + 2;
+            2 * first..if y_axis.round { end } else { y_axis.fine.min(end) }
+        } else {
+            first..first + height
+        };
+        let mut d = [T::zero(); COLUMNS];
+        // What has come together for one coarse row and for the next.
+        let (mut sum, mut next) = (&mut [T::zero(); COLUMNS], &mut [T::zero(); COLUMNS]);
+        // One coarse column less than fits, whose last fine neighbours are the next one's first.
+        for start in (0..width).step_by(WIDTH - 2) {
+            let columns = start..width.min(start + WIDTH - 2);
+            let fine = if x_axis.halves() {
+                2 * columns.start..x_axis.known.min(2 * columns.end + 2)
+            } else {
+                columns.clone()
+            };
+            // Of these other ranks have `west` and `east`.
+            let lead = x_axis.lead;
+            let own = fine.start.max(lead)..fine.end.min(lead + x_axis.fine);
+            let (west, east) = (own.start - fine.start, fine.end - own.end);
+            let own = own.start - lead..own.end - lead;
+            // Across the end of rows that close.
+            let beyond =
+                if x_axis.halves() && x_axis.round && columns.end == width { 2 } else { 0 };
+            let (inside, n) = (fine.len(), fine.len() + beyond);
+            // One more than there are, since they are taken by pairs.
+            sum[..=n].fill(T::zero());
+            next[..=n].fill(T::zero());
+            for j in lines.clone() {
+                let j = j % y_axis.fine;
+                defects.row(j, own.clone(), &mut d[west..inside - east]);
+                if west > 0 {
+                    d[..west].copy_from_slice(&beside[0][(j + 1) * WEIGHTED - west..][..west]);
+                }
+                if east > 0 {
+                    let width = beside[1].len() / y_axis.fine;
+                    d[inside - east..inside].copy_from_slice(&beside[1][j * width..][..east]);
+                }
+                if beyond > 0 {
+                    defects.row(j, 0..beyond, &mut d[inside..n]);
+                }
+                let ([before, after], weight) = y_axis.beside(j);
+                let earlier = T::one() - weight;
+                if earlier == T::zero() {
+                    next[..n].iter_mut().zip(&d[..n]).for_each(|(next, &d)| *next += d);
+                } else {
+                    for ((sum, next), &d) in sum[..n].iter_mut().zip(&mut next[..n]).zip(&d[..n]) {
+                        *sum += earlier * d;
+                        *next += weight * d;
+                    }
+                }
+                let (complete, whole) = if y_axis.halves() {
+                    (before.filter(|_| j % 2 == 1 || j + 1 == y_axis.fine), &*sum)
+                } else {
+                    (after, &*next)
+                };
+                if let Some(k) = complete.filter(|k| (first..first + height).contains(k)) {
+                    let out = &mut band[(k - first) * width..][columns.clone()];
+                    x_axis.weigh(columns.start, scale, whole, out);
+                }
+                if complete.is_some() || j % 2 == 1 {
+                    std::mem::swap(&mut sum, &mut next);
+                    next[..n].fill(T::zero());
+                    if !y_axis.halves() {
+                        sum[..n].fill(T::zero());
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl<T: Scalar> Axis<T> {
+    /// Overwrites a stretch of coarse columns from `start` with the weighted sums of the fine ones,
+    /// of which `fine` holds those from the first that belongs to the stretch.
+    #[inline(always)]
+    fn weigh(&self, start: usize, scale: T, fine: &[T], coarse: &mut [T]) {
+        if !self.halves() {
+            for (coarse, &fine) in coarse.iter_mut().zip(fine) {
+                *coarse = scale * fine;
+            }
+            return;
+        }
+        let n = coarse.len();
+        let (fine, _) = fine[..2 * n + 2].as_chunks::<2>();
+        let (weights, _) = self.weights[2 * start..][..2 * n + 2].as_chunks::<2>();
+        for i in 0..n {
+            let ([a, b], [c, d]) = (fine[i], fine[i + 1]);
+            let ([wa, wb], [wc, wd]) = (weights[i], weights[i + 1]);
+            let after = (T::one() - wc) * c + (T::one() - wd) * d;
+            coarse[i] = scale * (wa * a + wb * b + after);
+        }
+    }
+
+    /// Adds to a stretch of fine columns the interpolation of a padded stretch of coarse ones,
+    /// given where both begin.
+    #[inline(always)]
+    fn interpolate(&self, [start, points]: [usize; 2], padded: &[T], fine: &mut [T]) {
+        if !self.halves() {
+            for (fine, &coarse) in fine.iter_mut().zip(&padded[1..]) {
+                *fine += coarse;
+            }
+            return;
+        }
+        // By pairs that lie between the same coarse columns; the first of a strip may be half one.
+        let (first, ahead) = (points + self.lead, points + self.lead - 2 * start);
+        let (half, fine) = fine.split_at_mut(ahead % 2);
+        let (weight, weights) = self.weights[first..][..ahead % 2 + fine.len()].split_at(ahead % 2);
+        for (fine, &weight) in half.iter_mut().zip(weight) {
+            *fine += (T::one() - weight) * padded[ahead / 2] + weight * padded[ahead / 2 + 1];
+        }
+        let padded = &padded[ahead.div_ceil(2)..];
+        let (pairs, rest) = fine.as_chunks_mut::<2>();
+        let (weights, last) = weights.as_chunks::<2>();
+        let n = pairs.len();
+        let (padded, weights) = (&padded[..n + 1 + rest.len()], &weights[..n]);
+        for i in 0..n {
+            let (left, right) = (padded[i], padded[i + 1]);
+            for (fine, &weight) in pairs[i].iter_mut().zip(&weights[i]) {
+                *fine += (T::one() - weight) * left + weight * right;
+            }
+        }
+        for (fine, &weight) in rest.iter_mut().zip(last) {
+            *fine += (T::one() - weight) * padded[n] + weight * padded[n + 1];
+        }
+    }
+}
+
+/// How an interpolation goes, and how many columns of the coarse grid it takes of other ranks, at
+/// the end of the grid too.
+#[derive(Clone, Copy)]
+enum Degree {
+    /// Adds the bilinear one.
+    Linear = 1,
+    /// Overwrites by cubics.
+    Cubic = 4,
 }
 
 type Interpolate<T> = fn(&Transfer<T>, Degree, &[T], &mut [T], bool);

@@ -20,13 +20,8 @@ fn close(u: &[f64], v: &[f64], tolerance: f64) {
 /// How many points per side the next coarser grid has.
 fn half(m: usize, round: bool) -> usize {
     match m {
-        m if round => {
-            if m % 2 == 0 && m > 4 {
-                m / 2
-            } else {
-                m
-            }
-        }
+        m if round && m % 2 == 0 && m > 4 => m / 2,
+        m if round => m,
         1 | 2 => m,
         m if m % 2 == 1 => (m - 1) / 2,
         m => m / 2 - 1,
