@@ -170,10 +170,6 @@ fn on_grid(ranks: Arc<dyn Ranks>, grid: [usize; 2]) -> (Strip, Laplacian, Vec<f6
     (strip, problem, q)
 }
 
-fn small(ranks: Arc<dyn Ranks>) -> (Strip, Laplacian, Vec<f64>) {
-    on_grid(ranks, GRID)
-}
-
 /// All ranks have the same, and this is it.
 fn same<V: PartialEq + fmt::Debug>(found: Vec<V>, expected: &V) {
     found.iter().for_each(|found| assert_eq!(found, expected));
@@ -183,7 +179,7 @@ fn same<V: PartialEq + fmt::Debug>(found: Vec<V>, expected: &V) {
 fn a_bad_entry_on_one_rank_is_one_error_on_all() {
     let solved = |[i, j]: [usize; 2], value: f64| {
         ranks_as_threads(2, |ranks| {
-            let (strip, problem, mut q) = small(ranks);
+            let (strip, problem, mut q) = on_grid(ranks, GRID);
             let mut start = vec![1.0; q.len()];
             let at = (0..q.len()).find(|&k| strip.index(k) == i + GRID[0] * j);
             let vector = if value.is_nan() { &mut q } else { &mut start };
@@ -219,7 +215,7 @@ fn a_bad_entry_on_one_rank_is_one_error_on_all() {
 #[test]
 fn ranks_that_are_given_different_limits_are_refused() {
     let errors = ranks_as_threads(2, |ranks| {
-        let (strip, problem, q) = small(ranks);
+        let (strip, problem, q) = on_grid(ranks, GRID);
         let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
         let limits = Limits { iterations: 5 + strip.rank(), ..Limits::default() };
         solver.solve(&q, limits).unwrap_err()
@@ -231,7 +227,7 @@ fn ranks_that_are_given_different_limits_are_refused() {
 fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
     let ended = |limits: Limits, stop: Option<usize>| {
         let outcomes = ranks_as_threads(2, |ranks| {
-            let (strip, problem, q) = small(ranks);
+            let (strip, problem, q) = on_grid(ranks, GRID);
             let mut solver = Solver::new(Mms::new(problem, Aor::gauss_seidel()).unwrap());
             let mut stop = |progress: &Progress<'_, f64>| match stop {
                 Some(k) if strip.rank() == 1 && progress.iteration == k => ControlFlow::Break(()),
@@ -257,7 +253,7 @@ fn a_solve_ends_on_all_ranks_as_it_ends_on_one() {
 
     // A splitting of one's own that divides by zero on the second rank.
     let indices = ranks_as_threads(2, |ranks| {
-        let (strip, problem, q) = small(ranks);
+        let (strip, problem, q) = on_grid(ranks, GRID);
         let pivot = move |k: usize| if strip.index(k) == 1400 + 256 { 0.0 } else { 20.0 };
         let splitting = move |rhs: &[f64], y: &mut [f64]| {
             y.iter_mut().zip(rhs).enumerate().for_each(|(k, (y, rhs))| *y = rhs / pivot(k));
@@ -289,7 +285,7 @@ fn a_panic_on_one_rank_ends_all() {
 fn methods_that_work_on_one_rank_say_so_on_all() {
     for name in ["NEWTON", "AMG", "PIVOTING"] {
         let errors = ranks_as_threads(2, |ranks| {
-            let (_, problem, q) = small(ranks);
+            let (_, problem, q) = on_grid(ranks, GRID);
             let method = Named::parse(name, Parameters::default()).unwrap().on(problem);
             method.and_then(|method| Solver::new(method).solve(&q, Limits::default())).unwrap_err()
         });
@@ -298,7 +294,7 @@ fn methods_that_work_on_one_rank_say_so_on_all() {
         }
     }
     let errors = ranks_as_threads(2, |ranks| {
-        let (strip, problem, _) = small(ranks);
+        let (strip, problem, _) = on_grid(ranks, GRID);
         let order = problem.order();
         let multicolour = Multicolour::new(Aor::gauss_seidel(), &problem);
         let assembled = Csr::from_rows(problem.a());
