@@ -238,7 +238,7 @@ impl<T: Scalar> Old<'_, T> {
     {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let stretches = if threads > 1 { self.grid.nx.div_ceil(S::CHUNK) } else { 0 };
-        let edges: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
+        let turns: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
             team::vectorised(
@@ -246,17 +246,13 @@ impl<T: Scalar> Old<'_, T> {
                 #[inline(always)]
                 || {
                     let Grid { nx, ny, .. } = self.grid;
-                    let _breaker = Breaker(&edges);
+                    let _breaker = Breaker(&turns);
                     let mut worker = Worker::new(self, source);
                     let mut rows: [&[T]; 2] = [&[]; 2];
                     while let Some((number, band)) = bands.next() {
                         let (done, height) = (number * ROWS, band.len() / nx);
                         let first = if BACKWARD { ny - done - height } else { done };
-                        let edge = if edges.is_empty() {
-                            Edge::Own { rows, number }
-                        } else {
-                            Edge::Passed { edges: &edges, number }
-                        };
+                        let edge = Edge { number, rows, turns: &turns };
                         worker.relax::<BACKWARD, ACCELERATED>(first, band, edge);
                         if let Some((_, tallies)) = &mut worker.measured {
                             sum.add(number, tallies.take(0..nx));

@@ -9,14 +9,14 @@ use crate::{
     parallel::Turns,
 };
 
-/// The row that a sweep has done last before a band.
+/// The row that a sweep has done last before band `number`, and its first row.
 #[derive(Clone, Copy)]
-pub(super) enum Edge<'a, T> {
-    /// The last row of the only worker and its first one, empty before there is one.
-    Own { rows: [&'a [T]; 2], number: usize },
-    /// The last values in each stretch of columns, which band after band overwrites, this one as
-    /// `number`; and those of the sweep's first row.
-    Passed { edges: &'a [Turns<[[T; COLUMNS]; 2]>], number: usize },
+pub(super) struct Edge<'a, T> {
+    pub(super) number: usize,
+    /// Those of the only worker, empty before there are any.
+    pub(super) rows: [&'a [T]; 2],
+    /// Of several workers, the values in each stretch of columns, which band after band overwrites.
+    pub(super) turns: &'a [Turns<[[T; COLUMNS]; 2]>],
 }
 
 /// The state of one worker while it relaxes a band of rows.
@@ -208,18 +208,15 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // The band's row that comes last in the sweep, and whether it is the grid's last.
         let last = if BACKWARD { 0 } else { height - 1 };
         let mut turn = None;
-        let (Edge::Own { number, .. } | Edge::Passed { number, .. }) = edge;
+        let Edge { number, rows, turns } = edge;
         let closes = round[1] && (number + 1) * ROWS >= ny;
-        let (passed, opening) = match edge {
-            Edge::Own { rows, .. } => {
-                let [passed, first] = rows.map(|row| row.get(columns.clone()));
-                (passed.unwrap_or(&zeros()[..length]), first)
-            }
-            Edge::Passed { edges, number } => {
-                let turn = turn.insert(edges[columns.start / S::CHUNK].wait(number));
-                let [passed, first] = &*turn.value;
-                (&passed[..length], Some(&first[..length]))
-            }
+        let (passed, opening) = if turns.is_empty() {
+            let [passed, first] = rows.map(|row| row.get(columns.clone()));
+            (passed.unwrap_or(&zeros()[..length]), first)
+        } else {
+            let turn = turn.insert(turns[columns.start / S::CHUNK].wait(number));
+            let [passed, first] = &*turn.value;
+            (&passed[..length], Some(&first[..length]))
         };
         let side = if BACKWARD { columns.end } else { columns.start.wrapping_sub(1) };
         // Messages go one way during a sweep: a rank enters a band when the one before has left it.
@@ -249,7 +246,8 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
         // The sweep's first point of a row, and its last one.
         let [first, final_] = if BACKWARD { [nx - 1, 0] } else { [0, nx - 1] };
         let closing = (round[0] && columns.contains(&final_)).then_some(&self.along);
-        let link = Link { source: *self.source, kept: &self.kept };
+        let link: Link<'_, T, S, BACKWARD, ACCELERATED> =
+            Link { source: *self.source, kept: &self.kept };
         if height == ROWS && length >= ROWS && !alone {
             let mut rows = band.chunks_exact_mut(nx);
             let mut rows: [&mut [T]; ROWS] =
@@ -262,7 +260,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
             let whole = length == nx;
             let closed = closing.map(|pairs| Ends { pairs, opened, whole });
             let rows = rows.map(|row| &mut row[columns.clone()]);
-            link.skewed::<T, BACKWARD, ACCELERATED>(passed, start, rows, closed);
+            link.skewed(passed, start, rows, closed);
         } else {
             for k in 0..height {
                 let row = if BACKWARD { height - 1 - k } else { k };
@@ -284,7 +282,7 @@ impl<'a, T: Scalar, S: Source<T>> Worker<'a, T, S> {
                 };
                 let start = before(k, line);
                 let stretch = &mut line[columns.clone()];
-                link.chain::<T, BACKWARD, ACCELERATED>(k, 0..length, across, start, stretch);
+                link.chain(k, 0..length, across, start, stretch);
                 if let Some(pairs) = closing {
                     line[final_] -= part::<_, ACCELERATED>(pairs[k], line[first]);
                 }
@@ -398,46 +396,28 @@ fn lean_phase<T: Scalar, S: Source<T>, const BACKWARD: bool>(
 }
 
 /// The recurrence, with what it takes of the passed neighbours.
-struct Link<'a, S, K> {
+struct Link<'a, T, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool> {
     source: S,
-    kept: &'a [K; ROWS],
+    kept: &'a [S::Kept; ROWS],
 }
 
-impl<S, K> Link<'_, S, K> {
+impl<T: Scalar, S: Source<T>, const BACKWARD: bool, const ACCELERATED: bool>
+    Link<'_, T, S, BACKWARD, ACCELERATED>
+{
     /// Returns the value at point `i` of row `k`.
     #[inline(always)]
-    fn value<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
-        &self,
-        k: usize,
-        i: usize,
-        t: T,
-        across: T,
-        along: T,
-    ) -> T
-    where
-        S: Source<T, Kept = K>,
-    {
+    fn value(&self, k: usize, i: usize, t: T, across: T, along: T) -> T {
         let passed = self.source.passed::<BACKWARD>(&self.kept[k], i);
         (t - part::<_, ACCELERATED>(passed[0], across)) - part::<_, ACCELERATED>(passed[1], along)
     }
 
     /// Points of row `k` in sweep order, beginning behind the value `y`; the last value.
     #[inline(always)]
-    fn chain<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
-        &self,
-        k: usize,
-        points: Range<usize>,
-        across: &[T],
-        mut y: T,
-        row: &mut [T],
-    ) -> T
-    where
-        S: Source<T, Kept = K>,
-    {
+    fn chain(&self, k: usize, points: Range<usize>, across: &[T], mut y: T, row: &mut [T]) -> T {
         let n = row.len();
         for i in points {
             let i = if BACKWARD { n - 1 - i } else { i };
-            y = self.value::<T, BACKWARD, ACCELERATED>(k, i, row[i], across[i], y);
+            y = self.value(k, i, row[i], across[i], y);
             row[i] = y;
         }
         y
@@ -445,32 +425,30 @@ impl<S, K> Link<'_, S, K> {
 
     /// Relaxes rows side by side, row `k` one column behind row `k − 1`.
     #[inline(always)]
-    fn skewed<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
+    fn skewed(
         &self,
         passed: &[T],
         start: [T; ROWS],
         mut rows: [&mut [T]; ROWS],
         ends: Option<Ends<'_, T>>,
-    ) where
-        S: Source<T, Kept = K>,
-    {
+    ) {
         let n = passed.len();
         let mut y = start;
         for (k, y) in y.iter_mut().enumerate() {
             let (done, row) = rows.split_at_mut(k);
             let across = done.last().map_or(passed, |row| row);
-            *y = self.chain::<T, BACKWARD, ACCELERATED>(k, 0..ROWS - 1 - k, across, *y, row[0]);
+            *y = self.chain(k, 0..ROWS - 1 - k, across, *y, row[0]);
         }
         let m = n + 1 - ROWS;
         let wide = m - m % 64;
         let done = m - m % 8;
-        self.blocks::<T, 64, BACKWARD, ACCELERATED>(0..wide, passed, &mut y, &mut rows);
-        self.blocks::<T, 8, BACKWARD, ACCELERATED>(wide..done, passed, &mut y, &mut rows);
+        self.blocks::<64>(0..wide, passed, &mut y, &mut rows);
+        self.blocks::<8>(wide..done, passed, &mut y, &mut rows);
         for (k, &y) in y.iter().enumerate() {
             let (before, row) = rows.split_at_mut(k);
             let across = before.last().map_or(passed, |row| row);
             let points = ROWS - 1 - k + done..n;
-            self.chain::<T, BACKWARD, ACCELERATED>(k, points, across, y, row[0]);
+            self.chain(k, points, across, y, row[0]);
             if let Some(Ends { pairs, opened, whole }) = &ends {
                 let [first, last] = if BACKWARD { [n - 1, 0] } else { [0, n - 1] };
                 let value = if *whole { row[0][first] } else { opened[k] };
@@ -483,15 +461,13 @@ impl<S, K> Link<'_, S, K> {
     ///
     /// By blocks of `W` steps, which need no check of an index.
     #[inline(always)]
-    fn blocks<T: Scalar, const W: usize, const BACKWARD: bool, const ACCELERATED: bool>(
+    fn blocks<const W: usize>(
         &self,
         steps: Range<usize>,
         passed: &[T],
         y: &mut [T; ROWS],
         rows: &mut [&mut [T]; ROWS],
-    ) where
-        S: Source<T, Kept = K>,
-    {
+    ) {
         let n = passed.len();
         let mut last = *y;
         for s in steps.step_by(W) {
@@ -512,8 +488,7 @@ impl<S, K> Link<'_, S, K> {
                 for k in (0..ROWS).rev() {
                     let across = if k == 0 { first[i] } else { last[k - 1] };
                     let t = rows[k][i];
-                    last[k] =
-                        self.value::<T, BACKWARD, ACCELERATED>(k, at(k) + i, t, across, last[k]);
+                    last[k] = self.value(k, at(k) + i, t, across, last[k]);
                     rows[k][i] = last[k];
                 }
             }
