@@ -1,8 +1,8 @@
-use std::ops::Range;
+use std::{iter::Enumerate, ops::Range, slice::ChunksMut};
 
 use crate::{
     numbers::{Compiled, Meter, Scalar, Stretches},
-    parallel::Strip,
+    parallel::{Claims, Strip},
 };
 
 /// Rows that are relaxed side by side.
@@ -81,3 +81,6 @@ pub(super) fn columns<T>(beside: &[Vec<T>; 2]) -> [&[T]; 2] {
 
 /// A vector, as a factor and what it multiplies.
 pub(super) type Multiple<'a, T> = (T, &'a [T]);
+
+/// Bands of rows of a vector, for threads to claim.
+pub(super) type Bands<'v, T> = Claims<Enumerate<ChunksMut<'v, T>>>;

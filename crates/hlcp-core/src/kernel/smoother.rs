@@ -7,7 +7,7 @@ use pulp::Arch;
 use super::{
     Sweep, Transfer,
     coefficients::Source,
-    grid::{COLUMNS, Grid, Multiple, ROWS, columns, zeros},
+    grid::{Bands, COLUMNS, Grid, Multiple, ROWS, columns, zeros},
     tile::Around,
     transfer::WEIGHTED,
 };
@@ -63,27 +63,19 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Returns the norms of `A z − B r + q` at `x`.
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         self.assert_orders([q.entries().len(), x.len()]);
-        MEASURE.of::<Measured<T>>()(self, q, x)
-    }
-
-    fn measure(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
         let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
-        let bands = Claims::new((0..grid.ny).step_by(ROWS).enumerate());
-        let measure = Measure { bands, stretches, meter, sum: OrderedSum::new() };
-        self.walk(Some((q_factor, q.entries())), x, &self.sweep.beside(x), &measure);
-        meter.norms_of(measure.sum.total().sum(self.sweep.strip()), gamma)
+        let (bands, sum) = (Claims::new(0..grid.ny.div_ceil(ROWS)), OrderedSum::new());
+        let pass = Pass::Measure { bands, stretches, meter, sum: &sum };
+        self.walk(Some((q_factor, q.entries())), x, &self.sweep.beside(x), &pass);
+        meter.norms_of(sum.total().sum(self.sweep.strip()), gamma)
     }
 
     /// Takes `K(x)` off `f`.
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
         self.assert_orders([x.len(), f.len()]);
-        SUBTRACT.of::<Subtracted<T>>()(self, x, f);
-    }
-
-    fn subtract_all(&self, x: &[T], f: &mut [T]) {
         let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
-        self.walk(None, x, &self.sweep.beside(x), &Subtract(bands));
+        self.walk(None, x, &self.sweep.beside(x), &Pass::Subtract(bands));
     }
 
     /// Overwrites `coarse` with the full weighting of the defect `K(x) + f`: the transpose of
@@ -91,30 +83,36 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         self.assert_orders([f.1.len(), x.len()]);
         transfer.assert_orders(x.len(), coarse.len());
-        RESTRICT.of::<Restricted<T>>()(self, f, x, transfer, coarse);
-    }
-
-    fn restrict_all(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
         let beside = self.sweep.beside(x);
         let defects_beside = self.sweep.strip().map_or([vec![], vec![]], |strip| {
             let [nx, ny] = self.sweep.grid();
             let width = nx.min(WEIGHTED);
             let mut ends = vec![T::zero(); 2 * width * ny];
             let rows = Claims::new(ends.chunks_mut(2 * width).enumerate());
-            self.walk(Some(f), x, &beside, &RowEnds(rows));
+            self.walk(Some(f), x, &beside, &Pass::RowEnds(rows));
             let column = |side: usize| {
                 let rows = ends.chunks(width).skip(side).step_by(2);
                 rows.flatten().map(|d| d.wide()).collect()
             };
             strip.exchange(WEIGHTED, [column(0), column(1)])
         });
-        let bands = Claims::new(transfer.bands(coarse));
-        let pass = Restrict { bands, transfer, beside: &defects_beside };
+        let pass =
+            Pass::Restrict { bands: transfer.bands(coarse), transfer, beside: &defects_beside };
         self.walk(Some(f), x, &beside, &pass);
     }
 
     /// Hands a pass over the defect to threads, given the columns of `x` beside the grid.
-    fn walk(&self, f: Option<Multiple<'_, T>>, x: &[T], beside: &[Vec<T>; 2], pass: &impl Pass<T>) {
+    fn walk(&self, f: Option<Multiple<'_, T>>, x: &[T], beside: &[Vec<T>; 2], pass: &Pass<'_, T>) {
+        WALK.of::<Walk<T>>()(self, f, x, beside, pass);
+    }
+
+    fn walk_here(
+        &self,
+        f: Option<Multiple<'_, T>>,
+        x: &[T],
+        beside: &[Vec<T>; 2],
+        pass: &Pass<'_, T>,
+    ) {
         match self.sweep.constant::<true, true>(gauss_seidel()) {
             Some(source) => self.walk_by(&source, f, x, beside, pass),
             None => self.walk_by(&self.sweep.varying::<true>(gauss_seidel()), f, x, beside, pass),
@@ -127,7 +125,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         f: Option<Multiple<'_, T>>,
         x: &[T],
         beside: &[Vec<T>; 2],
-        pass: &impl Pass<T>,
+        pass: &Pass<'_, T>,
     ) {
         let Sweep { grid, parallel, .. } = self.sweep;
         let beside = columns(beside);
@@ -229,107 +227,72 @@ fn defect_phase<T: Scalar, S: Source<T>>(
     }
 }
 
-/// Work on the rows of a defect, which threads share.
-trait Pass<T>: Sync {
-    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>);
+/// Work on the rows of a defect, which threads share by bands.
+enum Pass<'a, T> {
+    /// Sums the squares of all.
+    Measure { bands: Claims<Range<usize>>, stretches: Stretches, meter: Meter, sum: &'a OrderedSum },
+    /// Takes K(x) off the bands of rows of a vector.
+    Subtract(Bands<'a, T>),
+    /// Restricts the defect, of which other ranks have the columns `beside`, to bands of coarse rows.
+    Restrict { bands: Bands<'a, T>, transfer: &'a Transfer<T>, beside: &'a [Vec<T>; 2] },
+    /// Overwrites rows of a short vector with the first and as many last entries of the defect's.
+    RowEnds(Bands<'a, T>),
 }
 
-/// The norms of the defect, by bands of rows.
-struct Measure<I> {
-    bands: Claims<I>,
-    stretches: Stretches,
-    meter: Meter,
-    sum: OrderedSum,
-}
-
-impl<T: Scalar, I: Iterator<Item = (usize, usize)> + Send> Pass<T> for Measure<I> {
+impl<T: Scalar> Pass<'_, T> {
     #[inline(always)]
     fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
         let Grid { nx, ny, .. } = defects.around.grid;
-        let (mut d, mut tallies) = ([T::zero(); COLUMNS], Tallies::new(self.stretches));
-        while let Some((number, first)) = self.bands.next() {
-            for j in first..ny.min(first + ROWS) {
-                for start in (0..nx).step_by(COLUMNS) {
-                    let d = &mut d[..COLUMNS.min(nx - start)];
-                    defects.row(j, start..start + d.len(), d);
-                    tallies.add(self.meter, start, d);
+        match self {
+            Self::Measure { bands, stretches, meter, sum } => {
+                let (mut d, mut tallies) = ([T::zero(); COLUMNS], Tallies::new(*stretches));
+                while let Some(number) = bands.next() {
+                    for j in number * ROWS..ny.min((number + 1) * ROWS) {
+                        for start in (0..nx).step_by(COLUMNS) {
+                            let d = &mut d[..COLUMNS.min(nx - start)];
+                            defects.row(j, start..start + d.len(), d);
+                            tallies.add(*meter, start, d);
+                        }
+                    }
+                    sum.add(number, tallies.take(0..nx));
                 }
             }
-            self.sum.add(number, tallies.take(0..nx));
-        }
-    }
-}
-
-/// Takes K(x) off the bands of rows of a vector.
-struct Subtract<I>(Claims<I>);
-
-impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for Subtract<I> {
-    #[inline(always)]
-    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
-        let nx = defects.nx;
-        let mut d = [T::zero(); COLUMNS];
-        while let Some((number, band)) = self.0.next() {
-            for (j, f) in (number * ROWS..).zip(band.chunks_exact_mut(nx)) {
-                for (k, f) in f.chunks_mut(COLUMNS).enumerate() {
-                    let d = &mut d[..f.len()];
-                    defects.row(j, k * COLUMNS..k * COLUMNS + f.len(), d);
-                    f.iter_mut().zip(d).for_each(|(f, &mut d)| *f -= d);
+            Self::Subtract(bands) => {
+                let mut d = [T::zero(); COLUMNS];
+                while let Some((number, band)) = bands.next() {
+                    for (j, f) in (number * ROWS..).zip(band.chunks_exact_mut(nx)) {
+                        for (k, f) in f.chunks_mut(COLUMNS).enumerate() {
+                            let d = &mut d[..f.len()];
+                            defects.row(j, k * COLUMNS..k * COLUMNS + f.len(), d);
+                            f.iter_mut().zip(d).for_each(|(f, &mut d)| *f -= d);
+                        }
+                    }
                 }
             }
-        }
-    }
-}
-
-/// Restricts the defect to bands of coarse rows.
-struct Restrict<'a, T, I> {
-    bands: Claims<I>,
-    transfer: &'a Transfer<T>,
-    /// The columns of the defect that other ranks have.
-    beside: &'a [Vec<T>; 2],
-}
-
-impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T>
-    for Restrict<'_, T, I>
-{
-    #[inline(always)]
-    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
-        while let Some((number, band)) = self.bands.next() {
-            self.transfer.restrict(number, band, defects, self.beside);
-        }
-    }
-}
-
-/// Overwrites rows of a short vector with the first and as many last entries of the defect's.
-struct RowEnds<I>(Claims<I>);
-
-impl<'v, T: Scalar, I: Iterator<Item = (usize, &'v mut [T])> + Send> Pass<T> for RowEnds<I> {
-    #[inline(always)]
-    fn work<S: Source<T>>(&self, defects: &mut Defects<'_, T, S>) {
-        let nx = defects.nx;
-        while let Some((j, ends)) = self.0.next() {
-            let (first, last) = ends.split_at_mut(ends.len() / 2);
-            defects.row(j, 0..first.len(), first);
-            defects.row(j, nx - last.len()..nx, last);
+            Self::Restrict { bands, transfer, beside } => {
+                while let Some((number, band)) = bands.next() {
+                    transfer.restrict(number, band, defects, beside);
+                }
+            }
+            Self::RowEnds(rows) => {
+                while let Some((j, ends)) = rows.next() {
+                    let (first, last) = ends.split_at_mut(ends.len() / 2);
+                    defects.row(j, 0..first.len(), first);
+                    defects.row(j, nx - last.len()..nx, last);
+                }
+            }
         }
     }
 }
 
 type Smooth<T> = fn(&Sweep<'_, T>, Multiple<'_, T>, &[T], &mut [T]);
-type Measured<T> = fn(&Smoother<'_, T>, &Rhs<'_, T>, &[T]) -> Norms;
-type Subtracted<T> = fn(&Smoother<'_, T>, &[T], &mut [T]);
-type Restricted<T> = fn(&Smoother<'_, T>, Multiple<'_, T>, &[T], &Transfer<T>, &mut [T]);
+type Walk<T> = fn(&Smoother<'_, T>, Option<Multiple<'_, T>>, &[T], &[Vec<T>; 2], &Pass<'_, T>);
 
 static SMOOTH: Compiled<Smooth<f32>, Smooth<f64>> = Compiled(
     |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
     |sweep, f, x, y| sweep.smooth_on(Arch::new(), f, x, y),
 );
-static MEASURE: Compiled<Measured<f32>, Measured<f64>> =
-    Compiled(|smoother, q, x| smoother.measure(q, x), |smoother, q, x| smoother.measure(q, x));
-static SUBTRACT: Compiled<Subtracted<f32>, Subtracted<f64>> = Compiled(
-    |smoother, x, f| smoother.subtract_all(x, f),
-    |smoother, x, f| smoother.subtract_all(x, f),
-);
-static RESTRICT: Compiled<Restricted<f32>, Restricted<f64>> = Compiled(
-    |smoother, f, x, transfer, coarse| smoother.restrict_all(f, x, transfer, coarse),
-    |smoother, f, x, transfer, coarse| smoother.restrict_all(f, x, transfer, coarse),
+static WALK: Compiled<Walk<f32>, Walk<f64>> = Compiled(
+    |smoother, f, x, beside, pass| smoother.walk_here(f, x, beside, pass),
+    |smoother, f, x, beside, pass| smoother.walk_here(f, x, beside, pass),
 );

@@ -4,7 +4,11 @@ use std::ops::Range;
 
 use pulp::Arch;
 
-use super::{coefficients::Source, grid::COLUMNS, smoother::Defects};
+use super::{
+    coefficients::Source,
+    grid::{Bands, COLUMNS},
+    smoother::Defects,
+};
 use crate::{
     numbers::{Compiled, Scalar},
     parallel::{Claims, Strip, team},
@@ -368,12 +372,9 @@ impl<T: Scalar> Transfer<T> {
     }
 
     /// Returns the full weighting's portions of coarse rows: one of the coarse vector's bands.
-    pub(super) fn bands<'v>(
-        &self,
-        coarse: &'v mut [T],
-    ) -> impl ExactSizeIterator<Item = (usize, &'v mut [T])> + Send + use<'v, T> {
+    pub(super) fn bands<'v>(&self, coarse: &'v mut [T]) -> Bands<'v, T> {
         // A rank may have the last fine column and no coarse one.
-        coarse.chunks_mut((self.axes[0].coarse * HEIGHT).max(1)).enumerate()
+        Claims::new(coarse.chunks_mut((self.axes[0].coarse * HEIGHT).max(1)).enumerate())
     }
 
     /// Overwrites band `number` of a coarse vector with the full weighting of a defect, of which
