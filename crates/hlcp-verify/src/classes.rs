@@ -146,7 +146,7 @@ pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
-    let (comparison, mut g) = (Modulus::of(a), vec![]);
+    let (comparison, mut g) = (Modulus(a), vec![]);
     for row in 0..a.order() {
         let d = comparison.row(0, row, &mut g);
         match sign([(d, 1.0)].into_iter().chain(g.iter().map(|&(_, g)| (-g, 1.0)))) {
@@ -181,7 +181,7 @@ pub fn is_h<T: Scalar>(a: &impl Rows<T>) -> Answer<Vec<f64>> {
 fn is_h_within<T: Scalar>(a: &impl Rows<T>, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
     let finite = all_entries(a, |_, _, _| true);
     let sound = || sound_diagonal(a, f64::abs);
-    finite.then(sound).then(|| radius_below_one(&Modulus::of(a), clock))
+    finite.then(sound).then(|| radius_below_one(&Modulus(a), clock))
 }
 
 /// Returns whether `A` is an H-matrix with a positive diagonal; the witness is that of [`is_h`].

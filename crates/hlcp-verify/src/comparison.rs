@@ -1,6 +1,6 @@
 //! The comparison matrices of the theorems, row by row from the operators.
 
-use hlcp_core::{Error, Hlcp, Omega, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Rows, Scalar};
 
 use crate::{
     perron::Comparison,
@@ -60,15 +60,9 @@ pub(crate) fn ratio<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Vec
 }
 
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.
-pub(crate) struct Modulus<'a, A, T>(pub(crate) &'a A, pub(crate) std::marker::PhantomData<T>);
+pub(crate) struct Modulus<'a, T>(pub(crate) &'a dyn Rows<T>);
 
-impl<'a, T: Scalar, A: Rows<T>> Modulus<'a, A, T> {
-    pub(crate) fn of(a: &'a A) -> Self {
-        Self(a, std::marker::PhantomData)
-    }
-}
-
-impl<T: Scalar, A: Rows<T>> Comparison for Modulus<'_, A, T> {
+impl<T: Scalar> Comparison for Modulus<'_, T> {
     fn order(&self) -> usize {
         self.0.order()
     }
@@ -76,7 +70,7 @@ impl<T: Scalar, A: Rows<T>> Comparison for Modulus<'_, A, T> {
     fn row(&self, _: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
         g.clear();
         let mut d = 0.0;
-        visit(self.0, i, |j, a| if i == j { d = a.abs() } else { g.push((j, a.abs())) });
+        visit(&self.0, i, |j, a| if i == j { d = a.abs() } else { g.push((j, a.abs())) });
         d
     }
 }
@@ -96,42 +90,27 @@ pub(crate) enum Against {
 /// `D_A + D_BΩ − G` for a pair with positive diagonals.
 ///
 /// A diagonal entry that is not positive makes the row's `D` NaN: nothing is proved of it.
-pub(crate) struct Coupled<'a, T, A, B> {
-    pub(crate) a: &'a A,
-    pub(crate) b: &'a B,
-    pub(crate) omega: Weights<'a, T>,
+pub(crate) struct Coupled<'a, T> {
+    pub(crate) a: &'a dyn Rows<T>,
+    pub(crate) b: &'a dyn Rows<T>,
+    /// The diagonal of Ω.
+    pub(crate) omega: Vec<f64>,
     pub(crate) against: Against,
 }
 
-/// The diagonal of Ω: the problem's, or one chosen for a proof.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Weights<'a, T> {
-    Given(&'a Omega<T>),
-    Chosen(&'a [f64]),
-}
-
-impl<T: Scalar> Weights<'_, T> {
-    pub(crate) fn at(&self, i: usize) -> f64 {
-        match self {
-            Self::Given(omega) => omega.entry(i).wide(),
-            Self::Chosen(omega) => omega[i],
-        }
-    }
-}
-
-impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
-    pub(crate) fn of(problem: &'a Hlcp<T, A, B>, against: Against) -> Self {
-        let omega = Weights::Given(problem.omega());
+impl<'a, T: Scalar> Coupled<'a, T> {
+    pub(crate) fn of(problem: &'a Hlcp<T, impl Rows<T>, impl Rows<T>>, against: Against) -> Self {
+        let omega = (0..problem.order()).map(|i| problem.omega().entry(i).wide()).collect();
         Self { a: problem.a(), b: problem.b(), omega, against }
     }
 
     /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
     fn walk(&self, i: usize, g: &mut Vec<(usize, f64)>) -> [f64; 2] {
         let (mut diagonals, mut row) = ([0.0; 2], vec![]);
-        merge((self.a, self.b), i, &mut row);
+        merge((&self.a, &self.b), i, &mut row);
         g.clear();
         for (j, [a, b]) in row {
-            let omega = self.omega.at(j);
+            let omega = self.omega[j];
             if i == j {
                 diagonals = [a, mul_down(b, omega)];
             } else if self.against == Against::Pair && b != 0.0 {
@@ -144,7 +123,7 @@ impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Coupled<'a, T, A, B> {
     }
 }
 
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Comparison for Coupled<'_, T, A, B> {
+impl<T: Scalar> Comparison for Coupled<'_, T> {
     fn order(&self) -> usize {
         self.a.order()
     }

@@ -184,15 +184,15 @@ fn balanced(z: &impl Comparison, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
 /// A better trial vector, if there is one and the time to find it.
 fn improved(z: &impl Comparison, best: &Bracket, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
     let shift = best.upper * (1.0 + 8.0 * f64::EPSILON);
-    let (matrix, _) = scaled(z, |_| 0, &best.vector, shift, clock)?;
+    let matrix = scaled(z, |_| 0, &best.vector, shift, clock)?;
     let factor = matrix.solve(&vec![1.0; z.order()], 1e-5, clock);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
     vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
 }
 
-/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`, and the diagonal of `D`; `None` when the clock is up. Row
-/// `i` is that of the matrix `of(i)`.
+/// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`; `None` when the clock is up. Row `i` is that of the matrix
+/// `of(i)`.
 ///
 /// In these variables a good `x` is the vector of ones, which is what the aggregates of a multigrid
 /// represent, rows have one size, and a row sum is non-negative as soon as `s` is an
@@ -203,8 +203,8 @@ pub(crate) fn scaled(
     x: &[f64],
     shift: f64,
     clock: &mut Clock<'_>,
-) -> Option<(Sparse, Vec<f64>)> {
-    let (mut matrix, mut diagonal, mut g) = (Sparse::default(), vec![], vec![]);
+) -> Option<Sparse> {
+    let (mut matrix, mut g) = (Sparse::default(), vec![]);
     for i in 0..z.order() {
         if clock.is_up_at(i) {
             return None;
@@ -214,7 +214,6 @@ pub(crate) fn scaled(
         let off = g.iter().filter(|g| g.0 != i).map(|&(j, g)| (j, -(g / d * (x[j] / x[i]))));
         // A pivot that vanishes by rounding would divide.
         matrix.push([(i, (shift - loops / d).max(f64::EPSILON))].into_iter().chain(off));
-        diagonal.push(d);
     }
-    Some((matrix, diagonal))
+    Some(matrix)
 }

@@ -7,7 +7,7 @@ use hlcp_methods::Clock;
 
 use crate::{
     classes::{Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius_below_one},
-    comparison::{Against, Coupled, Weights, merge},
+    comparison::{Against, Coupled, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
     rounding::compare_product,
@@ -521,11 +521,10 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
 
 /// `Ω ≥ D_A D_B⁻¹`, compared exactly.
 fn omega_large<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Answer {
-    let omega = Weights::Given(problem.omega());
     for row in 0..problem.order() {
         let [a, b] =
             [problem.a().diagonal_entry(row).wide(), problem.b().diagonal_entry(row).wide()];
-        match compare_product(omega.at(row), b, a) {
+        match compare_product(problem.omega().entry(row).wide(), b, a) {
             Some(order) if order.is_ge() && b > 0.0 => {}
             Some(_) => return Answer::No(Failure::Entry { row, column: row }),
             None => return Answer::Undecided,

@@ -14,7 +14,7 @@ use hlcp_methods::Clock;
 
 use crate::{
     classes::{Answer, radius_below_one},
-    comparison::{Against, Coupled, Transposed, Weights, check_pair, positive, ratio},
+    comparison::{Against, Coupled, Transposed, check_pair, positive, ratio},
     perron::{Comparison, scaled},
     rounding::{Doubled, sign},
 };
@@ -268,10 +268,9 @@ fn from_the_right<T: Scalar>(
     b: &impl Rows<T>,
     clock: &mut Clock<'_>,
 ) -> Option<Witness> {
-    let omega = ratio(a, b)?;
-    let coupled = Coupled { a, b, omega: Weights::Chosen(&omega), against: Against::Pair };
+    let coupled = Coupled { a, b, omega: ratio(a, b)?, against: Against::Pair };
     let Answer::Yes(d) = radius_below_one(&coupled, clock) else { return None };
-    Some(Witness::Right { omega, d })
+    Some(Witness::Right { omega: coupled.omega, d })
 }
 
 /// The result of a search for a `v > 0` with `Zᵀv > 0` for two Z-matrices, whose columns come as
@@ -402,7 +401,7 @@ fn solve(
     shift: f64,
     clock: &mut Clock<'_>,
 ) -> Option<Vec<f64>> {
-    let (matrix, _) = scaled(z, |j| choice[j].into(), right, 1.0 + shift, clock)?;
+    let matrix = scaled(z, |j| choice[j].into(), right, 1.0 + shift, clock)?;
     let ones = vec![1.0; right.len()];
     // No row of the residual, in units of the norm of e, shall be half of that of e.
     let half = 0.5 / (right.len() as f64).sqrt();
