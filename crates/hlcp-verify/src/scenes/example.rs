@@ -85,11 +85,12 @@ impl<T: Scalar> Posed<T, FivePoint<T>, FivePoint<T>> {
         let at = |k: usize| k / wide.len() * m + wide.start + k % wide.len();
         let points = 0..wide.len() * m;
         let (a_wide, b_wide) = (stencil(wide.len(), a)?, stencil(wide.len(), b)?);
-        let z = points.clone().map(|k| z(at(k))).collect();
-        let Self { q, z, r, .. } = Self::new(a_wide, b_wide, z, points.map(|k| r(at(k))).collect());
-        if wide == columns {
-            return Ok(Self { a: a_wide, b: b_wide, q, z, r });
-        }
+        let z: Vec<T> = points.clone().map(|k| z(at(k))).collect();
+        let r: Vec<T> = points.map(|k| r(at(k))).collect();
+        let (mut q, mut az) = (vec![T::zero(); z.len()], vec![T::zero(); z.len()]);
+        b_wide.apply(&r, &mut q);
+        a_wide.apply(&z, &mut az);
+        q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
         let own = |v: Vec<T>| {
             let rows = v.chunks(wide.len());
             let from = columns.start - wide.start;
@@ -97,19 +98,6 @@ impl<T: Scalar> Posed<T, FivePoint<T>, FivePoint<T>> {
         };
         let [a, b] = [stencil(columns.len(), a)?, stencil(columns.len(), b)?];
         Ok(Self { a, b, q: own(q), z: own(z), r: own(r) })
-    }
-}
-
-impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Posed<T, A, B> {
-    /// The problem whose solution is `(z, r)`.
-    pub(crate) fn new(a: A, b: B, z: Vec<T>, r: Vec<T>) -> Self {
-        let (mut q, mut az) = (vec![T::zero(); z.len()], vec![T::zero(); z.len()]);
-        b.apply(&r, &mut q);
-        a.apply(&z, &mut az);
-        for (q, az) in q.iter_mut().zip(az) {
-            *q -= az;
-        }
-        Self { a, b, q, z, r }
     }
 }
 
