@@ -121,14 +121,7 @@ impl Film {
         let (mut y, frame, still) = (vec![0.0; n], self.frame(), vec![0.0; n]);
         let moved = Moved { z, r, dz: &still, dr: &still, change };
         self.gates(&frame, |axis, gate| {
-            let flow = self.flow_change(&frame, axis, gate, moved) / frame.flow;
-            match gate {
-                Gate::Between([low, high]) => {
-                    y[low] += flow;
-                    y[high] -= flow;
-                }
-                Gate::Out { cell, .. } => y[cell] += flow,
-            }
+            gate.pass(self.flow_change(&frame, axis, gate, moved) / frame.flow, &mut y);
         });
         for (k, y) in y.iter_mut().enumerate() {
             if let Some(supply) = frame.supply(&frame.cells, k) {
@@ -193,11 +186,7 @@ impl Film {
             let wall = self.wall_pressure(&frame, gate, z, r);
             let wall_change = self.wall_change(&frame, gate, moved);
             let width = self.spacing(1) / 2.0 * unit;
-            let ends: &[(usize, f64)] = &match gate {
-                Gate::Between([low, high]) => [(low, 1.0), (high, -1.0)],
-                Gate::Out { cell, outward, .. } => [(cell, outward), (cell, 0.0)],
-            };
-            for &(cell, sign) in ends {
+            for (cell, sign) in gate.halves() {
                 let pushed =
                     change.gap(cell) * (wall - z[cell]) + self.gap[cell] * (wall_change - dz[cell]);
                 turned += sign * width * pushed;

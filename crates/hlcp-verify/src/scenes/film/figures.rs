@@ -140,12 +140,8 @@ impl Film {
                 // Both halves of ∫ h p′/2, over the half cells that meet at the face.
                 let wall = self.wall_pressure(&frame, gate, z, r);
                 let width = self.spacing(1) / 2.0;
-                let ends: &[(usize, f64)] = &match gate {
-                    Gate::Between([low, high]) => [(low, 1.0), (high, -1.0)],
-                    Gate::Out { cell, outward, .. } => [(cell, outward), (cell, 0.0)],
-                };
                 let mut turned = 0.0;
-                for &(cell, sign) in ends {
+                for (cell, sign) in gate.halves() {
                     turned += sign * width * self.gap[cell] * (wall - z[cell]) * unit;
                 }
                 friction[0] += turned;
@@ -209,24 +205,13 @@ impl Film {
         let mut out = vec![0.0; z.len()];
         let frame = self.frame();
         self.gates(&frame, |axis, gate| {
-            let flow = self.flow(&frame, axis, gate, z, r);
-            match gate {
-                Gate::Between([low, high]) => {
-                    out[low] += flow;
-                    out[high] -= flow;
-                }
-                Gate::Out { cell, .. } => out[cell] += flow,
-            }
+            let passage = self.passage(axis, gate);
+            gate.pass(self.through(gate, passage, frame.pressure, z, r), &mut out);
         });
         out
     }
 
-    /// What flows along the axis between two cells, or out of one, in m³/s.
-    fn flow(&self, frame: &Frame, axis: usize, gate: Gate, z: &[f64], r: &[f64]) -> f64 {
-        self.through(gate, self.passage(axis, gate), frame.pressure, z, r)
-    }
-
-    /// What flows through a gate with this passage.
+    /// What flows along the axis through a gate with this passage, in m³/s.
     pub(super) fn through(
         &self,
         gate: Gate,

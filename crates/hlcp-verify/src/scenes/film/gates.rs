@@ -17,6 +17,28 @@ pub(super) enum Gate {
     },
 }
 
+impl Gate {
+    /// Adds a flow through it to what leaves the cells.
+    pub(super) fn pass(self, flow: f64, leaves: &mut [f64]) {
+        match self {
+            Self::Between([low, high]) => {
+                leaves[low] += flow;
+                leaves[high] -= flow;
+            }
+            Self::Out { cell, .. } => leaves[cell] += flow,
+        }
+    }
+
+    /// The cells whose halves meet at the face, and the signs of what is outward there; twice the
+    /// one cell, and 0, beside a reservoir.
+    pub(super) fn halves(self) -> [(usize, f64); 2] {
+        match self {
+            Self::Between([low, high]) => [(low, 1.0), (high, -1.0)],
+            Self::Out { cell, outward, .. } => [(cell, outward), (cell, 0.0)],
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Place {
     Side(usize),
