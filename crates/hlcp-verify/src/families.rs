@@ -109,9 +109,7 @@ impl Operator {
             &Self::Identity(order) => Box::new(Identity { order }),
         }
     }
-}
 
-impl Operator {
     /// The operator as a sparse matrix.
     fn rows(&self) -> CsrMatrix<f64> {
         let of: &dyn Rows<f64> = match self {
@@ -157,7 +155,8 @@ pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
             drawn.name = format!("{family}-{seed}");
             if units {
                 drawn.units = [1e-20, 1e-12, 1e-18].map(|least| random.log(least, 1.0));
-                drawn.about += &format!(", in units {:.0e}", Each(&drawn.units));
+                let [a, b, q] = drawn.units;
+                drawn.about += &format!(", in units {a:.0e}, {b:.0e}, {q:.0e}");
             }
             drawn.single = !units;
             return Some(drawn);
@@ -336,18 +335,6 @@ fn rows(n: usize, entries: impl Iterator<Item = (usize, usize, f64)>) -> CsrMatr
     CsrMatrix::from(&matrix)
 }
 
-/// Prints numbers as a format of one says.
-struct Each<'n>(&'n [f64]);
-
-impl std::fmt::LowerExp for Each<'_> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.iter().enumerate().try_for_each(|(k, number)| {
-            f.write_str(if k > 0 { ", " } else { "" })?;
-            std::fmt::LowerExp::fmt(number, f)
-        })
-    }
-}
-
 /// A slider whose lower side has dimples, grooves or asperities.
 fn textured(random: &mut Random, texture: &str) -> (Problem, String) {
     let cells @ [nx, ny] = random.sides();
@@ -452,8 +439,9 @@ fn contact(random: &mut Random, family: &str) -> (Problem, String) {
     };
     let about = format!(
         "{nx} x {ny} points, {kind} of {strength:.1e} to {turn:.2}, jump {jump:.1e}, {blocks} blocks, \
-         gradings {:.1e}, {islands} islands, load {load:.2}",
-        Each(&growth.map(f64::exp))
+         gradings {:.1e}, {:.1e}, {islands} islands, load {load:.2}",
+        growth[0].exp(),
+        growth[1].exp()
     );
     ((plane.operator(&a), b, q), about)
 }
