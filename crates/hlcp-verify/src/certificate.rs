@@ -300,15 +300,14 @@ pub fn certify_by<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
             Some(mut method) => by_method(&mut method, q, &x, true, clock),
             None => by_method(method, q, &x, true, clock),
         };
-        if let Some((sides, is_narrow)) = sides {
-            let problem = method.problem();
-            let mut sides = sides;
+        if let Some((mut sides, is_narrow)) = sides {
             if is_exchanged {
                 sides.swap(0, 1);
             }
+            let (a, b) = as_posed(method);
             // Strict inequalities on one piece of F make its matrix an M-matrix.
             let is_alone = !sides[0].iter().zip(&sides[1]).any(|(l, u)| *l < 0.0 && *u > 0.0)
-                || is_alone(problem.a(), problem.b(), &sides, is_exchanged);
+                || holds_one(&a, &b, &sides);
             let found = Certificate::new(sides, is_alone, [z, r]);
             if is_narrow || clock.is_up() {
                 return Ok(Ok(found));
@@ -316,9 +315,7 @@ pub fn certify_by<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
             first = Some(found);
         }
     }
-    let problem = method.problem();
-    let (a, b): (&dyn Rows<T>, &dyn Rows<T>) = (problem.a(), problem.b());
-    let (a, b) = if is_exchanged { (b, a) } else { (a, b) };
+    let (a, b) = as_posed(method);
     Ok(match (first, enclose(a, b, q, [z, r], clock)) {
         (Some(first), Ok(other)) => Ok(if other.error() < first.error() { other } else { first }),
         (Some(first), Err(_)) => Ok(first),
@@ -436,7 +433,7 @@ fn enclose<T: Scalar>(
     clock: &mut Clock<'_>,
 ) -> Result<Certificate, Refusal> {
     let sides = bounds(a, b, q, given, true, clock)?;
-    let is_alone = is_alone(&a, &b, &sides, false);
+    let is_alone = holds_one(&a, &b, &sides);
     Ok(Certificate::new(sides, is_alone, given))
 }
 
@@ -453,18 +450,15 @@ fn bounds<T: Scalar>(
     Assembled::new(a, b, q, clock)?.enclose([&z, &r], fine, clock)
 }
 
-/// Returns whether a box of `z − r` holds no second solution.
-fn is_alone<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    sides: &[Vec<f64>; 2],
-    is_exchanged: bool,
-) -> bool {
-    if is_exchanged {
-        let [lower, upper] = sides;
-        holds_one(a, b, &[upper, lower].map(|side| side.iter().map(|x| -x).collect()))
+/// The operators that multiply `z` and `r`, which a problem may have exchanged.
+fn as_posed<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
+    method: &M,
+) -> (&dyn Rows<T>, &dyn Rows<T>) {
+    let problem = method.problem();
+    if problem.q_factor() < T::zero() {
+        (problem.b(), problem.a())
     } else {
-        holds_one(a, b, sides)
+        (problem.a(), problem.b())
     }
 }
 

@@ -78,7 +78,7 @@ const BOXES: usize = 6;
 /// The width of a box that is narrow enough, over the distance of the answer from it.
 const NARROW: f64 = 0.3;
 
-/// A pair of operators without positive entries off the diagonal, and whether both have none.
+/// Returns whether no entry of a pair is positive off the diagonals.
 pub(crate) fn is_z_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
     is_z(a).is_yes() && is_z(b).is_yes()
 }
