@@ -86,7 +86,7 @@ fn the_proved_regions_of_alpha_and_tau() {
             (last + 1e-9, true, false),
         ] {
             let problem = example(symmetric, few, [mu, nu], tau);
-            let steps = [Aor::new(1.0, 1.0).unwrap(), Aor::new(1.0, 1.0).unwrap().backward()];
+            let steps = [Aor::gauss_seidel(), Aor::gauss_seidel().backward()];
             assert_eq!(relaxed_theorem(&problem, &steps).is_yes(), proved, "{mu} {nu} {tau}");
             assert_eq!(theorem_2(&problem, &steps).applies(), paper, "{mu} {nu} {tau}");
         }
@@ -119,7 +119,7 @@ fn a_witness_covers_beta_above_alpha() {
 #[test]
 fn a_priori_counts() {
     let Convergence::Proved(_, c) =
-        convergence(&example(true, 32, [4.0; 2], 1.0), &[Aor::new(1.0, 1.0).unwrap()])
+        convergence(&example(true, 32, [4.0; 2], 1.0), &[Aor::gauss_seidel()])
     else {
         panic!("Theorem 2")
     };

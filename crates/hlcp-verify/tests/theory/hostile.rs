@@ -205,7 +205,7 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
     ];
     let unique = uniqueness(a, b).unwrap();
     let problem = Hlcp::new(a, b, Omega::Each(omega.clone())).unwrap();
-    let gauss_seidel = Aor::new(1.0, 1.0).unwrap();
+    let gauss_seidel = Aor::gauss_seidel();
     let relaxed = relaxed_theorem(&problem, &[gauss_seidel]);
     let first = theorem_1(&problem, &[gauss_seidel]);
     let [one, two] = [first.applies(), theorem_2(&problem, &[gauss_seidel]).applies()];
@@ -269,10 +269,8 @@ fn ratios_beyond_the_doubles_are_balanced() {
     let b = Identity { order: 3 };
     assert!(!uniqueness(&a, &b).unwrap().is_proved());
     let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
-    assert!(matches!(
-        convergence(&problem, &[Aor::new(1.0, 1.0).unwrap()]),
-        Convergence::NotProved(_)
-    ));
+    let proof = convergence(&problem, &[Aor::gauss_seidel()]);
+    assert!(matches!(proof, Convergence::NotProved(_)));
     let answer = is_h(&a);
     assert!(matches!(answer, Answer::No(Failure::Radius(r)) if r <= 2_f64.sqrt()), "{answer:?}");
     // (I + |C_A|)/2
@@ -286,7 +284,7 @@ fn signs_are_compared_where_products_underflow() {
     let a = dmatrix![1.0, 1e-100; 0.0, 1.0];
     let b = dmatrix![1.0, -1e-300; 0.0, 1.0];
     let problem = Hlcp::new(a, b, Omega::Each(vec![1.0, 1e100])).unwrap();
-    let theorem = theorem_1(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
+    let theorem = theorem_1(&problem, &[Aor::gauss_seidel()]);
     assert_eq!(theorem.signs_and_sizes, Answer::No(Failure::Entry { row: 0, column: 1 }));
 }
 
@@ -297,7 +295,7 @@ fn no_radius_is_stated_where_a_sum_overflows() {
     let b = dmatrix![1.7e308, 0.0; 0.0, 0.4e308];
     assert!(is_coupled_exactly(&a, &b, &[1.0; 2]));
     let problem = Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
-    let relaxed = relaxed_theorem(&problem, &[Aor::new(1.0, 1.0).unwrap()]);
+    let relaxed = relaxed_theorem(&problem, &[Aor::gauss_seidel()]);
     assert!(!matches!(relaxed, Answer::No(_)), "{relaxed:?}");
 }
 
@@ -321,7 +319,7 @@ fn the_error_of_a_certificate_keeps_nan() {
 /// NaN, zero diagonals and order 1: no yes without a reason, and no panic.
 #[test]
 fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
-    let steps = [Aor::new(1.0, 1.0).unwrap()];
+    let steps = [Aor::gauss_seidel()];
     let good = dmatrix![4.0, -1.0; 0.5, 3.0];
     for bad in [
         dmatrix![4.0, f64::NAN; 0.5, 3.0],

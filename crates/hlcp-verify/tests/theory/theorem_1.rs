@@ -1,7 +1,7 @@
 //! Theorem 1 with each hypothesis violated alone, where it fails; `sizes.rs` has the property.
 
 use crate::common::posed;
-use crate::stays_away;
+use crate::distance_left;
 use hlcp_core::Aor;
 use hlcp_verify::{
     Convergence, Planted,
@@ -46,7 +46,7 @@ fn without_compatible_splittings_maor_stays_away() {
     assert!(theorem.a_is_h_plus.is_yes() && theorem.b_is_h_plus.is_yes());
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes());
     assert_eq!(theorem.compatible, Answer::No(Failure::Entry { row: 1, column: 0 }));
-    assert!(stays_away(&p, &steps));
+    assert!(distance_left(&p, &steps) > 0.05);
 }
 
 /// Both matrices are H₊, and there are three solutions: H₊ alone gives no W-property, and nothing
@@ -63,7 +63,7 @@ fn two_h_plus_matrices_may_have_three_solutions() {
     let problem = posed(&dense);
     assert!(is_h_plus(problem.a()).is_yes() && is_h_plus(problem.b()).is_yes());
     assert_eq!(dense.solutions().len(), 3);
-    let steps = [Aor::new(1.0, 1.0).unwrap()];
+    let steps = [Aor::gauss_seidel()];
     assert_eq!(
         theorem_1(&problem, &steps).signs_and_sizes,
         Answer::No(Failure::Entry { row: 1, column: 0 })
