@@ -19,6 +19,7 @@ mod oracle;
 mod problems;
 mod runs;
 
+use common::asked;
 use count::Tally;
 use hlcp_core::{Aor, Hlcp, Omega};
 use hlcp_methods::{Mms, Options, Solver};
@@ -32,15 +33,9 @@ const SEED: u64 = 20_250_807;
 /// The runs of the gate.
 const RUNS: usize = 20_000;
 
-fn of_environment<N: std::str::FromStr>(name: &str) -> Option<N> {
-    let value = std::env::var(name).ok()?;
-    Some(value.parse().unwrap_or_else(|_| panic!("{name} is {value:?}, which is not a number")))
-}
-
 #[test]
 fn every_method_tells_the_truth() {
-    let first: u64 = of_environment("HLCP_ATTACK_SEED").unwrap_or(SEED);
-    let wanted: usize = of_environment("HLCP_ATTACK_RUNS").unwrap_or(RUNS);
+    let (first, wanted) = (asked("HLCP_ATTACK_SEED", SEED), asked("HLCP_ATTACK_RUNS", RUNS));
     let mut tally = Tally::default();
     let mut seed = first;
     while tally.runs() < wanted {

@@ -1,7 +1,10 @@
 //! What several test programs share.
 #![allow(dead_code, reason = "each test program uses its own part")]
 
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::{
+    str::FromStr,
+    sync::atomic::{AtomicUsize, Ordering::Relaxed},
+};
 
 use hlcp_core::{
     Aor, Coefficients, Diagonal, FivePointView, Hlcp, LinearOperator, Norms, Omega, Rhs, Rows,
@@ -13,6 +16,12 @@ use hlcp_methods::{
 use hlcp_verify::{Planted, oracle::Dense};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
+
+/// The number that the environment has under a name, or else `usual`.
+pub(crate) fn asked<N: FromStr>(name: &str, usual: N) -> N {
+    let Ok(value) = std::env::var(name) else { return usual };
+    value.parse().unwrap_or_else(|_| panic!("{name} is {value:?}, which is not a number"))
+}
 
 /// The dense problem as the library sees it.
 pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, DMatrix<f64>, DMatrix<f64>> {

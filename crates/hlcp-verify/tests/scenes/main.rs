@@ -5,7 +5,6 @@ mod bearing2d;
 #[path = "../../../../tests/common/mod.rs"]
 mod common;
 mod dam;
-mod disc;
 #[path = "../theory/exact.rs"]
 mod exact;
 mod film;

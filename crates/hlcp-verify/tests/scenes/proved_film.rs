@@ -8,7 +8,10 @@ use hlcp_verify::{
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
-use crate::exact::{eliminated, exact};
+use crate::{
+    common::{asked, assembled},
+    exact::{exact, on_columns},
+};
 
 /// Numbers between 0 and 1 that have no pattern.
 fn noise(seed: u64) -> impl FnMut() -> f64 {
@@ -22,11 +25,6 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 
 type Exact = BigRational;
 
-/// How many films the environment asks for, or else `usual`.
-fn films_asked(usual: usize) -> usize {
-    std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
-}
-
 /// Exact `z` and `r`, from a guess of where `z > 0`.
 fn solution(
     a: &impl Rows<f64>,
@@ -34,23 +32,9 @@ fn solution(
     q: &[f64],
     mut in_z: Vec<bool>,
 ) -> Option<[Vec<Exact>; 2]> {
-    let n = q.len();
+    let (a, b, n) = (assembled(a), assembled(b), q.len());
     for _ in 0..40 {
-        let mut rows: Vec<Vec<Exact>> = vec![vec![Exact::zero(); n + 1]; n];
-        for (i, row) in rows.iter_mut().enumerate() {
-            a.visit_row(i, &mut |j, v| {
-                if in_z[j] {
-                    row[j] = exact(v)
-                }
-            });
-            b.visit_row(i, &mut |j, v| {
-                if !in_z[j] {
-                    row[j] = -exact(v)
-                }
-            });
-            row[n] = exact(-q[i]);
-        }
-        let (found, _) = eliminated(rows)?;
+        let found = on_columns(&a, &b, q, &in_z)?;
         let wrong: Vec<usize> = (0..n).filter(|&j| found[j].is_negative()).collect();
         if wrong.is_empty() {
             let of = |side: bool| -> Vec<Exact> {
@@ -279,7 +263,7 @@ fn certified(film: &Film, next: &mut impl FnMut() -> f64) -> Option<([Vec<f64>; 
 #[test]
 fn exact_figures_lie_in_their_intervals() {
     let (mut proved, mut unsolved, mut outside, mut narrow) = (0, 0, 0, 0);
-    let asked = films_asked(200);
+    let asked = asked("HLCP_CASES", 200);
     for seed in 0..asked {
         let mut next = noise(seed as u64 * 7919 + 1);
         next();
@@ -362,7 +346,7 @@ fn scaled(film: &Film, [gap, viscosity, speed]: [f64; 3], supplies: &[f64]) -> F
 fn films_within_a_tolerance_lie_in_their_range() {
     let (mut seen, mut proved, mut refused) = (0, 0, 0);
     let mut widths = vec![];
-    for seed in 0..films_asked(60) {
+    for seed in 0..asked("HLCP_CASES", 60) {
         let mut next = noise(seed as u64 * 6571 + 5);
         next();
         let (mut film, ambient) = any_film(&mut next);

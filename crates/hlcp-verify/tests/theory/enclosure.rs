@@ -1,6 +1,6 @@
 //! Boxes that are said to hold a solution, against exact rational arithmetic.
 
-use hlcp_core::{FivePoint, LinearOperator};
+use hlcp_core::{FivePoint, Identity, LinearOperator};
 use hlcp_methods::{Clock, solve};
 use hlcp_verify::{
     Branch, Certificate, Refusal, Slider, certify, certify_box, certify_range, uniqueness,
@@ -10,7 +10,11 @@ use num_rational::BigRational;
 use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
-use crate::{cases_asked, certificate::solutions_on, exact::exact, for_all};
+use crate::{
+    common::{Lists, NotFinite, asked},
+    exact::{exact, on_columns},
+    for_all,
+};
 
 #[derive(Debug, Clone)]
 struct Case {
@@ -207,7 +211,8 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
 /// Every claim is exactly true, in `HLCP_CASES` random cases (3,000 if it is not set).
 #[test]
 fn no_claim_near_an_answer_is_false() {
-    let (asked, mut runner) = (cases_asked(3_000) / FAMILIES.len(), TestRunner::default());
+    let asked = asked("HLCP_CASES", 3_000) / FAMILIES.len();
+    let mut runner = TestRunner::default();
     for (family, name) in FAMILIES.into_iter().enumerate() {
         let (strategy, mut tally) = (cases(family), Tally::default());
         for _ in 0..asked {
@@ -227,6 +232,24 @@ fn no_claim_near_an_answer_is_false() {
         // of them have less than a fiftieth is less likely than 1e-12.
         assert!(50 * *proved > *asked, "{name}: only {proved} of {asked}");
     }
+}
+
+/// The exact solutions on sides that are proved, with either side where that is open, and where `z`
+/// is positive in each.
+fn solutions_on(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &[f64],
+    sides: &[Branch],
+) -> Vec<(Vec<bool>, Vec<BigRational>)> {
+    let open: Vec<usize> = (0..q.len()).filter(|&j| sides[j] == Branch::Open).collect();
+    let support = |choice: usize| -> Vec<bool> {
+        let chosen = |j| open.iter().position(|&k| k == j).is_some_and(|k| choice >> k & 1 == 1);
+        (0..q.len()).map(|j| sides[j] == Branch::Z || chosen(j)).collect()
+    };
+    let all = (0..1_usize << open.len()).map(support);
+    let exactly = all.filter_map(|in_z| on_columns(a, b, q, &in_z).map(|y| (in_z, y)));
+    exactly.filter(|(_, y)| !y.iter().any(Signed::is_negative)).collect()
 }
 
 /// All solutions of a small problem as `z − r`, each once.
@@ -450,4 +473,31 @@ fn degenerate_unknowns_cost_nothing() {
         let found = certify(&a, &b, &vec![0.0; n], &z, &vec![0.0; n]).unwrap().expect("a box");
         assert!((1e-12..1.3e-12).contains(&found.error()), "{n}: {:e}", found.error());
     }
+}
+
+#[test]
+fn nothing_is_claimed_of_a_stencil_with_nan() {
+    let (sound, q) = (FivePoint::new(4, 1, [0.0, -0.9, 4.0, -1.1, 0.0]).unwrap(), [-1.3; 4]);
+    let (z, r, ends) = ([0.4; 4], [0.0; 4], [&[0.1; 4][..], &[9.0; 4]]);
+    assert!(certify_box(&sound, &sound, &q, ends, [&z, &r]).unwrap().is_some());
+    for spoilt in [
+        certify_box(&NotFinite, &sound, &q, ends, [&z, &r]).unwrap(),
+        certify_box(&sound, &NotFinite, &q, ends, [&z, &r]).unwrap(),
+        certify(&NotFinite, &sound, &q, &z, &r).unwrap().ok(),
+        certify(&sound, &NotFinite, &q, &z, &r).unwrap().ok(),
+    ] {
+        assert_eq!(spoilt, None);
+    }
+}
+
+/// Springs around a ring, the two neighbours' entries after each diagonal one.
+#[test]
+fn entries_of_a_row_may_come_in_any_order() {
+    let n = 30;
+    let row = |i: usize| vec![(i, 2.01), ((i + 1) % n, -1.0), ((i + n - 1) % n, -1.0)];
+    let (a, b) = (Lists((0..n).map(row).collect()), Identity { order: n });
+    let q: Vec<f64> = (0..n).map(|i| (i as f64).sin() - 0.3).collect();
+    let answer = hlcp_methods::solve(&a, &b, &q).unwrap();
+    let certificate = certify(&a, &b, &q, &answer.z, &answer.r).unwrap().unwrap();
+    assert!(certificate.error() < 1e-8);
 }

@@ -1,5 +1,6 @@
 //! Linear systems in exact arithmetic.
 
+use nalgebra::DMatrix;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
@@ -39,4 +40,18 @@ pub(crate) fn eliminated(rows: Vec<Vec<BigRational>>) -> Option<(Vec<BigRational
     }
     let x = rows.into_iter().map(|row| BigRational::new(row[n].clone(), last.clone())).collect();
     Some((x, last.into()))
+}
+
+/// The `y` that solves HLCP(A, B, q) with `zᵢ = yᵢ` where `in_z` and `rᵢ = yᵢ` elsewhere, whatever
+/// its signs.
+pub(crate) fn on_columns(
+    a: &DMatrix<f64>,
+    b: &DMatrix<f64>,
+    q: &[f64],
+    in_z: &[bool],
+) -> Option<Vec<BigRational>> {
+    let n = q.len();
+    let entry = |i: usize, j: usize| exact(if in_z[j] { a[(i, j)] } else { -b[(i, j)] });
+    let row = |i| (0..n).map(|j| entry(i, j)).chain([-exact(q[i])]).collect();
+    eliminated((0..n).map(row).collect()).map(|(y, _)| y)
 }

@@ -1,7 +1,7 @@
 //! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
 //! nothing false.
 
-use crate::{exact::exact, for_all};
+use crate::{exact::exact, for_all, uniqueness::is_m_matrix};
 use approx::assert_abs_diff_eq;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -14,7 +14,6 @@ use hlcp_verify::{
     relaxed_alpha_bound, relaxed_theorem, theorem_1, theorem_2, uniqueness,
 };
 use nalgebra::{DMatrix, dmatrix, dvector};
-use num_rational::BigRational;
 use num_traits::Signed;
 use proptest::{collection::vec, prelude::*, sample::select};
 
@@ -61,34 +60,14 @@ impl Rows<f64> for Counted {
     }
 }
 
-/// Whether a Z-matrix is a nonsingular M-matrix: whether Gaussian elimination has positive pivots.
-///
-/// Without divisions, in multiples of 2⁻²²⁰⁰, which products of two doubles are.
-fn is_m_exactly(n: usize, entry: impl Fn(usize, usize) -> BigRational) -> bool {
-    let unit = exact(2_f64.powi(1000)) * exact(2_f64.powi(1000)) * exact(2_f64.powi(200));
-    let whole = |i, j| (entry(i, j) * &unit).to_integer();
-    let mut m: Vec<Vec<_>> = (0..n).map(|i| (0..n).map(|j| whole(i, j)).collect()).collect();
-    for k in 0..n {
-        if !m[k][k].is_positive() {
-            return false;
-        }
-        for i in k + 1..n {
-            for j in k + 1..n {
-                m[i][j] = &m[k][k] * &m[i][j] - &m[i][k] * &m[k][j];
-            }
-        }
-    }
-    true
-}
-
 /// Whether ⟨A⟩ is a nonsingular M-matrix.
 fn is_h_exactly(a: &DMatrix<f64>) -> bool {
-    is_m_exactly(a.nrows(), |i, j| exact(if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }))
+    is_m_matrix(a.nrows(), |i, j| exact(if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }))
 }
 
 /// Whether the matrix `C` of a pair and an Ω is a nonsingular M-matrix.
 fn is_coupled_exactly(a: &DMatrix<f64>, b: &DMatrix<f64>, omega: &[f64]) -> bool {
-    is_m_exactly(a.nrows(), |i, j| {
+    is_m_matrix(a.nrows(), |i, j| {
         let [a, b_omega] = [exact(a[(i, j)]), exact(b[(i, j)]) * exact(omega[j])];
         if i == j { a.min(b_omega) } else { -a.abs().max(b_omega.abs()) }
     })

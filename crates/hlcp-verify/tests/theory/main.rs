@@ -1,6 +1,5 @@
 //! The theorems, the certificates and the classes of matrices.
 
-mod certificate;
 mod classes;
 mod columns;
 #[path = "../../../../tests/common/mod.rs"]
@@ -18,6 +17,7 @@ mod tight;
 mod time;
 mod uniqueness;
 
+use common::asked;
 use hlcp_core::Aor;
 use hlcp_verify::{
     Planted,
@@ -32,27 +32,18 @@ fn rational(whole: i64) -> BigRational {
     BigRational::from_integer(whole.into())
 }
 
-/// How many random cases the environment asks for, or else `usual`.
-fn cases_asked(usual: usize) -> usize {
-    std::env::var("HLCP_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(usual)
-}
-
 /// Calls `each` with as many random cases as the environment asks for, or `usual`; returns how
 /// many.
 fn for_all<V>(usual: usize, strategy: &impl Strategy<Value = V>, mut each: impl FnMut(V)) -> usize {
-    let (asked, mut runner) = (cases_asked(usual), TestRunner::default());
+    let (asked, mut runner) = (asked("HLCP_CASES", usual), TestRunner::default());
     (0..asked).for_each(|_| each(strategy.new_tree(&mut runner).unwrap().current()));
     asked
 }
 
 fn comparison(a: &DMatrix<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(
-        a.nrows(),
-        a.ncols(),
-        |i, j| {
-            if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }
-        },
-    )
+    let mut comparison = -a.abs();
+    comparison.set_diagonal(&a.diagonal().abs());
+    comparison
 }
 
 /// ρ of a non-negative matrix by its eigenvalues.
