@@ -53,6 +53,8 @@ impl Tally {
                         *count += 1;
                         if *count == 1 {
                             let case = Case { starts: vec![start.clone()], ..case.clone() };
+                            // As an expression for a test.
+                            let case = format!("{case:?}").replace('[', "vec![");
                             self.examples.push(format!(
                                 "{fault:?}, {name:?}, {precision:?}, seed {seed}: {detail}\n    {case}"
                             ));
