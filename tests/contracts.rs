@@ -194,26 +194,24 @@ where
     /// r by 1.5 times that. Rounding q, of size 12, and measuring the residual add some ten
     /// roundings of that size.
     fn it_reaches_the_planted_solution(&self) -> Vec<T> {
-        let contract = "it reaches the planted solution";
         let mut solver = self.solver();
         let outcome = self.solve(&mut solver);
-        assert!(outcome.converged(), "{self}: {contract}: {outcome}");
+        assert!(outcome.converged(), "{self}: {outcome}");
         let rounding = 60.0 * T::epsilon().wide();
         let off = 1.5 / 0.2 * (outcome.residual.linf + rounding);
         for (i, signed) in signed::<T>().into_iter().enumerate() {
             let [z, r] = [solver.z()[i], solver.r()[i]];
             for (found, planted) in [(z, signed), (r, -signed)] {
                 let distance = (found - planted.max(T::zero())).abs().wide();
-                assert!(distance <= off && found >= T::zero(), "{self}: {contract}, in row {i}");
+                assert!(distance <= off && found >= T::zero(), "{self}, in row {i}");
             }
-            assert_eq!(z * r, T::zero(), "{self}: {contract}, in row {i}");
+            assert_eq!(z * r, T::zero(), "{self}, in row {i}");
         }
         [solver.z(), solver.r()].concat()
     }
 
     /// To the bit, and whatever was solved between.
     fn a_later_solve_repeats_the_first_and_allocates_nothing(&self) {
-        let contract = "a later solve repeats the first and allocates nothing";
         let mut solver = self.solver();
         let calls = counting::CALLS.get();
         let first = self.solve(&mut solver);
@@ -225,15 +223,14 @@ where
         let again = self.solve(&mut solver);
         let calls = counting::CALLS.get() - calls;
         let allowed = if ALGEBRAIC.contains(&self.row.as_str()) { first_calls } else { 0 };
-        assert!(calls <= allowed, "{self}: {contract}: {calls}");
+        assert!(calls <= allowed, "{self}: {calls}");
         let counts = |outcome: &Outcome| (outcome.iterations, outcome.residual);
-        assert_eq!(counts(&again), counts(&first), "{self}: {contract}");
-        assert_eq!(solver.x(), x, "{self}: {contract}");
+        assert_eq!(counts(&again), counts(&first), "{self}");
+        assert_eq!(solver.x(), x, "{self}");
     }
 
     /// As from the iterate there.
     fn a_solve_goes_on_where_a_limit_ended_another(&self) {
-        let contract = "a solve goes on where a limit ended another";
         let mut solver = self.solver();
         let two = Limits { iterations: 2, ..self.limits };
         let _ = solver.solve(&self.q, Options::from_x(&self.start).limits(two)).unwrap();
@@ -241,42 +238,39 @@ where
         let rest = solver.solve(&self.q, Options::resume().limits(self.limits)).unwrap();
         let mut fresh = self.solver();
         let expected = fresh.solve(&self.q, Options::from_x(&x_two).limits(self.limits)).unwrap();
-        assert!(rest.converged(), "{self}: {contract}: {rest}");
+        assert!(rest.converged(), "{self}: {rest}");
         let counts = |outcome: &Outcome| (outcome.iterations, outcome.residual);
-        assert_eq!(counts(&rest), counts(&expected), "{self}: {contract}");
-        assert_eq!(solver.x(), fresh.x(), "{self}: {contract}");
+        assert_eq!(counts(&rest), counts(&expected), "{self}");
+        assert_eq!(solver.x(), fresh.x(), "{self}");
     }
 
     fn a_solved_start_takes_no_iterations(&self) {
-        let contract = "a solved start takes no iterations";
         let mut solver = self.solver();
         let _ = self.solve(&mut solver);
         let x = solver.x().to_vec();
         let again = solver.solve(&self.q, Options::from_x(&x).limits(self.limits)).unwrap();
-        assert!(again.converged(), "{self}: {contract}: {again}");
+        assert!(again.converged(), "{self}: {again}");
         let spent = (again.iterations, again.sweeps, again.linear_iterations.unwrap_or(0));
-        assert_eq!(spent, (0, 0, 0), "{self}: {contract}");
-        assert_eq!(solver.x(), x, "{self}: {contract}");
+        assert_eq!(spent, (0, 0, 0), "{self}");
+        assert_eq!(solver.x(), x, "{self}");
     }
 
     /// Whatever the start.
     fn a_zero_q_is_solved_by_zero(&self) {
-        let contract = "a zero q is solved by zero";
         let mut solver = self.solver();
         let options = Options::from_x(&self.start).limits(self.limits);
         let zero = solver.solve(&[T::zero(); N], options).unwrap();
-        assert!(zero.converged() && zero.residual.l2 == 0.0, "{self}: {contract}: {zero}");
-        assert_eq!(zero.iterations, 0, "{self}: {contract}");
+        assert!(zero.converged() && zero.residual.l2 == 0.0, "{self}: {zero}");
+        assert_eq!(zero.iterations, 0, "{self}");
         let both = [solver.z(), solver.r()].concat();
-        assert!(both.iter().all(|v| *v == T::zero()), "{self}: {contract}");
+        assert!(both.iter().all(|v| *v == T::zero()), "{self}");
     }
 
     fn bad_input_is_refused_and_nothing_is_lost_by_it(&self) {
-        let contract = "bad input is refused and nothing is lost by it";
         let mut solver = self.solver();
         let first = self.solve(&mut solver);
         let mut refusal = |q: &[T], x: &[T], limits| {
-            solver.solve(q, Options::from_x(x).limits(limits)).expect_err(contract)
+            solver.solve(q, Options::from_x(x).limits(limits)).expect_err("bad input")
         };
         for bad in [T::nan(), T::infinity(), T::neg_infinity()] {
             let mut spoilt = self.q.clone();
@@ -287,38 +281,37 @@ where
             ] {
                 let refused =
                     matches!(found, Error::NotFinite { what: w, index: 5, .. } if w == what);
-                assert!(refused, "{self}: {contract}: {found}");
+                assert!(refused, "{self}: {found}");
             }
         }
         let (found, expected) = (N - 1, N);
         let short_q = refusal(&self.q[1..], &self.start, self.limits);
-        assert_eq!(short_q, Error::Order { what: "q", found, expected }, "{self}: {contract}");
+        assert_eq!(short_q, Error::Order { what: "q", found, expected }, "{self}");
         let short_x = refusal(&self.q, &self.start[1..], self.limits);
-        assert_eq!(short_x, Error::Order { what: "x0", found, expected }, "{self}: {contract}");
+        assert_eq!(short_x, Error::Order { what: "x0", found, expected }, "{self}");
         let bad = [-1.0, f64::NAN, f64::INFINITY];
         let relative = bad.into_iter().chain([1.0]).map(Tolerance::Relative);
         for tolerance in bad.map(Tolerance::Absolute).into_iter().chain(relative) {
             let limits = Limits { tolerance, ..self.limits };
             let of_limits = refusal(&self.q, &self.start, limits);
-            assert!(matches!(of_limits, Error::Parameter { .. }), "{self}: {contract}");
+            assert!(matches!(of_limits, Error::Parameter { .. }), "{self}");
         }
-        assert_eq!(self.solve(&mut solver).residual, first.residual, "{self}: {contract}");
+        assert_eq!(self.solve(&mut solver).residual, first.residual, "{self}");
     }
 
     /// Zero, negative, or NaN.
     fn a_bad_pivot_is_refused_or_never_converges(&self) {
-        let contract = "a bad pivot is refused or never converges";
         for factor in [T::zero(), -T::one(), T::nan()] {
             let a = Scaled { by: factor, of: self.a.clone() };
             let b = Scaled { by: factor, of: self.b.clone() };
             match method(&self.row, Hlcp::new(a, b, omega()).unwrap()) {
                 Err(Error::NotPositive { index: 0, .. } | Error::NotFinite { index: 0, .. }) => {}
-                Err(other) => panic!("{self}: {contract}: {other}"),
+                Err(other) => panic!("{self}: {other}"),
                 Ok(method) => {
-                    assert!(self.row.contains("closure"), "{self}: {contract}");
+                    assert!(self.row.contains("closure"), "{self}");
                     let options = Options::from_x(&self.start).limits(self.limits);
                     let outcome = Solver::new(method).solve(&self.q, options).unwrap();
-                    assert!(!outcome.converged(), "{self}: {contract}: {outcome}");
+                    assert!(!outcome.converged(), "{self}: {outcome}");
                 }
             }
         }
