@@ -7,7 +7,7 @@ use hlcp_core::{Aor, Jacobi, Rhs, Step};
 use hlcp_methods::{Clock, Method, Mms, Tmms};
 use hlcp_verify::{
     Planted,
-    oracle::{Dense, Iteration, aor_splitting},
+    oracle::{Dense, Iteration},
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -29,8 +29,7 @@ impl Parameters {
     }
 
     fn textbook(self, dense: &Dense) -> Iteration {
-        let split = |matrix, parameters| aor_splitting(matrix, parameters, self.backward);
-        dense.mms(split(&dense.a, self.a), split(&dense.b, self.b))
+        dense.mms(self.a, self.b, self.backward)
     }
 }
 

@@ -1,29 +1,19 @@
 //! The paper's methods as dense textbook iterations, and all solutions of a small problem.
 //!
 //! Slow and obvious: every matrix of the formulas is formed and every linear system is factorised.
-//! A splitting `A = M − N` is the pair `(M, N)`.
 
 use nalgebra::{DMatrix, DVector};
 
 /// The AOR splitting `M = (D − β L)/α`, `N = M − A` of equation (4); with `U` for `L` when
 /// `backward`.
-///
-/// ```
-/// use hlcp_verify::oracle::aor_splitting;
-/// use nalgebra::dmatrix;
-///
-/// let (m, n) = aor_splitting(&dmatrix![4.0, -1.0; -2.0, 8.0], [2.0, 0.5], false);
-/// assert_eq!(m, dmatrix![2.0, 0.0; -0.5, 4.0]);
-/// assert_eq!(n, dmatrix![-2.0, 1.0; 1.5, -4.0]);
-/// ```
-pub fn aor_splitting(
+fn aor_splitting(
     matrix: &DMatrix<f64>,
     [alpha, beta]: [f64; 2],
     backward: bool,
-) -> (DMatrix<f64>, DMatrix<f64>) {
+) -> [DMatrix<f64>; 2] {
     let (d, l, u) = parts(matrix);
     let m = (d - if backward { u } else { l } * beta) / alpha;
-    (m.clone(), m - matrix)
+    [m.clone(), m - matrix]
 }
 
 /// `(D, L, U)` with `A = D − L − U`.
@@ -114,21 +104,16 @@ impl Iteration {
     ///
     /// When the comparison matrix is singular.
     pub fn contraction(&self) -> DMatrix<f64> {
-        let comparison = self.comparison() - self.modulus.abs();
+        let mut comparison = -self.linear.abs();
+        comparison.set_diagonal(&self.linear.diagonal().abs());
+        comparison -= self.modulus.abs();
         let right = self.from_x.abs() + self.from_modulus.abs();
         comparison.lu().solve(&right).expect("the comparison matrix is regular")
-    }
-
-    /// ⟨linear⟩.
-    fn comparison(&self) -> DMatrix<f64> {
-        DMatrix::from_fn(self.linear.nrows(), self.linear.ncols(), |i, j| {
-            if i == j { self.linear[(i, j)].abs() } else { -self.linear[(i, j)].abs() }
-        })
     }
 }
 
 impl Dense {
-    /// Method 1 with the splittings `of_a` and `of_b`,
+    /// Method 1 with AOR splittings `A = M_A − N_A` and `B = M_B − N_B` of parameters `[α, β]`,
     ///
     /// ```text
     /// (M_BΩ + M_A) x⁺ = (N_BΩ + N_A) x + (BΩ − A)|x| − γ q .
@@ -137,20 +122,20 @@ impl Dense {
     /// Method 2 is two of these that take turns.
     ///
     /// ```
-    /// use hlcp_verify::oracle::{Dense, aor_splitting};
+    /// use hlcp_verify::oracle::Dense;
     /// use nalgebra::{dmatrix, dvector};
     ///
-    /// let (a, b, q, omega) = (dmatrix![4.0], dmatrix![1.0], dvector![-8.0], dvector![4.0]);
-    /// let [of_a, of_b] = [&a, &b].map(|matrix| aor_splitting(matrix, [1.0, 1.0], false));
-    /// let problem = Dense { a, b, q, omega, gamma: 1.0 };
-    /// assert_eq!(problem.mms(of_a, of_b).step(&dvector![0.5]), dvector![1.0]);
+    /// let (a, b) = (dmatrix![4.0, -1.0; -2.0, 8.0], dmatrix![1.0, 0.0; 0.0, 1.0]);
+    /// let (q, omega) = (dvector![-12.0, 25.0], dvector![4.0, 8.0]);
+    /// let maor = Dense { a, b, q, omega, gamma: 1.0 }.mms([2.0, 0.5], [1.0, 1.0], false);
+    /// assert_eq!(maor.linear, dmatrix![2.0 + 4.0, 0.0; -0.5, 4.0 + 8.0]);
+    /// assert_eq!(maor.from_x, dmatrix![-2.0, 1.0; 1.5, -4.0]);
+    /// assert_eq!(maor.step(&dvector![0.0, 0.0]), dvector![2.0, -2.0]);
     /// ```
-    pub fn mms(
-        &self,
-        (m_a, n_a): (DMatrix<f64>, DMatrix<f64>),
-        (m_b, n_b): (DMatrix<f64>, DMatrix<f64>),
-    ) -> Iteration {
+    pub fn mms(&self, of_a: [f64; 2], of_b: [f64; 2], backward: bool) -> Iteration {
         let omega = DMatrix::from_diagonal(&self.omega);
+        let [m_a, n_a] = aor_splitting(&self.a, of_a, backward);
+        let [m_b, n_b] = aor_splitting(&self.b, of_b, backward);
         Iteration {
             linear: m_b * &omega + m_a,
             modulus: DMatrix::zeros(self.q.len(), self.q.len()),
@@ -166,8 +151,8 @@ impl Dense {
     /// (M_B₁Ω + M_A₁) x⁺ + (N_B₂Ω − N_A₂)|x⁺| = (N_B₁Ω + N_A₁) x + (M_B₂Ω − M_A₂)|x| − γ q ,
     /// ```
     ///
-    /// with AOR splittings of parameters `of_a` and `of_b` first, and `M_A₂ = D_A − U_A`,
-    /// `M_B₂ = D_B − U_B` second (`L` for `U` when `backward`).
+    /// with the splittings of [`mms`](Self::mms) first, and `M_A₂ = D_A − U_A`, `M_B₂ = D_B − U_B`
+    /// second (`L` for `U` when `backward`).
     ///
     /// ```
     /// use hlcp_verify::oracle::Dense;
@@ -184,18 +169,13 @@ impl Dense {
         let second = |matrix: &DMatrix<f64>| {
             let (d, l, u) = parts(matrix);
             let m = d - if backward { l } else { u };
-            (m.clone(), m - matrix)
+            [m.clone(), m - matrix]
         };
-        let ((m_a1, n_a1), (m_a2, n_a2)) =
-            (aor_splitting(&self.a, of_a, backward), second(&self.a));
-        let ((m_b1, n_b1), (m_b2, n_b2)) =
-            (aor_splitting(&self.b, of_b, backward), second(&self.b));
+        let [[m_a, n_a], [m_b, n_b]] = [second(&self.a), second(&self.b)];
         Iteration {
-            linear: m_b1 * &omega + m_a1,
-            modulus: n_b2 * &omega - n_a2,
-            from_x: n_b1 * &omega + n_a1,
-            from_modulus: m_b2 * &omega - m_a2,
-            constant: self.gamma * &self.q,
+            modulus: n_b * &omega - n_a,
+            from_modulus: m_b * &omega - m_a,
+            ..self.mms(of_a, of_b, backward)
         }
     }
 

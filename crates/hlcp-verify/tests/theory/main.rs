@@ -21,7 +21,7 @@ use common::asked;
 use hlcp_core::Aor;
 use hlcp_verify::{
     Planted,
-    oracle::{Dense, Iteration, aor_splitting},
+    oracle::{Dense, Iteration},
 };
 use nalgebra::{DMatrix, DVector};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
@@ -57,8 +57,7 @@ fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
     if step.is_accelerated() {
         dense.amms(of_a, of_b, backward)
     } else {
-        let of = |matrix, parameters| aor_splitting(matrix, parameters, backward);
-        dense.mms(of(&dense.a, of_a), of(&dense.b, of_b))
+        dense.mms(of_a, of_b, backward)
     }
 }
 
