@@ -89,9 +89,8 @@ pub use enclosure::Refusal;
 pub use perron::Bracket;
 pub use planted::Planted;
 pub use scenes::{
-    AmericanPut, Bearing2d, Columns, Dam, Disc, Example, Film, FilmChange, FilmFigures, FilmRange,
-    FilmSlopes, JournalBearing, Membrane, Obstacle, Posed, ProvedFigures, Side, Slider, Supply,
-    TimeStep,
+    AmericanPut, Bearing2d, Columns, Dam, Disc, Example, Film, FilmChange, FilmFigures, FilmSlopes,
+    JournalBearing, Membrane, Obstacle, Posed, ProvedFigures, Side, Slider, Supply, TimeStep,
 };
 pub use steps::Contraction;
 pub use theory::{

@@ -20,9 +20,7 @@ pub use bearing2d::Bearing2d;
 pub use dam::Dam;
 pub use disc::Disc;
 pub use example::{Example, Posed};
-pub use film::{
-    Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
-};
+pub use film::{Film, FilmChange, FilmFigures, FilmSlopes, ProvedFigures, Side, Supply, TimeStep};
 pub use journal_bearing::JournalBearing;
 pub use membrane::Membrane;
 pub use obstacle::Obstacle;

@@ -291,7 +291,7 @@ fn exact_figures_lie_in_their_intervals() {
         proved += 1;
         let truth = Figures::of(&film, ambient, &solution);
         let (found, intervals) =
-            (film.figures(&z, &r, ambient), film.proved_figures(&certificate, ambient));
+            (film.figures(&z, &r, ambient), film.proved_figures(&certificate, ambient, None));
         let mut check = |what: &str, value: f64, [lower, upper]: [f64; 2], truth: &Exact| {
             let cell = format!("{seed} {what}: {value:e} in {lower:e} … {upper:e}; {film:?}");
             assert!(lower <= upper, "{cell}");
@@ -315,8 +315,8 @@ fn exact_figures_lie_in_their_intervals() {
             check("supply", found.supplies[supply], intervals.supplies[supply], flow);
         }
         let modes = [(); 2].map(|()| (0..q.len()).map(|_| next() - 0.3).collect::<Vec<f64>>());
-        let [lower, upper] =
-            film.proved_resultant(&certificate, ambient, [&modes[0], &modes[1]]).map(squared);
+        let both = film.proved_figures(&certificate, ambient, Some([&modes[0], &modes[1]]));
+        let [lower, upper] = both.load.map(squared);
         let square: Exact = modes.iter().map(|mode| truth.force(mode).pow(2)).sum();
         assert!(lower.is_none_or(|lower| lower <= square), "{seed}: {film:?}");
         assert!(upper.is_none_or(|upper| square <= upper), "{seed}: {film:?}");
@@ -353,8 +353,13 @@ fn films_within_a_tolerance_lie_in_their_range() {
         film.step = None;
         let tolerance = 10.0_f64.powf(-1.0 - 5.0 * next());
         let Some(([z, r], own)) = certified(&film, &mut || next().max(0.4)) else { continue };
-        let range = film.certify_range(tolerance, &z, &r, &mut Clock::endless()).expect("sound");
-        let Ok(range) = range else {
+        let (ones, zeros) = (vec![1.0; z.len()], vec![0.0; z.len()]);
+        let modes: [&[f64]; 2] = [&ones, &zeros];
+        let [figures, both] = [None, Some(modes)].map(|modes| {
+            let clock = &mut Clock::endless();
+            film.certify_range(tolerance, [&z, &r], ambient, modes, clock).expect("sound")
+        });
+        let (Ok(figures), Ok(both)) = (figures, both) else {
             refused += 1;
             continue;
         };
@@ -363,9 +368,6 @@ fn films_within_a_tolerance_lie_in_their_range() {
             continue; // another solution may be meant
         }
         proved += 1;
-        let (figures, ones) = (range.figures(&film, ambient), vec![1.0; z.len()]);
-        let zeros = vec![0.0; z.len()];
-        let load = range.resultant(&film, ambient, [&ones, &zeros]);
         let mut spread = [f64::INFINITY, f64::NEG_INFINITY];
         for k in 0..8 {
             let mut factor = || {
@@ -376,7 +378,7 @@ fn films_within_a_tolerance_lie_in_their_range() {
             let supplies: Vec<f64> = film.supplies.iter().map(|_| factor()).collect();
             let other = scaled(&film, factors, &supplies);
             let Some((_, certificate)) = certified(&other, &mut || 0.5) else { continue };
-            let here = other.proved_figures(&certificate, ambient);
+            let here = other.proved_figures(&certificate, ambient, None);
             // Each film is rounded when it is posed, in units of these sizes.
             let [pressure, area] = [film.pressure_unit(), film.lengths[0] * film.lengths[1]];
             let thick = film.gap.iter().copied().fold(0.0, f64::max);
@@ -397,8 +399,8 @@ fn films_within_a_tolerance_lie_in_their_range() {
                 seen += 1;
             };
             overlaps("load", here.load, figures.load);
-            let length = other.proved_resultant(&certificate, ambient, [&ones, &zeros]);
-            overlaps("resultant", length, load);
+            let length = other.proved_figures(&certificate, ambient, Some(modes)).load;
+            overlaps("resultant", length, both.load);
             overlaps("peak", here.peak, figures.peak);
             for wall in 0..2 {
                 overlaps("friction", here.friction[wall], figures.friction[wall]);
@@ -411,7 +413,7 @@ fn films_within_a_tolerance_lie_in_their_range() {
             }
             spread = [spread[0].min(here.load[1]), spread[1].max(here.load[0])];
         }
-        let own = film.proved_figures(&own, ambient).load;
+        let own = film.proved_figures(&own, ambient, None).load;
         if spread[1] - spread[0] > 1e3 * (own[1] - own[0]) {
             widths.push((figures.load[1] - figures.load[0]) / (spread[1] - spread[0]));
         }
@@ -448,7 +450,7 @@ fn the_peak_may_be_on_a_face_beside_an_open_cell() {
         ];
         let certificate = certify_box(&a, &b, &q, ends, [&z, &[0.0; 2]]).unwrap();
         let Some(certificate) = certificate else { continue };
-        let [lower, upper] = film.proved_figures(&certificate, 0.0).peak;
+        let [lower, upper] = film.proved_figures(&certificate, 0.0, None).peak;
         assert!(exact(lower) <= peak && peak <= exact(upper), "{part}");
         let highest = (0..2).map(|k| certificate.interval(k)[0][1]).fold(0.0, f64::max);
         let is_open = certificate.sides.contains(&Branch::Open);

@@ -50,7 +50,7 @@ mod whirl;
 pub use carry::{Carried, Load};
 pub use derived::{Derived, Oil};
 pub use hlcp_verify::{
-    Film, FilmChange, FilmFigures, FilmRange, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
+    Film, FilmChange, FilmFigures, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
 };
 pub use map::Map;
 pub use motion::{Drive, Motion};

@@ -530,11 +530,15 @@ impl Bearing {
     /// Returns the figures that a certificate of its film proves; of a journal the load is that of
     /// both directions.
     pub fn proved(&self, film: &Film, certificate: &Certificate) -> ProvedFigures {
-        let mut proved = film.proved_figures(certificate, self.ambient);
-        if let (Some(_), [one, other, ..]) = (self.journal, &self.modes[..]) {
-            proved.load = film.proved_resultant(certificate, self.ambient, [one, other]);
+        film.proved_figures(certificate, self.ambient, self.both_directions())
+    }
+
+    /// The modes of a journal's load.
+    fn both_directions(&self) -> Option<[&[f64]; 2]> {
+        match (self.journal, &self.modes[..]) {
+            (Some(_), [one, other, ..]) => Some([one, other]),
+            _ => None,
         }
-        proved
     }
 
     /// Proves the figures of all films in this position whose gap, viscosity, speeds and supplies'
@@ -550,14 +554,8 @@ impl Bearing {
         z: &[f64],
         r: &[f64],
     ) -> Result<Result<ProvedFigures, Refusal>, hlcp_core::Error> {
-        let range = film.certify_range(part, z, r, &mut Clock::endless())?;
-        Ok(range.map(|range| {
-            let mut figures = range.figures(film, self.ambient);
-            if let (Some(_), [one, other, ..]) = (self.journal, &self.modes[..]) {
-                figures.load = range.resultant(film, self.ambient, [one, other]);
-            }
-            figures
-        }))
+        let modes = self.both_directions();
+        film.certify_range(part, [z, r], self.ambient, modes, &mut Clock::endless())
     }
 
     /// Returns the direction in which a rectangle is not in the film, if there is one; around a

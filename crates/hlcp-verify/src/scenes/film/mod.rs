@@ -10,7 +10,7 @@ mod proved;
 
 pub use derivatives::{FilmChange, FilmSlopes};
 pub use figures::FilmFigures;
-pub use proved::{FilmRange, ProvedFigures};
+pub use proved::ProvedFigures;
 
 /// A lubricating film over a rectangle with mass-conserving cavitation, in SI units: an HLCP.
 ///

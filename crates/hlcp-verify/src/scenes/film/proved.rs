@@ -26,14 +26,15 @@ use crate::{
 /// let (a, b, q) = film.pose()?;
 /// // The gap is even, so the walls carry 10 µm · 10 mm · 1 m/s through a film without pressure.
 /// let certificate = certify(&a, &b, &q, &[0.0; 3], &[0.0; 3])?.expect("a witness");
-/// let [lower, upper] = film.proved_figures(&certificate, 0.0).sides[1];
+/// let [lower, upper] = film.proved_figures(&certificate, 0.0, None).sides[1];
 /// assert!(lower <= 1e-7 && 1e-7 <= upper && upper - lower < 1e-20);
 /// # Ok::<(), hlcp_core::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct ProvedFigures {
-    /// The integral of the pressure above the ambient one, in N.
+    /// The integral of the pressure above the ambient one, in N, or the length of the vector of two
+    /// such integrals.
     pub load: [f64; 2],
     /// The drag on the lower wall against `x`, and on the upper wall along `x`, in N.
     pub friction: [[f64; 2]; 2],
@@ -69,7 +70,7 @@ fn ends(Interval { lower, upper }: Interval) -> [f64; 2] {
     if lower <= upper { [lower, upper] } else { [f64::NEG_INFINITY, f64::INFINITY] }
 }
 
-/// How the films of a [`FilmRange`] differ from the one film that is posed.
+/// How the films of a range differ from the one film that is posed.
 ///
 /// With the gap `a`, the viscosity `m` and the speeds `s` times what they are, a row of a steady
 /// film becomes `a³/m A z − s a (B r − c) − a³/m g`, with what the walls carry, `q = c − g`, and
@@ -122,59 +123,29 @@ fn widened([lower, upper]: [f64; 2]) -> Interval {
     Interval { lower: lower.next_down(), upper: upper.next_up() }
 }
 
-/// What is proved of all the films that a drawing allows: those of one [`Film`] with the whole gap
-/// times one factor within `tolerance` of 1, the viscosity times one, both speeds times one, and
-/// each supply's pressure times one.
-///
-/// [`Film::certify_range`] makes one. No factor changes the shape of the gap. Lengths, contents,
-/// and the pressures of sides and of cavitation are as they are. Meant is the film as it was posed,
-/// with the roundings of that, scaled exactly.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FilmRange {
-    /// Each for a part of λ.
-    parts: Vec<(Drawing, Certificate)>,
-}
-
-impl FilmRange {
-    /// Intervals that hold the figures of a solution of each of these films, of which `film` has to
-    /// be the one that was posed. Where [`uniqueness`](crate::uniqueness()) is proved of its
-    /// operators it is the solution.
-    ///
-    /// # Panics
-    ///
-    /// Unless there is an unknown for each cell.
-    pub fn figures(&self, film: &Film, ambient: f64) -> ProvedFigures {
-        let of_part =
-            |(drawing, proof): &(Drawing, Certificate)| film.proved(proof, drawing, ambient);
-        let found = self.parts.iter().map(of_part).reduce(|one, other| ProvedFigures {
-            load: hull(one.load, other.load),
-            friction: [0, 1].map(|wall| hull(one.friction[wall], other.friction[wall])),
-            sides: [0, 1, 2, 3].map(|side| hull(one.sides[side], other.sides[side])),
-            supplies: one.supplies.iter().zip(other.supplies).map(|(a, b)| hull(*a, b)).collect(),
-            peak: hull(one.peak, other.peak),
-        });
-        found.expect("a part")
+impl ProvedFigures {
+    /// Intervals that hold those of both.
+    fn hull(self, other: Self) -> Self {
+        let hull = |a: [f64; 2], b: [f64; 2]| [a[0].min(b[0]), larger(a[1], b[1])];
+        Self {
+            load: hull(self.load, other.load),
+            friction: [0, 1].map(|wall| hull(self.friction[wall], other.friction[wall])),
+            sides: [0, 1, 2, 3].map(|side| hull(self.sides[side], other.sides[side])),
+            supplies: self.supplies.iter().zip(other.supplies).map(|(a, b)| hull(*a, b)).collect(),
+            peak: hull(self.peak, other.peak),
+        }
     }
-
-    /// As [`Film::proved_resultant`], for each of these films.
-    ///
-    /// # Panics
-    ///
-    /// As [`figures`](Self::figures), and unless both modes have an entry for each cell.
-    pub fn resultant(&self, film: &Film, ambient: f64, modes: [&[f64]; 2]) -> [f64; 2] {
-        let of_part =
-            |(drawing, proof): &(Drawing, Certificate)| film.length(proof, drawing, ambient, modes);
-        self.parts.iter().map(of_part).reduce(hull).expect("a part")
-    }
-}
-
-fn hull(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
-    [a[0].min(b[0]), larger(a[1], b[1])]
 }
 
 impl Film {
-    /// Proves where the films are whose gap, viscosity, speeds and supplies' pressures are those of
-    /// this one times factors within `tolerance` of 1, from about its solution `(z, r)`.
+    /// Encloses the figures of a solution of each of the films that are this one with the whole gap
+    /// times one factor within `tolerance` of 1, the viscosity times one, both speeds times one and
+    /// each supply's pressure times one. `(z, r)` is about the solution of this film. Where
+    /// [`uniqueness`](crate::uniqueness()) is proved of its operators each film has one solution.
+    ///
+    /// No factor changes the shape of the gap. Lengths, contents, and the pressures of sides and of
+    /// cavitation are as they are. Meant is the film as it was posed, with the roundings of that,
+    /// scaled exactly. `ambient` and `modes` are those of [`proved_figures`](Self::proved_figures).
     ///
     /// # Cost
     ///
@@ -186,6 +157,10 @@ impl Film {
     ///
     /// As [`pose`](Self::pose); [`Error::Parameter`] for a tolerance outside 0 to 0.5, for a film
     /// with a time step, and as [`certify`](crate::certify).
+    ///
+    /// # Panics
+    ///
+    /// Unless both modes have an entry for each cell.
     ///
     /// ```
     /// use hlcp_methods::Clock;
@@ -200,8 +175,9 @@ impl Film {
     /// };
     /// let (a, b, q) = film.pose()?;
     /// let solution = hlcp_methods::solve(&a, &b, &q)?;
-    /// let range = film.certify_range(1e-2, &solution.z, &solution.r, &mut Clock::endless())?;
-    /// let [lower, upper] = range.expect("a Z-pair").figures(&film, 0.0).load;
+    /// let (near, clock) = ([&solution.z[..], &solution.r], &mut Clock::endless());
+    /// let range = film.certify_range(1e-2, near, 0.0, None, clock)?;
+    /// let [lower, upper] = range.expect("a Z-pair").load;
     /// let load = film.figures(&solution.z, &solution.r, 0.0).load;
     /// let [least, most] = [0.99 / 1.01, 1.01 / 0.99].map(|ratio: f64| load * ratio * ratio);
     /// assert!((lower / least - 1.0).abs() < 1e-9 && (upper / most - 1.0).abs() < 1e-9);
@@ -210,10 +186,11 @@ impl Film {
     pub fn certify_range(
         &self,
         tolerance: f64,
-        z: &[f64],
-        r: &[f64],
+        [z, r]: [&[f64]; 2],
+        ambient: f64,
+        modes: Option<[&[f64]; 2]>,
         clock: &mut Clock<'_>,
-    ) -> Result<Result<FilmRange, Refusal>, Error> {
+    ) -> Result<Result<ProvedFigures, Refusal>, Error> {
         /// Parts of the range of λ. A reservoir's pressure does not grow with λ, so that each part
         /// is too wide by the width of its own λ, at either end.
         const PARTS: usize = 4;
@@ -250,25 +227,55 @@ impl Film {
             });
             let (most, least) = (most?, least?);
             match certify_range([&a, &a], [&b, &b], [&most, &least], [z, r], clock)? {
-                Ok(certificate) => found.push((drawing, certificate)),
+                Ok(certificate) => {
+                    found.push(self.proved(&certificate, &drawing, ambient, modes));
+                }
                 Err(refusal) => return Ok(Err(refusal)),
             }
         }
-        Ok(Ok(FilmRange { parts: found }))
+        Ok(Ok(found.into_iter().reduce(ProvedFigures::hull).expect("a part")))
     }
 
     /// Encloses the figures of the solution that `certificate` proves, which is one of the
     /// operators of [`pose`](Self::pose); the load is counted from the pressure `ambient`.
     ///
+    /// With two modes it is the length of the vector of the forces `∫ (p − ambient) mode`: of a
+    /// journal, whose modes are the cosine and the sine around it.
+    ///
     /// # Panics
     ///
-    /// Unless the certificate has an unknown for each cell of a film that `pose` accepts.
-    pub fn proved_figures(&self, certificate: &Certificate, ambient: f64) -> ProvedFigures {
-        self.proved(certificate, &Drawing::EXACT, ambient)
+    /// Unless the certificate has an unknown for each cell of a film that `pose` accepts, and both
+    /// modes an entry.
+    ///
+    /// ```
+    /// use hlcp_verify::{Film, Side, certify};
+    ///
+    /// let plain = Film::new([1, 1], [2.0; 2], 0.0, 1.0);
+    /// let film = Film { sides: [Side::Pressure(3.0); 4], ..plain };
+    /// let (a, b, q) = film.pose()?;
+    /// let certificate = certify(&a, &b, &q, &[1.0], &[0.0])?.expect("a witness");
+    /// let modes: [&[f64]; 2] = [&[0.6], &[0.8]];
+    /// let [lower, upper] = film.proved_figures(&certificate, 0.0, Some(modes)).load;
+    /// assert!(lower <= 12.0 && 12.0 <= upper && upper - lower < 1e-12);
+    /// # Ok::<(), hlcp_core::Error>(())
+    /// ```
+    pub fn proved_figures(
+        &self,
+        certificate: &Certificate,
+        ambient: f64,
+        modes: Option<[&[f64]; 2]>,
+    ) -> ProvedFigures {
+        self.proved(certificate, &Drawing::EXACT, ambient, modes)
     }
 
     /// The figures of all films of a drawing, where `z` of the certificate is z′.
-    fn proved(&self, certificate: &Certificate, drawing: &Drawing, ambient: f64) -> ProvedFigures {
+    fn proved(
+        &self,
+        certificate: &Certificate,
+        drawing: &Drawing,
+        ambient: f64,
+        modes: Option<[&[f64]; 2]>,
+    ) -> ProvedFigures {
         assert_eq!(certificate.sides.len(), self.gap.len(), "an unknown for each cell");
         let frame = self.frame();
         let unit = Interval::exactly(frame.pressure).reciprocal();
@@ -345,13 +352,12 @@ impl Film {
         let factor = drawing.factor();
         let flow = |total: &Total| ends(total.interval().product(factor).product(factor));
         let peak = peak.times(frame.pressure).product(drawing.ratio);
+        let force = |mode: &[f64]| self.proved_force(certificate, drawing, ambient, mode);
         ProvedFigures {
-            load: ends(self.proved_force(
-                certificate,
-                drawing,
-                ambient,
-                &vec![1.0; self.gap.len()],
-            )),
+            load: ends(match modes {
+                None => force(&vec![1.0; self.gap.len()]),
+                Some(modes) => length(modes.map(force)),
+            }),
             friction: self.proved_friction(certificate, drawing, &turning, turned),
             sides: sides.each_ref().map(flow),
             supplies: supplies.iter().map(flow).collect(),
@@ -386,52 +392,6 @@ impl Film {
         let factor =
             Interval { lower: one.lower.max(other.lower), upper: one.upper.min(other.upper) };
         [sheared.plus(turned), sheared.minus(turned)].map(|drag| ends(drag.product(factor)))
-    }
-
-    /// Encloses the length of the vector of two forces, `∫ (p − ambient) mode`, in N: the load of a
-    /// journal, whose modes are the cosine and the sine around it.
-    ///
-    /// # Panics
-    ///
-    /// As [`proved_figures`](Self::proved_figures), and unless both modes have an entry for each
-    /// cell.
-    ///
-    /// ```
-    /// use hlcp_verify::{Film, Side, certify};
-    ///
-    /// let plain = Film::new([1, 1], [2.0; 2], 0.0, 1.0);
-    /// let film = Film { sides: [Side::Pressure(3.0); 4], ..plain };
-    /// let (a, b, q) = film.pose()?;
-    /// let certificate = certify(&a, &b, &q, &[1.0], &[0.0])?.expect("a witness");
-    /// let [lower, upper] = film.proved_resultant(&certificate, 0.0, [&[0.6], &[0.8]]);
-    /// assert!(lower <= 12.0 && 12.0 <= upper && upper - lower < 1e-12);
-    /// # Ok::<(), hlcp_core::Error>(())
-    /// ```
-    pub fn proved_resultant(
-        &self,
-        certificate: &Certificate,
-        ambient: f64,
-        modes: [&[f64]; 2],
-    ) -> [f64; 2] {
-        self.length(certificate, &Drawing::EXACT, ambient, modes)
-    }
-
-    fn length(
-        &self,
-        certificate: &Certificate,
-        drawing: &Drawing,
-        ambient: f64,
-        modes: [&[f64]; 2],
-    ) -> [f64; 2] {
-        let forces = modes.map(|mode| self.proved_force(certificate, drawing, ambient, mode));
-        let squares = forces.map(|force| {
-            let [low, high] = [force.mignitude(), force.magnitude()].map(Interval::exactly);
-            Interval { lower: low.product(low).lower, upper: high.product(high).upper }
-        });
-        let Interval { lower, upper } = squares[0].plus(squares[1]);
-        // A square root is rounded like any other operation.
-        let lower = lower.max(0.0).sqrt().next_down().max(0.0);
-        ends(Interval { lower, upper: upper.sqrt().next_up() })
     }
 
     fn proved_force(
@@ -496,4 +456,16 @@ fn of(certificate: &Certificate, cell: usize) -> [Interval; 2] {
 
 fn exact_difference(a: f64, b: f64) -> Interval {
     Interval::exactly(a).minus(Interval::exactly(b))
+}
+
+/// The length of a vector.
+fn length(forces: [Interval; 2]) -> Interval {
+    let squares = forces.map(|force| {
+        let [low, high] = [force.mignitude(), force.magnitude()].map(Interval::exactly);
+        Interval { lower: low.product(low).lower, upper: high.product(high).upper }
+    });
+    let Interval { lower, upper } = squares[0].plus(squares[1]);
+    // A square root is rounded like any other operation.
+    let lower = lower.max(0.0).sqrt().next_down().max(0.0);
+    Interval { lower, upper: upper.sqrt().next_up() }
 }
