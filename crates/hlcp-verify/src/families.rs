@@ -161,7 +161,17 @@ pub fn draw(family: &str, seed: u64) -> Option<Drawn> {
             drawn.single = !units;
             return Some(drawn);
         }
-        _ => brought::problem(random, family)?,
+        "skew" => brought::skew(random),
+        "plates" => brought::plate(random),
+        "meshes" => brought::mesh(random),
+        "graphs" => brought::graph(random),
+        "swirls" => brought::swirl(random),
+        "layers" => brought::layers(random),
+        "strings" => brought::string(random),
+        "stripes" => brought::stripes(random),
+        "unfed" => brought::unfed(random),
+        "disguised" => brought::disguised(random),
+        _ => unreachable!("a name of either list"),
     };
     let name = format!("{family}-{seed}");
     Some(Drawn { name, about, single: false, a, b, q, units: [1.0; 3] })

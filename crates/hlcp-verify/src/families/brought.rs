@@ -11,23 +11,6 @@ use super::{Operator, Plane, Problem, Random, draw, field, noise, rows};
 const HIDDEN: [&str; 9] =
     ["dimples", "rings", "jumps", "wind", "islands", "space", "sparse", "meshes", "graphs"];
 
-/// Draws a problem of the family; `None` if it is none of this file.
-pub(super) fn problem(random: &mut Random, family: &str) -> Option<(Problem, String)> {
-    Some(match family {
-        "skew" => skew(random),
-        "plates" => plate(random),
-        "meshes" => mesh(random),
-        "graphs" => graph(random),
-        "swirls" => swirl(random),
-        "layers" => layers(random),
-        "strings" => string(random),
-        "stripes" => stripes(random),
-        "unfed" => unfed(random),
-        "disguised" => disguised(random),
-        _ => return None,
-    })
-}
-
 /// The sides of a plane of 10³ to 10⁵ points, within a factor of two of a square.
 fn plane(random: &mut Random) -> [usize; 2] {
     let (points, ratio) = (random.log(1e3, 1e5), random.log(0.5, 2.0));
@@ -46,7 +29,7 @@ fn load(random: &mut Random, [nx, ny]: [usize; 2], size: f64) -> Vec<f64> {
 }
 
 /// A positive definite matrix that is all but skew: `s (R − Rᵀ) + D`, four entries to a row of `R`.
-fn skew(random: &mut Random) -> (Problem, String) {
+pub(super) fn skew(random: &mut Random) -> (Problem, String) {
     let n = random.log(500.0, 5000.0) as usize;
     let (s, d) = (random.log(0.1, 30.0), random.log(0.1, 10.0));
     let mut entries: Vec<_> = (0..n).map(|i| (i, i, d)).collect();
@@ -62,7 +45,7 @@ fn skew(random: &mut Random) -> (Problem, String) {
 }
 
 /// A plate over an obstacle: the square of the Laplacian, thirteen entries to a row.
-fn plate(random: &mut Random) -> (Problem, String) {
+pub(super) fn plate(random: &mut Random) -> (Problem, String) {
     let sides @ [nx, ny] = plane(random).map(|side| side.min(200));
     let on = Plane::new(sides, ny as f64 / nx as f64, [0.0; 2], false);
     let scale = 1.0 / nx as f64;
@@ -74,7 +57,7 @@ fn plate(random: &mut Random) -> (Problem, String) {
 
 /// Linear elements on triangles with jittered corners, under a random numbering: conductivities
 /// jump by up to 10⁵, and angles may be obtuse; an LCP, or with transport along the edges in `B`.
-fn mesh(random: &mut Random) -> (Problem, String) {
+pub(super) fn mesh(random: &mut Random) -> (Problem, String) {
     let [nx, ny] = plane(random);
     let (jump, seed, blocks) = (random.log(1.0, 1e5), random.next() >> 1, random.log(2.0, 20.0));
     let (jitter, carries) = (random.real(0.0, 0.24), random.chance(0.5));
@@ -146,7 +129,7 @@ fn shuffled(random: &mut Random, n: usize) -> Vec<usize> {
 
 /// The Laplacian of a graph that grew by joining what many had joined before, and a little of the
 /// identity.
-fn graph(random: &mut Random) -> (Problem, String) {
+pub(super) fn graph(random: &mut Random) -> (Problem, String) {
     let n = random.log(1e3, 6e4) as usize;
     let (per, ground) = (random.whole(1, 4), random.log(1e-4, 1.0));
     let (mut ends, mut entries) = (vec![0], vec![(0, 0, ground)]);
@@ -166,7 +149,7 @@ fn graph(random: &mut Random) -> (Problem, String) {
 }
 
 /// A contact in a wind that blows in circles, as strong as 10⁴ times diffusion.
-fn swirl(random: &mut Random) -> (Problem, String) {
+pub(super) fn swirl(random: &mut Random) -> (Problem, String) {
     let sides @ [nx, ny] = plane(random);
     let (strength, rounds) = (random.log(1.0, 1e4), random.whole(1, 4));
     let on = Plane::new(sides, 1.0, [0.0; 2], false);
@@ -190,7 +173,7 @@ fn swirl(random: &mut Random) -> (Problem, String) {
 }
 
 /// Layers of ground whose conductivities are 10⁻⁴ to 1, with water that sinks in `B`.
-fn layers(random: &mut Random) -> (Problem, String) {
+pub(super) fn layers(random: &mut Random) -> (Problem, String) {
     let [nx, ny, nz] = [(); 3].map(|()| random.log(10.0, 40.0) as usize);
     let seed = random.next() >> 1;
     let n = nx * ny * nz;
@@ -234,7 +217,7 @@ fn layers(random: &mut Random) -> (Problem, String) {
 }
 
 /// Masses on a string of springs whose stiffness varies by up to 10⁸, above a floor.
-fn string(random: &mut Random) -> (Problem, String) {
+pub(super) fn string(random: &mut Random) -> (Problem, String) {
     let (n, spread) = (random.log(1e3, 2e4) as usize, random.real(0.0, 4.0));
     let stiffness: Vec<f64> = (0..=n).map(|_| 10_f64.powf(random.real(-spread, spread))).collect();
     let entries = (0..n).flat_map(|i| {
@@ -250,7 +233,7 @@ fn string(random: &mut Random) -> (Problem, String) {
 }
 
 /// A load whose sign changes every few points, so that no coarse grid sees it.
-fn stripes(random: &mut Random) -> (Problem, String) {
+pub(super) fn stripes(random: &mut Random) -> (Problem, String) {
     let [nx, ny] = plane(random);
     let grid = |stencil: [f64; 5]| (0..nx * ny).map(|_| stencil).collect::<Vec<_>>();
     let on = Plane::new([nx, ny], 1.0, [0.0; 2], false);
@@ -268,7 +251,7 @@ fn stripes(random: &mut Random) -> (Problem, String) {
 }
 
 /// A journal bearing all around whose sides are at the cavitation pressure: what is in it stays.
-fn unfed(random: &mut Random) -> (Problem, String) {
+pub(super) fn unfed(random: &mut Random) -> (Problem, String) {
     let [nx, ny] = plane(random).map(|side| side.min(300));
     let (eccentricity, aspect) = (1.0 - random.log(0.02, 0.9), random.log(0.03, 3.0));
     let plane = Plane::new([nx, ny], aspect, [0.0; 2], true);
@@ -281,7 +264,7 @@ fn unfed(random: &mut Random) -> (Problem, String) {
 
 /// A problem of another family in disguise: rows multiplied by up to 10^±6 and both unknowns by
 /// 10^±3 at random, unknowns renumbered, `z` and `r` exchanged; each of it or not.
-fn disguised(random: &mut Random) -> (Problem, String) {
+pub(super) fn disguised(random: &mut Random) -> (Problem, String) {
     let family = HIDDEN[random.whole(0, HIDDEN.len() - 1)];
     let of = draw(family, random.next() % 1000).expect("a family");
     let n = of.q.len();
