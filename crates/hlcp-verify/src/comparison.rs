@@ -43,20 +43,18 @@ pub(crate) fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Resul
     if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
 }
 
+/// Returns whether all are positive and finite.
 pub(crate) fn positive(v: &[f64]) -> bool {
     v.iter().all(|&v| v > 0.0 && v.is_finite())
 }
 
-fn positive_diagonals<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
-    let sound = |entry: T| entry > T::zero() && entry.is_finite();
-    (0..a.order()).all(|i| sound(a.diagonal_entry(i)) && sound(b.diagonal_entry(i)))
-}
-
 /// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.
 pub(crate) fn ratio<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Option<Vec<f64>> {
-    let ratio = |i| a.diagonal_entry(i).wide() / b.diagonal_entry(i).wide();
-    let omega: Vec<f64> = (0..a.order()).map(ratio).collect();
-    (positive_diagonals(a, b) && positive(&omega)).then_some(omega)
+    let ratio = |i| {
+        let [a, b] = [a.diagonal_entry(i).wide(), b.diagonal_entry(i).wide()];
+        positive(&[a, b, a / b]).then_some(a / b)
+    };
+    (0..a.order()).map(ratio).collect()
 }
 
 /// ⟨A⟩: `D = |D_A|`, `G = |C_A|`.

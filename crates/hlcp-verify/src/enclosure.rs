@@ -17,7 +17,7 @@ use hlcp_methods::{AmgNewton, Clock, Method, Mms};
 
 use crate::{
     classes::is_z,
-    comparison::{merge, visit},
+    comparison::{merge, positive, ratio, visit},
     rounding::{Doubled, Interval, mul_up},
     sparse::Sparse,
 };
@@ -420,10 +420,8 @@ impl Assembled {
         };
         let (a, b) = (rows(a)?, rows(b)?);
         let q: Vec<f64> = q.iter().zip(scale).map(|(q, &scale)| times(q.wide(), scale)).collect();
-        let ratio = |i| a.diagonal_entry(i) / b.diagonal_entry(i);
-        let omega: Vec<f64> = (0..q.len()).map(ratio).collect();
-        let is_sound = omega.iter().all(|&omega| omega > 0.0 && omega.is_finite());
-        if is_exact && is_sound { Ok(Self { a, b, q, omega }) } else { Err(Refusal::Overflow) }
+        let omega = ratio(&a, &b).filter(|_| is_exact).ok_or(Refusal::Overflow)?;
+        Ok(Self { a, b, q, omega })
     }
 
     /// Encloses a solution near the pair `z`, `r` as vectors `z − r`.
@@ -546,8 +544,8 @@ fn widths(
         }));
     }
     let within = SIDE / (centre.len() as f64).sqrt();
-    let e = matrix.solve(&vec![level; centre.len()], within, clock);
-    e.iter().all(|&e| e > 0.0 && e.is_finite()).then_some(e)
+    let e = matrix.solve(level, within, clock);
+    positive(&e).then_some(e)
 }
 
 /// Returns whether a solution lies between `lower` and `upper`, by the theorem.

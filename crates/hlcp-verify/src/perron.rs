@@ -4,6 +4,7 @@
 use hlcp_methods::Clock;
 
 use crate::{
+    comparison::positive,
     rounding::{Doubled, div_down, div_up, mul_up},
     sparse::Sparse,
 };
@@ -86,7 +87,7 @@ fn quotient(z: &impl Comparison, i: usize, x: &[f64], g: &mut Vec<(usize, f64)>)
 fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Bracket {
     let mut g = vec![];
     let (mut lower, mut upper) = (f64::INFINITY, 0.0_f64);
-    let positive = vector.iter().all(|&x| x > 0.0 && x.is_finite());
+    let is_positive = positive(&vector);
     for i in 0..vector.len() {
         if clock.is_up_at(i) {
             return Bracket { lower: 0.0, upper: f64::INFINITY, vector };
@@ -94,10 +95,10 @@ fn bracket(z: &impl Comparison, vector: Vec<f64>, clock: &mut Clock<'_>) -> Brac
         let row = quotient(z, i, &vector, &mut g);
         (lower, upper) = (lower.min(row[0]), upper.max(row[1]));
     }
-    if !(positive && lower > 0.0) {
+    if !(is_positive && lower > 0.0) {
         lower = 0.0;
     }
-    Bracket { lower, upper: if positive { upper } else { f64::INFINITY }, vector }
+    Bracket { lower, upper: if is_positive { upper } else { f64::INFINITY }, vector }
 }
 
 /// Narrows the bracket by Noda's iteration `(ρ̄D − G) x⁺ = Dx`, where `ρ̄` is the upper end, from
@@ -185,10 +186,10 @@ fn balanced(z: &impl Comparison, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
 fn improved(z: &impl Comparison, best: &Bracket, clock: &mut Clock<'_>) -> Option<Vec<f64>> {
     let shift = best.upper * (1.0 + 8.0 * f64::EPSILON);
     let matrix = scaled(z, |_| 0, &best.vector, shift, clock)?;
-    let factor = matrix.solve(&vec![1.0; z.order()], 1e-5, clock);
+    let factor = matrix.solve(1.0, 1e-5, clock);
     let largest = factor.iter().copied().fold(0.0, f64::max);
     let vector: Vec<f64> = best.vector.iter().zip(factor).map(|(x, c)| x * (c / largest)).collect();
-    vector.iter().all(|&x| x > 0.0 && x.is_finite()).then_some(vector)
+    positive(&vector).then_some(vector)
 }
 
 /// `D⁻¹X⁻¹(sD − G)X` for `X = diag(x)`; `None` when the clock is up. Row `i` is that of the matrix

@@ -29,28 +29,30 @@ impl Sparse {
         Csr::new([vec![0], self.ends].concat(), self.columns, self.values).ok()
     }
 
-    /// An approximate solution of `S x = b`, as good as it gets; NaN where that is impossible.
+    /// An approximate solution of `S x = b`, all entries of `b` being `level`, as good as it gets;
+    /// NaN where that is impossible.
     ///
     /// By a sparse LU factorisation, or, for orders where that might take minutes, by algebraic
     /// multigrid until ‖b − S x‖₂ is at most this part of ‖b‖₂, or the clock is up.
-    pub(crate) fn solve(self, b: &[f64], part: f64, clock: &mut Clock<'_>) -> Vec<f64> {
+    pub(crate) fn solve(self, level: f64, part: f64, clock: &mut Clock<'_>) -> Vec<f64> {
         /// The largest order that is factorised: a plane grid of this order takes half a
         /// second, but one in space half a minute and four gigabytes.
         const DIRECT: usize = 100_000;
         const STEPS: usize = 60;
-        let mut x = vec![f64::NAN; b.len()];
+        let (n, b) = (self.ends.len(), vec![level; self.ends.len()]);
+        let mut x = vec![f64::NAN; n];
         let Some(matrix) = self.matrix() else { return x };
-        if b.len() <= DIRECT {
-            if let Ok(lu) = SparseLu::of(b.len(), |i, each| matrix.visit_row(i, each)) {
-                lu.solve(b, &mut x);
+        if n <= DIRECT {
+            if let Ok(lu) = SparseLu::of(n, |i, each| matrix.visit_row(i, each)) {
+                lu.solve(&b, &mut x);
             }
             return x;
         }
         // As a pair with itself, so that no column is that of another operator; J is 2 S.
         let Ok(problem) = Hlcp::new(&matrix, &matrix, Omega::Uniform(1.0)) else { return x };
         let Ok(mut amg) = Amg::new(&problem) else { return x };
-        let ones = vec![1.0; b.len()];
-        amg.solve_to(&Jacobian::new(&problem, &ones), b, &mut x, (part, STEPS), clock);
+        let ones = vec![1.0; n];
+        amg.solve_to(&Jacobian::new(&problem, &ones), &b, &mut x, (part, STEPS), clock);
         x.iter_mut().for_each(|x| *x *= 2.0);
         x
     }

@@ -65,8 +65,8 @@ fn power_up(base: f64, k: u64) -> f64 {
 
 /// `D − G = ⟨M⟩ − |N| − |BΩ − A|` of each step.
 pub(crate) struct Steps<'a, T, A, B> {
-    problem: &'a Hlcp<T, A, B>,
-    steps: &'a [Aor<T>],
+    pub(crate) problem: &'a Hlcp<T, A, B>,
+    pub(crate) steps: &'a [Aor<T>],
 }
 
 /// Where an entry of one step's matrices stands.
@@ -78,11 +78,7 @@ struct Entry {
     old: f64,
 }
 
-impl<'a, T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'a, T, A, B> {
-    pub(crate) fn new(problem: &'a Hlcp<T, A, B>, steps: &'a [Aor<T>]) -> Self {
-        Self { problem, steps }
-    }
-
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Steps<'_, T, A, B> {
     /// Not more than `|mᵢᵢ|`, and the rest of row `i` of step `k`.
     fn entries(&self, k: usize, i: usize, mut each: impl FnMut(Entry)) -> f64 {
         let step = &self.steps[k];

@@ -402,7 +402,7 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
     steps: &[Aor<T>],
     clock: &mut Clock<'_>,
 ) -> Convergence {
-    let all = Steps::new(problem, steps);
+    let all = Steps { problem, steps };
     // The relaxed theorem contains Theorem 2, so its witness is Theorem 2's too, and is searched
     // for once.
     let relaxed = relaxed_theorem_within(problem, steps, clock);

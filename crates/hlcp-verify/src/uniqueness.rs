@@ -402,10 +402,9 @@ fn solve(
     clock: &mut Clock<'_>,
 ) -> Option<Vec<f64>> {
     let matrix = scaled(z, |j| choice[j].into(), right, 1.0 + shift, clock)?;
-    let ones = vec![1.0; right.len()];
     // No row of the residual, in units of the norm of e, shall be half of that of e.
     let half = 0.5 / (right.len() as f64).sqrt();
-    let factor = matrix.solve(&ones, half, clock);
+    let factor = matrix.solve(1.0, half, clock);
     Some(right.iter().zip(factor).map(|(x, y)| x * y).collect())
 }
 
