@@ -408,8 +408,11 @@ proptest! {
         let triangle = DMatrix::from_fn(n, n, |i, j| if i == j { a[(i, j)] } else if i > j { kept * a[(i, j)] } else { 0.0 });
         let inverse = triangle.clone().try_inverse().unwrap();
         prop_assert!(inverse.min() >= -1e-12 * inverse.amax() && (&triangle - &a).min() >= 0.0);
-        let rho = (inverse * (&triangle - &a)).complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max);
-        prop_assert_eq!(rho < 1.0, edge < 1.0);
+        // Below the edge the sum of the 2048th power is at most 64 n edge²⁰⁴⁸, and beyond it ρ²⁰⁴⁸
+        // or more, without a search for eigenvalues, which may take for ever.
+        let mut power = inverse * (&triangle - &a);
+        (0..11).for_each(|_| power = &power * &power);
+        prop_assert_eq!(power.sum() < 1.0, edge < 1.0);
         let answer = is_m(&a);
         prop_assert_eq!(answer.is_yes(), edge < 1.0);
         if let Answer::Yes(d) = answer {
