@@ -151,18 +151,13 @@ fn rationals(numbers: &[f64]) -> Vec<BigRational> {
     numbers.iter().map(|&number| exact(number)).collect()
 }
 
-/// Asks `HLCP_CASES` random cases, or 2,000.
-fn for_all_cases(mut check: impl FnMut(&Case)) -> usize {
-    for_all(2_000, &cases(), |case| check(&case))
-}
-
 /// The paper's AMSOR and Jacobi multiply `Σ vᵢ|Fᵢ|` by at most the factor of the theorem, wherever
 /// this is below 1; and by no more than what `convergence` says, with its own weights.
 #[test]
 fn steps_contract_the_sum() {
     let (mut below, mut proved) = (0, 0);
-    let asked = for_all_cases(|case| {
-        let (of, v) = (Exact::of(case), rationals(&case.v));
+    let asked = for_all(2_000, &cases(), |case| {
+        let (of, v) = (Exact::of(&case), rationals(&case.v));
         let mut x = rationals(&case.x);
         let first = x.clone();
         let mut all_below = true;
@@ -200,8 +195,8 @@ fn steps_contract_the_sum() {
 #[test]
 fn exact_solves_contract_the_sum_in_any_order() {
     let mut below = 0;
-    let asked = for_all_cases(|case| {
-        let (of, v, mut x) = (Exact::of(case), rationals(&case.v), rationals(&case.x));
+    let asked = for_all(2_000, &cases(), |case| {
+        let (of, v, mut x) = (Exact::of(&case), rationals(&case.v), rationals(&case.x));
         let kappas = |j: usize| {
             // The factor of an exact solve has m = 2c.
             let [of_a, of_w] = [&of.a, &of.w].map(|c| rational(2) * &c[j][j]);
@@ -233,8 +228,8 @@ fn exact_solves_contract_the_sum_in_any_order() {
 #[test]
 fn the_factor_is_attained_and_the_sum_may_grow_without_the_hypotheses() {
     let [mut no_witness, mut large_alpha] = [0; 2];
-    for_all_cases(|case| {
-        let (mut of, v, n) = (Exact::of(case), rationals(&case.v), case.v.len());
+    for_all(2_000, &cases(), |case| {
+        let (mut of, v, n) = (Exact::of(&case), rationals(&case.v), case.v.len());
         let step = &case.steps[0];
         let last = (0..n).max_by_key(|&j| (0..n).filter(|&i| step.precedes(i, j)).count()).unwrap();
         let factors = of.factors(&v, &of.pivot(step, last), last);

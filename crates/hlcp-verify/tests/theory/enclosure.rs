@@ -154,10 +154,7 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     let certificate = match certify(a, b, q, z, r).map_err(|e| e.to_string())? {
         Ok(certificate) => certificate,
         Err(refusal) => {
-            tally.refused[match refusal {
-                Refusal::NoBox => 0,
-                _ => 1,
-            }] += 1;
+            tally.refused[usize::from(refusal != Refusal::NoBox)] += 1;
             return Ok(());
         }
     };
@@ -191,7 +188,6 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
     }
     tally.open += usize::from(certificate.count(Branch::Open) > 0);
     tally.proved += 1;
-    let mut ratio: Option<f64> = None;
     let (mut stated, mut largest) = (0.0_f64, 0.0_f64);
     for j in 0..q.len() {
         let (given, bound, unit) = if in_z[j] {
@@ -201,10 +197,9 @@ fn check(case: &Case, tally: &mut Tally) -> Result<(), String> {
         };
         stated = stated.max(unit * bound);
         let error = (exact(given) - &y[j]).abs();
-        largest = largest.max(unit * num_traits::ToPrimitive::to_f64(&error).unwrap_or(0.0));
-        ratio = Some(stated / largest);
+        largest = largest.max(unit * error.to_f64().unwrap_or(0.0));
     }
-    tally.ratios.extend(ratio.filter(|ratio| ratio.is_finite()));
+    tally.ratios.extend(Some(stated / largest).filter(|ratio| ratio.is_finite()));
     Ok(())
 }
 
