@@ -118,11 +118,6 @@ pub(crate) fn parts(signed: &[f64]) -> [Vec<f64>; 2] {
     [1.0, -1.0].map(|sign| signed.iter().map(|s| (sign * s).max(0.0)).collect())
 }
 
-/// Entries of both signs, of which none is zero.
-pub(crate) fn wave<T: Scalar>(n: usize, scale: f64) -> Vec<T> {
-    (0..n).map(|i| T::from(scale * (f64::sin(1.3 * i as f64) + 0.2)).unwrap()).collect()
-}
-
 /// Entries in 0..1 without pattern, others for every seed.
 pub(crate) fn scattered(n: usize, seed: f64) -> Vec<f64> {
     (0..n).map(|i| (f64::sin((i * i) as f64 * seed) * 43758.5453).fract().abs()).collect()

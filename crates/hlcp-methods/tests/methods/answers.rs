@@ -3,11 +3,11 @@
 
 use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
 
-use crate::common::{Altered, Dynamic, Walked};
+use crate::common::{Altered, Dynamic, Walked, named};
 use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingStep};
 use hlcp_methods::{
-    AdaptiveSor, AmgNewton, Anderson, Auto, Clock, Cycle, DynRows, FullMultigrid, Limits, Method,
-    Mms, Multigrid, Newton, Options, Outcome, Solver, Ssor, Status, Tmms,
+    Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Options, Outcome, Solver,
+    Status,
 };
 
 const M: usize = 24;
@@ -27,34 +27,18 @@ fn posed(pair: f64, load: f64) -> (Grid, Diagonals, Vec<f64>) {
     (Scaled { by: pair, of: a }, b, q.collect())
 }
 
-type A<'a> = DynRows<'a, f64>;
-type B<'a> = DynRows<'a, f64>;
-type Boxed<'a> = Box<dyn Method<f64, A = A<'a>, B = B<'a>> + 'a>;
-
-fn methods<'a>(problem: &Hlcp<f64, A<'a>, B<'a>>) -> Vec<Boxed<'a>> {
-    let p = || problem.clone();
-    let tmgs = || Tmms::mirrored(p(), Aor::gauss_seidel()).unwrap();
-    vec![
-        Box::new(Mms::new(p(), Aor::gauss_seidel()).unwrap()),
-        Box::new(tmgs()),
-        Box::new(AdaptiveSor::new(p()).unwrap()),
-        Box::new(Anderson::new(tmgs(), 5).unwrap()),
-        Box::new(Newton::new(tmgs(), Ssor)),
-        Box::new(Multigrid::new(p(), Cycle::W).unwrap()),
-        Box::new(FullMultigrid::new(Multigrid::new(p(), Cycle::F).unwrap())),
-        Box::new(Auto::new(p()).unwrap()),
-    ]
-}
-
 /// q in units of 1e±12, and A, B and q: powers of ten, so that no bit stays but every decision
 /// does.
 #[test]
 fn units_change_no_decision() {
-    let outcomes = |pair: f64, load: f64| -> Vec<Outcome> {
+    let outcomes = |pair: f64, load: f64| {
         let (a, b, q) = posed(pair, load);
-        let problem = Dynamic::from_pair(&a, &b).unwrap();
-        let solve = |method| Solver::new(method).solve(&q, Limits::default()).unwrap();
-        methods(&problem).into_iter().map(solve).collect()
+        let names = ["MGS", "TMGS", "ADAPTIVE", "ANDERSON", "NEWTON", "MGW", "FMG", "AUTO"];
+        names.map(|name| {
+            let problem = Dynamic::from_pair(&a, &b).unwrap();
+            let method = named(name, [1.0; 2]).on_dyn(problem).unwrap();
+            Solver::new(method).solve(&q, Limits::default()).unwrap()
+        })
     };
     let plain = outcomes(1.0, 1.0);
     assert!(plain.iter().all(Outcome::converged));
@@ -75,11 +59,9 @@ fn scaling_q_scales_the_iterates_of_newtons_methods() {
     let counts = |power: i32| {
         let ((a, b, mut q), scale) = (posed(1.0, 1.0), 2_f64.powi(power));
         q.iter_mut().for_each(|q| *q *= scale);
-        let problem = Dynamic::from_pair(&a, &b).unwrap();
-        let base = || Mms::new(problem.clone(), Aor::gauss_seidel()).unwrap();
-        let amg = AmgNewton::new(base()).unwrap();
-        let methods: [Boxed<'_>; 2] = [Box::new(Newton::new(base(), Ssor)), Box::new(amg)];
-        methods.map(|method| {
+        ["NEWTON", "AMG"].map(|name| {
+            let problem = Dynamic::from_pair(&a, &b).unwrap();
+            let method = named(name, [1.0; 2]).on_dyn(problem).unwrap();
             let start = [0.3 * scale; M * M];
             let options = Options::from_x(&start).limits(Limits::relative(1e-12));
             let outcome = Solver::new(method).solve(&q, options).unwrap();
@@ -148,17 +130,12 @@ fn steps_look_at_the_clock_between_sweeps() {
     const WALKS: usize = 3;
     let m = 180;
     let a = Walked::new(FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
-    let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
-    let p = || problem.clone();
-    let tmgs = || Tmms::mirrored(p(), Aor::gauss_seidel()).unwrap();
-    let mut newton = Newton::new(tmgs(), Ssor);
-    let mut anderson = Anderson::new(tmgs(), 5).unwrap();
-    let mut amg = AmgNewton::new(Mms::new(p(), Aor::gauss_seidel()).unwrap()).unwrap();
-    let methods: [(&str, &mut dyn Method<f64, A = _, B = _>); 3] =
-        [("newton", &mut newton), ("anderson", &mut anderson), ("amg", &mut amg)];
+    let b = Identity { order: m * m };
     let q: Vec<f64> = (0..m * m).map(|k| (0.01 * k as f64).sin() - 0.3).collect();
     let q = Rhs::new(&q).unwrap();
-    for (name, method) in methods {
+    for name in ["NEWTON", "ANDERSON", "AMG"] {
+        let problem = Dynamic::new(&a, &b, Omega::Uniform(4.0)).unwrap();
+        let mut method = named(name, [1.0; 2]).on_dyn(problem).unwrap();
         let mut cut = |late: usize| {
             method.restart();
             let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);

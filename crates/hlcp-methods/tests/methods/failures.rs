@@ -1,11 +1,10 @@
 //! How methods fail: each a named scene, with the outcome, a bound on when it comes, and the best
 //! iterate handed back. `outcomes.rs` has the ends of a solve that no scene has.
 
-use crate::common::{posed, problem, tmgs};
+use crate::common::{named, posed, problem, tmgs};
 use hlcp_core::{Aor, Error, FivePoint, Identity, Norms, Rows};
 use hlcp_methods::{
-    Divergence, GROWTH, Limits, Method, Named, Options, Outcome, PATIENCE, Parameters, Solver,
-    Status, Tmms,
+    Divergence, GROWTH, Limits, Method, Options, Outcome, PATIENCE, Solver, Status, Tmms,
 };
 use hlcp_verify::{Disc, Planted, Slider, certify};
 use nalgebra::{dmatrix, dvector};
@@ -157,8 +156,7 @@ fn a_pair_with_three_solutions() {
 
 fn slider(cells: usize, name: &str, limits: Limits) -> Outcome {
     let (a, b, q) = Slider { cells }.pose().unwrap();
-    let method = Named::parse(name, Parameters::default()).unwrap();
-    let method = method.on_dyn(problem(1.0, &a, &b)).unwrap();
+    let method = named(name, [1.0; 2]).on_dyn(problem(1.0, &a, &b)).unwrap();
     solve(method, &q, &vec![1.0; cells - 1], limits).0
 }
 
@@ -228,9 +226,8 @@ fn rounding_is_named_as_the_reason() {
     let a = FivePoint::from_fn(n, 1, row).unwrap();
     let q: Vec<f64> = (0..n).map(|i| (0.37 * i as f64).cos() - 0.3).collect();
     let auto = |a: &dyn Rows<f64>, q: &[f64]| {
-        let method = Named::parse("AUTO", Parameters::default()).unwrap();
         let b = Identity { order: q.len() };
-        let method = method.on_dyn(problem(1.0, a, &b)).unwrap();
+        let method = named("AUTO", [1.0; 2]).on_dyn(problem(1.0, a, &b)).unwrap();
         Solver::new(method).solve(q, Limits::relative(1e-13)).unwrap()
     };
     let outcome = auto(&a, &q);
