@@ -233,7 +233,8 @@ enum Pass<'a, T> {
     Measure { bands: Claims<Range<usize>>, stretches: Stretches, meter: Meter, sum: &'a OrderedSum },
     /// Takes K(x) off the bands of rows of a vector.
     Subtract(Bands<'a, T>),
-    /// Restricts the defect, of which other ranks have the columns `beside`, to bands of coarse rows.
+    /// Restricts the defect, of which other ranks have the columns `beside`, to bands of coarse
+    /// rows.
     Restrict { bands: Bands<'a, T>, transfer: &'a Transfer<T>, beside: &'a [Vec<T>; 2] },
     /// Overwrites rows of a short vector with the first and as many last entries of the defect's.
     RowEnds(Bands<'a, T>),
