@@ -91,6 +91,9 @@ impl<T: Scalar> Posed<T, FivePoint<T>, FivePoint<T>> {
         b_wide.apply(&r, &mut q);
         a_wide.apply(&z, &mut az);
         q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
+        if wide == columns {
+            return Ok(Self { a: a_wide, b: b_wide, q, z, r });
+        }
         let own = |v: Vec<T>| {
             let rows = v.chunks(wide.len());
             let from = columns.start - wide.start;
