@@ -6,9 +6,9 @@ use pulp::Arch;
 
 use super::{Sweep, grid::Grid};
 use crate::{
-    numbers::{BLOCK, Compiled, Meter, Part, Rhs, Scalar, Tally},
+    numbers::{BLOCK, Compiled, Meter, Part, Rhs, Scalar, Tally, vectorised},
     operators::Coefficients,
-    parallel::{team, totals},
+    parallel::totals,
     rows::{ExactSum, Question},
 };
 
@@ -21,7 +21,7 @@ impl<T: Scalar> Sweep<'_, T> {
     fn exact_sum(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Part {
         let (arch, beside) = (Arch::new(), &self.beside(x));
         let add = |tally: &mut Tally<f64>, at: Range<usize>| {
-            team::vectorised(
+            vectorised(
                 arch,
                 #[inline(always)]
                 || {

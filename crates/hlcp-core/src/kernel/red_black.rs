@@ -16,7 +16,7 @@ use super::{
     grid::{COLUMNS, Grid, Old, columns, zeros},
 };
 use crate::{
-    numbers::{Scalar, Tallies, Totals},
+    numbers::{Scalar, Tallies, Totals, vectorised},
     parallel::{Claims, OrderedSum, team},
 };
 
@@ -39,7 +39,7 @@ impl<T: Scalar> Old<'_, T> {
         let threads = team::threads(self.parallel, self.x.len()).min(bands.len());
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
-            team::vectorised(
+            vectorised(
                 arch,
                 #[inline(always)]
                 || {

@@ -12,7 +12,7 @@ use super::{
     transfer::WEIGHTED,
 };
 use crate::{
-    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies},
+    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies, vectorised},
     parallel::{Claims, OrderedSum, team},
     rows::Relaxation,
 };
@@ -130,7 +130,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         let Sweep { grid, parallel, .. } = self.sweep;
         let beside = columns(beside);
         team::spread(team::threads(parallel, x.len()), &|| {
-            team::vectorised(
+            vectorised(
                 Arch::new(),
                 #[inline(always)]
                 || {

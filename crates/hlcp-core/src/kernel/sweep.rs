@@ -8,7 +8,7 @@ use super::{
     tile::{Edge, Worker},
 };
 use crate::{
-    numbers::{BLOCK, Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tally, Totals},
+    numbers::{BLOCK, Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tally, Totals, vectorised},
     operators::{Coefficients, FivePointView, Omega},
     parallel::{Breaker, Claims, OrderedSum, Shared, Strip, Turns, team, totals},
     rows::Relaxation,
@@ -241,7 +241,7 @@ impl<T: Scalar> Old<'_, T> {
         let turns: Vec<_> = (0..stretches).map(|_| Turns::new([[T::zero(); COLUMNS]; 2])).collect();
         let (bands, sum) = (Claims::new(bands.enumerate()), OrderedSum::new());
         team::spread(threads, &|| {
-            team::vectorised(
+            vectorised(
                 arch,
                 #[inline(always)]
                 || {

@@ -10,7 +10,7 @@ use super::{
     smoother::Defects,
 };
 use crate::{
-    numbers::{Compiled, Scalar},
+    numbers::{Compiled, Scalar, vectorised},
     parallel::{Claims, Strip, team},
 };
 
@@ -272,7 +272,7 @@ impl<T: Scalar> Transfer<T> {
         let nx = self.axes[0].fine;
         let bands = Claims::new(fine.chunks_mut(nx * HEIGHT).enumerate());
         team::spread(threads, &|| {
-            team::vectorised(
+            vectorised(
                 Arch::new(),
                 #[inline(always)]
                 || {

@@ -7,6 +7,7 @@ mod scalar;
 pub(crate) use self::{
     error::positive,
     norms::{BLOCK, Meter, Part, Stretches, Tallies, Tally, Totals},
+    scalar::vectorised,
 };
 pub use self::{
     error::{Error, number},

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use pulp::Arch;
 
-use super::{Error, Scalar};
+use super::{Error, Scalar, scalar::vectorised};
 
 /// Two norms of one vector, in double precision whatever the vector's own.
 ///
@@ -35,7 +35,11 @@ impl Norms {
     pub fn of<T: Scalar>(v: &[T]) -> Self {
         Meter::measured(1.0, v.len(), |meter| {
             let mut tallies = Tallies::new(Stretches::of([v.len(), 1]));
-            Arch::new().dispatch(|| tallies.add(meter, 0, v));
+            vectorised(
+                Arch::new(),
+                #[inline(always)]
+                || tallies.add(meter, 0, v),
+            );
             let mut sum = Part::default();
             tallies.take(0..v.len()).for_each(|(_, part)| sum.add(part));
             meter.norms_of(sum, T::one())

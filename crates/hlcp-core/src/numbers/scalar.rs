@@ -4,6 +4,7 @@ use std::{
 };
 
 use num_traits::{Float, NumAssign};
+use pulp::Arch;
 
 /// A real scalar the methods run on: `f32` or `f64`.
 ///
@@ -77,4 +78,13 @@ impl<S: 'static, D: 'static> Compiled<S, D> {
         let own = both.into_iter().find_map(|one| one.downcast_ref());
         own.expect("one of f32 or f64")
     }
+}
+
+/// Runs `work`, a closure that is always inlined, as it is compiled for an instruction set.
+///
+/// The bound is what makes it so: a closure that `dispatch` is given at once is taken for an `Fn`,
+/// which a function in between calls, compiled for the least set.
+#[inline(always)]
+pub(crate) fn vectorised<R>(arch: Arch, work: impl FnOnce() -> R) -> R {
+    arch.dispatch(work)
 }

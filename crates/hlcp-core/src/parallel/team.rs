@@ -5,7 +5,7 @@ use std::ops::Range;
 use pulp::Arch;
 
 use super::{Claims, OrderedSum, Strip};
-use crate::numbers::{BLOCK, Part, Scalar, Stretches, Tallies, Tally, Totals};
+use crate::numbers::{BLOCK, Part, Scalar, Stretches, Tallies, Tally, Totals, vectorised};
 
 /// The fewest unknowns that are worth waking a second thread for; tests of this crate share any
 /// number.
@@ -32,15 +32,6 @@ pub(crate) fn spread(threads: usize, work: &(impl Fn() + Sync)) {
     }
     let _ = threads;
     work();
-}
-
-/// Runs `work`, a closure that is always inlined, as it is compiled for an instruction set.
-///
-/// The bound is what makes it so: a closure that `dispatch` is given at once is taken for an `Fn`,
-/// which a function in between calls, compiled for the least set.
-#[inline(always)]
-pub(crate) fn vectorised<R>(arch: Arch, work: impl FnOnce() -> R) -> R {
-    arch.dispatch(work)
 }
 
 impl Totals {
@@ -70,24 +61,28 @@ pub(crate) fn totals<T: Scalar>(
     let claims = Claims::new(0..ny.div_ceil(ROWS) * portions);
     let sum = OrderedSum::new();
     spread(threads(parallel, nx * ny), &|| {
-        Arch::new().dispatch(|| {
-            let mut tallies = Tallies::new(stretches);
-            while let Some(number) = claims.next() {
-                let (first, portion) = (number / portions * ROWS, number % portions);
-                let columns = if portions == 1 {
-                    0..nx
-                } else {
-                    portion * width..nx.min((portion + 1) * width)
-                };
-                for j in first..ny.min(first + ROWS) {
-                    for start in columns.clone().step_by(BLOCK) {
-                        let block = j * nx + start..j * nx + columns.end.min(start + BLOCK);
-                        add(tallies.at(start), block);
+        vectorised(
+            Arch::new(),
+            #[inline(always)]
+            || {
+                let mut tallies = Tallies::new(stretches);
+                while let Some(number) = claims.next() {
+                    let (first, portion) = (number / portions * ROWS, number % portions);
+                    let columns = if portions == 1 {
+                        0..nx
+                    } else {
+                        portion * width..nx.min((portion + 1) * width)
+                    };
+                    for j in first..ny.min(first + ROWS) {
+                        for start in columns.clone().step_by(BLOCK) {
+                            let block = j * nx + start..j * nx + columns.end.min(start + BLOCK);
+                            add(tallies.at(start), block);
+                        }
                     }
+                    sum.add(number, tallies.take(columns));
                 }
-                sum.add(number, tallies.take(columns));
-            }
-        });
+            },
+        );
     });
     sum.total()
 }

@@ -3,9 +3,8 @@
 use pulp::Arch;
 
 use crate::{
-    numbers::{Compiled, Meter, Part, Scalar},
+    numbers::{Compiled, Meter, Part, Scalar, vectorised},
     operators::{Coefficients, RowsOf, Source},
-    parallel::team,
 };
 
 /// A question to the exact residual of a row.
@@ -152,7 +151,7 @@ type Sum<T> = fn(ExactRows<'_, T>) -> Part;
 static SUM: Compiled<Sum<f32>, Sum<f64>> = Compiled(sum, sum);
 
 fn sum<T: Scalar>(rows: ExactRows<'_, T>) -> Part {
-    team::vectorised(
+    vectorised(
         Arch::new(),
         #[inline(always)]
         || rows.sum_here(),
