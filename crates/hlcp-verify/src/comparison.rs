@@ -3,7 +3,7 @@
 use hlcp_core::{Error, Hlcp, Rows, Scalar};
 
 use crate::{
-    perron::Comparison,
+    perron::{Comparison, positive},
     rounding::{larger, mul_down, mul_up},
 };
 
@@ -41,11 +41,6 @@ pub(crate) fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Resul
     b.check("B")?;
     let [found, expected] = [b.order(), a.order()];
     if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
-}
-
-/// Returns whether all are positive and finite.
-pub(crate) fn positive(v: &[f64]) -> bool {
-    v.iter().all(|&v| v > 0.0 && v.is_finite())
 }
 
 /// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.

@@ -17,7 +17,8 @@ use hlcp_methods::{AmgNewton, Clock, Method, Mms};
 
 use crate::{
     classes::is_z,
-    comparison::{merge, positive, ratio, visit},
+    comparison::{merge, ratio, visit},
+    perron::positive,
     rounding::{Doubled, Interval, mul_up},
     sparse::Sparse,
 };

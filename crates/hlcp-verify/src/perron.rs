@@ -4,10 +4,14 @@
 use hlcp_methods::Clock;
 
 use crate::{
-    comparison::positive,
     rounding::{Doubled, div_down, div_up, mul_up},
     sparse::Sparse,
 };
+
+/// Returns whether all are positive and finite.
+pub(crate) fn positive(v: &[f64]) -> bool {
+    v.iter().all(|&v| v > 0.0 && v.is_finite())
+}
 
 /// One or several matrices `Z_k = D_k − G_k` by rows, with diagonal `D_k` and `G_k ≥ 0`.
 ///

@@ -14,8 +14,8 @@ use hlcp_methods::Clock;
 
 use crate::{
     classes::{Answer, radius_below_one},
-    comparison::{Against, Coupled, Transposed, check_pair, positive, ratio},
-    perron::{Comparison, scaled},
+    comparison::{Against, Coupled, Transposed, check_pair, ratio},
+    perron::{Comparison, positive, scaled},
     rounding::{Doubled, sign},
 };
 
