@@ -77,12 +77,14 @@ impl Table {
     ) -> Result<Vec<(usize, [String; N])>, FileError> {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let text = fs::read_to_string(path).map_err(|error| fault(None, error.to_string()))?;
-        let (head, mut rows) = (columns.replace('|', ","), vec![]);
+        let mut rows = vec![];
         for (number, line) in (1..).zip(text.lines()) {
-            if line.trim().is_empty() || line == head {
+            let cells = cells(line);
+            if line.trim().is_empty() || cells.iter().eq(columns.split('|')) {
                 continue;
             }
-            let row = cells(line).try_into().map_err(|cells: Vec<String>| {
+            let row = cells.try_into().map_err(|cells: Vec<String>| {
+                let head = columns.replace('|', ",");
                 let reason = format!("{} columns where there must be {N}: {head}", cells.len());
                 fault(Some(number), reason)
             })?;

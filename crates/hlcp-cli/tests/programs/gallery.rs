@@ -88,6 +88,8 @@ fn files_of_ones_own_are_measured() {
         assert!(csv.lines().any(|line| line.starts_with(&row)), "{series}: {csv}");
     }
     assert!(read(&format!("speed-vs-accuracy-{own}.svg")).contains(">mine"));
+    // A line for each command below the names of the columns.
+    assert_eq!(read("measured.csv").lines().count(), 3);
 }
 
 const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds median,seconds max,half-steps,reached\n";

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use crate::{
     common::asked,
     exact::{eliminated, exact},
-    for_all, radius,
+    for_all, powers_vanish,
 };
 
 /// A positive multiple of the determinant of the columns of `a`, and of `b` where the bit of
@@ -308,7 +308,7 @@ fn absolute_value_equations() {
         });
         let b = 0.1 * of_b.component_mul(&z);
         let inverse = z.clone().try_inverse().expect("regular, in all likelihood");
-        let is_near = radius(&(inverse.abs() * b.abs())) < 1.0;
+        let is_near = powers_vanish(&(inverse.abs() * b.abs()));
         let kind = match uniqueness(&(&z + &b), &(&z - &b)).unwrap() {
             Uniqueness::Proved(_) => 0,
             Uniqueness::Refuted(_) => 1,
