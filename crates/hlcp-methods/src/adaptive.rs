@@ -15,9 +15,9 @@ use crate::{Clock, Method};
 /// The method starts with α = 1 and measures λ by the residuals of the second half of a window of
 /// sweeps. While λ is larger than it would be at the best α, the method takes the α that λ tells,
 /// but at most halves `2 − α` and doubles `α − 1`, from 0.1 on. Where the residual has not fallen
-/// for four windows, or has grown tenfold in one, the method keeps a quarter of `α − 1`, and waits
-/// for 2, 4, 8, … windows and for a residual smaller than before. After growth, half of `α − 1` is
-/// the bound from then on.
+/// for four windows, or has grown tenfold in one, the method keeps a quarter of `α − 1`, from α =
+/// 1.2 to 1 nothing of it and from there 0.7 α, and waits for 2, 4, 8, … windows and for a residual
+/// smaller than before. After growth, half of `α − 1` is the bound from then on.
 ///
 /// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does
 /// well.

@@ -1,5 +1,6 @@
 //! Methods for horizontal linear complementarity problems: find `z, r ≥ 0` with `zᵀ r = 0` and
-//! `A z − B r + q = 0`. They work on operators; only [`Amg`] assembles rows.
+//! `A z − B r + q = 0`. They work on operators; only [`Amg`], [`Pivoting`] and
+//! [`Renumbered`] assemble rows.
 //!
 //! # One call
 //!

@@ -48,8 +48,9 @@ const WORTH: usize = 4;
 /// films too. In a phase that does not end ‖F‖ falls by tenths for ever; one that ends hands over
 /// an iterate whose error is at most a constant times that at its start, and the base's iterations
 /// between phases, of which there are ever more, multiply it by a number that tends to zero. Where
-/// `A` is an M-matrix and (II) holds, as for contacts, full steps with exact inner solves increase
-/// to the solution and end in `n + 2`, without any safeguard. From every `x` near the solution one
+/// `A` is an M-matrix, `B` a Z-matrix, and (II) holds for some `Ω ≥ D_A D_B⁻¹`, as for contacts,
+/// full steps with exact inner solves increase to the solution and end in `n + 2`, without any
+/// safeguard. From every `x` near the solution one
 /// step with an exact inner solve ends there, also where some `zᵢ = rᵢ = 0`; with inexact ones a
 /// step that changes no sign takes ‖F‖ to a tenth, and the next one ends the solve.
 ///

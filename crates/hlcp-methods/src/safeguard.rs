@@ -46,7 +46,7 @@ struct Phase {
 /// for 2, 4, 8, … iterations after the first, second, third, … phase.
 #[derive(Debug, Clone)]
 pub(crate) struct Safeguard<T> {
-    /// The iterate of the smallest residual of the phase.
+    /// An iterate whose residual is at most 10/9 of the smallest of the phase.
     pub(crate) best: Vec<T>,
     /// The record of the phase, unless the base has its turn or a phase is about to begin.
     phase: Option<Phase>,

@@ -252,9 +252,9 @@ pub fn certify_within<T: Scalar>(
 ///
 /// # Cost
 ///
-/// On a grid where no entry off the diagonal is positive, a few iterations of the method and two
-/// residuals in twice the digits, less than the solve took. Elsewhere, in single precision, and
-/// where the method comes to rest too far from the solution, that of [`certify`].
+/// Where rows are known and no entry off the diagonal is positive, a few iterations of the method
+/// and two residuals in twice the digits, less than the solve took. Elsewhere, in single precision,
+/// and where the method comes to rest too far from the solution, that of [`certify`].
 ///
 /// # Errors
 ///

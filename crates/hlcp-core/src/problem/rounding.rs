@@ -159,7 +159,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// does not know its rows.
     ///
     /// Such an `x` bounds a solution from above or below where no entry of `A` and `B` off the
-    /// diagonal is positive (`docs/theory.md`, two-sided enclosures). An entry within 10⁻³⁰⁰ of 0
+    /// diagonal is positive (`docs/theory.md` §4, *Z-pairs*). An entry within 10⁻³⁰⁰ of 0
     /// has no sign.
     #[doc(hidden)]
     pub fn has_sign(&self, q: &Rhs<'_, T>, x: &[T], positive: bool) -> Option<bool> {

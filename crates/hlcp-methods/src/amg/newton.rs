@@ -313,9 +313,11 @@ where
             return iterate(&mut self.base, q, x, y, &mut self.between, clock);
         }
         let problem = self.base.problem();
+        // The residual is measured in the units of rows that are found here.
+        let is_oriented = self.steps.amg.orient(problem, clock).is_some();
         let norms = self.steps.measure(problem, q.entries(), x).divided_by(problem.gamma());
         y.copy_from_slice(x);
-        if self.steps.amg.orient(problem, clock).is_none() {
+        if !is_oriented {
             return norms;
         }
         // Only the first linear systems of the problem itself have to show what they are worth.

@@ -43,7 +43,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where more than a tenth of the couplings are positive | 1000 on a plane and with such couplings, 500 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, sum up to a tenth of the negative ones | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
@@ -53,8 +53,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
 /// time; where coefficients are constant its progress counts twelvefold, and that of multigrid
 /// does. After each window of a method its promise is halved and its window doubled. So SOR that
-/// takes ten digits in 900 sweeps is left alone, cycles go on while each halves the residual or
-/// nearly does, and a method that has failed is tried again, for longer, when nothing else does
+/// takes ten digits in 770 sweeps is left alone, or in 230 where coefficients are constant, cycles
+/// go on while each halves the residual or nearly does, or takes a tenth off it where coefficients
+/// are constant, and a method that has failed is tried again, for longer, when nothing else does
 /// better. Inner linear solves keep to what is left of the window. Algebraic multigrid has its
 /// first linear solves to show its worth: `Auto` ends one, and the window with it, if a sweep takes
 /// less off its residual than another method's prospect, and halves the promise until it is no more
@@ -67,12 +68,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// film all but a hundred signs may be settled and the residual still be larger than what sweeps
 /// leave; on a film that goes round it may be small far from every solution. The first turn of a
 /// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
-/// far; later ones go on from its own, or from the one that is kept again where its own had ten
-/// times the residual of that. On a plane adaptive SOR and multigrid share the one that is kept:
-/// the sweeps of one smooth what the other leaves. A residual that grows to 10⁶ times the larger of
-/// ‖q‖ and the first one ends the window, but that of pivoting, whose first columns may be all but
-/// singular; adaptive SOR with its own iterate goes on from the one that is kept, with a smaller α.
-/// Entries of 10⁶ times the usual size make `Auto` look before the solver does.
+/// far, or from the next one, and Anderson's from the start; later ones go on from its own, or from
+/// the one that is kept again where its own had ten times the residual of that. On a plane adaptive
+/// SOR and multigrid share the one that is kept: the sweeps of one smooth what the other leaves. A
+/// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but that
+/// of pivoting, whose first columns may be all but singular; adaptive SOR with its own iterate goes
+/// on from the one that is kept, with a smaller α. Entries of 10⁶ times the usual size make `Auto`
+/// look before the solver does.
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves
@@ -85,9 +87,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// error is not, and from there Newton's method may take many times as long.
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
-/// Newton's, rounding is the likely reason, and the others have twice the work until then, and
-/// pivoting its turn, to halve the residual, and again after each time they do; else the solve
-/// stagnates.
+/// Newton's, rounding is the likely reason, and the others have twice the work until then and 300
+/// sweeps, and pivoting its turn, to halve the residual, and again after each time they do; else
+/// the solve stagnates.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -737,10 +739,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 }
 
-/// The part of what is beside a diagonal that may be positive where rows conduct.
+/// The part of the negative entries beside a diagonal that positive ones may be where rows conduct.
 const MIXED: f64 = 0.1;
 
-/// Returns whether more than a tenth of what is beside the diagonal of `A` or `B` is positive.
+/// Returns whether the positive entries beside the diagonal of `A`, or of `B`, sum up to more than
+/// a tenth of the negative ones.
 fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
     fn of<T: Scalar>(operator: &impl Rows<T>) -> bool {
         let mut sums = [0.0; 2];

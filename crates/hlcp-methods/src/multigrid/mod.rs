@@ -59,8 +59,9 @@ use crate::{Clock, Method, Work as Count, options::STRETCH};
 /// # Convergence
 ///
 /// No theorem covers the cycle on this equation. The sweeps alone converge from any start for a
-/// pair of matrices with the `C` of `docs/theory.md` an M-matrix, and for the LCP with a symmetric
-/// positive definite `A`, where they are projected Gauss–Seidel. Measured:
+/// pair of matrices with the `C` of `docs/theory.md` an M-matrix or with a left witness (*The
+/// column theorem*), and for the LCP with a symmetric positive definite `A`, where they are
+/// projected Gauss–Seidel. Measured:
 /// `docs/results/beyond.md`.
 ///
 /// # Source
