@@ -107,8 +107,8 @@ class BearingResult(FilmResult):
         Of a journal the Sommerfeld number (R/c)^2 mu N/P, and the moment of the drag on the wall
         that moves the faster, in N m.
     leakage : float
-        What leaves the film, in m^3/s: the sum over all sides of what flows out there, less what
-        flows in at the same side, where that is positive (side leakage), and of what supplies draw.
+        What leaves the film, in m^3/s: what flows out at sides (side leakage), whatever flows in
+        elsewhere on the same side, and what supplies draw.
     temperature_rise : float
         How much warmer the oil leaves if it takes all of the power with it, in K.
     reynolds, laminar : float
@@ -507,7 +507,8 @@ class _Bearing:
                              " but it must be positive, in Pa s")
         return {"film": {**self._film, "viscosity": thickness, "speeds": speeds},
                 "ambient": self._ambient, "journal": self._of_journal, "position": position,
-                "oil": self._oil}
+                "oil": self._oil,
+                **{shape: self._shape[shape] for shape in ("plane", "taper", "parabola")}}
 
     def _solved(self, walled: dict[str, Any], carries: Any, start: BearingResult | None,
                 method: Any, threads: Any, certify: bool, tolerance: Any) -> BearingResult:

@@ -171,6 +171,16 @@ pub(crate) struct Shape<'py> {
     dimples: Vec<([usize; 2], [f64; 2], f64, bool)>,
 }
 
+fn pad_of(
+    plane: Option<[f64; 2]>,
+    taper: Option<([f64; 2], f64)>,
+    parabola: Option<(f64, f64, Option<f64>)>,
+) -> Option<Pad> {
+    (plane.map(Pad::Plane))
+        .or(taper.map(|(ends, length)| Pad::Taper(ends, length)))
+        .or(parabola.map(|(least, radius, at)| Pad::Parabola { least, radius, at }))
+}
+
 /// Returns the gap in each cell, with the wall of a journal in the middle.
 #[pyfunction]
 pub(crate) fn film_gap<'py>(
@@ -180,9 +190,7 @@ pub(crate) fn film_gap<'py>(
     let [ny, nx] = shape.grid;
     room(nx.checked_mul(ny).and_then(|n| n.checked_mul(16)))?;
     let flat = Film::new([nx, ny], shape.size, 0.0, 1.0);
-    let pad = (shape.plane.map(Pad::Plane))
-        .or(shape.taper.map(|(ends, length)| Pad::Taper(ends, length)))
-        .or(shape.parabola.map(|(least, radius, at)| Pad::Parabola { least, radius, at }));
+    let pad = pad_of(shape.plane, shape.taper, shape.parabola);
     let mut bearing = match (shape.journal, pad) {
         (Some(journal), _) => {
             let journal = journal_of(journal);
@@ -249,6 +257,9 @@ struct Walled<'py> {
     film: Described<'py>,
     ambient: f64,
     journal: Option<OfJournal>,
+    plane: Option<[f64; 2]>,
+    taper: Option<([f64; 2], f64)>,
+    parabola: Option<(f64, f64, Option<f64>)>,
     position: Vec<f64>,
     /// Density and specific heat.
     oil: [f64; 2],
@@ -262,7 +273,8 @@ impl Walled<'_> {
             Some(journal) => Bearing::journal(journal_of(journal), cells),
             None => Bearing::pad(Film::new(cells, film.lengths, 0.0, 1.0)),
         };
-        Ok(Bearing { film, position: self.position.clone(), ambient: self.ambient, ..blank })
+        let pad = pad_of(self.plane, self.taper, self.parabola);
+        Ok(Bearing { film, position: self.position.clone(), ambient: self.ambient, pad, ..blank })
     }
 }
 
@@ -312,12 +324,19 @@ fn check(bearing: &Bearing) -> PyResult<()> {
     if bearing.here().is_some() {
         return Ok(());
     }
-    if let Some([gap, angle]) = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0) {
-        return Err(wrong(format!(
-            "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
-             {gap:e} m; take a smaller ecc, tilt or preload",
-            angle.to_degrees()
-        )));
+    if let Some([gap, place]) = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0) {
+        return Err(wrong(if bearing.journal.is_some() {
+            format!(
+                "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
+                 {gap:e} m; take a smaller ecc, tilt or preload",
+                place.to_degrees()
+            )
+        } else {
+            format!(
+                "the walls meet at x = {place} m, where the gap is {gap:e} m, but it must be \
+                 positive everywhere, at the edges as well"
+            )
+        }));
     }
     let gap = bearing.gap(&bearing.position);
     let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite())).unwrap_or_default();

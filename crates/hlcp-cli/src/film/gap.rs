@@ -195,7 +195,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
                 (Some(map), _) => Film { gap: read(map), ..film },
                 (None, pad) => pad.expect("clap wants a film").gap(film),
             };
-            Bearing { position: vec![0.0, tilt[0], tilt[1]], ..Bearing::pad(film) }
+            Bearing { position: vec![0.0, tilt[0], tilt[1]], pad, ..Bearing::pad(film) }
         }
         _ => {
             return Err(
@@ -328,12 +328,19 @@ fn check(bearing: &Bearing, arguments: &Arguments) -> Result<(), String> {
     let is_driven = arguments.motion.is_some() && arguments.load.is_none();
     if !is_driven && bearing.here().is_none() {
         let nearest = bearing.nearest(&bearing.position).filter(|[gap, _]| *gap <= 0.0);
-        if let Some([gap, angle]) = nearest {
-            return Err(format!(
-                "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap is \
-                 {gap:e} m; take less of --ecc, --tilt or the preload of --lobes",
-                angle.to_degrees()
-            ));
+        if let Some([gap, place]) = nearest {
+            return Err(if bearing.journal.is_some() {
+                format!(
+                    "the journal meets its bush at an end, {:.1} degrees from x = 0, where the gap \
+                     is {gap:e} m; take less of --ecc, --tilt or the preload of --lobes",
+                    place.to_degrees()
+                )
+            } else {
+                format!(
+                    "the walls meet at x = {place} m, where the gap is {gap:e} m, but it must be \
+                     positive everywhere, at the edges as well; see --pad and --tilt"
+                )
+            });
         }
         let gap = bearing.gap(&bearing.position);
         let at = gap.iter().position(|&gap| !(gap > 0.0 && gap.is_finite()));

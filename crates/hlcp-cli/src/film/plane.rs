@@ -74,7 +74,13 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let Solved { film, z, r, .. } = &solved;
     let range = arguments.data_tolerance.filter(|_| converged);
     let range = range.map(|part| bearing.range(part, film, z, r)).transpose()?;
-    let figures = last.unwrap_or_else(|| film.figures(z, r, bearing.ambient));
+    let of_end = || film.figures(z, r, bearing.ambient);
+    let mut figures = last.unwrap_or_else(of_end);
+    if certificate.is_some() {
+        // Of a motion flows are means over its last step, but what is proved is of the end of that.
+        let end = of_end();
+        (figures.sides, figures.leaks, figures.supplies) = (end.sides, end.leaks, end.supplies);
+    }
     let load = bearing.load(film, &figures, z);
     let oil = arguments.oil.unwrap_or_default();
     let derived = bearing.derived(film, &figures, load[0], &oil);
@@ -199,7 +205,7 @@ fn refuse_idle(
         Some(Idle::Closed) => return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into()),
         Some(Idle::Even(pressure)) => {
             let p = pressure / arguments.p_unit;
-            return Err(format!("nothing drives the film: the walls carry nothing and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
+            return Err(format!("nothing drives the film: the walls are at rest and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
         }
         None => {}
     }

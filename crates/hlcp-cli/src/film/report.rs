@@ -64,6 +64,11 @@ impl Report<'_> {
         status.to_string()
     }
 
+    /// The least gap between walls of a known shape, texture left out.
+    fn nearest(&self) -> Option<f64> {
+        self.bearing.nearest(&self.bearing.position).map(|[gap, _]| gap)
+    }
+
     fn imbalance(&self) -> f64 {
         self.run_imbalance.unwrap_or(self.figures.imbalance)
     }
@@ -149,7 +154,7 @@ impl Report<'_> {
             self.whirl.as_ref().and_then(|whirl| Some((whirl.threshold?, whirl.running)));
         let sensitivities: Option<serde_json::Map<_, _>> =
             self.sensitivities.as_ref().map(|all| all.iter().map(slopes).collect());
-        json!({
+        let mut all = json!({
             "outcome": self.status().replace(' ', "_"),
             "converged": self.converged,
             "load_n": load,
@@ -191,7 +196,9 @@ impl Report<'_> {
             "range": range,
             "unknowns": film.gap.len(),
             "seconds": self.seconds,
-        })
+        });
+        all["nearest_gap_m"] = json!(self.nearest());
+        all
     }
 
     pub(super) fn text(&self, arguments: &Arguments) -> String {
@@ -255,7 +262,11 @@ impl Report<'_> {
         text.add("mass imbalance", format!("{:.1e} m³/s", self.imbalance()));
         let within = between(proved.map(|proved| proved.peak));
         text.add("peak pressure", format!("{:.6e} Pa{within}", figures.peak));
-        text.add("least gap", format!("{:.6e} m", figures.least_gap));
+        let closer = self.nearest().filter(|&gap| gap < figures.least_gap);
+        let closer = closer.map_or(String::new(), |gap| {
+            format!(" in the middle of a cell, {gap:.6e} m at the edges or between")
+        });
+        text.add("least gap", format!("{:.6e} m{closer}", figures.least_gap));
         text.add("broken", format!("{:.4} % of the area", 100.0 * figures.broken_share));
         if figures.feed.is_finite() {
             let (feed, least) = (figures.feed, figures.least_content);

@@ -97,6 +97,46 @@ fn an_elliptical_bearing_is_someyas() {
     }
 }
 
+/// Oil that enters on one part of a side and leaves on another is leakage, and takes power with it.
+#[test]
+fn what_leaves_at_a_side_leaks_whatever_enters_there() {
+    let film =
+        json("fed-ends", &format!("{} --nx 24 --ny 8 --ecc 0.5 --ambient 1e5", journal(0.05)));
+    let (flows, leakage) = (&film["flow_m3_s"], number(&film, "leakage_m3_s"));
+    let net = number(flows, "south") + number(flows, "north");
+    assert!(net.abs() < 1e-9 * leakage && leakage > 0.0, "{net} {leakage}");
+    near(
+        number(&film, "temperature_rise_k"),
+        number(&film, "power_w") / (870.0 * 1950.0 * leakage),
+        1e-9,
+    );
+}
+
+/// Walls that move against each other carry nothing and shear the film, by Couette's formula.
+#[test]
+fn walls_that_pass_each_other_shear_the_film() {
+    let film =
+        json("passing", "--pad plane,4e-5,4e-5 --lx 0.05 --ly 0.03 --viscosity 0.04 --speed 3,-3");
+    near(number(&film, "friction_moving_n"), 0.04 * 6.0 * 0.05 * 0.03 / 4e-5, 1e-12);
+    near(number(&film, "power_w"), 54.0, 1e-12);
+    assert_abs_diff_eq!(number(&film, "load_n"), 0.0, epsilon = 1e-9);
+}
+
+/// A pad whose edge cuts into the other wall is refused, though the middles of its cells are clear;
+/// the least gap is told at the edges, too.
+#[test]
+fn walls_may_not_meet_between_the_middles_of_cells() {
+    let rest = "--lx 0.05 --ly 0.03 --nx 30 --ny 18 --viscosity 0.04 --speed 3";
+    for pad in ["plane,4e-5,-5e-7", "parabola,-1e-9,1", "taper,4e-5,-5e-8,0.0495"] {
+        let output = film("edges", &format!("--pad {pad} {rest}"));
+        let err = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && err.contains("the walls meet at x = "), "{pad}: {err}");
+    }
+    let told = json("edges", &format!("--pad plane,4e-5,2e-5 {rest}"));
+    near(number(&told, "nearest_gap_m"), 2e-5, 1e-12);
+    assert!(number(&told, "least_gap_m") > 2e-5);
+}
+
 #[test]
 fn derived_figures_are_those_of_the_trade() {
     let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.5", journal(0.05));

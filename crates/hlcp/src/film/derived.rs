@@ -50,8 +50,8 @@ pub struct Derived {
     pub sommerfeld: Option<f64>,
     /// Of a journal the moment of the drag on the wall that moves the faster.
     pub torque: Option<f64>,
-    /// What leaves the film, in m³/s: of each side what flows out less what flows in, where that is
-    /// positive (side leakage), and what supplies draw.
+    /// What leaves the film, in m³/s: what flows out at sides (side leakage), whatever flows in
+    /// elsewhere on the same side, and what supplies draw.
     pub leakage: f64,
     /// How much warmer the oil leaves if it takes all of the power with it, in K; infinite if none
     /// leaves.
@@ -81,8 +81,8 @@ impl Bearing {
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
         let ([lx, ly], viscosity) = (film.lengths, mean(&film.viscosity));
         let area = self.journal.map_or(lx * ly, |journal| journal.diameter * journal.length);
-        let out = figures.sides.iter().copied().chain(figures.supplies.iter().map(|flow| -flow));
-        let leakage: f64 = out.map(|flow| flow.max(0.0)).sum();
+        let drawn = figures.supplies.iter().map(|flow| (-flow).max(0.0));
+        let leakage = figures.leaks.iter().copied().chain(drawn).sum();
         let gap = self.journal.map_or_else(|| mean(&film.gap), |journal| journal.clearance);
         let slope = self.journal.map(|journal| journal.diameter / 2.0 / journal.clearance);
         let turns = self.running_speed() / TAU;

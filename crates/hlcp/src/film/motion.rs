@@ -84,6 +84,7 @@ struct Past {
     velocity: Vec<f64>,
     solved: Option<Solved>,
     sides: [f64; 4],
+    leaks: [f64; 4],
     supplies: Vec<f64>,
 }
 
@@ -194,9 +195,10 @@ impl Motion {
             let mean = |flow: &mut f64, before: &f64| {
                 *flow = ((1.0 + ratio) * *flow + ratio * before) / (1.0 + 2.0 * ratio);
             };
-            figures.sides.iter_mut().zip(&past.sides).for_each(|(now, before)| mean(now, before));
-            let pairs = figures.supplies.iter_mut().zip(&past.supplies);
-            pairs.for_each(|(now, before)| mean(now, before));
+            let sides = figures.sides.iter_mut().zip(&past.sides);
+            let leaks = figures.leaks.iter_mut().zip(&past.leaks);
+            let supplies = figures.supplies.iter_mut().zip(&past.supplies);
+            sides.chain(leaks).chain(supplies).for_each(|(now, before)| mean(now, before));
         }
         let held = self.oil();
         self.past = Some(Past {
@@ -206,6 +208,7 @@ impl Motion {
             position: std::mem::replace(&mut self.bearing.position, position),
             solved: self.solved.replace(next),
             sides: figures.sides,
+            leaks: figures.leaks,
             supplies: figures.supplies.clone(),
         });
         figures.power -= work / time;

@@ -172,16 +172,34 @@ impl Pad {
     /// Returns the film with this gap.
     pub fn gap(self, film: Film) -> Film {
         let lx = film.lengths[0];
+        film.with_gap(|x, _| self.height(x, lx))
+    }
+
+    /// The gap at `x` of a film of this length.
+    fn height(self, x: f64, lx: f64) -> f64 {
         match self {
-            Self::Plane([west, east]) => film.with_gap(|x, _| west + (east - west) * x / lx),
+            Self::Plane([west, east]) => west + (east - west) * x / lx,
             Self::Parabola { least, radius, at } => {
-                let at = at.unwrap_or(lx / 2.0);
-                film.with_gap(|x, _| least + (x - at).powi(2) / (2.0 * radius))
+                least + (x - at.unwrap_or(lx / 2.0)).powi(2) / (2.0 * radius)
             }
-            Self::Taper([west, land], length) => {
-                film.with_gap(|x, _| land + (west - land) * (1.0 - x / length).max(0.0))
-            }
+            Self::Taper([west, land], length) => land + (west - land) * (1.0 - x / length).max(0.0),
         }
+    }
+
+    /// The least gap over a film of these lengths, with the wall at a position, and its `x`.
+    fn nearest(self, [lx, ly]: [f64; 2], position: &[f64]) -> [f64; 2] {
+        let [rise, along, across] = [0, 1, 2].map(|k| position.get(k).copied().unwrap_or(0.0));
+        // Where the slope changes, or is 0.
+        let between = match self {
+            Self::Plane(_) => 0.0,
+            Self::Parabola { radius, at, .. } => at.unwrap_or(lx / 2.0) - radius * along,
+            Self::Taper(_, length) => length,
+        };
+        let gap = |x: f64| {
+            [self.height(x, lx) + rise + along * (x - lx / 2.0) - across.abs() * ly / 2.0, x]
+        };
+        let places = [0.0, between.clamp(0.0, lx), lx].map(gap);
+        places.into_iter().min_by(|one, other| one[0].total_cmp(&other[0])).expect("three places")
     }
 }
 
@@ -199,7 +217,7 @@ impl Pad {
 pub enum Idle {
     /// The walls carry nothing and nothing enters or leaves: any even pressure is a solution.
     Closed,
-    /// The walls carry nothing and all pressures are this one, in Pa.
+    /// The walls are at rest and all pressures are this one, in Pa.
     Even(f64),
 }
 
@@ -217,7 +235,8 @@ impl Idle {
         let supplies = film.supplies.iter().map(|supply| supply.pressure);
         let mut pressures = film.sides.iter().filter_map(of_side).chain(supplies);
         let Some(first) = pressures.next() else { return Some(Self::Closed) };
-        pressures.all(|pressure| pressure == first).then_some(Self::Even(first))
+        let is_even = film.speeds == [0.0; 2] && pressures.all(|pressure| pressure == first);
+        is_even.then_some(Self::Even(first))
     }
 }
 
@@ -319,6 +338,8 @@ pub struct Bearing {
     pub ambient: f64,
     /// The journal, of a film around one.
     pub journal: Option<Journal>,
+    /// The shape of a pad, where it is one of these.
+    pub pad: Option<Pad>,
 }
 
 impl Bearing {
@@ -335,7 +356,14 @@ impl Bearing {
             let (along, across) = (angle(x).cos(), angle(x).sin());
             journal.clearance * journal.bore(x) + (y - lengths[1] / 2.0) * (a * along + b * across)
         });
-        Self { film, modes, position: vec![0.0; 2], ambient: 0.0, journal: Some(journal) }
+        Self {
+            film,
+            modes,
+            position: vec![0.0; 2],
+            ambient: 0.0,
+            journal: Some(journal),
+            pad: None,
+        }
     }
 
     /// Returns a film whose upper wall may rise and turn around its middle.
@@ -343,11 +371,11 @@ impl Bearing {
         let [lx, ly] = film.lengths;
         let slopes = [mode(&film, |x, _| x - lx / 2.0), mode(&film, |_, y| y - ly / 2.0)];
         let modes = [vec![1.0; film.gap.len()]].into_iter().chain(slopes).collect();
-        Self { film, modes, position: vec![0.0; 3], ambient: 0.0, journal: None }
+        Self { film, modes, position: vec![0.0; 3], ambient: 0.0, journal: None, pad: None }
     }
 
-    /// Returns the film with the wall at a position; `None` if it meets the other one, and a
-    /// journal its bush, also between the middles of cells.
+    /// Returns the film with the wall at a position; `None` if it meets the other one, where the
+    /// shape is known also between the middles of cells.
     pub fn at(&self, position: &[f64]) -> Option<Film> {
         let is_clear = self.nearest(position).is_none_or(|[gap, _]| gap > 0.0);
         let gap = is_clear.then(|| self.gap(position))?;
@@ -370,9 +398,10 @@ impl Bearing {
         self.at(&self.position)
     }
 
-    /// Returns of a journal the least gap between its bush and either of its ends, in m, also
-    /// between the middles of cells, and the angle from x = 0 at which that is; what pockets and
-    /// roughness add is not in it.
+    /// Returns the least gap between walls of a known shape, in m, also between the middles of
+    /// cells: of a journal between its bush and either of its ends, with the angle from x = 0 at
+    /// which that is, and of a pad with the place along x. What pockets and roughness add is not in
+    /// it.
     ///
     /// ```
     /// use hlcp::film::{Bearing, Journal, Lobes};
@@ -385,6 +414,9 @@ impl Bearing {
     /// assert!((gap - 1e-5).abs() < 1e-18 && (angle - std::f64::consts::PI).abs() < 1e-12);
     /// ```
     pub fn nearest(&self, position: &[f64]) -> Option<[f64; 2]> {
+        if let Some(pad) = self.pad {
+            return Some(pad.nearest(self.film.lengths, position));
+        }
         let Journal { clearance, tilt, lobes, .. } = self.journal?;
         let round = Lobes { count: 1, preload: 0.0, offset: 0.5, middle: 0.0 };
         let Lobes { count, preload, offset, middle } = lobes.unwrap_or(round);

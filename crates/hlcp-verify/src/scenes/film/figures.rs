@@ -28,8 +28,10 @@ pub struct FilmFigures {
     pub full_friction: [f64; 2],
     /// The power that slides the walls, in W; what moves them apart or together is not in it.
     pub power: f64,
-    /// What flows out in the west, east, south and north, in m³/s.
+    /// What flows out in the west, east, south and north, in m³/s, less what flows in there.
     pub sides: [f64; 4],
+    /// The same without what flows in elsewhere on that side.
+    pub leaks: [f64; 4],
     /// What each supply delivers, in m³/s.
     pub supplies: Vec<f64>,
     /// What a time step adds to the oil in the film, in m³/s.
@@ -38,7 +40,7 @@ pub struct FilmFigures {
     pub imbalance: f64,
     /// The largest pressure, in Pa: of the cells, and of the faces between full cells.
     pub peak: f64,
-    /// The least gap, in m.
+    /// The least gap in the middle of a cell, in m.
     pub least_gap: f64,
     /// The part of the area in which the film is broken.
     pub broken_share: f64,
@@ -117,7 +119,8 @@ impl Film {
                 circles[k / nx].1 = true;
             }
         }
-        let (mut sides, mut supplies) = ([0.0; 4], vec![0.0; self.supplies.len()]);
+        let ([mut sides, mut leaks], mut supplies) =
+            ([[0.0; 4]; 2], vec![0.0; self.supplies.len()]);
         self.gates(&frame, |axis, gate| {
             let passage = self.passage(axis, gate);
             let flow = self.through(gate, passage, frame.pressure, z, r);
@@ -125,7 +128,10 @@ impl Film {
                 Gate::Out { place, .. } => {
                     enters += (-flow).max(0.0);
                     match place {
-                        Place::Side(side) => sides[side] += flow,
+                        Place::Side(side) => {
+                            sides[side] += flow;
+                            leaks[side] += flow.max(0.0);
+                        }
                         Place::Supply(supply) => supplies[supply] -= flow,
                     }
                 }
@@ -169,6 +175,7 @@ impl Film {
             power,
             imbalance: sides.iter().sum::<f64>() + stored - supplies.iter().sum::<f64>(),
             sides,
+            leaks,
             supplies,
             stored,
             peak: self.cavitation + peak,
