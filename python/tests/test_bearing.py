@@ -529,7 +529,8 @@ def test_doubts_are_warned_of():
      lambda: journal(grooves=[(0, 2e5)]).film(viscosity=1, ecc=0.5).coefficients(0.5)),
     ("it answers to no motion: nothing feeds", lambda: journal(grooves=[]).film(
         **OIL, ecc=0.5).threshold),
-    (r"the gap\[0, 0\] is -", lambda: pad(plane=(-1e-6, 2e-5)).film(**SLIDES)),
+    ("the walls meet at x = 0 m, where the gap is -1e-6 m",
+     lambda: pad(plane=(-1e-6, 2e-5)).film(**SLIDES)),
     ("nothing drives the film: the walls carry nothing and all pressures are 0 Pa",
      lambda: pad().film(viscosity=0.04)),
     ("it carries nothing instead of 100 N: nothing feeds", lambda: journal(grooves=[]).film(
@@ -577,11 +578,11 @@ def test_a_wrong_bearing_is_a_value_error(sentence, call):
 
 
 def test_leakage_is_one_figure_everywhere():
-    # Oil enters in the south and leaves in the north, and by a supply.
+    # More oil enters in the south than leaves there; it leaves in the north, and by a supply.
     bearing = journal(grooves=[], south=2e5, north=0.0, supplies=[((0.1, 0.01), (0.05, 0.01), 0.0)])
     film = bearing.film(**OIL, ecc=0.5)
     assert film.sides[2] < 0.0 < film.sides[3] and film.supplies[0] < 0.0
-    assert film.leakage == film.sides[3] - film.supplies[0]
+    assert film.leakage > film.sides[3] - film.supplies[0]
     [record] = bearing.sweep(**OIL, ecc=[0.5])
     assert record["leakage"] == film.leakage and record["supplied"] == film.supplies[0]
 
