@@ -75,12 +75,15 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let range = arguments.data_tolerance.filter(|_| converged);
     let range = range.map(|part| bearing.range(part, film, z, r)).transpose()?;
     let of_end = || film.figures(z, r, bearing.ambient);
-    let mut figures = last.unwrap_or_else(of_end);
-    if certificate.is_some() {
-        // Of a motion flows are means over its last step, but what is proved is of the end of that.
-        let end = of_end();
-        (figures.sides, figures.leaks, figures.supplies) = (end.sides, end.leaks, end.supplies);
-    }
+    let figures = match last {
+        // Flows are means over the last step, but what is proved is of its end.
+        Some(mut figures) if certificate.is_some() => {
+            let end = of_end();
+            (figures.sides, figures.leaks, figures.supplies) = (end.sides, end.leaks, end.supplies);
+            figures
+        }
+        last => last.unwrap_or_else(of_end),
+    };
     let load = bearing.load(film, &figures, z);
     let oil = arguments.oil.unwrap_or_default();
     let derived = bearing.derived(film, &figures, load[0], &oil);

@@ -112,6 +112,23 @@ fn what_leaves_at_a_side_leaks_whatever_enters_there() {
     );
 }
 
+/// Flows of a motion that is certified are those of the end of its last step, as their bounds are.
+#[test]
+fn flows_of_a_certified_motion_lie_within_their_bounds() {
+    let rows = (0..4).map(|k| {
+        let (sin, cos) = (0.3 * f64::from(k)).sin_cos();
+        format!("{},{},{}\n", 2e-4 * f64::from(k), 1e-5 * cos, 1e-5 * sin)
+    });
+    fs::write(folder("certified-motion").join("orbit.csv"), rows.collect::<String>()).unwrap();
+    let of = format!("{} --nx 24 --ny 8 --motion orbit.csv --groove 0,1e5", journal(0.05));
+    let film = json("certified-motion", &format!("{of} --certify"));
+    for side in ["south", "north"] {
+        let [flow, bound] =
+            [&film["flow_m3_s"], &film["bounds"]["flow_m3_s"]].map(|of| number(of, side));
+        assert!(bound <= 1e-9 * flow, "{side}: {flow} {bound}");
+    }
+}
+
 /// Walls that move against each other carry nothing and shear the film, by Couette's formula.
 #[test]
 fn walls_that_pass_each_other_shear_the_film() {
