@@ -29,6 +29,9 @@ const KEPT: usize = 20;
 /// The entries of a vector that stay in the cache while all directions are gone through.
 const BLOCK: usize = 1 << 12;
 
+/// The part of an operator's couplings without a counterpart from which on its columns are a void.
+const CARRIES: f64 = 0.5;
+
 /// Algebraic multigrid for [`Jacobian`]s, built from rows.
 ///
 /// Where J mixes conduction with jumps (columns of `A`) and transport (columns of `B`) no grid says
@@ -44,7 +47,8 @@ const BLOCK: usize = 1 << 12;
 ///    flows on. Then a constant nearly solves `J v = 0` also across the edge of the film. An
 ///    unknown with `s ≈ 0`, through which nothing flows, joins no aggregate; sweeps settle it. The
 ///    operator that conducts is the one whose couplings have more of a counterpart across the
-///    diagonal, `A` if none has.
+///    diagonal, `A` if none has. Where half of the other's have one too, it conducts as well: its
+///    columns stay as they are.
 /// 3. *Aggregates.* Unknowns are paired by the largest coupling `−aᵢⱼ − aⱼᵢ`, at least a quarter
 ///    of the largest of their row; leftovers join the pair of their strongest neighbour, with a hub
 ///    all that lean on it; and pairs are paired. On each level, columns are first scaled by what a
@@ -122,8 +126,8 @@ pub struct Amg<T> {
     /// where they agree.
     order: Vec<u32>,
     place: Vec<u32>,
-    /// True if the columns of A are those that conduct; nothing before the first set-up.
-    a_conducts: Option<bool>,
+    /// True if the columns of B, and of A, carry; nothing before the first set-up.
+    carries: Option<[bool; 2]>,
     units: Units<T>,
     /// The columns that are A's in the hierarchy.
     active: Vec<bool>,
@@ -165,7 +169,7 @@ impl<T: Scalar> Amg<T> {
             n,
             order: vec![],
             place: vec![],
-            a_conducts: None,
+            carries: None,
             units: Units::plain(),
             active: vec![],
             scale: vec![],
@@ -202,10 +206,10 @@ impl<T: Scalar> Amg<T> {
         self.active.clear();
         self.active.extend(active);
         self.discard();
-        let Some(a_conducts) = self.orient(jacobian.problem(), clock) else { return };
+        let Some(carries) = self.orient(jacobian.problem(), clock) else { return };
         let Some(mut matrix) = self.assemble(jacobian, clock) else { return };
         let void: Vec<bool> =
-            (0..self.n).map(|at| self.active[self.at(at)] != a_conducts).collect();
+            (0..self.n).map(|at| carries[usize::from(self.active[self.at(at)])]).collect();
         let (scale, dry) = void_scale(&matrix, &void, clock);
         matrix.scale_columns(&scale);
         let v = near_kernel(&matrix, clock);
@@ -218,20 +222,20 @@ impl<T: Scalar> Amg<T> {
         self.set_ups += 1;
     }
 
-    /// Finds the units and the order along the flow, once; whether the columns of `A` conduct, or
-    /// nothing when the clock is up.
+    /// Finds the units and the order along the flow, once; whether the columns of `B`, and of `A`,
+    /// carry, or nothing when the clock is up.
     pub(super) fn orient<A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
         clock: &mut Clock<'_>,
-    ) -> Option<bool> {
-        if self.a_conducts.is_none() {
+    ) -> Option<[bool; 2]> {
+        if self.carries.is_none() {
             let (mut a, mut b) = (Matrix::of(problem.a(), clock)?, Matrix::of(problem.b(), clock)?);
             self.units = Units::of(&mut a, &mut b, problem.omega(), clock)?;
             let (a, b) = (Flow::of(&a, clock)?, Flow::of(&b, clock)?);
-            let a_conducts = a.share <= b.share;
-            let carries = if a_conducts { b } else { a };
-            let order = carries.order(problem.order(), clock).unwrap_or_default();
+            let b_carries = a.share <= b.share;
+            let flow = if b_carries { &b } else { &a };
+            let order = flow.order(problem.order(), clock).unwrap_or_default();
             if clock.is_up() {
                 return None;
             }
@@ -240,9 +244,10 @@ impl<T: Scalar> Amg<T> {
             for (at, &i) in self.order.iter().enumerate() {
                 self.place[i as usize] = at as u32;
             }
-            self.a_conducts = Some(a_conducts);
+            let is_void = flow.share >= CARRIES;
+            self.carries = Some([is_void && b_carries, is_void && !b_carries]);
         }
-        self.a_conducts
+        self.carries
     }
 
     /// How often a hierarchy was built.

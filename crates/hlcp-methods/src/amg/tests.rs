@@ -383,6 +383,31 @@ fn stiff_blocks_in_soft_ground_cost_no_more_iterations() {
     assert!(left <= 1e-6 && amg.set_ups() == 1, "{left:e}, {} set-ups", amg.set_ups());
 }
 
+/// Columns of B conduct too where they are active, far from the columns of A as well: neither
+/// operator's are a void, which sweeps alone would have to settle.
+#[test]
+fn two_operators_that_conduct_take_few_iterations_in_both_roles() {
+    let m = 96;
+    let along = |i: usize| 0.1 + 3.0 * i as f64 / m as f64;
+    let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let b = FivePoint::from_fn(m, m, |i, j| {
+        let [s, w, e, n] = [along(j), along(i), along(i + 1), along(j + 1)];
+        [-s, -w, s + w + e + n, -e, -n]
+    });
+    let b = b.unwrap();
+    let rhs: Vec<f64> = (0..m * m).map(|k| 1.0 + 0.1 * noise(k)).collect();
+    let solve = |problem: Hlcp<f64, &dyn Rows<f64>, &dyn Rows<f64>>| {
+        let x: Vec<f64> = (0..m * m).map(|k| if k % m < m / 3 { 1.0 } else { -1.0 }).collect();
+        let mut amg = Amg::new(&problem).unwrap();
+        let (jacobian, mut y) = (Jacobian::new(&problem, &x), vec![0.0; m * m]);
+        let left = amg.solve_to(&jacobian, &rhs, &mut y, (1e-6, 20), &mut Clock::endless());
+        assert!(left <= 1e-6, "{left:e}");
+    };
+    let (a, b): (&dyn Rows<f64>, &dyn Rows<f64>) = (&a, &b);
+    solve(Hlcp::from_pair(a, b).unwrap());
+    solve(Hlcp::from_pair(b, a).unwrap());
+}
+
 /// What is returned is the residual of `y`, for any number of iterations: fewer than the directions
 /// that are kept, as many, and more. A hierarchy serves until a sign changes.
 #[test]
