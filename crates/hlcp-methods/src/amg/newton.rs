@@ -41,8 +41,8 @@ pub(super) struct Steps<T> {
     plain: bool,
     linear_iterations: usize,
     sweeps: usize,
-    /// True once a linear system was solved, and what a sweep took off the logarithm of the last
-    /// residual until then.
+    /// True if the last linear system was solved, and what a sweep took off the logarithm of its
+    /// residual if not.
     solved: bool,
     rate: f64,
 }
@@ -127,7 +127,7 @@ impl<T: Scalar> Steps<T> {
         let begun = self.walks();
         let inner = self.amg.solve_within(&jacobian, &self.f, &mut self.s, goal, clock);
         self.linear_iterations += inner.iterations;
-        self.solved |= inner.residual <= goal.0;
+        self.solved = inner.residual <= goal.0;
         let fall = inner.residual.recip().ln().max(f64::EPSILON);
         self.rate = if self.solved { f64::INFINITY } else { fall / (self.walks() - begun) };
         self.flips = 0;
@@ -256,8 +256,8 @@ where
         &self.steps.amg
     }
 
-    /// What a sweep took off the logarithm of the last linear residual, if no linear system was
-    /// solved yet: Newton's method cannot do better.
+    /// What a sweep took off the logarithm of the last linear residual, unless that system was
+    /// solved: Newton's method cannot do better.
     pub(crate) fn rate(&self) -> f64 {
         self.steps.rate
     }
@@ -320,7 +320,8 @@ where
         if !is_oriented {
             return norms;
         }
-        // Only the first linear systems of the problem itself have to show what they are worth.
+        // A linear system has to show what it is worth, but not on coarser problems, nor where the
+        // one before was solved.
         let least = std::mem::take(&mut clock.least);
         if self.due.take().is_some_and(|part| norms.l2 > part * q.norms().l2) {
             // What coarser problems refuse, a diagonal that is not positive, leaves x as it is.

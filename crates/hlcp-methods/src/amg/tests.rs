@@ -655,6 +655,30 @@ fn the_base_has_its_turns_where_no_step_helps() {
     assert!(solver.method().base_iterations >= 2 + 4, "{}", solver.method().base_iterations);
 }
 
+/// What all rows sum to stays as it is where no constant conducts: the first system is solved, the
+/// second is not.
+#[test]
+fn a_system_that_is_not_solved_shows_its_rate_also_after_others() {
+    let m = 30;
+    let a = FivePoint::from_fn(m, m, |i, j| {
+        let [s, w, e, n] = [j > 0, i > 0, i + 1 < m, j + 1 < m].map(f64::from);
+        [-s, -w, s + w + e + n, -e, -n]
+    });
+    let problem = Hlcp::lcp(a.unwrap()).unwrap();
+    let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
+    let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
+    let mut step = |shift: f64| {
+        let q: Vec<f64> = (0..m * m).map(|k| shift + [0.01, -0.01][k / m % 2]).collect();
+        let mut clock = Clock::endless();
+        clock.granted = 0;
+        let _ = amg.step(&Rhs::new(&q).unwrap(), &x, &mut y, &mut clock);
+        amg.rate()
+    };
+    assert_eq!(step(0.0), f64::INFINITY);
+    let rate = step(-0.1);
+    assert!(rate > 0.0 && rate < 0.1, "{rate}");
+}
+
 /// Counts from the start on a coarser problem to the end of the last linear solve of a step.
 #[test]
 fn a_step_ends_with_the_time() {

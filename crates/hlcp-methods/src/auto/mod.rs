@@ -56,13 +56,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// takes ten digits in 770 sweeps is left alone, or in 230 where coefficients are constant, cycles
 /// go on while each halves the residual or nearly does, or takes a tenth off it where coefficients
 /// are constant, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Inner linear solves keep to what is left of the window. Algebraic multigrid has its
-/// first linear solves to show its worth: `Auto` ends one, and the window with it, if a sweep takes
-/// less off its residual than another method's prospect, and halves the promise until it is no more
-/// than that. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the method
-/// at work is given up for the rest of the solve and the next one goes on, until none is left.
-/// Decisions depend on residuals and counts alone, never on time, but that no elimination is begun
-/// that would outlast a limit on it.
+/// better. Inner linear solves keep to what is left of the window. A linear solve of algebraic
+/// multigrid has to show its worth, unless the one before came to its end: `Auto` ends it, and the
+/// window with it, if a sweep takes less off its residual than another method's prospect, and
+/// halves the promise until it is no more than that. Where the solver would end with
+/// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
+/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
+/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
 ///
 /// Each method has an iterate of its own, because a residual tells little of an error: on a rough
 /// film all but a hundred signs may be settled and the residual still be larger than what sweeps
