@@ -2,9 +2,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
-use crate::{
-    Clock, Method, Work, amg::Lu, krylov::dot, limits::Cost, method::measure, safeguard::ROUGH,
-};
+use crate::{Clock, Method, Work, amg::Lu, limits::Cost, method::measure, safeguard::ROUGH};
 #[cfg(feature = "direct")]
 use crate::{cholesky::Cholesky, direct::SparseLu};
 
@@ -18,11 +16,14 @@ const PATIENCE: [usize; 2] = [4, 64];
 const FEWER: f64 = 0.75;
 const FEW: usize = 100;
 
-/// The part of the way to the edge that a step inside takes at most, and the part of its first
+/// The part of the way to the edge that a step inside takes at most, and the part of the first
 /// μ, or number of steps, that ends it.
 const EDGE: f64 = 0.9999;
 const INSIDE: f64 = 1e-14;
 const STEPS: usize = 50;
+
+/// The rounds in which columns get units. One leaves few traces of factors between 10⁻³ and 10³.
+const ROUNDS: usize = 3;
 
 /// An elimination of full matrices that is worth no more sweeps than this is not to be improved on.
 pub(crate) const CHEAP: usize = 20;
@@ -37,16 +38,21 @@ pub(crate) const CHEAP: usize = 20;
 /// Where they do not, it goes through the interior (Mehrotra): with `z, r > 0` it solves
 ///
 /// ```text
-/// A Δz − B Δr = −(A z − B r + q) ,    rᵢ Δzᵢ + zᵢ Δrᵢ = σμ − zᵢrᵢ − Δz′ᵢΔr′ᵢ ,    μ = zᵀr/n ,
+/// A Δz − B Δr = −(A z − B r + q) ,   rᵢΔzᵢ + zᵢΔrᵢ = σμuᵢ − zᵢrᵢ − Δz′ᵢΔr′ᵢ ,   μ = Σ zᵢrᵢ/(nuᵢ) ,
 /// ```
 ///
 /// first with σ = 0 and without the product, for Δz′ and Δr′, and then with σ = (μ′/μ)³, where μ′
-/// is what the first would leave; both by one factorisation. A front that moves by a point with
+/// is what the first would leave; both by one factorisation. uᵢ is the product of the units of zᵢ
+/// and rᵢ in which the columns and rows of (A, B) have the same size, and the first z and r have
+/// the same size in these units: whatever rows, z and r are multiplied by, and whichever of the two
+/// is called z, the steps are the same. A front that moves by a point with
 /// each change of signs is found in some twenty steps. Then signs are changed again; if that leads
 /// nowhere, the last wrong one alone, until there are fewer.
 ///
-/// The first signs are those of the start, and then, before it goes through the interior, of 0; at
-/// once of 0 where the start's residual is above a tenth of ‖q‖.
+/// The first columns are those of the start, and then, before it goes through the interior, all of
+/// that one of `A` and `B` that has more entries; at once those where the start's residual is above
+/// a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
+/// grow does so by a point in each step.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Sparse ones are Cholesky's where one of `A` and `B` is
@@ -106,6 +112,8 @@ pub struct Pivoting<T, A, B> {
     since: usize,
     seen: u64,
     way: Way,
+    /// d for the columns of the operator that couples more.
+    whole: T,
     interior: Option<Interior<T>>,
     f: Vec<T>,
     scratch: Vec<T>,
@@ -118,19 +126,22 @@ pub struct Pivoting<T, A, B> {
 enum Way {
     /// From the signs of the start.
     Start,
-    /// From the signs of 0.
-    Zero,
+    /// From the columns of the operator that couples more.
+    Whole,
     /// Through the interior, and from the signs there.
     Inside,
 }
 
-/// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too.
+/// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too. The first ones are the units of
+/// the columns, so that μ is 1.
 #[derive(Debug, Clone)]
 struct Interior<T> {
     z: Vec<T>,
     r: Vec<T>,
-    /// The first μ, and the steps that are left.
-    first: f64,
+    /// The products of the two units of each column, and the usual size in these units.
+    units: Vec<T>,
+    size: T,
+    /// The steps that are left.
     left: usize,
 }
 
@@ -242,7 +253,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         problem.on_one_rank("elimination")?;
         Aor::gauss_seidel().check(&problem)?;
         let (factors, cost) = Factors::new(&problem)?;
-        let n = problem.order();
+        let [n, a, b] = [problem.order(), entries(problem.a()), entries(problem.b())];
         let zeros = || vec![T::zero(); n];
         Ok(Self {
             cost,
@@ -254,6 +265,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             since: 0,
             seen: 0,
             way: Way::Start,
+            whole: if a < b { -T::one() } else { T::one() },
             interior: None,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
@@ -271,9 +283,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     fn choose(&mut self, x: &[T]) -> bool {
         let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
-            let from_zero = self.way == Way::Zero;
-            let of = |x: T| if from_zero { T::one() } else { sign(x) };
-            self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = of(x));
+            let whole = (self.way == Way::Whole).then_some(self.whole);
+            self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = whole.unwrap_or(sign(x)));
             (self.fewest, self.patience) = (x.len() + 1, PATIENCE[0]);
             return true;
         }
@@ -315,33 +326,32 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.x.copy_from_slice(y);
     }
 
-    /// Sets out from where both unknowns have the usual sizes that they have in `x`.
+    /// Sets out from where both unknowns have, in units of their columns, twice the mean size of
+    /// `x`, or of what `q` alone makes of them.
     fn enter(&mut self, q: &Rhs<'_, T>, x: &[T]) {
         let problem = &self.problem;
-        let size = |of_r: bool| {
-            let sizes = x.iter().map(|x| if of_r { -x.wide() } else { x.wide() });
-            let (sum, count) = sizes
-                .filter(|&size| size > 0.0 && size.is_finite())
-                .fold((0.0, 0.0), |(sum, count), size| (sum + size, count + 1.0));
-            sum / count
+        let [z, r] = units(problem);
+        let mean = |x: &dyn Fn(usize) -> T| {
+            let sizes = (0..z.len()).map(|i| {
+                let (x, z, r) = (x(i).wide(), z[i].wide(), r[i].wide());
+                (x / z).max(-x / r)
+            });
+            2.0 * sizes.sum::<f64>() / z.len() as f64
         };
-        let of_q = |(i, &q): (usize, &T)| {
-            (problem.q_factor() * q / problem.a().diagonal_entry(i)).abs().wide()
-        };
-        let of_q = q.entries().iter().enumerate().map(of_q).sum::<f64>() / x.len() as f64;
-        let usual = [false, true].map(|of_r| {
-            let size = 2.0 * size(of_r);
-            if size.is_normal() { size } else { of_q }
-        });
-        let [z, r] = usual.map(|size| vec![T::of(size); x.len()]);
-        self.interior = Some(Interior { z, r, first: usual[0] * usual[1], left: STEPS });
+        let mut size = mean(&|i| x[i]);
+        if !size.is_normal() {
+            let of_q = |i: usize| problem.q_factor() * q.entries()[i];
+            size = mean(&|i| -of_q(i) / problem.a().diagonal_entry(i));
+        }
+        let units = z.iter().zip(&r).map(|(&z, &r)| z * r).collect();
+        self.interior = Some(Interior { z, r, units, size: T::of(size), left: STEPS });
     }
 
     /// Takes a step inside, and overwrites `y` with what is closest to it on the edge.
     fn step_inside(&mut self, q: &Rhs<'_, T>, inside: Interior<T>, y: &mut [T]) {
-        let Interior { mut z, mut r, first, left } = inside;
+        let Interior { mut z, mut r, units, size, left } = inside;
         let Self { problem, d, f, scratch, factors, x: s, .. } = self;
-        let (n, factor) = (y.len(), problem.q_factor());
+        let (n, factor) = (y.len(), problem.q_factor() / size);
         for ((d, &z), &r) in d.iter_mut().zip(&z).zip(&r) {
             *d = (z - r) / (z + r);
         }
@@ -351,7 +361,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let mut c: Vec<T> = z.iter().zip(&r).map(|(&z, &r)| -z * r).collect();
         let (mut dz, mut dr) = (vec![T::zero(); n], vec![T::zero(); n]);
         let mut length = 0.0;
-        let before = dot(&z, &r);
+        let mean = |z: &[T], r: &[T]| {
+            let products = z.iter().zip(r).zip(&units).map(|((&z, &r), &units)| z / units * r);
+            products.map(T::wide).sum::<f64>() / n as f64
+        };
+        let before = mean(&z, &r);
         for corrects in [false, true] {
             // −(A z − BΩ r + γq) + BΩ (c/z), with one product.
             let (part, product) = scratch.split_at_mut(n);
@@ -378,10 +392,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 let moved = |v: &[T], dv: &[T]| -> Vec<T> {
                     v.iter().zip(dv).map(|(&v, &dv)| v + T::of(length) * dv).collect()
                 };
-                let after = dot(&moved(&z, &dz), &moved(&r, &dr));
-                let centred = T::of((after / before).powi(3) * before / n as f64);
+                let after = mean(&moved(&z, &dz), &moved(&r, &dr));
+                let centred = T::of((after / before).powi(3) * before);
                 for i in 0..n {
-                    c[i] += centred - dz[i] * dr[i];
+                    c[i] += centred * units[i] - dz[i] * dr[i];
                 }
             }
         }
@@ -391,13 +405,33 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_active = dz[i] * r[i] >= dr[i] * z[i];
             z[i] += length * dz[i];
             r[i] += length * dr[i];
-            y[i] = if is_active { z[i] } else { -r[i] } / T::of(2.0);
+            y[i] = if is_active { z[i] } else { -r[i] } * size / T::of(2.0);
         }
         self.fewest = usize::MAX;
-        let part = dot(&z, &r) / (n as f64 * first);
-        let goes_on = left > 1 && part > INSIDE && y.iter().all(|y| y.is_finite());
-        self.interior = goes_on.then_some(Interior { z, r, first, left: left - 1 });
+        let goes_on = left > 1 && mean(&z, &r) > INSIDE && y.iter().all(|y| y.is_finite());
+        self.interior = goes_on.then_some(Interior { z, r, units, size, left: left - 1 });
     }
+}
+
+/// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have the same
+/// size, as nearly as rows of the same size allow: whatever the rows, `z` and `r` are multiplied
+/// by, they are the same but for that (Sinkhorn and Knopp, *Concerning nonnegative matrices and
+/// doubly stochastic matrices*, Pacific J. Math. 21, 1967).
+fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> [Vec<T>; 2] {
+    let omega = |j: usize| problem.omega().entry(j);
+    let mut units = [(); 2].map(|()| vec![T::one(); problem.order()]);
+    for _ in 0..ROUNDS {
+        let mut sums = [(); 2].map(|()| vec![T::zero(); problem.order()]);
+        for i in 0..problem.order() {
+            let mut sum = T::zero();
+            problem.a().visit_row(i, &mut |j, a| sum += a.abs() * units[0][j]);
+            problem.b().visit_row(i, &mut |j, b| sum += b.abs() * omega(j) * units[1][j]);
+            problem.a().visit_row(i, &mut |j, a| sums[0][j] += a.abs() / sum);
+            problem.b().visit_row(i, &mut |j, b| sums[1][j] += b.abs() * omega(j) / sum);
+        }
+        units = sums.map(|sums| sums.iter().map(|sum| sum.recip()).collect());
+    }
+    units
 }
 
 /// What an elimination is worth at least, in sweeps, as far as that is known without an analysis;
@@ -414,15 +448,21 @@ pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
 /// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
 /// by side, of which four take the time of one entry of a row. `usize::MAX` for a large one.
 fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
-    let (n, mut entries) = (problem.order(), 0);
+    let n = problem.order();
     if n > SMALL {
         return usize::MAX;
     }
-    for i in 0..n {
-        problem.a().visit_row(i, &mut |_, _| entries += 1);
-        problem.b().visit_row(i, &mut |_, _| entries += 1);
-    }
+    let entries = entries(problem.a()) + entries(problem.b());
     (n * n * n / (12 * entries.max(1))).max(1)
+}
+
+/// The entries of an operator that are not zero.
+fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
+    let mut count = 0;
+    for i in 0..operator.order() {
+        operator.visit_row(i, &mut |_, a| count += usize::from(a != T::zero()));
+    }
+    count
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
@@ -460,7 +500,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             self.step_inside(q, inside, y);
         } else {
             if self.steps == 0 && norms.l2 > ROUGH * q.norms().l2 {
-                self.way = Way::Zero;
+                self.way = Way::Whole;
             }
             self.pivot(q, x, y);
         }
@@ -470,8 +510,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         }
         if self.patience == 0 || !is_finite {
             match self.way {
-                Way::Start => (self.way, self.fewest) = (Way::Zero, usize::MAX),
-                Way::Zero => {
+                Way::Start => (self.way, self.fewest) = (Way::Whole, usize::MAX),
+                Way::Whole => {
                     self.way = Way::Inside;
                     self.enter(q, y);
                 }
@@ -485,6 +525,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 #[cfg(test)]
 mod tests {
     use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
+    use proptest::{collection::vec, prelude::*};
 
     use super::*;
     use crate::Solver;
@@ -532,10 +573,48 @@ mod tests {
         assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
     }
 
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20))]
+
+        /// Newton's method goes round, and the way through the interior ends within its 50 steps
+        /// and some changes of signs, whatever rows, z and r are multiplied by, and whichever of
+        /// the two is z.
+        #[test]
+        fn steps_inside_depend_on_no_units(
+            skew in vec(-1.0..1.0_f64, 60 * 60),
+            q in vec(-1.0..1.0_f64, 60),
+            powers in [(); 3].map(|()| vec(-3..=3_i32, 60)),
+            swap in any::<bool>(),
+        ) {
+            let n = q.len();
+            let [of_row, of_z, of_r] = powers.map(|powers| -> Vec<f64> {
+                powers.into_iter().map(|power| 10_f64.powi(power)).collect()
+            });
+            let entry = |i: usize, j: usize| skew[i * n + j] - skew[j * n + i];
+            let a = |i: usize, j: usize| {
+                of_row[i] * of_z[j] * if i == j { 0.1 } else { entry(i, j) }
+            };
+            let b = |i: usize, j: usize| if i == j { of_row[i] * of_r[j] } else { 0.0 };
+            let [a, b]: [RowMajor<f64>; 2] = [&a as &dyn Fn(usize, usize) -> f64, &b].map(|of| {
+                RowMajor::new(n, (0..n * n).map(|k| of(k / n, k % n)).collect::<Vec<_>>()).unwrap()
+            });
+            let load = |sign: f64| (0..n).map(|i| sign * of_row[i] * q[i]).collect::<Vec<_>>();
+            let iterations = |a: &RowMajor<f64>, b: &RowMajor<f64>, q: &[f64]| {
+                let problem = Hlcp::from_pair(a, b).unwrap();
+                let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+                let outcome = solver.solve(q, crate::Limits::default()).unwrap();
+                (outcome.converged(), outcome.iterations)
+            };
+            let found =
+                if swap { iterations(&b, &a, &load(-1.0)) } else { iterations(&a, &b, &load(1.0)) };
+            prop_assert!(found.0 && found.1 <= 60, "{found:?}");
+        }
+    }
+
     /// Both columns of a singular B, whose residual is a thirtieth of q, have no factors; those of
     /// A lead to z = (0, 0.05), r = (0.95, 0).
     #[test]
-    fn singular_columns_of_the_start_are_left_for_those_of_zero() {
+    fn singular_columns_of_the_start_are_left_for_the_others() {
         let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
         let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
         let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
