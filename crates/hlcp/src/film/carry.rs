@@ -1,3 +1,5 @@
+use std::{cell::Cell, f64::consts::PI};
+
 use hlcp_verify::Film;
 use nalgebra::{DMatrix, DVector};
 
@@ -56,6 +58,8 @@ pub struct Carried {
     pub films: [usize; 2],
     /// The least and the largest force that one of them carries, in N.
     pub forces: [f64; 2],
+    /// The position at which it carries the largest.
+    pub largest_at: Vec<f64>,
     /// How far the nearest of them is off, in N.
     pub off: f64,
 }
@@ -67,7 +71,12 @@ impl Carried {
         let carried = if least > force {
             format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
         } else if largest < force {
-            format!("carries {largest:.6e} N or less")
+            let at = match self.largest_at[..] {
+                [x, y] => format!("an eccentricity of {:.6e} m", x.hypot(y)),
+                [rise, x, y] => format!("a rise of {rise:.6e} m and slopes of {x:.3e} and {y:.3e}"),
+                _ => "the start".into(),
+            };
+            format!("carries {largest:.6e} N or less, most at {at}")
         } else {
             format!("is off it by {off:.1e} N or more")
         };
@@ -82,6 +91,9 @@ impl Carried {
 
 /// A search goes no further than to this part of the least gap that it began with.
 const NARROWEST: f64 = 1e-4;
+
+/// A load of so many times what films carry whose walls nearly meet is beyond them.
+const BEYOND: f64 = 1.25;
 
 /// Where a search begins when the first place has led nowhere: sizes and angles from there, and
 /// rises and slopes.
@@ -169,6 +181,24 @@ impl Wanted {
         starts
     }
 
+    /// Where the walls nearly meet, as `is_open` tells, around a journal under a load from a
+    /// direction. A wall with slopes, which is nearly even there, carries almost anything.
+    fn narrow(&self, is_open: impl Fn(&[f64]) -> bool) -> Vec<Vec<f64>> {
+        let ways = if self.is_journal && !self.is_size { 8 } else { 0 };
+        let last = |way: i32| {
+            let (sin, cos) = (f64::from(way) * PI / 4.0).sin_cos();
+            let [mut open, mut closed] = [0.0, 2.0];
+            for _ in 0..40 {
+                let middle = 0.5 * (open + closed);
+                let end =
+                    if is_open(&[middle * cos, middle * sin]) { &mut open } else { &mut closed };
+                *end = middle;
+            }
+            vec![open * cos, open * sin]
+        };
+        (0..ways).map(last).collect()
+    }
+
     /// The size of the forces, in N, or 1 N of none.
     fn size(&self) -> f64 {
         let size = self.forces.iter().copied().fold(0.0, f64::hypot);
@@ -234,10 +264,10 @@ impl Bearing {
             Some(start) => Solved::exact(first, start, settings)?,
             None => Solved::new(first, None, settings)?,
         };
-        let [mut least, mut largest] = [f64::INFINITY, 0.0_f64];
+        let (mut least, largest, mut largest_at) = (f64::INFINITY, Cell::new(0.0_f64), vec![]);
         if !solved.outcome.converged() {
-            let (films, forces) = ([1, 1], [least, largest]);
-            return Ok(Carried { found: false, solved, films, forces, off: f64::NAN });
+            let (films, forces, off) = ([1, 1], [least, 0.0], f64::NAN);
+            return Ok(Carried { found: false, solved, films, forces, largest_at, off });
         }
         let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
         let wanted = Wanted::new(self, load, thin);
@@ -249,13 +279,17 @@ impl Bearing {
             coordinates().zip(at).for_each(|((&k, unit), at)| position[k] = at * unit);
             position
         };
+        let open = |at: &[f64]| {
+            let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
+            self.at(&in_film(at)).filter(is_open)
+        };
+        let narrow = || wanted.narrow(|at| open(at).is_some());
+        let is_beyond = || load.force > BEYOND * largest.get();
         let (mut is_first, mut failed) = (true, 0);
-        let (nearest, tried) = equilibrium(&starts, |at| -> Result<_, FilmError> {
+        let film = |at: &[f64]| -> Result<_, FilmError> {
             if !std::mem::take(&mut is_first) {
-                let is_open = |film: &Film| film.gap.iter().all(|&gap| gap >= NARROWEST * thin);
                 let is_inside = !wanted.is_size || at[0] >= 0.0;
-                let film = self.at(&in_film(at)).filter(|film| is_inside && is_open(film));
-                let Some(film) = film else { return Ok(None) };
+                let Some(film) = open(at).filter(|_| is_inside) else { return Ok(None) };
                 let next = Solved::exact(film, &solved, settings)?;
                 if !next.outcome.converged() {
                     failed += 1;
@@ -265,7 +299,11 @@ impl Bearing {
             }
             let forces = self.forces(&solved.film, &solved.z);
             let carried = if wanted.is_journal { forces[0].hypot(forces[1]) } else { forces[0] };
-            (least, largest) = (least.min(carried), largest.max(carried));
+            least = least.min(carried);
+            if carried > largest.get() {
+                largest.set(carried);
+                largest_at = in_film(at);
+            }
             let off = wanted.off(&forces);
             // Well within, so that rounding does not decide.
             if off.norm() <= 0.5 * WITHIN {
@@ -277,13 +315,14 @@ impl Bearing {
                 return Ok(None);
             };
             Ok(Some((off, wanted.slopes(&forces, &slopes))))
-        })?;
+        };
+        let (nearest, tried) = equilibrium(&starts, narrow, film, is_beyond)?;
         let found = nearest.as_ref().is_some_and(Point::is_found);
         let off = nearest.as_ref().map_or(0.0, |nearest| nearest.off.norm() * wanted.size());
         if let Some(nearest) = nearest.filter(|_| found) {
             self.position = in_film(nearest.at.as_slice());
         }
-        let (films, forces) = ([tried + failed, failed], [least, largest]);
-        Ok(Carried { found, solved, films, forces, off })
+        let (films, forces) = ([tried + failed, failed], [least, largest.get()]);
+        Ok(Carried { found, solved, films, forces, largest_at, off })
     }
 }

@@ -10,9 +10,11 @@ pub(super) const WITHIN: f64 = 1e-9;
 const ARRIVING: f64 = 0.5;
 const FOLLOWING: f64 = 0.25;
 
-/// The first step, in the unit of positions, and how often a step is halved before walls are said
-/// to meet.
+/// The first step, in the unit of positions; those at which walls are said to meet, and to be out of
+/// each other's reach; and how often a step is halved.
 const STEP: f64 = 0.25;
+const MEETS: f64 = 1e-8;
+const FAR: f64 = 1e6;
 const HALVINGS: usize = 40;
 
 /// How many films a curve may take, and which way it is followed, in turn; and how many all may.
@@ -39,11 +41,15 @@ const AWAY: f64 = 100.0;
 /// falls, then the other one. Where forces grow without bound towards the walls, in each direction
 /// at one place, all but a few of the curves from near the walls end at an equilibrium.
 ///
-/// That nothing is found proves nothing: a curve may close, or lead along walls that meet.
+/// That nothing is found proves nothing: a curve may close, or lead along walls that meet. Where the
+/// first one leads nowhere, the other way along a line, or else the films of `narrow`, at walls that
+/// nearly meet, say what can be carried: if the forces are beyond that by `is_beyond`, no other
+/// curve is followed.
 ///
 /// # Cost
 ///
-/// From a start nearby four to eight films with their slopes; at most some 200 from each start.
+/// From a start nearby four to eight films with their slopes; at most some 200 from each start, and
+/// 40 with those of `narrow` for forces beyond them.
 ///
 /// # Source
 ///
@@ -52,20 +58,31 @@ const AWAY: f64 = 100.0;
 /// Continuation Methods*, Springer, 1990.
 pub(super) fn equilibrium<E>(
     starts: &[Vec<f64>],
+    narrow: impl Fn() -> Vec<Vec<f64>>,
     film: impl FnMut(&[f64]) -> Result<Option<Off>, E>,
+    is_beyond: impl Fn() -> bool,
 ) -> Result<(Option<Point>, usize), E> {
-    let mut search = Search { film, nearest: None, films: 0 };
-    let mut begun: Vec<Option<Point>> = vec![];
+    let mut search = Search { film, nearest: None, films: 0, ends: 0 };
+    // What each curve begins with, and whether another round would lead no further.
+    let mut begun: Vec<(Option<Point>, bool)> = vec![];
     for (films, forwards) in ROUNDS {
         for (k, start) in starts.iter().enumerate() {
-            if k == begun.len() {
-                begun.push(search.at(DVector::from_column_slice(start))?);
+            let is_new = k == begun.len();
+            if is_new {
+                begun.push((search.at(DVector::from_column_slice(start))?, false));
             }
-            let Some(first) = begun[k].clone() else { continue };
+            let (Some(first), false) = (begun[k].0.clone(), begun[k].1 && forwards) else {
+                continue;
+            };
+            let before = search.films;
             if search.is_found()
-                || search.films >= FILMS
-                || search.follow(first, films, forwards)?
+                || before >= FILMS
+                || search.follow(first.clone(), films, forwards)?
             {
+                return Ok((search.nearest, search.films));
+            }
+            begun[k].1 = search.films < before + films;
+            if is_new && k == 0 && search.is_hopeless(first, narrow(), &is_beyond)? {
                 return Ok((search.nearest, search.films));
             }
         }
@@ -121,6 +138,8 @@ struct Search<F> {
     film: F,
     nearest: Option<Point>,
     films: usize,
+    /// How many curves led to walls that meet or are far apart, or to forces that do not come back.
+    ends: usize,
 }
 
 impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
@@ -143,6 +162,25 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
         Ok(Some(point))
     }
 
+    /// Whether no other curve is worth following than that from `first`, which has led nowhere.
+    fn is_hopeless(
+        &mut self,
+        first: Point,
+        narrow: Vec<Vec<f64>>,
+        is_beyond: &impl Fn() -> bool,
+    ) -> Result<bool, E> {
+        if first.off.len() == 1 {
+            // Both ways along a line are all that there is.
+            let is_found = self.follow(first, ROUNDS[0].0, false)?;
+            return Ok(is_found || self.ends == 2 && is_beyond());
+        }
+        let mut are_solved = !narrow.is_empty();
+        for at in narrow {
+            are_solved &= self.at(at.into())?.is_some();
+        }
+        Ok(self.is_found() || are_solved && is_beyond())
+    }
+
     /// Follows the curve from a point on which forces are off in the same direction, to where they
     /// are not off; whether it leads there.
     fn follow(&mut self, mut here: Point, films: usize, forwards: bool) -> Result<bool, E> {
@@ -151,6 +189,10 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
         let mut direction = newton.normalize() * if forwards { 1.0 } else { -1.0 };
         let (mut length, last) = (STEP, self.films + films);
         while self.films < last {
+            if length > FAR {
+                self.ends += 1;
+                return Ok(false);
+            }
             let Some((mut step, multiple)) = here.along(&ray, &direction, length) else {
                 return Ok(false);
             };
@@ -179,12 +221,16 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
                         length = step.norm() * if 4.0 * error <= margin * size { 2.0 } else { 1.0 };
                         break next;
                     }
+                } else if step.norm() < MEETS {
+                    self.ends += 1;
+                    return Ok(false);
                 }
                 step /= 2.0;
                 wanted = (wanted + &here.off) / 2.0;
                 margin = FOLLOWING;
             };
             if next.off.norm() > AWAY * ray.norm().max(1.0) {
+                self.ends += 1;
                 return Ok(false);
             }
             direction = step.normalize();
@@ -210,7 +256,7 @@ mod tests {
             let off = DVector::from_element(1, (e[0].powi(3) - 8.0) / 8.0);
             Ok::<_, ()>(Some((off, DMatrix::from_element(1, 1, 3.0 * e[0] * e[0] / 8.0))))
         };
-        let (nearest, films) = equilibrium(&[vec![1.0]], cube).unwrap();
+        let (nearest, films) = equilibrium(&[vec![1.0]], Vec::new, cube, || false).unwrap();
         let nearest = nearest.unwrap();
         assert!(nearest.is_found() && (nearest.at[0] - 2.0).abs() <= 1e-9 && films < 12);
     }

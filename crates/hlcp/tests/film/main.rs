@@ -109,6 +109,31 @@ fn lobes_turn_with_a_load_of_any_direction() {
     assert!(bearing.position[1].abs() > 1e-6, "{:?}", bearing.position);
 }
 
+/// Loads that no position carries, in one direction and in two.
+#[test]
+fn loads_out_of_reach_are_refused_after_some_tens_of_films() {
+    let settings = Settings::default();
+    let pad = Film::new([30, 20], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
+    let at = |position| Bearing { position, ..journal([60, 8], 10.0) };
+    let from = |direction| Load { direction, ..Load::of(1e10) };
+    for (mut bearing, load) in [
+        (Bearing::pad(pad), Load::of(1e9)),
+        (at(vec![5e-5, 0.0]), from(None)),
+        (at(vec![5e-5, 0.0]), from(Some(PI))),
+    ] {
+        let carried = bearing.carry(&load, None, &settings).unwrap();
+        assert!(!carried.found && carried.films[0] <= 60, "{load:?}: {:?}", carried.films);
+        let film = bearing.at(&carried.largest_at).expect("it was solved");
+        let solved = Solved::new(film, None, &settings).unwrap();
+        let forces = bearing.forces(&solved.film, &solved.z);
+        let size = if bearing.journal.is_some() { forces[0].hypot(forces[1]) } else { forces[0] };
+        // Two solves of a film agree to 1e-12 of its residual, and walls that nearly meet magnify.
+        assert!((size / carried.forces[1] - 1.0).abs() <= 1e-4, "{size} {:?}", carried.forces);
+        let told = carried.failure(load.force);
+        assert!(told.contains(" N or less, most at a"), "{told}");
+    }
+}
+
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
 fn journal(cells: [usize; 2], speed: f64) -> Bearing {
     let mut bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), cells);
