@@ -132,8 +132,8 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Pocket>, Stri
     Ok(all)
 }
 
-fn dig(bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String> {
-    is_inside("pocket", pocket.corner, pocket.size, bearing, x_unit)?;
+fn dig(option: &str, bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String> {
+    is_inside(option, pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
     if pocket.dig(film) {
         return Ok(());
@@ -141,7 +141,7 @@ fn dig(bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String>
     let cell = [film.lengths[0] / film.nx as f64, film.lengths[1] / film.ny as f64];
     let [[lx, ly], [dx, dy]] = [pocket.size, cell].map(|pair| pair.map(|v| number(v / x_unit)));
     Err(format!(
-        "a pocket or dimple of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
+        "--{option} of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
          --x-unit; check its size, or take more cells by --nx and --ny"
     ))
 }
@@ -209,8 +209,9 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         let gaps = bearing.film.gap.iter_mut().zip(&rough.values);
         gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
-    for pocket in pockets(&bearing, arguments)? {
-        dig(&mut bearing, pocket, x_unit)?;
+    for (k, pocket) in pockets(&bearing, arguments)?.into_iter().enumerate() {
+        let option = if k < arguments.pocket.len() { "pocket" } else { "dam" };
+        dig(option, &mut bearing, pocket, x_unit)?;
     }
     for (counts, one) in &arguments.dimples {
         let one = in_si(one, arguments);
@@ -220,7 +221,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
         let mut all = one.repeated(*counts, lengths);
-        all.try_for_each(|pocket| dig(&mut bearing, pocket, x_unit))?;
+        all.try_for_each(|pocket| dig("dimples", &mut bearing, pocket, x_unit))?;
     }
 
     let film = &mut bearing.film;

@@ -137,7 +137,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
         (
             "--pocket 0,0,1e-5,1e-5,1e-6",
-            "a pocket or dimple of 0.00001 by 0.00001 is lost in cells of 0.00333",
+            "--pocket of 0.00001 by 0.00001 is lost in cells of 0.00333",
         ),
         ("--dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
         ("--dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
@@ -186,6 +186,8 @@ fn wrong_films_are_refused_in_one_line() {
         ("--groove 0,1e5,400", "--groove: a width of 400 degrees"),
         ("--groove 0,1e5,10,0.06", "no longer than the bearing, 0.05 m"),
         ("--dam 90,20,0.03,1e-5", "--dam from 90 to 20 degrees"),
+        ("--dam 20,90,0.06,1e-5", "--dam from y = "),
+        ("--dam 20,90,1e-6,1e-5", "by 1e-6 is lost in cells of"),
     ];
     let map = format!("--map gap.csv {size}");
     for (rest, cases) in [(size, &of_shapes[..]), (&map, &of_map), (round, &of_bushes)] {
@@ -214,6 +216,8 @@ fn wrong_films_are_refused_in_one_line() {
             assert!(err.contains(&format!("'{value}'")), "--{option} {value}: {err}");
         }
     }
+    let comma = "--pad plane,2e-5,1e-5 --lx 1 --ly 1 --speed 1 --viscosity 0,04";
+    is_refusal(&film("refused", comma), comma, "a comma between them; write decimals with a point");
     let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";
     let err = text(&film("refused", still).stderr);
     assert!(

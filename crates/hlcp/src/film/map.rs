@@ -7,7 +7,7 @@ use crate::files::{FileError, binary, excerpt};
 /// ```
 /// use hlcp::film::Map;
 ///
-/// let map = Map::parse("gap.csv".as_ref(), "# µm\n40, 30, 20\n40, 30, 20\n")?;
+/// let map = Map::parse("gap.csv".as_ref(), "# µm\n40, 30, 20 # west\n40, 30, 20\n")?;
 /// assert_eq!(([map.columns, map.rows], map.values[2]), ([3, 2], 20.0));
 /// assert_eq!(map.csv(), b"40,30,20\n40,30,20\n");
 /// assert_eq!(map.npy().len(), 128 + 6 * 8);
@@ -53,10 +53,8 @@ impl Map {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let mut map = Self { columns: 0, rows: 0, values: vec![] };
-        for (number, line) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
-            if is_data(line) {
-                map.add(line).map_err(|reason| fault(Some(number), reason))?;
-            }
+        for (number, line) in (1..).zip(data(text)).filter(|(_, line)| !line.trim().is_empty()) {
+            map.add(line).map_err(|reason| fault(Some(number), reason))?;
         }
         if map.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(map) }
     }
@@ -94,8 +92,7 @@ impl Map {
         let digits =
             |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
         let is_pair = |line: &str| matches!(line.trim().split_once(','), Some((a, b)) if digits(a) && digits(b));
-        let mut lines = text.trim_start_matches('\u{feff}').lines().filter(|line| is_data(line));
-        if map.columns == 2 && lines.all(is_pair) {
+        if map.columns == 2 && data(&text).filter(|line| !line.trim().is_empty()).all(is_pair) {
             let reason = "two columns of whole numbers, or one with decimal commas? Separate columns \
                       by semicolons, and write decimals with a point";
             return Err(FileError::new(path, reason));
@@ -125,9 +122,10 @@ impl Map {
     }
 }
 
-/// Whether a line is neither blank nor a comment.
-fn is_data(line: &str) -> bool {
-    !line.trim().is_empty() && !line.trim_start().starts_with('#')
+/// Each line of a text without its comment, which begins with #.
+fn data(text: &str) -> impl Iterator<Item = &str> {
+    let lines = text.trim_start_matches('\u{feff}').lines();
+    lines.map(|line| line.split_once('#').map_or(line, |(data, _)| data.trim_end()))
 }
 
 /// Splits a line into its cells, without the quotes that a cell is in: at semicolons, or else at
