@@ -156,6 +156,9 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             [arguments.nx.unwrap_or(default), arguments.ny.unwrap_or(60)].map(|n| n as usize)
         }
     };
+    if arguments.journal && nx < 3 {
+        return Err(format!("--nx is {nx}, but a journal takes 3 cells or more around it").into());
+    }
     let cells = nx.checked_mul(ny).filter(|&cells| cells <= 1 << 28);
     let cells = cells.ok_or("--nx times --ny is more than 268 million cells")?;
     memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;

@@ -119,15 +119,18 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
     let mut warnings = vec![];
-    if !film.is_fed() {
+    let is_empty = report.figures.peak <= film.cavitation;
+    if is_empty && !film.is_fed() {
         let way_out = feeding(&bearing, film);
         warnings.push(format!("nothing feeds this film, so it runs dry; {way_out}"));
-    } else if report.figures.peak <= film.cavitation && arguments.motion.is_none() {
-        let idle = "the film carries nothing, because its pressure is that of cavitation \
-                    everywhere; oil moves along x where --speed is positive, and builds up \
-                    pressure where the gap narrows that way: turn the gap round, or change the \
-                    sign of --speed";
-        warnings.push(idle.into());
+    } else if is_empty && arguments.motion.is_none() {
+        let is_starved = film.sides.iter().any(|side| matches!(side, Side::Starved(_)));
+        let more = if is_starved { ", or let more oil in at the starved side" } else { "" };
+        warnings.push(format!(
+            "the film carries nothing, because its pressure is that of cavitation everywhere; oil \
+             moves along x where --speed is positive, and builds up pressure where the gap narrows \
+             that way and oil fills it: turn the gap round, or change the sign of --speed{more}"
+        ));
     }
     warnings.extend(report.figures.doubt().filter(|_| converged));
     if !derived.is_laminar() {

@@ -84,6 +84,10 @@ fn a_pad_the_wrong_way_round_is_told() {
     assert!(text(&output.stdout).contains("broken            100.0000 %"));
     assert!(text(&output.stderr).starts_with("warning: the film carries nothing"));
     assert!(film("round", &pad("4e-5,2e-5")).stderr.is_empty());
+    // A supply that leaves no film is fed, and a starved film may be too empty for its gap.
+    assert!(film("round", &pad("4e-5,2e-5 --supply 0,0,0.02,0.01,1e5")).stderr.is_empty());
+    let err = text(&film("round", &pad("4e-5,2e-5 --side west=starved,0.3")).stderr);
+    assert!(err.trim_end().ends_with("or let more oil in at the starved side"), "{err}");
 }
 
 #[test]
@@ -182,6 +186,7 @@ fn wrong_films_are_refused_in_one_line() {
         ),
         ("--lobes 2.5,0.5", "--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]], with a whole COUNT"),
         ("--lobes 2,0.5,1.5", "the offset of the lobes is 1.5, but it must be from 0 to 1"),
+        ("--nx 1", "--nx is 1, but a journal takes 3 cells or more around it"),
         ("--lobes 2,0.5", "the journal meets its bush at an end, 180.0 degrees from x = 0"),
         ("--groove 0,1e5,400", "--groove: a width of 400 degrees"),
         ("--groove 0,1e5,10,0.06", "no longer than the bearing, 0.05 m"),
