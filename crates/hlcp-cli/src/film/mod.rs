@@ -20,7 +20,7 @@ use hlcp::{
     files::{self, printable},
     film::{Oil, Pad, Pocket},
 };
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::{print, say};
 
@@ -224,7 +224,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = OUTPUT, value_name = "PART", group = "in_plane")]
     #[arg(conflicts_with = "motion", value_parser = real(|v| (0.0..=0.5).contains(&v), OF_PART))]
     data_tolerance: Option<f64>,
-    /// Print one JSON object, in SI units
+    /// Print one JSON object, in SI units, with a list `warnings`
     #[arg(long, help_heading = OUTPUT)]
     json: bool,
     /// Where the picture and the numbers go: this name with .svg and .csv, in your units; in two
@@ -266,7 +266,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
         );
     }
     let is_plane = arguments.map.is_some() || arguments.journal || arguments.pad.is_some();
-    let done = match arguments.threads {
+    let mut done = match arguments.threads {
         Some(threads @ 2..) => {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
             pool.install(|| plane::solve(&arguments).map_err(|error| error.to_string()))?
@@ -279,6 +279,7 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
     let pairs: Vec<(&Path, Vec<u8>)> = paths.zip(done.texts).collect();
     files::write_together(&pairs, |text, file| file.write_all(text))?;
     if arguments.json {
+        done.json["warnings"] = json!(done.warnings);
         print::line(done.json)?;
     } else {
         let names: Vec<String> =

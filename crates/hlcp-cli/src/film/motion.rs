@@ -8,7 +8,7 @@ use hlcp::{
 };
 
 use super::Arguments;
-use crate::{chart, progress, say};
+use crate::{chart, progress};
 
 pub(super) struct Run {
     pub(super) bearing: Bearing,
@@ -20,6 +20,8 @@ pub(super) struct Run {
     /// The figures of the last step.
     pub(super) figures: FilmFigures,
     pub(super) steps: usize,
+    /// What is doubtful about the positions.
+    pub(super) doubt: Option<String>,
     pub(super) all_converged: bool,
 }
 
@@ -31,7 +33,7 @@ fn schedule(
     path: &Path,
     bearing: &Bearing,
     arguments: &Arguments,
-) -> Result<Vec<Instant>, Box<dyn Error>> {
+) -> Result<(Vec<Instant>, Option<String>), Box<dyn Error>> {
     let name = printable(path.display());
     let table = Map::read(path)?;
     let is_journal = bearing.journal.is_some();
@@ -68,7 +70,6 @@ fn schedule(
         _ => None,
     };
     let positions: Vec<_> = rows.iter().filter_map(position).collect();
-    doubt_unit(&positions, bearing, &name);
     match positions.iter().position(|position| bearing.at(position).is_none()) {
         Some(at) => Err(format!(
             "{name}: row {}: the walls meet; positions are in units of --h-unit, and loads take \
@@ -76,13 +77,13 @@ fn schedule(
             at + 1
         )
         .into()),
-        None => Ok(rows),
+        None => Ok((rows, doubt_unit(&positions, bearing, &name))),
     }
 }
 
-/// Warns of positions that were hardly meant to be so small: of a journal its displacement, of
+/// Tells of positions that were hardly meant to be so small: of a journal its displacement, of
 /// anything else what the gap changes by.
-fn doubt_unit(positions: &[Vec<f64>], bearing: &Bearing, name: &str) {
+fn doubt_unit(positions: &[Vec<f64>], bearing: &Bearing, name: &str) -> Option<String> {
     let from = if bearing.journal.is_some() { &[0.0; 2][..] } else { &bearing.position };
     let moved = |position: &Vec<f64>| {
         let by = position.iter().zip(from).zip(&bearing.modes).map(|((at, from), mode)| {
@@ -95,12 +96,12 @@ fn doubt_unit(positions: &[Vec<f64>], bearing: &Bearing, name: &str) {
         Some(journal) => (journal.clearance, "clearance"),
         None => (bearing.film.gap.iter().copied().fold(f64::INFINITY, f64::min), "least gap"),
     };
-    if most > 0.0 && most < 1e-3 * room {
-        say(format!(
-            "warning: {name}: the largest displacement is {most:e} m, less than a thousandth of \
+    (most > 0.0 && most < 1e-3 * room).then(|| {
+        format!(
+            "{name}: the largest displacement is {most:e} m, less than a thousandth of \
              the {what}; positions are in units of --h-unit"
-        ));
-    }
+        )
+    })
 }
 
 const HEAD: &str = "time (s),load (N),load x (m),load y (m),friction moving (N),friction fixed (N),power (W),\
@@ -113,7 +114,7 @@ pub(super) fn run(
     arguments: &Arguments,
     settings: &Settings<'_>,
 ) -> Result<Run, Box<dyn Error>> {
-    let rows = schedule(path, &bearing, arguments)?;
+    let (rows, doubt) = schedule(path, &bearing, arguments)?;
     if let Drive::To(position) = &rows[0].1 {
         bearing.position.clone_from(position);
     }
@@ -152,5 +153,5 @@ pub(super) fn run(
         None => "rise (m),slope along x,slope along y",
     };
     let (csv, steps) = (chart::csv(&format!("{HEAD},{place}"), &lines), lines.len());
-    Ok(Run { bearing, solved, figures, csv, imbalance, steps, all_converged })
+    Ok(Run { bearing, solved, figures, csv, imbalance, steps, doubt, all_converged })
 }

@@ -44,7 +44,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let mut ends = vec![".svg", "-pressure.csv", "-pressure.npy", "-content.csv", "-content.npy"];
     ends.extend(arguments.motion.as_ref().map(|_| "-motion.csv"));
     let outputs = outputs(arguments, &ends)?;
-    let (mut steps, mut last) = (None, None);
+    let (mut steps, mut last, mut warnings) = (None, None, vec![]);
     let (solved, solves, converged) = if let Some(path) = &arguments.motion {
         if arguments.load.is_some() {
             balance::equilibrium(&mut bearing, arguments, &settings)?;
@@ -53,6 +53,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         bearing = run.bearing;
         steps = Some((run.csv, run.imbalance));
         last = Some(run.figures);
+        warnings.extend(run.doubt);
         (run.solved, run.steps, run.all_converged)
     } else {
         let (solved, solves) = balance::equilibrium(&mut bearing, arguments, &settings)?;
@@ -118,7 +119,6 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         contents.npy(),
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
-    let mut warnings = vec![];
     let is_empty = report.figures.peak <= film.cavitation;
     if is_empty && !film.is_fed() {
         let way_out = feeding(&bearing, film);

@@ -493,6 +493,8 @@ fn a_motion_stays_in_the_bush_and_is_in_its_unit() {
     let output = moved("0,0,0\n1e-3,2e-11,0\n");
     let err = text(&output.stderr);
     assert!(output.status.success() && err.contains("less than a thousandth"), "{err}");
+    let told = &json("bush", &bearing)["warnings"];
+    assert_eq!(format!("warning: {}\n", told[0].as_str().expect("a warning")), err);
     assert!(moved("0,0,0\n1e-3,2e-6,0\n").stderr.is_empty());
     let tilted = film("bush", &format!("{} --groove 0 --ecc 0.9 --tilt 2.1e-4,0", journal(0.1)));
     is_refusal(&tilted, "--tilt", "the journal meets its bush at an end, 180.0 degrees");
