@@ -118,12 +118,13 @@ pub(crate) struct Arguments {
     /// A CSV or NPY file that is added to the gap
     #[arg(long, help_heading = SHAPE, value_name = "FILE", group = "in_plane")]
     roughness: Option<PathBuf>,
-    /// A pocket that is kept full, x,y,lx,ly,pressure
+    /// A pocket that is kept full, x,y,lx,ly,pressure: the cells whose middles lie in it
     #[arg(long, help_heading = SHAPE, value_name = "SUPPLY", group = "in_plane")]
     supply: Vec<Numbers>,
     /// An axial groove, in degrees from x = 0, with its pressure [default: that of --ambient], its
     /// width in degrees [default: none] and its length, in units of --x-unit [default: that of the
-    /// bearing]
+    /// bearing]: the cells whose middles lie in it, or without a width the nearest face between two
+    /// columns
     #[arg(long, help_heading = SHAPE, value_name = "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]")]
     #[arg(requires = "journal")]
     groove: Vec<Numbers>,
@@ -149,7 +150,8 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = UNITS, default_value = "Pa", requires = "film")]
     #[arg(value_parser = named_unit("Pa", "MPa, or in pascals, e.g. 1e5"))]
     p_unit: f64,
-    /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER
+    /// The speed of the lower wall along x in m/s; in two dimensions also LOWER,UPPER, under which
+    /// the gap stays as it is given
     #[arg(long, help_heading = CONDITIONS, requires = "film", value_parser = speeds)]
     speed: Option<Numbers>,
     /// The journal's speed in turns per minute
