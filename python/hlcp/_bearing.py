@@ -1457,14 +1457,15 @@ def _warn(film: BearingResult, ambient: float) -> None:
     elif film.peak > 1e10:
         told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity"
                     " is in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
-    if not film.is_fed:
+    is_empty = film.peak <= walled["film"]["cavitation"]
+    if is_empty and not film.is_fed:
         way = "grooves=[(0, 2e5)], " if is_journal else ""
         told.append("nothing feeds this film, so it runs dry; feed it above the pressure of"
                     f" cavitation, by {way}ambient=101325 or supplies")
-    elif film.success and film.peak <= walled["film"]["cavitation"]:
+    elif is_empty and film.success:
         told.append("the film carries nothing, because its pressure is that of cavitation"
                     " everywhere; where speed is positive, pressure builds up where the gap narrows"
-                    " along x")
+                    " along x and oil fills it")
     if film.success and film.doubt:
         told.append(film.doubt)
     if film.reynolds > film.laminar:

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import textwrap
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -487,6 +488,11 @@ def test_doubts_are_warned_of():
         journal().film(rpm=3000, viscosity=0.001, ecc=0.5)
     with pytest.warns(UserWarning, match="carries nothing"):
         pad(plane=(20e-6, 40e-6)).film(**SLIDES)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # A supply that leaves no film feeds it.
+        full = pad(supplies=[((0.0, 0.0), (0.05, 0.03), 1e5)])
+        assert full.film(**SLIDES).peak == 1e5
 
 
 @pytest.mark.filterwarnings("ignore:nothing feeds")
