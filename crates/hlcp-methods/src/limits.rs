@@ -205,8 +205,8 @@ impl fmt::Display for Forecast {
         let (megabytes, left) = (bytes / 1e6, left.as_secs_f64());
         write!(
             f,
-            "an elimination was not begun, as it takes about {seconds:.2} s and {megabytes:.0} MB, \
-             and the time limit left {left:.2} s"
+            "an elimination was not begun, as it takes about {seconds:.1e} s and {megabytes:.1} \
+             MB, and the time limit left {left:.1e} s"
         )
     }
 }

@@ -524,6 +524,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
     use proptest::{collection::vec, prelude::*};
 
@@ -660,15 +662,16 @@ mod tests {
         let a = Csr::<f64>::new(offsets, columns, values).unwrap();
         let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0));
         let mut solver = Solver::new(Pivoting::new(problem.unwrap()).unwrap());
-        let limits = crate::Limits {
-            time: Some(std::time::Duration::from_secs(1)),
-            ..crate::Limits::default()
-        };
+        let limits =
+            crate::Limits { time: Some(Duration::from_secs(1)), ..crate::Limits::default() };
         let outcome = solver.solve(&[-1.0; 8000], limits).unwrap();
         assert_eq!((outcome.status, outcome.sweeps), (crate::Status::TimeLimit, 0));
         let forgone = outcome.forgone.unwrap();
         assert!(forgone.seconds > forgone.left.as_secs_f64() && forgone.bytes > 1e6, "{forgone:?}");
         assert!(outcome.to_string().contains("an elimination was not begun"), "{outcome}");
+        let short = crate::Forecast { seconds: 3.1e-3, bytes: 4e5, left: Duration::from_millis(2) };
+        let told = "takes about 3.1e-3 s and 0.4 MB, and the time limit left 2.0e-3 s";
+        assert!(short.to_string().ends_with(told), "{short}");
     }
 
     /// The signs of a strip under load are right after a few eliminations, from any start.

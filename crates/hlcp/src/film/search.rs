@@ -10,8 +10,8 @@ pub(super) const WITHIN: f64 = 1e-9;
 const ARRIVING: f64 = 0.5;
 const FOLLOWING: f64 = 0.25;
 
-/// The first step, in the unit of positions; those at which walls are said to meet, and to be out of
-/// each other's reach; and how often a step is halved.
+/// The first step, in the unit of positions; those at which walls are said to meet, and to be out
+/// of each other's reach; and how often a step is halved.
 const STEP: f64 = 0.25;
 const MEETS: f64 = 1e-8;
 const FAR: f64 = 1e6;
@@ -41,10 +41,10 @@ const AWAY: f64 = 100.0;
 /// falls, then the other one. Where forces grow without bound towards the walls, in each direction
 /// at one place, all but a few of the curves from near the walls end at an equilibrium.
 ///
-/// That nothing is found proves nothing: a curve may close, or lead along walls that meet. Where the
-/// first one leads nowhere, the other way along a line, or else the films of `narrow`, at walls that
-/// nearly meet, say what can be carried: if the forces are beyond that by `is_beyond`, no other
-/// curve is followed.
+/// That nothing is found proves nothing: a curve may close, or lead along walls that meet. Where
+/// the first one leads nowhere, the other way along a line, or else the films of `narrow`, at walls
+/// that nearly meet, say what can be carried: if the forces are beyond that by `is_beyond`, no
+/// other curve is followed.
 ///
 /// # Cost
 ///
