@@ -40,7 +40,8 @@ const CARRIES: f64 = 0.5;
 /// 1. *Units.* Where a tenth of the columns of the operator that couples more lose a hundredth of
 ///    their diagonal and more, rows are weighted, and where a tenth of its rows do, unknowns get
 ///    other units, so that what leaves an unknown arrives elsewhere and a constant stays. Where the
-///    matrix was symmetric, `aᵢⱼ sⱼ = aⱼᵢ sᵢ` tells them.
+///    matrix was symmetric, `aᵢⱼ sⱼ = aⱼᵢ sᵢ` tells them. Where that operator is `B`, the unit of
+///    `x` is that of `r`, whatever Ω is: a constant `r` stays.
 /// 2. *Scales.* Columns of the operator that conducts stay as they are; those of the other, the
 ///    void of an oil film, are multiplied by the `s` that solves their own rows with `s = 1` on the
 ///    former, as far as one Gauss–Seidel pass along the flow does: what full neighbours send in

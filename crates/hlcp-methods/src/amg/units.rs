@@ -41,10 +41,11 @@ impl<T: Scalar> Units<T> {
         let couples = if of_b { &*b } else { &*a };
         let (d, n) = (&couples.diagonal, couples.order());
         let [by_rows, by_unknowns] = losses(couples);
-        if !by_rows && !by_unknowns {
+        let by_omega = of_b && !matches!(omega, Omega::Uniform(_));
+        if !by_rows && !by_unknowns && !by_omega {
             return Some(Self::plain());
         }
-        let ratios = symmetric(couples, clock)?;
+        let ratios = if by_rows || by_unknowns { symmetric(couples, clock)? } else { vec![] };
         let mut units = Self::plain();
         if by_rows {
             let by_diagonal = d.iter().map(|d| d.recip()).collect();
@@ -67,6 +68,10 @@ impl<T: Scalar> Units<T> {
             } else {
                 [own.clone(), own, weighted(&b.diagonal)]
             });
+        } else if by_omega {
+            // The columns of B as they are, and those of A in the same unit of x.
+            let of_x: Vec<T> = (0..n).map(|i| omega.entry(i).recip()).collect();
+            units.unknowns = Some([of_x.clone(), of_x, vec![T::one(); n]]);
         }
         for matrix in [&mut *a, &mut *b] {
             units.rows.iter().for_each(|rows| matrix.scale_rows(rows));
