@@ -43,11 +43,11 @@ pub(crate) const CHEAP: usize = 20;
 ///
 /// first with σ = 0 and without the product, for Δz′ and Δr′, and then with σ = (μ′/μ)³, where μ′
 /// is what the first would leave; both by one factorisation. uᵢ is the product of the units of zᵢ
-/// and rᵢ in which the columns and rows of (A, B) have the same size, and the first z and r have
-/// the same size in these units: whatever rows, z and r are multiplied by, and whichever of the two
-/// is called z, the steps are the same. A front that moves by a point with
-/// each change of signs is found in some twenty steps. Then signs are changed again; if that leads
-/// nowhere, the last wrong one alone, until there are fewer.
+/// and rᵢ in which the columns and rows of (A, B) have about the same size, and the first z and r
+/// have the same size in these units: the steps depend little on what rows, z and r are multiplied
+/// by, and not on which of the two is called z. A front that moves by a point with each change of
+/// signs is found in some twenty steps. Then signs are changed again; if that leads nowhere, the
+/// last wrong one alone, until there are fewer.
 ///
 /// The first columns are those of the start, and then, before it goes through the interior, all of
 /// that one of `A` and `B` that has more entries; at once those where the start's residual is above
@@ -285,14 +285,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         if self.fewest == usize::MAX || x != self.x {
             let whole = (self.way == Way::Whole).then_some(self.whole);
             self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = whole.unwrap_or(sign(x)));
-            (self.fewest, self.patience) = (x.len() + 1, PATIENCE[0]);
+            (self.fewest, self.patience, self.since) = (x.len() + 1, PATIENCE[0], 0);
             return true;
         }
         let count = x.iter().zip(&self.d).filter(|&(&x, &d)| sign(x) != d).count();
         if count as f64 <= FEWER * self.fewest as f64 {
             let long = self.way == Way::Inside || count <= x.len() / FEW;
-            (self.fewest, self.patience) = (count, PATIENCE[usize::from(long)]);
-            self.since = 0;
+            (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(long)], 0);
         } else {
             let mut signs = DefaultHasher::new();
             self.d.iter().for_each(|&d| (d > T::zero()).hash(&mut signs));
@@ -413,9 +412,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 }
 
-/// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have the same
-/// size, as nearly as rows of the same size allow: whatever the rows, `z` and `r` are multiplied
-/// by, they are the same but for that (Sinkhorn and Knopp, *Concerning nonnegative matrices and
+/// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have about the
+/// same size, and so have the rows: in the limit of many rounds what the rows, `z` and `r` are
+/// multiplied by leaves no other trace (Sinkhorn and Knopp, *Concerning nonnegative matrices and
 /// doubly stochastic matrices*, Pacific J. Math. 21, 1967).
 fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> [Vec<T>; 2] {
     let omega = |j: usize| problem.omega().entry(j);

@@ -115,9 +115,13 @@ fn in_si(pocket: &Pocket, arguments: &Arguments) -> Pocket {
     Pocket { corner, size, depth: pocket.depth * arguments.h_unit, ..*pocket }
 }
 
+/// A pocket, and the option that it comes from.
+type Asked = (&'static str, Pocket);
+
 /// The pockets, and after them those of pressure dams.
-fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Pocket>, String> {
-    let mut all: Vec<_> = arguments.pocket.iter().map(|pocket| in_si(pocket, arguments)).collect();
+fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Asked>, String> {
+    let own = arguments.pocket.iter().map(|pocket| ("pocket", in_si(pocket, arguments)));
+    let mut all: Vec<Asked> = own.collect();
     for (dam, journal) in arguments.dam.iter().zip(bearing.journal.iter().cycle()) {
         let [from, to, length, depth] = dam.exactly("dam", "FROM,TO,LENGTH,DEPTH")?;
         if !(from < to && to < from + 360.0 && length > 0.0) {
@@ -127,12 +131,12 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Pocket>, Stri
             ));
         }
         let [length, depth] = [length * arguments.x_unit, depth * arguments.h_unit];
-        all.push(journal.dam([from, to], length, depth));
+        all.push(("dam", journal.dam([from, to], length, depth)));
     }
     Ok(all)
 }
 
-fn dig(option: &str, bearing: &mut Bearing, pocket: Pocket, x_unit: f64) -> Result<(), String> {
+fn dig(bearing: &mut Bearing, (option, pocket): Asked, x_unit: f64) -> Result<(), String> {
     is_inside(option, pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
     if pocket.dig(film) {
@@ -212,9 +216,8 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         let gaps = bearing.film.gap.iter_mut().zip(&rough.values);
         gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
-    for (k, pocket) in pockets(&bearing, arguments)?.into_iter().enumerate() {
-        let option = if k < arguments.pocket.len() { "pocket" } else { "dam" };
-        dig(option, &mut bearing, pocket, x_unit)?;
+    for pocket in pockets(&bearing, arguments)? {
+        dig(&mut bearing, pocket, x_unit)?;
     }
     for (counts, one) in &arguments.dimples {
         let one = in_si(one, arguments);
@@ -224,7 +227,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
         let mut all = one.repeated(*counts, lengths);
-        all.try_for_each(|pocket| dig("dimples", &mut bearing, pocket, x_unit))?;
+        all.try_for_each(|pocket| dig(&mut bearing, ("dimples", pocket), x_unit))?;
     }
 
     let film = &mut bearing.film;
@@ -317,7 +320,7 @@ pub(super) fn parameters(
         }
         ((name, "m"), Parameter::Gap(film.gap))
     };
-    for (k, pocket) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
+    for (k, (_, pocket)) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
         all.push(deeper(format!("pockets[{k}]"), &mut [pocket].into_iter()));
     }
     for (k, (counts, one)) in arguments.dimples.iter().enumerate() {

@@ -422,11 +422,10 @@ fn viscosity(text: &str) -> Result<Viscosity, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && f64::is_finite(value) => Ok(Viscosity::Uniform(value)),
         Ok(_) => Err("not a positive number; in Pa s, e.g. 0.039".into()),
-        Err(_) if text.parse().is_ok_and(|Numbers(parts)| parts.len() == 2) => Err(
-            "two numbers with a comma between them; write decimals with a point, in Pa s, e.g. \
-                 0.039"
-                .into(),
-        ),
+        Err(_) if text.parse().is_ok_and(|Numbers(parts)| parts.len() == 2) => {
+            let point = "two numbers with a comma between them; write decimals with a point";
+            Err(format!("{point}, in Pa s, e.g. 0.039"))
+        }
         Err(_) => Ok(Viscosity::Map(text.into())),
     }
 }

@@ -397,16 +397,16 @@ fn two_operators_that_conduct_take_few_iterations_in_both_roles() {
     take_few_iterations_in_both_roles(m, &a, &b.unwrap());
 }
 
-/// Solves to 10⁻⁶ in 25 iterations where columns of A are chosen in a third of an m × m grid, or
-/// in the rest.
+/// Solves to 10⁻⁶ in 20 iterations where columns of A are chosen in a third of an m × m grid, and
+/// with A and B exchanged.
 fn take_few_iterations_in_both_roles(m: usize, a: &dyn Rows<f64>, b: &dyn Rows<f64>) {
     let rhs: Vec<f64> = (0..m * m).map(|k| 1.0 + 0.1 * noise(k)).collect();
-    for ((a, b), sign) in [((a, b), 1.0), ((b, a), 1.0), ((a, b), -1.0), ((b, a), -1.0)] {
+    for (a, b) in [(a, b), (b, a)] {
         let problem = Hlcp::from_pair(a, b).unwrap();
-        let x: Vec<f64> = (0..m * m).map(|k| if k % m < m / 3 { sign } else { -sign }).collect();
+        let x: Vec<f64> = (0..m * m).map(|k| if k % m < m / 3 { 1.0 } else { -1.0 }).collect();
         let mut amg = Amg::new(&problem).unwrap();
         let (jacobian, mut y) = (Jacobian::new(&problem, &x), vec![0.0; m * m]);
-        let left = amg.solve_to(&jacobian, &rhs, &mut y, (1e-6, 25), &mut Clock::endless());
+        let left = amg.solve_to(&jacobian, &rhs, &mut y, (1e-6, 20), &mut Clock::endless());
         assert!(left <= 1e-6, "{left:e}");
     }
 }

@@ -53,7 +53,7 @@ impl Map {
     pub fn parse(path: &Path, text: &str) -> Result<Self, FileError> {
         let fault = |line, reason| FileError { path: path.to_owned(), line, reason };
         let mut map = Self { columns: 0, rows: 0, values: vec![] };
-        for (number, line) in (1..).zip(data(text)).filter(|(_, line)| !line.trim().is_empty()) {
+        for (number, line) in data(text) {
             map.add(line).map_err(|reason| fault(Some(number), reason))?;
         }
         if map.rows == 0 { Err(fault(None, "there are no numbers".into())) } else { Ok(map) }
@@ -92,7 +92,7 @@ impl Map {
         let digits =
             |word: &str| !word.is_empty() && word.bytes().all(|byte| byte.is_ascii_digit());
         let is_pair = |line: &str| matches!(line.trim().split_once(','), Some((a, b)) if digits(a) && digits(b));
-        if map.columns == 2 && data(&text).filter(|line| !line.trim().is_empty()).all(is_pair) {
+        if map.columns == 2 && data(&text).all(|(_, line)| is_pair(line)) {
             let reason = "two columns of whole numbers, or one with decimal commas? Separate columns \
                       by semicolons, and write decimals with a point";
             return Err(FileError::new(path, reason));
@@ -122,10 +122,12 @@ impl Map {
     }
 }
 
-/// Each line of a text without its comment, which begins with #.
-fn data(text: &str) -> impl Iterator<Item = &str> {
+/// The lines of a text that hold more than a comment, which begins with #, without it; each with
+/// its number.
+fn data(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = text.trim_start_matches('\u{feff}').lines();
-    lines.map(|line| line.split_once('#').map_or(line, |(data, _)| data.trim_end()))
+    let data = lines.map(|line| line.split_once('#').map_or(line, |(data, _)| data.trim_end()));
+    (1..).zip(data).filter(|(_, line)| !line.trim().is_empty())
 }
 
 /// Splits a line into its cells, without the quotes that a cell is in: at semicolons, or else at
