@@ -50,7 +50,8 @@ impl Load {
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Carried {
-    /// Whether the film carries the load, to 10⁻⁹ of it.
+    /// Whether the film carries the load, to 10⁻⁹ of it or 10⁻¹¹ of the force with which all
+    /// pressures together, above that of cavitation, press on a wall.
     pub found: bool,
     /// The film there, or else the last one that was solved.
     pub solved: Solved,
@@ -91,6 +92,9 @@ impl Carried {
 
 /// A search goes no further than to this part of the least gap that it began with.
 const NARROWEST: f64 = 1e-4;
+
+/// The rounding of forces, over what all pressures together press with.
+const ROUNDED: f64 = 1e-11;
 
 /// A load of so many times what films carry whose walls nearly meet is beyond them.
 const BEYOND: f64 = 1.25;
@@ -305,9 +309,12 @@ impl Bearing {
                 largest_at = in_film(at);
             }
             let off = wanted.off(&forces);
+            let Solved { film, z, .. } = &solved;
+            let pressed = film.pressure_unit() * film.cell() * z.iter().sum::<f64>();
             // Well within, so that rounding does not decide.
-            if off.norm() <= 0.5 * WITHIN {
-                return Ok(Some((off, DMatrix::zeros(starts[0].len(), starts[0].len()))));
+            if off.norm() <= (0.5 * WITHIN).max(ROUNDED * pressed / wanted.size()) {
+                let n = off.len();
+                return Ok(Some((DVector::zeros(n), DMatrix::zeros(n, n))));
             }
             let derivatives = solved.derivatives(self, &wanted.moving, false, false);
             let Ok([slopes, _]) = derivatives else {

@@ -146,6 +146,29 @@ fn journal(cells: [usize; 2], speed: f64) -> Bearing {
 proptest! {
     #![proptest_config(config(12))]
 
+    /// Much less than what pressures press with, which rounds, and loads at which little flows
+    /// through the narrowest cells.
+    #[test]
+    fn loads_are_found_whatever_rounding_leaves_of_them(
+        (digits, pressure) in (-8.0..7.0_f64, 4.0..7.0_f64),
+        direction in prop_oneof![Just(None), (0.0..TAU).prop_map(Some)],
+    ) {
+        let mut bearing = journal([240, 4], 10.0);
+        let pressure = 10_f64.powf(pressure);
+        bearing.film.supplies.clear();
+        bearing.film.sides[2..].fill(Side::Pressure(pressure));
+        bearing.position = vec![5e-5, 0.0];
+        let force = 10_f64.powf(digits);
+        let load = Load { direction, ..Load::of(force) };
+        let carried = bearing.carry(&load, None, &Settings::default()).unwrap();
+        prop_assume!(carried.found || force < 1e6);
+        prop_assert!(carried.found && carried.films[0] <= 250, "{}", carried.failure(force));
+        let Solved { film, z, .. } = &carried.solved;
+        let [x, y] = bearing.forces(film, z)[..] else { unreachable!("those of a journal") };
+        let all: f64 = film.pressures(z).iter().sum::<f64>() * film.cell();
+        prop_assert!((x.hypot(y) - force).abs() <= 1e-9 * force + 1e-11 * all);
+    }
+
     #[test]
     fn a_search_that_begins_at_a_neighbour_ends_where_any_does(
         (load, speed, by) in (500.0..5000.0, 5.0..30.0, 0.8..1.25),
