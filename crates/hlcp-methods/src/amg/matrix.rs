@@ -367,18 +367,31 @@ fn pivot<T: Scalar>(diagonal: T) -> T {
     if inverse.is_finite() && diagonal.is_finite() { inverse } else { T::zero() }
 }
 
-/// A dense LU factorisation with partial pivoting.
+/// The rounds in which rows and columns of a full matrix are brought to one size.
+const ROUNDS: usize = 3;
+
+/// Returns a power of two that brings `size` to about 1, or 1 if there is none.
+fn unit<T: Scalar>(size: T) -> T {
+    let unit = T::of((-size.wide().log2()).round().exp2());
+    if unit.is_normal() { unit } else { T::one() }
+}
+
+/// A dense LU factorisation with partial pivoting, of a matrix whose rows and columns are brought
+/// to about one size.
 #[derive(Debug, Clone)]
 pub(crate) struct Lu<T> {
     n: usize,
     factors: Vec<T>,
     rows: Vec<usize>,
+    /// What rows and columns are multiplied by.
+    units: [Vec<T>; 2],
 }
 
 impl<T: Scalar> Lu<T> {
     /// Room for a matrix of order `n`.
     pub(crate) fn zeros(n: usize) -> Self {
-        Self { n, factors: vec![T::zero(); n * n], rows: (0..n).collect() }
+        let units = [(); 2].map(|()| vec![T::one(); n]);
+        Self { n, factors: vec![T::zero(); n * n], rows: (0..n).collect(), units }
     }
 
     /// The factors of a matrix.
@@ -394,14 +407,28 @@ impl<T: Scalar> Lu<T> {
     /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`; what
     /// comes for one place is summed.
     pub(crate) fn factorise(&mut self, mut row: impl FnMut(usize, &mut dyn FnMut(usize, T))) {
-        let Self { n, factors, rows } = self;
+        let Self { n, factors, rows, units: [of_rows, of_columns] } = self;
         let n = *n;
         factors.fill(T::zero());
         // Of order 0 where all unknowns are apart.
-        let lines = factors.chunks_exact_mut(n.max(1));
-        for (i, (own, line)) in rows.iter_mut().zip(lines).enumerate() {
-            *own = i;
+        for (i, line) in factors.chunks_exact_mut(n.max(1)).enumerate() {
+            rows[i] = i;
             row(i, &mut |j, a| line[j] += a);
+        }
+        of_columns.fill(T::one());
+        for _ in 0..ROUNDS {
+            let mut sums = vec![T::zero(); n];
+            for (unit_of_row, line) in of_rows.iter_mut().zip(factors.chunks_exact(n.max(1))) {
+                let sizes = line.iter().zip(&*of_columns).map(|(a, &by)| a.abs() * by);
+                *unit_of_row = unit(sizes.fold(T::zero(), |sum, size| sum + size));
+                for (sum, a) in sums.iter_mut().zip(line) {
+                    *sum += *unit_of_row * a.abs();
+                }
+            }
+            of_columns.iter_mut().zip(sums).for_each(|(by, sum)| *by = unit(sum));
+        }
+        for (line, &of_row) in factors.chunks_exact_mut(n.max(1)).zip(&*of_rows) {
+            line.iter_mut().zip(&*of_columns).for_each(|(a, &by)| *a *= of_row * by);
         }
         // A pivot that is lost in the rounding of the matrix is none.
         let size = factors.iter().fold(T::zero(), |max, a| max.max(a.abs()));
@@ -435,10 +462,11 @@ impl<T: Scalar> Lu<T> {
 
     /// Overwrites `y` with the solution for `rhs`.
     pub(crate) fn solve(&self, rhs: &[T], y: &mut [T]) {
-        let n = self.n;
+        let Self { n, units: [of_rows, of_columns], .. } = self;
+        let n = *n;
         for i in 0..n {
             let row = &self.factors[i * n..i * n + i];
-            let known = rhs[self.rows[i]];
+            let known = rhs[self.rows[i]] * of_rows[self.rows[i]];
             y[i] = row.iter().zip(&*y).fold(known, |sum, (&l, &y)| sum - l * y);
         }
         for i in (0..n).rev() {
@@ -447,5 +475,6 @@ impl<T: Scalar> Lu<T> {
                 row[i + 1..].iter().zip(&y[i + 1..]).fold(y[i], |sum, (&u, &y)| sum - u * y);
             y[i] = known * row[i];
         }
+        y.iter_mut().zip(of_columns).for_each(|(y, &by)| *y *= by);
     }
 }

@@ -287,6 +287,19 @@ fn elimination_solves_what_it_can() {
     let expected = dense.lu().solve(&rhs).unwrap();
     let off = (DVector::from_column_slice(&y) - &expected).norm() / expected.norm();
     assert!(off < 40.0 * condition * f64::EPSILON, "{off}");
+    // With rows and columns in units of up to 2^±20 the same comes out in these.
+    let units = |shift: usize| move |i: usize| f64::powi(2.0, (17 * i + shift) as i32 % 41 - 20);
+    let (of_row, of_column) = (units(3), units(50));
+    let mut lu = Lu::zeros(40);
+    let scaled = |i: usize, j: usize, a: f64| of_row(i) * a * of_column(j);
+    lu.factorise(|i, each| matrix.visit_row(i, &mut |j, a| each(j, scaled(i, j, a))));
+    let of_rows: Vec<f64> = rhs.iter().enumerate().map(|(i, rhs)| of_row(i) * rhs).collect();
+    let mut of_units = [f64::NAN; 40];
+    lu.solve(&of_rows, &mut of_units);
+    let same = |(i, (y, of_units)): (usize, (&f64, &f64))| {
+        (y - of_column(i) * of_units).abs() < 40.0 * condition * f64::EPSILON * expected.norm()
+    };
+    assert!(y.iter().zip(&of_units).enumerate().all(same), "{of_units:?}");
     // Of a singular one, with a row of zeros beside, what the other rows say.
     let mut singular = Matrix::<f64>::with_capacity(3, 4);
     for row in [&[(0, 1.0), (1, -1.0)][..], &[(0, -1.0), (1, 1.0)], &[]] {

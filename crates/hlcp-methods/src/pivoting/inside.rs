@@ -4,8 +4,8 @@ use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 
 use super::Pivoting;
 
-/// The part of the way to the edge that a step inside takes at most, and the part of the first
-/// μ, or number of steps, that ends it.
+/// The part of the way to the edge that a step inside takes at most, and μ over the square of the
+/// size of `x`, or the number of steps, that ends it.
 const EDGE: f64 = 0.9999;
 const INSIDE: f64 = 1e-14;
 const STEPS: usize = 50;
@@ -19,8 +19,8 @@ const ROUNDS: usize = 3;
 pub(super) struct Interior<T> {
     z: Vec<T>,
     r: Vec<T>,
-    /// The products of the two units of each column, and the usual size in these units.
-    units: Vec<T>,
+    /// The units of the columns, and the usual size in these.
+    units: [Vec<T>; 2],
     size: T,
     /// The steps that are left.
     left: usize,
@@ -31,20 +31,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// `x`, or of what `q` alone makes of them.
     pub(super) fn enter(&mut self, q: &Rhs<'_, T>, x: &[T]) {
         let problem = &self.problem;
-        let [z, r] = units(problem);
-        let mean = |x: &dyn Fn(usize) -> T| {
-            let sizes = (0..z.len()).map(|i| {
-                let (x, z, r) = (x(i).wide(), z[i].wide(), r[i].wide());
-                (x / z).max(-x / r)
-            });
-            2.0 * sizes.sum::<f64>() / z.len() as f64
-        };
-        let mut size = mean(&|i| x[i]);
+        let units = units(problem);
+        let mut size = 2.0 * mean_size(|i| x[i], &units);
         if !size.is_normal() {
             let of_q = |i: usize| problem.q_factor() * q.entries()[i];
-            size = mean(&|i| -of_q(i) / problem.a().diagonal_entry(i));
+            size = 2.0 * mean_size(|i| -of_q(i) / problem.a().diagonal_entry(i), &units);
         }
-        let units = z.iter().zip(&r).map(|(&z, &r)| z * r).collect();
+        let [z, r] = units.clone();
         self.interior = Some(Interior { z, r, units, size: T::of(size), left: STEPS });
     }
 
@@ -63,7 +56,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let (mut dz, mut dr) = (vec![T::zero(); n], vec![T::zero(); n]);
         let mut length = 0.0;
         let mean = |z: &[T], r: &[T]| {
-            let products = z.iter().zip(r).zip(&units).map(|((&z, &r), &units)| z / units * r);
+            let products = (0..n).map(|i| z[i] / units[0][i] * (r[i] / units[1][i]));
             products.map(T::wide).sum::<f64>() / n as f64
         };
         let before = mean(&z, &r);
@@ -96,7 +89,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 let after = mean(&moved(&z, &dz), &moved(&r, &dr));
                 let centred = T::of((after / before).powi(3) * before);
                 for i in 0..n {
-                    c[i] += centred * units[i] - dz[i] * dr[i];
+                    c[i] += centred * units[0][i] * units[1][i] - dz[i] * dr[i];
                 }
             }
         }
@@ -109,9 +102,24 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             y[i] = if is_active { z[i] } else { -r[i] } * size / T::of(2.0);
         }
         self.fewest = usize::MAX;
-        let goes_on = left > 1 && mean(&z, &r) > INSIDE && y.iter().all(|y| y.is_finite());
+        // Signs that are wrong may have led to a first x that is larger by many powers of ten.
+        let reached = mean_size(|i| y[i] * T::of(2.0) / size, &units);
+        let goes_on = left > 1
+            && mean(&z, &r) > INSIDE * reached * reached
+            && y.iter().all(|y| y.is_finite());
         self.interior = goes_on.then_some(Interior { z, r, units, size, left: left - 1 });
     }
+}
+
+/// Returns the mean size of a vector of the modulus, in units of the two columns that each entry
+/// may be of.
+fn mean_size<T: Scalar>(x: impl Fn(usize) -> T, [of_z, of_r]: &[Vec<T>; 2]) -> f64 {
+    let units = of_z.iter().zip(of_r).map(|(z, r)| [z.wide(), r.wide()]);
+    let sizes = units.enumerate().map(|(i, [of_z, of_r])| {
+        let x = x(i).wide();
+        (x / of_z).max(-x / of_r)
+    });
+    sizes.sum::<f64>() / of_z.len() as f64
 }
 
 /// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have about the

@@ -260,14 +260,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.cost.worth
     }
 
-    /// Chooses the columns of the next step from `x`; whether they are others than before.
-    fn choose(&mut self, x: &[T]) -> bool {
+    /// Chooses the columns of the next step from `x`; whether they are others than before, or
+    /// `None` where single changes come back to them, which is rounding's doing.
+    fn choose(&mut self, x: &[T]) -> Option<bool> {
         let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
             let whole = (self.way == Way::Whole).then_some(self.whole);
             self.d.iter_mut().zip(x).for_each(|(d, &x)| *d = whole.unwrap_or(sign(x)));
             (self.fewest, self.patience, self.since) = (x.len() + 1, PATIENCE[0], 0);
-            return true;
+            return Some(true);
         }
         let count = x.iter().zip(&self.d).filter(|&(&x, &d)| sign(x) != d).count();
         if count as f64 <= FEWER * self.fewest as f64 {
@@ -279,6 +280,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let signs = signs.finish();
             // Signs that come again do so for ever (Brent's way to find that with little memory).
             let is_circle = self.since > 0 && signs == self.seen;
+            if is_circle && self.patience == 0 {
+                return None;
+            }
             self.patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
             self.since += 1;
             if self.since.is_power_of_two() {
@@ -288,12 +292,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let several = if self.patience > 0 { count } else { 1 };
         let wrong = self.d.iter_mut().zip(x).rev().filter(|(d, x)| sign(**x) != **d);
         wrong.take(several).for_each(|(d, _)| *d = -*d);
-        count > 0
+        Some(count > 0)
     }
 
-    /// Overwrites `y` with what the columns that the signs of `x` select make of it.
+    /// Overwrites `y` with what the columns that the signs of `x` select make of it, but where none
+    /// are left to try.
     fn pivot(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) {
-        if self.choose(x) {
+        let Some(are_new) = self.choose(x) else { return };
+        if are_new {
             self.steps += 1;
             self.factors.factorise(&self.problem, &self.d);
             let factor = self.problem.q_factor();
@@ -459,15 +465,15 @@ mod tests {
             skew in vec(-1.0..1.0_f64, 60 * 60),
             q in vec(-1.0..1.0_f64, 60),
             powers in [(); 3].map(|()| vec(-3..=3_i32, 60)),
-            swap in any::<bool>(),
+            (swap, digits) in (any::<bool>(), 1.0..4.0_f64),
         ) {
-            let n = q.len();
+            let (n, share) = (q.len(), 10_f64.powf(-digits));
             let [of_row, of_z, of_r] = powers.map(|powers| -> Vec<f64> {
                 powers.into_iter().map(|power| 10_f64.powi(power)).collect()
             });
             let entry = |i: usize, j: usize| skew[i * n + j] - skew[j * n + i];
             let a = |i: usize, j: usize| {
-                of_row[i] * of_z[j] * if i == j { 0.1 } else { entry(i, j) }
+                of_row[i] * of_z[j] * if i == j { share } else { entry(i, j) }
             };
             let b = |i: usize, j: usize| if i == j { of_row[i] * of_r[j] } else { 0.0 };
             let [a, b]: [RowMajor<f64>; 2] = [&a as &dyn Fn(usize, usize) -> f64, &b].map(|of| {
