@@ -129,6 +129,15 @@ pub(crate) fn noise(seed: usize) -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
+/// Numbers between 0 and 1 that have no pattern.
+pub(crate) fn uniform(mut state: u64) -> impl FnMut() -> f64 {
+    move || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
 /// HLCP(B, A, −q) with Ω⁻¹.
 pub(crate) fn exchanged(dense: &Dense) -> Dense {
     Dense {

@@ -135,22 +135,16 @@ fn single_precision_is_no_contradiction_and_two_orders_are() {
 
 #[test]
 fn a_sweep_that_is_led_outside_names_the_check() {
-    let problem =
-        Hlcp::new(Walked::new(liar(Lie::Outside)), Identity { order: 12 }, Omega::Uniform(4.0))
-            .unwrap();
-    let step = || {
-        let q = [1.0; 12];
-        Aor::gauss_seidel().step(
-            &problem,
-            &Rhs::new(&q).unwrap(),
-            &[1.0; 12],
-            &mut [0.0; 12],
-            &mut vec![],
-        )
+    let a = Walked::new(liar(Lie::Outside));
+    let problem = Hlcp::new(a, Identity { order: 12 }, Omega::Uniform(4.0)).unwrap();
+    let (step, ones) = (Aor::gauss_seidel(), [1.0; 12]);
+    let sweep = || {
+        let q = Rhs::new(&ones).unwrap();
+        step.step(&problem, &q, &ones, &mut [0.0; 12], &mut vec![])
     };
-    let error = Aor::gauss_seidel().check(&problem).unwrap_err().to_string();
+    let error = step.check(&problem).unwrap_err().to_string();
     assert!(error.contains("row of A[5] has an entry in column 12"), "{error}");
-    let panic = catch_unwind(AssertUnwindSafe(step)).unwrap_err();
+    let panic = catch_unwind(AssertUnwindSafe(sweep)).unwrap_err();
     let message = panic.downcast_ref::<String>().unwrap();
     assert!(message.contains("row[5]") && message.contains("check_operator"), "{message}");
 }

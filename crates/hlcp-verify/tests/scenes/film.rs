@@ -156,12 +156,8 @@ fn operators_of_any_size_know_their_rows() {
             }
             if (0..2).any(|axis| periodic[axis] && [nx, ny][axis] == 2) {
                 // A cell would be another one's neighbour twice.
-                assert!(
-                    film.pose()
-                        .unwrap_err()
-                        .to_string()
-                        .ends_with("is 2, but it must be 3 or more")
-                );
+                let refused = film.pose().unwrap_err().to_string();
+                assert!(refused.ends_with("is 2, but it must be 3 or more"), "{refused}");
                 continue;
             }
             let (a, b, q) = film.pose().unwrap();
@@ -182,12 +178,20 @@ fn operators_of_any_size_know_their_rows() {
 #[test]
 fn unsound_films_are_refused_with_their_numbers() {
     let film = || Film::new([4, 3], [0.02, 0.01], 2.0, 0.03);
-    let supply = |x: f64, lx: f64| Supply { corner: [x, 0.0], size: [lx, 0.01], pressure: 0.0 };
+    let with_supply = |x: f64, lx: f64| {
+        let supply = Supply { corner: [x, 0.0], size: [lx, 0.01], pressure: 0.0 };
+        Film { supplies: vec![supply], ..film() }
+    };
+    let with_step = |duration: f64, content: f64| {
+        let oil = film().gap.iter().map(|h| content * h).collect();
+        Film { step: Some(TimeStep { duration, oil }), ..film() }
+    };
+    let mut bad = film();
+    bad.gap[5] = -1e-6;
+    let (closed, short) = (Side::Closed, vec![1e-5; 11]);
     let cases = [
-        (
-            Film { gap: vec![1e-5; 11], ..film() },
-            "the gap has order 11, but the problem has order 12",
-        ),
+        (bad, "gap[5] is -1e-6"),
+        (Film { gap: short, ..film() }, "the gap has order 11, but the problem has order 12"),
         (Film { viscosity: vec![0.03; 3], ..film() }, "the viscosity has order 3"),
         (Film { viscosity: vec![-0.03], ..film() }, "viscosity[0] is -0.03"),
         (Film { lengths: [0.0, 1.0], ..film() }, "an extent of the film is 0"),
@@ -195,42 +199,18 @@ fn unsound_films_are_refused_with_their_numbers() {
         (Film { cavitation: 1.0, ..film() }, "a pressure is 0"),
         (Film { sides: [Side::Starved(1.5); 4], ..film() }, "the film content of a side is 1.5"),
         (
-            Film { sides: [Side::Periodic, Side::Closed, Side::Closed, Side::Closed], ..film() },
+            Film { sides: [Side::Periodic, closed, closed, closed], ..film() },
             "the number of periodic sides of a direction is 1",
         ),
-        (
-            Film { supplies: vec![supply(0.019, 0.01)], ..film() },
-            "the place of a supply, in m, is 0.019",
-        ),
-        (
-            Film { supplies: vec![supply(0.0, 0.0)], ..film() },
-            "the number of cells of a supply is 0",
-        ),
-        (
-            Film { supplies: vec![supply(0.0, 0.002)], ..film() },
-            "the number of cells of a supply is 0",
-        ),
-        (
-            Film { step: Some(TimeStep { duration: 0.0, oil: vec![] }), ..film() },
-            "the duration of a time step is 0",
-        ),
-        (
-            Film {
-                step: Some(TimeStep {
-                    duration: 1e-3,
-                    oil: film().gap.iter().map(|h| -h).collect(),
-                }),
-                ..film()
-            },
-            "the oil before a time step, in m, is -",
-        ),
+        (with_supply(0.019, 0.01), "the place of a supply, in m, is 0.019"),
+        (with_supply(0.0, 0.0), "the number of cells of a supply is 0"),
+        (with_supply(0.0, 0.002), "the number of cells of a supply is 0"),
+        (with_step(0.0, 1.0), "the duration of a time step is 0"),
+        (with_step(1e-3, -1.0), "the oil before a time step, in m, is -"),
         (Film::new([0, 3], [1.0, 1.0], 1.0, 1.0), "the grid has 0 x 3 points"),
     ];
     for (film, what) in cases {
         let error = film.pose().unwrap_err().to_string();
         assert!(error.starts_with(what), "{error}; expected {what}");
     }
-    let mut bad = film();
-    bad.gap[5] = -1e-6;
-    assert!(bad.pose().unwrap_err().to_string().starts_with("gap[5] is -1e-6"));
 }

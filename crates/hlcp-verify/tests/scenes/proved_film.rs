@@ -9,19 +9,9 @@ use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use crate::{
-    common::{asked, assembled},
+    common::{asked, assembled, uniform},
     exact::{exact, on_columns},
 };
-
-/// Numbers between 0 and 1 that have no pattern.
-fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed;
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 type Exact = BigRational;
 
@@ -265,7 +255,7 @@ fn exact_figures_lie_in_their_intervals() {
     let (mut proved, mut unsolved, mut outside, mut narrow) = (0, 0, 0, 0);
     let asked = asked("HLCP_CASES", 200);
     for seed in 0..asked {
-        let mut next = noise(seed as u64 * 7919 + 1);
+        let mut next = uniform(seed as u64 * 7919 + 1);
         next();
         let (film, ambient) = any_film(&mut next);
         let Some(([z, r], certificate)) = certified(&film, &mut next) else { continue };
@@ -347,7 +337,7 @@ fn films_within_a_tolerance_lie_in_their_range() {
     let (mut seen, mut proved, mut refused) = (0, 0, 0);
     let mut widths = vec![];
     for seed in 0..asked("HLCP_CASES", 60) {
-        let mut next = noise(seed as u64 * 6571 + 5);
+        let mut next = uniform(seed as u64 * 6571 + 5);
         next();
         let (mut film, ambient) = any_film(&mut next);
         film.step = None;

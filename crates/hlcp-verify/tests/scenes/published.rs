@@ -206,10 +206,9 @@ fn generic_solutions_are_planted() {
         let (a, b) = (assembled(&generic.a), assembled(&generic.b));
         assert_eq!((&a, &b), (&assembled(&plain.a), &assembled(&plain.b)));
         for k in 0..36 {
-            assert_eq!(
-                (plain.z[k] > 0.0, plain.r[k] > 0.0),
-                (generic.z[k] > 0.0, generic.r[k] > 0.0)
-            );
+            let [of_plain, of_generic] =
+                [&plain, &generic].map(|of| [of.z[k] > 0.0, of.r[k] > 0.0]);
+            assert_eq!(of_plain, of_generic);
             let value = generic.z[k] + generic.r[k];
             assert!((0.5..1.5).contains(&value));
             assert!(k == 0 || (value - generic.z[k - 1] - generic.r[k - 1]).abs() > 0.3);

@@ -96,21 +96,10 @@ struct Case {
 fn cases() -> impl Strategy<Value = Case> {
     const SCALES: [f64; 10] = [5e-324, 1e-300, 1e-165, 1e-160, 1e-4, 1.0, 1e4, 1e160, 1e165, 1e300];
     const SHARES: [f64; 10] = [0.0, -0.0, 0.0, 0.1, -0.1, 0.3, -0.3, 0.5, 0.8, -1.2];
+    #[rustfmt::skip] // a list
     const ENTRIES: [f64; 14] = [
-        0.0,
-        -0.0,
-        5e-324,
-        -1e-310,
-        1e-300,
-        1e-165,
-        1.0,
-        -1.0,
-        1e165,
-        -1e165,
-        1e300,
-        f64::INFINITY,
-        f64::NEG_INFINITY,
-        f64::NAN,
+        0.0, -0.0, 5e-324, -1e-310, 1e-300, 1e-165, 1.0, -1.0, 1e165, -1e165, 1e300,
+        f64::INFINITY, f64::NEG_INFINITY, f64::NAN,
     ];
     let scales = |n| {
         let one = Just(vec![1.0; n]);

@@ -313,10 +313,8 @@ fn judge(
 
 /// The bracket encloses the bound by construction, up to the rounding of the construction.
 fn encloses([lower, upper]: [f64; 2], bound: f64) -> Result<(), TestCaseError> {
-    prop_assert!(
-        lower <= bound * (1.0 + 1e-11) && bound * (1.0 - 1e-11) <= upper,
-        "{lower} {bound} {upper}"
-    );
+    let is_within = lower <= bound * (1.0 + 1e-11) && bound * (1.0 - 1e-11) <= upper;
+    prop_assert!(is_within, "{lower} {bound} {upper}");
     Ok(())
 }
 

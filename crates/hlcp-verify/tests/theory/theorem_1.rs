@@ -64,9 +64,7 @@ fn two_h_plus_matrices_may_have_three_solutions() {
     assert!(is_h_plus(problem.a()).is_yes() && is_h_plus(problem.b()).is_yes());
     assert_eq!(dense.solutions().len(), 3);
     let steps = [Aor::gauss_seidel()];
-    assert_eq!(
-        theorem_1(&problem, &steps).signs_and_sizes,
-        Answer::No(Failure::Entry { row: 1, column: 0 })
-    );
+    let signs_and_sizes = theorem_1(&problem, &steps).signs_and_sizes;
+    assert_eq!(signs_and_sizes, Answer::No(Failure::Entry { row: 1, column: 0 }));
     assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
 }

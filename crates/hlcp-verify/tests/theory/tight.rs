@@ -132,10 +132,8 @@ fn measured<T: Scalar>(
             // A reference at the floor of rounding is itself off, and may show an error above its
             // bound. Of large problems rounding may widen a box.
             let most = if n < 5_000 { 1.4 } else { 5.0 };
-            assert!(
-                bound > 0.9 * error && bound <= most * error,
-                "{name}: {bound:e} for {error:e}"
-            );
+            let is_tight = bound > 0.9 * error && bound <= most * error;
+            assert!(is_tight, "{name}: {bound:e} for {error:e}");
             [error, bound / error]
         });
     let [on_z, on_r, open] =

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use hlcp_core::Identity;
 use hlcp_verify::{Disproof, Reason, Uniqueness, Witness, families, uniqueness};
-use nalgebra::{DMatrix, dmatrix};
+use nalgebra::{DMatrix, DVector, dmatrix};
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use proptest::prelude::*;
@@ -190,28 +190,15 @@ fn an_m_matrix_is_needed() {
 /// With positive entries beside the diagonal of either choice a disproof would be false.
 #[test]
 fn both_choices_must_be_z_matrices() {
-    let claim = |v: [f64; 2], u: [f64; 2]| Disproof {
-        m_matrix: vec![false; 2],
-        v: v.to_vec(),
-        other: vec![true; 2],
-        u: u.to_vec(),
-    };
-    for (j, k, claim) in [
-        (
-            dmatrix![1.0, -2.0; 0.0, 1.0],
-            dmatrix![-3.0, -2.0; 2.0, 1.0],
-            claim([1.0, 3.0], [1.0; 2]),
-        ),
-        (
-            dmatrix![2.0, 3.0; 2.0, -1.0],
-            dmatrix![1.0, 0.0; 0.0, -2.0],
-            claim([3.0, 2.0], [0.0, 2.0]),
-        ),
+    for (j, k, v, u) in [
+        (dmatrix![1.0, -2.0; 0.0, 1.0], dmatrix![-3.0, -2.0; 2.0, 1.0], [1.0, 3.0], [1.0; 2]),
+        (dmatrix![2.0, 3.0; 2.0, -1.0], dmatrix![1.0, 0.0; 0.0, -2.0], [3.0, 2.0], [0.0, 2.0]),
     ] {
+        let (m_matrix, other) = (vec![false; 2], vec![true; 2]);
+        let claim = Disproof { m_matrix, v: v.to_vec(), other, u: u.to_vec() };
         // All that a disproof asks for, but the signs.
-        let sums =
-            |m: &DMatrix<f64>, v: &[f64]| m.transpose() * DMatrix::from_column_slice(2, 1, v);
-        assert!(sums(&j, &claim.v).min() > 0.0 && sums(&k, &claim.u).max() <= 0.0);
+        let sums = |m: &DMatrix<f64>, v: [f64; 2]| m.transpose() * DVector::from(v.to_vec());
+        assert!(sums(&j, v).min() > 0.0 && sums(&k, u).max() <= 0.0);
         assert!(is_unique([&j, &k]) && !(is_z(&j) && is_z(&k)));
         assert!(!claim.holds(&j, &k));
         assert!(!matches!(uniqueness(&j, &k).unwrap(), Uniqueness::Refuted(_)));

@@ -428,10 +428,8 @@ fn differ(
             let is_smooth = bends <= 1e-7 * exact.abs() + 10.0 * rounding;
             if is_smooth && (one - other).abs() <= 1e-8 * exact.abs() + rounding {
                 let off = (exact - other).abs();
-                prop_assert!(
-                    off <= 1e-7 * exact.abs() + 10.0 * rounding,
-                    "{k} {i}: {exact} {other}"
-                );
+                let most = 1e-7 * exact.abs() + 10.0 * rounding;
+                prop_assert!(off <= most, "{k} {i}: {exact} {other}");
                 held += 1;
             }
         }
@@ -614,12 +612,8 @@ fn pressure_dams_are_those_of_nicholas_barrett_and_leader() {
     for [narrow, deep, step, part, sommerfeld, of_ecc, of_ratio] in table {
         let journal = Journal::round(0.1, 0.1, 2e-4);
         let mut bearing = Bearing::journal(journal, [144, 24]);
-        let dam = journal.dam(
-            [-80.0, step - 90.0],
-            part * journal.length,
-            deep / narrow * journal.clearance,
-        );
-        assert!(dam.dig(&mut bearing.film));
+        let [length, depth] = [part * journal.length, deep / narrow * journal.clearance];
+        assert!(journal.dam([-80.0, step - 90.0], length, depth).dig(&mut bearing.film));
         let (ecc, _, found, unit) = published(&mut bearing, sommerfeld);
         // With W = m g it is ω √(m c/W) of the critical mass.
         let ratio = 100.0 * PI * (found.threshold().unwrap().mass / unit).sqrt();
