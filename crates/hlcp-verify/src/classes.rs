@@ -333,11 +333,22 @@ pub(crate) fn all_entries<T: Scalar>(
 
 /// Decides whether `ρ(D⁻¹G) < 1`: yes with an `x > 0` for which `Gx < Dx`.
 pub(crate) fn radius_below_one(z: &impl Comparison, clock: &mut Clock<'_>) -> Answer<Vec<f64>> {
+    radius(z, |upper| upper < 1.0, |lower| lower >= 1.0, clock)
+}
+
+/// Decides whether `ρ(D⁻¹G)` is below a bound, by what says so of a number not less than it, and
+/// the contrary of one not more.
+pub(crate) fn radius(
+    z: &impl Comparison,
+    below: impl Fn(f64) -> bool,
+    above: impl Fn(f64) -> bool,
+    clock: &mut Clock<'_>,
+) -> Answer<Vec<f64>> {
     let Bracket { lower, upper, vector } =
-        noda(z, |bracket| bracket.upper < 1.0 || bracket.lower >= 1.0, clock);
-    if upper < 1.0 {
+        noda(z, |bracket| below(bracket.upper) || above(bracket.lower), clock);
+    if below(upper) {
         Answer::Yes(vector)
-    } else if lower >= 1.0 {
+    } else if above(lower) {
         Answer::No(Failure::Radius(lower))
     } else {
         Answer::Undecided

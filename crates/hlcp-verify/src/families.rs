@@ -42,16 +42,9 @@ pub const NAMES: [&str; 15] = [
 /// let ([a, _], _) = plate.pose::<f64>();
 /// assert!(families::LARGE.contains(&"plates") && a.order() >= 1000);
 /// ```
+#[rustfmt::skip] // a list
 pub const LARGE: [&str; 10] = [
-    "skew",
-    "plates",
-    "meshes",
-    "graphs",
-    "swirls",
-    "layers",
-    "strings",
-    "stripes",
-    "unfed",
+    "skew", "plates", "meshes", "graphs", "swirls", "layers", "strings", "stripes", "unfed",
     "disguised",
 ];
 
@@ -119,7 +112,7 @@ impl Operator {
         };
         let mut entries = vec![];
         (0..of.order()).for_each(|i| of.visit_row(i, &mut |j, a| entries.push((i, j, a))));
-        rows(of.order(), entries.into_iter())
+        rows(of.order(), entries)
     }
 }
 
@@ -339,9 +332,9 @@ impl Plane {
 }
 
 /// A sparse matrix of the sums of what comes for each entry.
-fn rows(n: usize, entries: impl Iterator<Item = (usize, usize, f64)>) -> CsrMatrix<f64> {
+fn rows(n: usize, entries: impl IntoIterator<Item = (usize, usize, f64)>) -> CsrMatrix<f64> {
     let mut matrix = CooMatrix::new(n, n);
-    entries.for_each(|(i, j, a)| matrix.push(i, j, a));
+    entries.into_iter().for_each(|(i, j, a)| matrix.push(i, j, a));
     CsrMatrix::from(&matrix)
 }
 
@@ -497,10 +490,8 @@ fn space(random: &mut Random) -> (Problem, String) {
         ((9.0 * x).sin() * (7.0 * y).cos() + (5.0 * z + 1.0).sin() - load) / 60.0
     });
     let kind = if wind.is_some() { "HLCP" } else { "LCP" };
-    (
-        (a, b, q.collect()),
-        format!("{nx} x {ny} x {nz} points, {kind}, jump {jump:.1e}, load {load:.2}"),
-    )
+    let about = format!("{nx} x {ny} x {nz} points, {kind}, jump {jump:.1e}, load {load:.2}");
+    ((a, b, q.collect()), about)
 }
 
 /// A pair of matrices with a few entries a column, anywhere or near by, whose diagonal exceeds the

@@ -205,14 +205,8 @@ impl Dense {
         let mut solutions = Vec::new();
         for support in 0_u32..1 << n {
             let in_z = |i: usize| support >> i & 1 == 1;
-            let system =
-                DMatrix::from_fn(
-                    n,
-                    n,
-                    |i, j| {
-                        if in_z(j) { self.a[(i, j)] } else { -self.b[(i, j)] }
-                    },
-                );
+            let entry = |i, j| if in_z(j) { self.a[(i, j)] } else { -self.b[(i, j)] };
+            let system = DMatrix::from_fn(n, n, entry);
             let Some(y) = system.full_piv_lu().solve(&-&self.q) else { continue };
             if y.iter().all(|&y| y.is_finite() && y >= -1e-12 * scale) {
                 let part = |z: bool| {

@@ -6,7 +6,9 @@ use hlcp_core::{Aor, Hlcp, Rows, Scalar};
 use hlcp_methods::Clock;
 
 use crate::{
-    classes::{Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius_below_one},
+    classes::{
+        Answer, Failure, all_entries, is_h_plus, is_h_plus_within, radius, radius_below_one,
+    },
     comparison::{Against, Coupled, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
@@ -264,15 +266,7 @@ fn below_bound(z: &impl Comparison, alpha: f64, clock: &mut Clock<'_>) -> Answer
     }
     let below = |upper: f64| (alpha * upper).next_up() < 1.0;
     let above = |lower: f64| (alpha * lower).next_down() >= 1.0;
-    let Bracket { lower, upper, vector } =
-        noda(z, |bracket| below(bracket.upper) || above(bracket.lower), clock);
-    if below(upper) {
-        Answer::Yes(vector)
-    } else if above(lower) {
-        Answer::No(Failure::Radius(lower))
-    } else {
-        Answer::Undecided
-    }
+    radius(z, below, above, clock)
 }
 
 /// By what convergence to the only solution was proved.

@@ -7,16 +7,10 @@ use hlcp_methods::{Error, Limits, Method, Options, Scalar, Solver, Tolerance};
 pub const TOLERANCES: [f64; 9] = [1e-1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13, 1e-14];
 
 /// The columns of a file of measurements.
+#[rustfmt::skip] // a list
 pub const COLUMNS: [&str; 9] = [
-    "problem",
-    "series",
-    "tolerance",
-    "true error",
-    "seconds min",
-    "seconds median",
-    "seconds max",
-    "half-steps",
-    "reached",
+    "problem", "series", "tolerance", "true error", "seconds min", "seconds median", "seconds max",
+    "half-steps", "reached",
 ];
 
 /// The solves of a problem by a method to one tolerance.

@@ -39,7 +39,7 @@ pub(super) fn skew(random: &mut Random) -> (Problem, String) {
             entries.extend([(i, j, a), (j, i, -a)]);
         }
     }
-    let a = Operator::Rows(rows(n, entries.into_iter()));
+    let a = Operator::Rows(rows(n, entries));
     let q = (0..n).map(|_| random.real(-1.0, 1.0)).collect();
     ((a, Operator::Identity(n), q), format!("n {n}, skew {s:.2}, diagonal {d:.2}"))
 }
@@ -114,10 +114,7 @@ pub(super) fn mesh(random: &mut Random) -> (Problem, String) {
         "{nx} x {ny} corners, jump {jump:.1e}, jitter {jitter:.2}{}",
         if carries { ", transport in B" } else { "" }
     );
-    (
-        (Operator::Rows(rows(n, a.into_iter())), Operator::Rows(rows(n, b.into_iter())), numbered),
-        about,
-    )
+    ((Operator::Rows(rows(n, a)), Operator::Rows(rows(n, b)), numbered), about)
 }
 
 /// The numbers below `n` in a random order.
@@ -144,7 +141,7 @@ pub(super) fn graph(random: &mut Random) -> (Problem, String) {
         }
     }
     let q = (0..n).map(|_| random.real(-1.0, 0.6)).collect();
-    let a = Operator::Rows(rows(n, entries.into_iter()));
+    let a = Operator::Rows(rows(n, entries));
     ((a, Operator::Identity(n), q), format!("n {n}, {per} joined, ground {ground:.1e}"))
 }
 
@@ -210,10 +207,8 @@ pub(super) fn layers(random: &mut Random) -> (Problem, String) {
         }
     });
     let q = q.map(|q| q + 1e-4).collect();
-    (
-        (Operator::Rows(rows(n, a.into_iter())), Operator::Rows(rows(n, b.into_iter())), q),
-        format!("{nx} x {ny} x {nz} cells, rain {rain:.1e}"),
-    )
+    let about = format!("{nx} x {ny} x {nz} cells, rain {rain:.1e}");
+    ((Operator::Rows(rows(n, a)), Operator::Rows(rows(n, b)), q), about)
 }
 
 /// Masses on a string of springs whose stiffness varies by up to 10⁸, above a floor.

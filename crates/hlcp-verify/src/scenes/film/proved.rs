@@ -435,10 +435,7 @@ impl Film {
 
     fn proved_drift(&self, axis: usize) -> Interval {
         let drift = self.drift(axis);
-        if drift == 0.0 {
-            return Interval::exactly(0.0);
-        }
-        Interval { lower: drift.next_down(), upper: drift.next_up() }
+        if drift == 0.0 { Interval::exactly(0.0) } else { widened([drift; 2]) }
     }
 
     /// h³/12μ.
