@@ -97,10 +97,8 @@ fn what_flows_in_flows_out() {
         let ambient: f64 = ambient.parse().unwrap();
         assert!((points[0][2] - ambient).abs() <= 1e-12 * ambient && points[59][2] == points[0][2]);
         for [.., p, void] in points {
-            assert!(
-                p >= 0.0 && (0.0..1.0).contains(&void) && p * void == 0.0,
-                "{name}: {p} {void}"
-            );
+            let is_film = p >= 0.0 && (0.0..1.0).contains(&void) && p * void == 0.0;
+            assert!(is_film, "{name}: {p} {void}");
         }
         assert!(report.contains("the film ruptures"), "{name}: {report}");
         // A film that has broken forms again where the gap closes, or before an end with pressure.
@@ -155,17 +153,13 @@ fn a_gap_of_three_points_narrows_and_widens() {
 
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
     let (report, _) = solved("vee", Some(&text(&vee, [1.0, 1.0])), &flags);
-    let piece = 20e-3 / 400.0;
-    assert!(
-        (printed(&report, "the film ruptures at x =") - rupture).abs() <= piece,
-        "{report} {rupture}"
-    );
+    let (piece, told) = (20e-3 / 400.0, |what: &str| printed(&report, what));
+    let off = (told("the film ruptures at x =") - rupture).abs();
+    assert!(off <= piece, "{report} {rupture}");
     // The peak lies between two points and the rupture within a piece: ½d²p/dx² Δx² for each.
     let bend = 6.0 * VISCOSITY * SPEED * falling.max(rising) / low.powi(3);
-    assert!(
-        (printed(&report, "peak pressure") - peak).abs() <= bend * piece * piece,
-        "{report} {peak}"
-    );
+    let off = (told("peak pressure") - peak).abs();
+    assert!(off <= bend * piece * piece, "{report} {peak}");
 }
 
 #[test]
@@ -226,13 +220,13 @@ fn wrong_input_is_refused_in_one_line() {
         refused(profile, &flags, "profile.csv");
     }
     let sound = "0,1\n1,2\n2,3\n";
-    refused(
-        sound,
-        &format!("{flags} --ambient 1 --cavitation 2"),
-        "--ambient is below --cavitation",
-    );
-    refused(sound, &format!("{flags} --ambient NaN"), "not a finite number");
-    refused(sound, &format!("{flags} --ambient=-1"), "--ambient is below --cavitation");
+    for (more, what) in [
+        ("--ambient 1 --cavitation 2", "--ambient is below --cavitation"),
+        ("--ambient=-1", "--ambient is below --cavitation"),
+        ("--ambient NaN", "not a finite number"),
+    ] {
+        refused(sound, &format!("{flags} {more}"), what);
+    }
     refused("0,1\n1,2\n", &format!("{flags} --refine 1"), "--refine 2 or more");
     let arguments = [
         ("--speed 0 --viscosity 1", "'0' for '--speed <SPEED>': not a positive number"),
@@ -283,10 +277,8 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
         points.iter().fold(points[0], |peak, point| if point[2] > peak[2] { *point } else { peak });
     is_near("peak_pressure_pa", peak[2] * 1e6);
     is_near("peak_x_m", peak[0] * 1e-3);
-    is_near(
-        "least_gap_m",
-        points.iter().fold(f64::INFINITY, |least, point| least.min(point[1])) * 1e-6,
-    );
+    let least = points.iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
+    is_near("least_gap_m", least * 1e-6);
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
     let pad = film_plane::json("json", "");
     near(command::number(&pad, "peak_pressure_pa"), Slider::PEAK, 1e-3);

@@ -9,7 +9,10 @@ use std::{
 
 use serde_json::Value;
 
-use crate::command::{hlcp, is_refusal, near, number, rows, run_in, succeeded, text};
+use crate::{
+    command::{hlcp, is_refusal, near, number, rows, run_in, succeeded, text},
+    common::uniform,
+};
 
 /// A folder for the files of one test.
 pub(crate) fn folder(name: &str) -> PathBuf {
@@ -105,11 +108,8 @@ fn what_leaves_at_a_side_leaks_whatever_enters_there() {
     let (flows, leakage) = (&film["flow_m3_s"], number(&film, "leakage_m3_s"));
     let net = number(flows, "south") + number(flows, "north");
     assert!(net.abs() < 1e-9 * leakage && leakage > 0.0, "{net} {leakage}");
-    near(
-        number(&film, "temperature_rise_k"),
-        number(&film, "power_w") / (870.0 * 1950.0 * leakage),
-        1e-9,
-    );
+    let warmer = number(&film, "power_w") / (870.0 * 1950.0 * leakage);
+    near(number(&film, "temperature_rise_k"), warmer, 1e-9);
 }
 
 /// Flows of a motion that is certified are those of the end of its last step, as their bounds are.
@@ -221,14 +221,9 @@ fn the_position_for_a_load_carries_it() {
     }
 }
 
-/// Numbers between 0 and 1 that have no pattern.
+/// Numbers between 0 and 1, others for every seed.
 fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1);
-    move || {
-        state =
-            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    }
+    uniform(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1))
 }
 
 /// How many films are drawn: those of the gate, or of `HLCP_ATTACK_RUNS`.
@@ -287,12 +282,9 @@ fn loads_of_known_journals_are_found() {
         }
         // The same film, seen from elsewhere around the bearing: nothing tells the direction.
         let attitude = attitude - turn * rpm.signum();
-        finds(
-            "known",
-            &format!("{bearing}{} --attitude={attitude} --load {load:e}", turned(turn)),
-            load,
-        );
-        finds("known", &format!("{bearing}{} --load {load:e}", turned(0.0)), load);
+        for place in [format!("{} --attitude={attitude}", turned(turn)), turned(0.0)] {
+            finds("known", &format!("{bearing}{place} --load {load:e}"), load);
+        }
     }
 }
 
@@ -316,12 +308,9 @@ fn loads_of_known_pads_are_found() {
             let pressure = 1e5 + 9e5 * next();
             pad += &format!(" --supply 0.02,{},0.01,{},{pressure}", ly / 4.0, ly / 2.0);
         }
-        let tilted = |height: f64| {
-            format!(
-                "{pad} --pad plane,{height:e},{height:e} --tilt={:e},{:e}",
-                slopes[0], slopes[1]
-            )
-        };
+        let [sx, sy] = slopes;
+        let tilted =
+            |height: f64| format!("{pad} --pad plane,{height:e},{height:e} --tilt={sx:e},{sy:e}");
         let known = json("known", &tilted(height));
         let [load, x, y] = ["load_n", "load_x_m", "load_y_m"].map(|key| number(&known, key));
         if load <= 0.0 || !(0.0..=lx).contains(&x) || !(0.0..=ly).contains(&y) {
@@ -451,10 +440,8 @@ fn sensitivities_are_differences_of_the_command() {
                 let exact = number(&now["sensitivities"][name], figure);
                 // Steps are a thousandth: second differences and rounding are below this.
                 let size = exact.abs().max(1e-6 * number(&now, figure).abs() / step);
-                assert!(
-                    (exact - difference).abs() <= 1e-4 * size,
-                    "{name} {figure}: {exact} {difference}"
-                );
+                let off = (exact - difference).abs();
+                assert!(off <= 1e-4 * size, "{name} {figure}: {exact} {difference}");
             }
         }
     };
@@ -514,11 +501,8 @@ fn copies_are_refused() {
     let pad = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --speed 2 --viscosity 0.03";
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
         let output = hlcp("film", pad).env(name, "3").current_dir(folder("copies")).output();
-        is_refusal(
-            &output.unwrap(),
-            name,
-            "hlcp film works on one process, but mpirun has started 3",
-        );
+        let why = "hlcp film works on one process, but mpirun has started 3";
+        is_refusal(&output.unwrap(), name, why);
     }
 }
 

@@ -81,7 +81,7 @@ fn an_input_is_not_written_over() {
             (format!("{SOLVE} --out-z here/A"), "--out-z here/A would overwrite the file of --a"),
             (format!("{SOLVE} --out-z link"), "--out-z link would overwrite the file of --q"),
             (
-                "--a A --q link --method MGS --out-r q".into(),
+                SOLVE.replace("--q q", "--q link --out-r q"),
                 "--out-r q would overwrite the file of --q",
             ),
         ] {
@@ -324,10 +324,8 @@ fn an_input_that_is_no_regular_file_does_not_block() {
             child.stderr.unwrap().read_to_string(&mut err).unwrap();
             assert_eq!(status.code(), Some(1), "--{option} {name}: {err}");
             assert_eq!(err.lines().count(), 1, "{err}");
-            assert!(
-                err.contains(&format!("{name}: {kind}; give a regular file instead\n")),
-                "{err}"
-            );
+            let wanted = format!("{name}: {kind}; give a regular file instead\n");
+            assert!(err.contains(&wanted), "{err}");
         }
     }
     assert_eq!(fs::read_to_string(folder.0.join("z")).unwrap(), "precious z");
