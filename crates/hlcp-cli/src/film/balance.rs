@@ -58,10 +58,7 @@ pub(super) fn equilibrium(
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
         format!("give --load in N, check the units of the film, or begin elsewhere, by {begin}")
     });
-    Err(format!(
-        "--load: the search for a position that carries {} N{place} failed; {}; {way_out}",
-        load.force,
-        carried.failure(load.force)
-    )
-    .into())
+    let (force, why) = (load.force, carried.failure(load.force));
+    let what = format!("the search for a position that carries {force} N{place} failed");
+    Err(format!("--load: {what}; {why}; {way_out}").into())
 }

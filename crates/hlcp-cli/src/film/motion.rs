@@ -33,9 +33,9 @@ fn schedule(
     path: &Path,
     bearing: &Bearing,
     arguments: &Arguments,
-) -> Result<(Vec<Instant>, Option<String>), Box<dyn Error>> {
+) -> Result<(Vec<Instant>, Option<String>), String> {
     let name = printable(path.display());
-    let table = Map::read(path)?;
+    let table = Map::read(path).map_err(|error| error.to_string())?;
     let is_journal = bearing.journal.is_some();
     let (wanted, what) = match (is_journal, arguments.mass) {
         (true, None) => (3..=3, "the time and the displacement along the load and across it"),
@@ -47,7 +47,9 @@ fn schedule(
     };
     if !wanted.contains(&table.columns) || table.rows < 2 {
         let (rows, columns) = (table.rows, table.columns);
-        return Err(format!("{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}").into());
+        return Err(format!(
+            "{name} has {rows} rows and {columns} columns, but a motion has two rows or more, each with {what}"
+        ));
     }
     let load = bearing.load_direction(arguments.attitude.unwrap_or(0.0));
     let by = if arguments.mass.is_some() { 1.0 } else { arguments.h_unit };
@@ -58,12 +60,10 @@ fn schedule(
     };
     let rows: Vec<_> = table.values.chunks(table.columns).map(|row| (row[0], drive(row))).collect();
     if let Some(at) = rows.windows(2).position(|pair| pair[1].0 <= pair[0].0) {
-        let (before, time) = (rows[at].0, rows[at + 1].0);
+        let (before, time, row) = (rows[at].0, rows[at + 1].0, at + 2);
         return Err(format!(
-            "{name}: row {}: the time {time} does not exceed the one before, {before}",
-            at + 2
-        )
-        .into());
+            "{name}: row {row}: the time {time} does not exceed the one before, {before}"
+        ));
     }
     let position = |(_, drive): &Instant| match drive {
         Drive::To(position) => Some(position.clone()),
@@ -75,8 +75,7 @@ fn schedule(
             "{name}: row {}: the walls meet; positions are in units of --h-unit, and loads take \
              --mass",
             at + 1
-        )
-        .into()),
+        )),
         None => Ok((rows, doubt_unit(&positions, bearing, &name))),
     }
 }

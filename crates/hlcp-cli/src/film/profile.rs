@@ -77,12 +77,11 @@ fn points(array: &Map) -> Result<[Vec<f64>; 2], String> {
         return Err("a profile has at least 2 points, this one 1".into());
     }
     if let Some(at) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
-        let (last, place) = (x[at], x[at + 1]);
+        let (last, place, row) = (x[at], x[at + 1], at + 2);
         let step = "; for a step, put two points very close together";
         let hint = if place == last { step } else { "" };
         return Err(format!(
-            "row {}: x = {place} does not exceed the x before it, {last}{hint}",
-            at + 2
+            "row {row}: x = {place} does not exceed the x before it, {last}{hint}"
         ));
     }
     match h.iter().position(|&h| h <= 0.0) {

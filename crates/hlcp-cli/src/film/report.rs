@@ -217,14 +217,12 @@ impl Report<'_> {
         let is_journal = self.bearing.journal.is_some();
         let within = between(proved.map(|proved| proved.load));
         text.add("load", format!("{load:.6e} N{within}"));
-        text.add(
-            "",
-            match (y.is_nan(), is_journal) {
-                (true, _) => "at no point, because it is zero".into(),
-                (_, true) => format!("towards x = {x:.6e} m, its middle at y = {y:.6e} m"),
-                (_, false) => format!("acts at x = {x:.6e} m, y = {y:.6e} m"),
-            },
-        );
+        let place = match (y.is_nan(), is_journal) {
+            (true, _) => "at no point, because it is zero".into(),
+            (_, true) => format!("towards x = {x:.6e} m, its middle at y = {y:.6e} m"),
+            (_, false) => format!("acts at x = {x:.6e} m, y = {y:.6e} m"),
+        };
+        text.add("", place);
         if !is_journal {
             let [mx, my] = figures.moments;
             let around = format!("{mx:.6e} N m along x, {my:.6e} N m along y, around the middle");
@@ -447,9 +445,7 @@ fn add_sensitivities(text: &mut Lines, all: &[Slopes], is_carrying: bool) {
         let slopes = &found.slopes;
         let out = slopes.sides.iter().sum::<f64>();
         let figures = [slopes.load, slopes.friction[0], slopes.power, slopes.peak, out];
-        text.add(
-            &name,
-            entries(figures.iter().chain(&found.ecc).chain(&found.attitude).skip(skip)),
-        );
+        let all = figures.iter().chain(&found.ecc).chain(&found.attitude);
+        text.add(&name, entries(all.skip(skip)));
     }
 }

@@ -246,18 +246,10 @@ fn membranes(path: &Path) -> Drawn {
 
 fn dam(path: &Path) -> Drawn {
     /// Points of the free boundary by Polubarinova-Kochina's integrals.
-    const BOUNDARY: [[f64; 2]; 11] = [
-        [0.0, 1.0],
-        [0.125, 0.97],
-        [0.25, 0.9311],
-        [0.375, 0.8865],
-        [0.5, 0.8367],
-        [0.625, 0.7811],
-        [0.75, 0.7186],
-        [0.875, 0.6454],
-        [0.9375, 0.601],
-        [0.984375, 0.5583],
-        [1.0, 0.5362],
+    #[rustfmt::skip] // a table
+    const BOUNDARY: [(f64, f64); 11] = [
+        (0.0, 1.0), (0.125, 0.97), (0.25, 0.9311), (0.375, 0.8865), (0.5, 0.8367), (0.625, 0.7811),
+        (0.75, 0.7186), (0.875, 0.6454), (0.9375, 0.601), (0.984375, 0.5583), (1.0, 0.5362),
     ];
     let rows = 64;
     let numbers = [("nx", 63.0), ("ny", rows as f64), ("tail", 0.5), ("length", 1.0)];
@@ -266,7 +258,7 @@ fn dam(path: &Path) -> Drawn {
     // The cells' middles are half a cell from the base.
     let half = 0.5 / rows as f64;
     let field = |values| Field { nx: 63, x: (0.0, 1.0), y: (-half, 1.0 + half), values };
-    let exact = [BOUNDARY.map(|[x, y]| (x, y)).to_vec()];
+    let exact = [BOUNDARY.to_vec()];
     let of = [
         ("z", "Pressure head", "z, grey where it is 0", field(&z)),
         ("r", "Dry share of the pores", "r, grey where it is 0", field(&r)),
@@ -301,12 +293,13 @@ fn american_put(path: &Path) -> Drawn {
     let spots: Vec<f64> = (70..=130).map(|percent| f64::from(percent) / 100.0).collect();
     let prices =
         |z: &[f64]| -> Curve { spots.iter().map(|&spot| (spot, put.price(z, spot))).collect() };
-    let mut values = Panel::new(
-        "Price of the put",
-        ["spot / strike", "price / strike"],
-        [(0.7, 1.3), (0.0, 0.3)],
-    )
-    .outline("at maturity", BLACK, "2 3", &prices(solver.z()));
+    let (axes, ranges) = (["spot / strike", "price / strike"], [(0.7, 1.3), (0.0, 0.3)]);
+    let mut values = Panel::new("Price of the put", axes, ranges).outline(
+        "at maturity",
+        BLACK,
+        "2 3",
+        &prices(solver.z()),
+    );
     let (mut edge, mut iterations) = (vec![(0.0, 1.0)], 0);
     let mut table = Table::new("line | spot over strike or years | price or spot over strike");
     for k in 0..put.lcps() {
@@ -323,8 +316,9 @@ fn american_put(path: &Path) -> Drawn {
         {
             if years == before {
                 let line = prices(solver.z());
-                line.iter()
-                    .for_each(|(spot, price)| table.row(&format!("{name}|{spot}|{price:.6}")));
+                for (spot, price) in &line {
+                    table.row(&format!("{name}|{spot}|{price:.6}"));
+                }
                 values = values.outline(name, colour, dash, &line);
             }
         }

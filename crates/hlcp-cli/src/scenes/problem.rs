@@ -313,14 +313,12 @@ fn bearing2d_proofs(
         [-180.0, 180.0]
     };
     let all = ny as f64 * height;
+    let returned = sum(&column(nx - 1, by_pressure), &column(nx - 1, by_void), all * base[1]);
     vec![
         ("sommerfeld", widened([far, near].map(|load| 1.0 / (3.0 * PI * load)))),
         ("attitude_degrees", widened(attitude)),
         ("flow_drawn", sum(&column(0, drawn), &zeros, all * base[0])),
-        (
-            "flow_returned",
-            sum(&column(nx - 1, by_pressure), &column(nx - 1, by_void), all * base[1]),
-        ),
+        ("flow_returned", returned),
         ("flow_ends", sum(&ends, &zeros, 0.0)),
     ]
 }

@@ -1,6 +1,6 @@
 //! The command line, and what it can be refused for before anything is read or solved.
 
-use std::{error::Error, path::PathBuf};
+use std::path::PathBuf;
 
 use clap::{
     Args, ValueEnum,
@@ -153,7 +153,7 @@ impl Precision {
 
 impl Arguments {
     /// Refuses what contradicts itself, and outputs that cannot be written.
-    pub(crate) fn check(&self) -> Result<(), Box<dyn Error>> {
+    pub(crate) fn check(&self) -> Result<(), String> {
         if self.method.len() > 1 && (self.out_z.is_some() || self.out_r.is_some()) {
             return Err(
                 "--out-z and --out-r take the answer of one method; name one by --method".into()
@@ -170,8 +170,7 @@ impl Arguments {
             return Err(format!(
                 "{name} begins on the coarsest grid and takes no {option}; take MGF, or leave the \
                  start out"
-            )
-            .into());
+            ));
         }
         if let (Some(z), Some(r)) = (&self.out_z, &self.out_r)
             && files::same_file(z, r)
@@ -195,10 +194,9 @@ impl Arguments {
                 let path = files::printable(path.display());
                 return Err(format!(
                     "{out} {path} would overwrite the file of {input}; give another name"
-                )
-                .into());
+                ));
             }
-            files::check_output(path)?;
+            files::check_output(path).map_err(|error| error.to_string())?;
         }
         if self.precisions().contains(&Precision::F32) {
             let given = [
@@ -211,8 +209,7 @@ impl Arguments {
                 if let Some(value) = value.filter(|v| v.is_finite() && !(*v as f32).is_finite()) {
                     return Err(format!(
                         "--{name} {value:e} does not fit f32; use --precision f64"
-                    )
-                    .into());
+                    ));
                 }
             }
         }

@@ -263,15 +263,7 @@ impl Run<'_> {
             let mut q = given.q.to_vec();
             let mut solves = Vec::new();
             for _ in 0..arguments.repeats {
-                solves.push(march(
-                    self.is_first(),
-                    method,
-                    &mut solver,
-                    given,
-                    &mut q,
-                    &x0,
-                    &limits,
-                )?);
+                solves.push(self.march(method, &mut solver, given, &mut q, &x0, &limits)?);
             }
             solves.sort_by_key(|outcome| outcome.elapsed);
             let outcome = &solves[solves.len() / 2];
@@ -320,27 +312,22 @@ impl Run<'_> {
                 if let Some(advice) = report::advice(outcome) {
                     say(format!("note: {method} did not converge; {advice}"));
                 }
-                let unsettled = if outcome.converged() {
-                    ""
-                } else {
-                    " (not converged: no figure of the scene)"
-                };
+                let is_figure = outcome.converged();
+                let unsettled =
+                    if is_figure { "" } else { " (not converged: no figure of the scene)" };
                 for (key, value) in &figures {
                     print::line(format_args!("          {key} {value:.6e}{unsettled}"))?;
                 }
                 if let Some(certificate) = &certificate {
-                    print::line(match method.steps(&problem)? {
-                        Some(steps) => match convergence_within(&problem, &steps, clock) {
-                            Convergence::NotProved(_) if clock.is_up() => {
-                                "  convergence: not proved, because the time limit was reached"
-                                    .into()
-                            }
-                            found => format!("  {found}"),
-                        },
-                        None => {
-                            "  convergence: not proved, because the check does not cover the method"
-                                .into()
+                    let steps = method.steps(&problem)?;
+                    let found = steps.map(|steps| convergence_within(&problem, &steps, clock));
+                    let not = "convergence: not proved, because";
+                    print::line(match found {
+                        Some(Convergence::NotProved(_)) if clock.is_up() => {
+                            format!("  {not} the time limit was reached")
                         }
+                        Some(found) => format!("  {found}"),
+                        None => format!("  {not} the check does not cover the method"),
                     })?;
                     report::certificate(given, certificate)?;
                 }
@@ -350,37 +337,37 @@ impl Run<'_> {
         }
         Ok(())
     }
-}
 
-/// Solves the problems of a scene one after another, each from the answer before, until one does
-/// not converge, and leaves the last right-hand side in `q`; the outcome is that of all of them,
-/// with the residual of the last.
-fn march<'p, T: Scalar>(
-    shown: bool,
-    method: &Named,
-    solver: &mut Solver<T, Boxed<'p, T>>,
-    given: &'p Problem<T>,
-    q: &mut [T],
-    x0: &[T],
-    limits: &Limits,
-) -> Result<Outcome, Box<dyn Error>> {
-    let mut way = Way::new(&method.to_string(), goal(limits, &given.q), limits);
-    let mut show = |progress: &Progress<'_, T>| {
-        way.show(progress);
-        ControlFlow::Continue(())
-    };
-    q.copy_from_slice(&given.q);
-    let options = Options::from_x(x0).limits(*limits);
-    let options = if shown { options.observer(&mut show) } else { options };
-    let mut outcome = solver.solve(q, options)?;
-    let (count, next) = &given.march;
-    for k in 1..*count {
-        if !outcome.converged() {
-            break;
+    /// Solves the problems of a scene one after another, each from the answer before, until one
+    /// does not converge, and leaves the last right-hand side in `q`; the outcome is that of all of
+    /// them, with the residual of the last.
+    fn march<'p, T: Scalar>(
+        &self,
+        method: &Named,
+        solver: &mut Solver<T, Boxed<'p, T>>,
+        given: &'p Problem<T>,
+        q: &mut [T],
+        x0: &[T],
+        limits: &Limits,
+    ) -> Result<Outcome, Box<dyn Error>> {
+        let mut way = Way::new(&method.to_string(), goal(limits, &given.q), limits);
+        let mut show = |progress: &Progress<'_, T>| {
+            way.show(progress);
+            ControlFlow::Continue(())
+        };
+        q.copy_from_slice(&given.q);
+        let options = Options::from_x(x0).limits(*limits);
+        let options = if self.is_first() { options.observer(&mut show) } else { options };
+        let mut outcome = solver.solve(q, options)?;
+        let (count, next) = &given.march;
+        for k in 1..*count {
+            if !outcome.converged() {
+                break;
+            }
+            next(k, solver.z(), q);
+            let options = Options::resume().limits(*limits).observer(&mut show);
+            outcome = outcome.then(solver.solve(q, options)?);
         }
-        next(k, solver.z(), q);
-        let options = Options::resume().limits(*limits).observer(&mut show);
-        outcome = outcome.then(solver.solve(q, options)?);
+        Ok(outcome)
     }
-    Ok(outcome)
 }

@@ -63,19 +63,10 @@ pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::R
         String::new()
     };
     print::line(format_args!("{name}: n = {order},{shifts} tau = {tau}, gamma = {gamma}"))?;
-    print::line(format_args!(
-        "{:<9} {:<9} {:<15} {:>10} {:>7} {:>11} {:>11} {:>9} {:>11} {:>8}",
-        "method",
-        "precision",
-        "outcome",
-        "iterations",
-        "sweeps",
-        "residual l2",
-        "l-inf",
-        "l2 / q",
-        "true error",
-        "seconds"
-    ))
+    print::line(
+        "method    precision outcome         iterations  sweeps residual l2       l-inf    l2 / q  \
+         true error  seconds",
+    )
 }
 
 pub(crate) fn row(
