@@ -149,19 +149,14 @@ const BAD_ENTRIES: [(&str, &str); 16] = [
 ];
 
 /// The same, with what follows `%%MatrixMarket matrix` in the head.
+#[rustfmt::skip] // a table
 const BAD: [(&str, &str); 7] = [
-    (
-        "coordinate real symmetric\n2 2 4\n1 1 1\n2 1 1\n2 2 1\n2 1 2\n",
-        "line 6: entry (2, 1) is given twice",
-    ),
-    (
-        "coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
-        "line 4: 1.5 is not a whole number, as the banner's 'integer' says; write 'real' there",
-    ),
-    (
-        "coordinate Integer symmetric\n2 2 2\n1 1  1e-9\n2 2 1\n",
-        "line 3: 1e-9 is not a whole number",
-    ),
+    ("coordinate real symmetric\n2 2 4\n1 1 1\n2 1 1\n2 2 1\n2 1 2\n",
+     "line 6: entry (2, 1) is given twice"),
+    ("coordinate integer general\n2 2 2\n1 1 1\n2 2 1.5\n",
+     "line 4: 1.5 is not a whole number, as the banner's 'integer' says; write 'real' there"),
+    ("coordinate Integer symmetric\n2 2 2\n1 1  1e-9\n2 2 1\n",
+     "line 3: 1e-9 is not a whole number"),
     ("coordinate pattern general\n2 2 2\n1 1\n2 2\n", "is not"),
     ("coordinate complex general\n2 2 2\n1 1 1 0\n2 2 1 0\n", "is not"),
     ("array real general\n2 2\n1\n0\n0\n1\n", "; write a dense matrix as"),

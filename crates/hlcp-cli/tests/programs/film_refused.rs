@@ -109,6 +109,7 @@ fn wrong_films_are_refused_in_one_line() {
     write("zero.npy", &npy("(2, 3)"));
     write("cut.npy", b"\x93NUMPY\x01");
     let size = "--lx 0.01 --ly 0.01 --speed 2 --viscosity 0.03 --out new/film";
+    #[rustfmt::skip] // a table
     let of_shapes = [
         ("--map negative.csv", "negative.csv: row 2, column 2: the gap is -3e-5 m"),
         ("--map zero.npy", "zero.npy: row 1, column 1: the gap is 0e0 m"),
@@ -121,14 +122,13 @@ fn wrong_films_are_refused_in_one_line() {
         ("--map cut.npy", "cut.npy: the NPY header is cut short"),
         ("--map none.csv", "none.csv"),
         ("--pad plane", "taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers"),
-        (
-            "--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 10,0.0099,0.005",
-            "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit",
-        ),
+        ("--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 10,0.0099,0.005",
+         "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit"),
         ("--pad taper,1,1,0", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH"),
         ("--pad cone,1", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola"),
         ("--journal", "required"),
     ];
+    #[rustfmt::skip] // a table
     let of_map = [
         ("--roughness small.csv", "small.csv has 1 rows and 1 columns, but the film has 2 and 3"),
         ("--side west=0 --side west=1", "--side west is given twice"),
@@ -139,38 +139,28 @@ fn wrong_films_are_refused_in_one_line() {
         ("--pocket 0.009,0,0.002,0.001,1e-6", "--pocket from x = 0.009 to 0.011 is outside"),
         ("--pocket 0,-1,0.002,0.001,1e-6", "--pocket from y = -1 to -0.999 is outside"),
         ("--pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
-        (
-            "--pocket 0,0,1e-5,1e-5,1e-6",
-            "--pocket of 0.00001 by 0.00001 is lost in cells of 0.00333",
-        ),
+        ("--pocket 0,0,1e-5,1e-5,1e-6",
+         "--pocket of 0.00001 by 0.00001 is lost in cells of 0.00333"),
         ("--dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
         ("--dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
         ("--supply 0.009,0,0.002,0.001,1e5", "--supply from x = 0.009 to 0.011 is outside"),
         ("--supply 0,0,0.001,0.001,1e5", "the number of cells of a supply is 0"),
         ("--load 1e9", "the search for a position that carries 1000000000 N failed; each of the "),
-        (
-            "--supply 0.001,0.001,0.005,0.006,1e6 --load 1",
-            " N or more, also by the pressures of supplies and sides",
-        ),
+        ("--supply 0.001,0.001,0.005,0.006,1e6 --load 1",
+         " N or more, also by the pressures of supplies and sides"),
         ("--whirl=-1", "--whirl has -1, but a frequency over the running speed is"),
         ("--load 50kN", "'50kN' is not a number; units are given by their own"),
         ("--load 5 --mass 5", "--mass lets the wall move under the loads of --motion"),
         ("--load -1", "--load is -1 N, but it must be positive"),
-        (
-            "--x-unit 1 --load 1,0.005,5",
-            "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of",
-        ),
+        ("--x-unit 1 --load 1,0.005,5",
+         "--load: Y is 5 m, outside the film, which ends at 0.01 m; X and Y are in units of"),
         ("--motion times.csv", "times.csv: row 3: the time 1 does not exceed the one before"),
-        (
-            "--motion meets.csv",
-            "meets.csv: row 2: the walls meet; positions are in units of --h-unit",
-        ),
+        ("--motion meets.csv",
+         "meets.csv: row 2: the walls meet; positions are in units of --h-unit"),
         ("--motion gap.csv --load 1", "--load is where a free motion begins, but"),
         ("--motion gap.csv --mass -1", "not a number of kilogrammes, 0 or more"),
-        (
-            "--motion gap.csv --mass 1",
-            "but a motion has two rows or more, each with the time and the load",
-        ),
+        ("--motion gap.csv --mass 1",
+         "but a motion has two rows or more, each with the time and the load"),
         ("--ambient -1", "--ambient is below --cavitation"),
         ("--method FOO", "there is no method 'FOO'"),
         ("--nx 4", "cannot be used with"),
@@ -179,11 +169,10 @@ fn wrong_films_are_refused_in_one_line() {
     ];
     let round = "--journal --diameter 0.1 --length 0.05 --clearance 1e-4 --viscosity 0.03 --rpm 3000 \
                  --groove 0,1e5 --ecc 0.6 --out new/film";
+    #[rustfmt::skip] // a table
     let of_bushes = [
-        (
-            "--lobes 2,1.2",
-            "--lobes: the preload of the lobes is 1.2, but it must be from 0 to below 1",
-        ),
+        ("--lobes 2,1.2",
+         "--lobes: the preload of the lobes is 1.2, but it must be from 0 to below 1"),
         ("--lobes 2.5,0.5", "--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]], with a whole COUNT"),
         ("--lobes 2,0.5,1.5", "the offset of the lobes is 1.5, but it must be from 0 to 1"),
         ("--nx 1", "--nx is 1, but a journal takes 3 cells or more around it"),
@@ -194,11 +183,10 @@ fn wrong_films_are_refused_in_one_line() {
         ("--dam 20,90,0.06,1e-5", "--dam from y = "),
         ("--dam 20,90,1e-6,1e-5", "by 1e-6 is lost in cells of"),
     ];
+    #[rustfmt::skip] // a table
     let of_places = [
-        (
-            "--ecc 1.2",
-            "--ecc is 1.2, but an eccentricity over the clearance is at least 0 and below",
-        ),
+        ("--ecc 1.2",
+         "--ecc is 1.2, but an eccentricity over the clearance is at least 0 and below"),
         ("", "a journal needs its position: give --ecc, from 0 to below 1, or --load or --motion"),
     ];
     let (map, journal) = (format!("--map gap.csv {size}"), journal(0.1));
