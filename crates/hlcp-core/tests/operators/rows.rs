@@ -79,11 +79,18 @@ fn cases() -> impl Strategy<Value = Case> {
 }
 
 impl Case {
-    fn step(&self, a: &dyn Rows<f64>, b: &dyn Rows<f64>) -> (Vec<f64>, Norms) {
-        let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(1.25).unwrap();
+    fn problem<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> Hlcp<f64, A, B> {
+        Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(1.25).unwrap()
+    }
+
+    fn take<A, B>(&self, step: &impl Step<f64, A, B>, on: &Hlcp<f64, A, B>) -> (Vec<f64>, Norms) {
         let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let norms = self.aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
+        let norms = step.step(on, &q, &self.x, &mut y, &mut vec![]);
         (y, norms)
+    }
+
+    fn step(&self, a: &dyn Rows<f64>, b: &dyn Rows<f64>) -> (Vec<f64>, Norms) {
+        self.take(&self.aor, &self.problem(a, b))
     }
 }
 
@@ -95,17 +102,12 @@ proptest! {
     #[test]
     fn a_sweep_over_assembled_rows_is_the_walk(case in cases()) {
         let (a, b) = (csr::<u32>(&case.a), csr::<u32>(&case.b));
-        let (y, norms) = case.step(&a, &b);
-        let (wide_a, wide_b) = (csr::<usize>(&case.a), csr::<i64>(&case.b));
-        let (narrow_a, narrow_b) = (csr::<i32>(&case.a), csr::<u32>(&case.b));
-        prop_assert_eq!(&(y.clone(), norms), &case.step(&wide_a, &wide_b));
-        prop_assert_eq!(&(y.clone(), norms), &case.step(&narrow_a, &narrow_b));
-        prop_assert_eq!(&(y.clone(), norms), &case.step(&Walked::new(&a), &b));
-        let problem = Hlcp::new(Walked::new(&a), Walked::new(&b), case.omega.clone()).unwrap();
-        let problem = problem.with_gamma(1.25).unwrap();
-        let (q, mut walked) = (Rhs::new(&case.q).unwrap(), vec![f64::NAN; case.x.len()]);
-        prop_assert_eq!(norms, case.aor.step(&problem, &q, &case.x, &mut walked, &mut vec![]));
-        prop_assert_eq!(y, walked);
+        let found = case.step(&a, &b);
+        prop_assert_eq!(&found, &case.step(&csr::<usize>(&case.a), &csr::<i64>(&case.b)));
+        prop_assert_eq!(&found, &case.step(&csr::<i32>(&case.a), &csr::<u32>(&case.b)));
+        prop_assert_eq!(&found, &case.step(&Walked::new(&a), &b));
+        let walked = case.problem(Walked::new(&a), Walked::new(&b));
+        prop_assert_eq!(found, case.take(&case.aor, &walked));
     }
 
     /// B diagonal, as in a linear complementarity problem.
@@ -147,15 +149,12 @@ proptest! {
         let n = case.x.len();
         let (aor, backward) = (case.aor, case.aor.backward() == case.aor);
         let (a, b) = (csr::<u32>(&case.a), csr::<u32>(&case.b));
-        let problem = Hlcp::new(&a, &b, case.omega.clone()).unwrap().with_gamma(1.25).unwrap();
+        let problem = case.problem(&a, &b);
         let coloured = Multicolour::new(aor, &problem);
-        let (q, mut y) = (Rhs::new(&case.q).unwrap(), vec![f64::NAN; n]);
-        let norms = if silent {
-            let silent = Hlcp::new(Walked::new(&a), Walked::new(&b), case.omega.clone()).unwrap();
-            let silent = silent.with_gamma(1.25).unwrap();
-            coloured.step(&silent, &q, &case.x, &mut y, &mut vec![])
+        let (y, norms) = if silent {
+            case.take(&coloured, &case.problem(Walked::new(&a), Walked::new(&b)))
         } else {
-            coloured.step(&problem, &q, &case.x, &mut y, &mut vec![])
+            case.take(&coloured, &problem)
         };
 
         // Colours by the definition: the least that no earlier neighbour has.

@@ -10,6 +10,10 @@ use hlcp_methods::{Mms, Solver};
 use hlcp_verify::{AmericanPut, Proof};
 use nalgebra::{DMatrix, DVector};
 
+/// QuantLib's example of an American option, in units of its strike, on a coarse grid.
+const PUT: AmericanPut =
+    AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
+
 /// The `z` of every LCP in turn, and the iterations they took; from the last answer, or each from
 /// the same start.
 fn marched<T: Scalar>(put: AmericanPut, warm: bool) -> (Vec<Vec<T>>, usize) {
@@ -81,8 +85,7 @@ fn each_lcp_is_its_time_step() {
 /// year).
 #[test]
 fn the_price_is_quantlibs() {
-    let grid =
-        |m: usize| AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m, steps: m * m / 4 };
+    let grid = |m: usize| AmericanPut { m, steps: m * m / 4, ..PUT };
     let [coarse, middle, fine] = [8, 16, 32].map(|m| 40.0 * price(grid(m), 36.0 / 40.0));
     let order = ((middle - coarse) / (fine - middle)).log2();
     assert!((1.5..2.5).contains(&order), "{order}: {coarse} {middle} {fine}");
@@ -145,8 +148,7 @@ fn waiting_gains_with_time() {
 
 #[test]
 fn warm_starts_pay() {
-    let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
-    let ((warm, few), (cold, many)) = (marched::<f64>(put, true), marched::<f64>(put, false));
+    let ((warm, few), (cold, many)) = (marched::<f64>(PUT, true), marched::<f64>(PUT, false));
     assert!(few < many, "{few} {many}");
     let off = warm.iter().flatten().zip(cold.iter().flatten()).map(|(w, c)| (w - c).abs());
     // Each step adds 1e-10 and passes on what it gets.
@@ -155,9 +157,8 @@ fn warm_starts_pay() {
 
 #[test]
 fn single_precision_agrees() {
-    let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
-    let (wide, narrow) = (marched::<f64>(put, true).0, marched::<f32>(put, true).0);
-    let [wide, narrow] = [put.price(&wide[41], 0.9), put.price(&narrow[41], 0.9)];
+    let (wide, narrow) = (marched::<f64>(PUT, true).0, marched::<f32>(PUT, true).0);
+    let [wide, narrow] = [PUT.price(&wide[41], 0.9), PUT.price(&narrow[41], 0.9)];
     // 42 steps, some four roundings of a residual of unit size each.
     let rounding = 42.0 * 4.0 * f64::from(f32::EPSILON);
     assert_abs_diff_eq!(wide, narrow, epsilon = rounding);
@@ -165,17 +166,15 @@ fn single_precision_agrees() {
 
 #[test]
 fn convergence_is_proved() {
-    let put = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
-    let (a, b) = put.pose::<f64>().unwrap();
+    let (a, b) = PUT.pose::<f64>().unwrap();
     let proof = proved(&a, &b, &[Aor::gauss_seidel()]);
     assert!(matches!(proof, Proof::Theorem1 | Proof::Theorem2), "{proof:?}");
 }
 
 #[test]
 fn volatilities_beyond_all_measure_are_refused() {
-    let plain = AmericanPut { rate: 0.06, volatility: 0.2, maturity: 1.0, m: 16, steps: 40 };
     for volatility in [1e160, 1e-160] {
-        let put = AmericanPut { volatility, ..plain };
+        let put = AmericanPut { volatility, ..PUT };
         assert!(matches!(put.pose::<f64>().unwrap_err(), Error::Parameter { .. }));
     }
 }

@@ -132,8 +132,7 @@ fn cases() -> impl Strategy<Value = Case> {
                 let sides = [left, right];
                 let other = if alike { sides.clone() } else { [other_left, other_right] };
                 let omega = if alike { Just(vec![1.0; n]).boxed() } else { scales(n).boxed() };
-                let pair = [sides, other].map(|sides| matrix(n, [spoilt, silent], sides));
-                let [a, b] = pair;
+                let [a, b] = [sides, other].map(|sides| matrix(n, [spoilt, silent], sides));
                 (a, b, omega).prop_map(move |(a, b, omega)| Case { a, b, omega, q: q.clone() })
             },
         )
