@@ -24,11 +24,12 @@ pub(crate) fn solve<M: Method<f64>>(
     let smallest = residuals.iter().copied().fold(f64::INFINITY, f64::min);
     assert_eq!(residuals[outcome.answer], smallest, "{outcome}");
     // The step's norm and the answer's own differ by the rounding of terms no larger than the
-    // start's residual and q.
+    // start's residual and q, or where these underflow by that of the least numbers.
     let terms = residuals[0].max(Norms::of(q).l2);
     let residual = outcome.residual;
     let same = residual.l2 == smallest
-        || (residual.l2 - smallest).abs() <= 1e-6 * smallest + 64.0 * f64::EPSILON * terms;
+        || (residual.l2 - smallest).abs()
+            <= 1e-6 * smallest + 64.0 * f64::EPSILON * terms.max(f64::MIN_POSITIVE);
     assert!(same && residual.linf <= residual.l2, "{outcome}");
     assert!(!residual.l2.is_nan());
     for v in [solver.x(), solver.z(), solver.r()] {

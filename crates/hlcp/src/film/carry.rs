@@ -4,7 +4,7 @@ use hlcp_verify::Film;
 use nalgebra::{DMatrix, DVector};
 
 use super::{
-    Bearing, FilmError, Journal, Settings, Solved,
+    Bearing, FilmError, Settings, Solved,
     search::{Point, WITHIN, equilibrium},
 };
 
@@ -140,13 +140,14 @@ pub(super) struct Wanted {
 impl Wanted {
     pub(super) fn new(bearing: &Bearing, load: &Load, thin: f64) -> Self {
         let (lengths, force) = (bearing.film.lengths, load.force);
-        if let Some(Journal { clearance, .. }) = bearing.journal {
+        if let Some(journal) = bearing.journal {
             let forces = match load.direction {
                 Some(angle) => vec![force * angle.cos(), force * angle.sin()],
                 None => vec![force],
             };
             let n = forces.len();
-            let (moving, units, levers) = ((0..n).collect(), vec![clearance; n], vec![1.0; n]);
+            let (moving, units, levers) =
+                ((0..n).collect(), vec![journal.reach(); n], vec![1.0; n]);
             return Self { forces, moving, units, levers, is_size: n == 1, is_journal: true };
         }
         let moves = |&k: &usize| k == 0 || bearing.modes[k].iter().any(|&mode| mode != 0.0);
@@ -191,11 +192,14 @@ impl Wanted {
         let ways = if self.is_journal && !self.is_size { 8 } else { 0 };
         let last = |way: i32| {
             let (sin, cos) = (f64::from(way) * PI / 4.0).sin_cos();
-            let [mut open, mut closed] = [0.0, 2.0];
+            let is_open = |size: f64| is_open(&[size * cos, size * sin]);
+            let [mut open, mut closed] = [0.0, 1.0];
+            while is_open(closed) {
+                closed *= 2.0;
+            }
             for _ in 0..40 {
                 let middle = 0.5 * (open + closed);
-                let end =
-                    if is_open(&[middle * cos, middle * sin]) { &mut open } else { &mut closed };
+                let end = if is_open(middle) { &mut open } else { &mut closed };
                 *end = middle;
             }
             vec![open * cos, open * sin]

@@ -39,6 +39,11 @@ impl Journal {
         [PI * self.diameter, self.length]
     }
 
+    /// Returns the least eccentricity at which the walls meet, without a tilt.
+    pub(super) fn reach(&self) -> f64 {
+        self.clearance * self.lobes.map_or(1.0, |lobes| 1.0 - lobes.preload)
+    }
+
     /// Returns the gap over the clearance at x, with the journal in the middle.
     pub(super) fn bore(&self, x: f64) -> f64 {
         self.lobes.map_or(1.0, |lobes| lobes.gap(x / (self.diameter / 2.0)))

@@ -144,6 +144,37 @@ fn journal(cells: [usize; 2], speed: f64) -> Bearing {
 }
 
 proptest! {
+    #![proptest_config(config(64))]
+
+    /// The walls of lobes meet sooner than those of a round bush.
+    #[test]
+    fn lobes_carry_what_they_carry_somewhere(
+        (count, preload, offset, middle) in (2..5_usize, 0.1..0.85, 0.3..1.0, 0.0..TAU),
+        (size, angle, groove, length) in (0.0..0.95, 0.0..TAU, 0.0..360.0, 0.03..0.1),
+        (digits, turns_back) in (0.0..2.0_f64, any::<bool>()),
+    ) {
+        let lobes = Some(Lobes { count, preload, offset, middle });
+        let of = Journal { lobes, ..Journal::round(0.1, length, 1e-4) };
+        let mut bearing = Bearing::journal(of, [90, 8]);
+        let speed = 10_f64.powf(digits);
+        bearing.film.speeds = [if turns_back { -speed } else { speed }, 0.0];
+        bearing.film.viscosity = vec![0.01];
+        bearing.film.supplies = vec![of.groove(groove, [0.0, length], 1e5)];
+        let least = 1e-4 * (1.0 - preload);
+        bearing.position = vec![size * least * angle.cos(), size * least * angle.sin()];
+        let settings = Settings::default();
+        let here = Solved::new(bearing.here().unwrap(), None, &settings).unwrap();
+        let [x, y] = bearing.forces(&here.film, &here.z)[..] else { unreachable!("a journal's") };
+        let force = x.hypot(y);
+        prop_assume!(force > 1.0);
+        bearing.position = vec![0.5 * least, 0.0];
+        let load = Load { direction: Some(y.atan2(x)), ..Load::of(force) };
+        let carried = bearing.carry(&load, None, &settings).unwrap();
+        prop_assert!(carried.found, "{}", carried.failure(force));
+    }
+}
+
+proptest! {
     #![proptest_config(config(12))]
 
     /// Much less than what pressures press with, which rounds, and loads at which little flows
