@@ -367,8 +367,9 @@ fn pivot<T: Scalar>(diagonal: T) -> T {
     if inverse.is_finite() && diagonal.is_finite() { inverse } else { T::zero() }
 }
 
-/// The rounds in which rows and columns of a full matrix are brought to one size.
-const ROUNDS: usize = 3;
+/// The rounds in which rows and columns are brought to about one size. One leaves few traces of
+/// factors between 10⁻³ and 10³.
+pub(crate) const ROUNDS: usize = 3;
 
 /// Returns a power of two that brings `size` to about 1, or 1 if there is none.
 fn unit<T: Scalar>(size: T) -> T {
@@ -417,15 +418,15 @@ impl<T: Scalar> Lu<T> {
         }
         of_columns.fill(T::one());
         for _ in 0..ROUNDS {
-            let mut sums = vec![T::zero(); n];
-            for (unit_of_row, line) in of_rows.iter_mut().zip(factors.chunks_exact(n.max(1))) {
+            let lines = || factors.chunks_exact(n.max(1));
+            for (of_row, line) in of_rows.iter_mut().zip(lines()) {
                 let sizes = line.iter().zip(&*of_columns).map(|(a, &by)| a.abs() * by);
-                *unit_of_row = unit(sizes.fold(T::zero(), |sum, size| sum + size));
-                for (sum, a) in sums.iter_mut().zip(line) {
-                    *sum += *unit_of_row * a.abs();
-                }
+                *of_row = unit(sizes.fold(T::zero(), |sum, size| sum + size));
             }
-            of_columns.iter_mut().zip(sums).for_each(|(by, sum)| *by = unit(sum));
+            for (j, of_column) in of_columns.iter_mut().enumerate() {
+                let sizes = lines().zip(&*of_rows).map(|(line, &by)| line[j].abs() * by);
+                *of_column = unit(sizes.fold(T::zero(), |sum, size| sum + size));
+            }
         }
         for (line, &of_row) in factors.chunks_exact_mut(n.max(1)).zip(&*of_rows) {
             line.iter_mut().zip(&*of_columns).for_each(|(a, &by)| *a *= of_row * by);

@@ -1,7 +1,7 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
-    Clock, Method, TridiagonalPart, Work,
+    Clock, GROWTH, Method, TridiagonalPart, Work,
     method::measure,
     multigrid::{Scaling, exact_sweep},
     pivoting,
@@ -71,10 +71,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// far, or from the next one, and Anderson's from the start; later ones go on from its own, or from
 /// the one that is kept again where its own had ten times the residual of that. On a plane adaptive
 /// SOR and multigrid share the one that is kept: the sweeps of one smooth what the other leaves. A
-/// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, but that
-/// of pivoting, whose first columns may be all but singular; adaptive SOR with its own iterate goes
-/// on from the one that is kept, with a smaller α. Entries of 10⁶ times the usual size make `Auto`
-/// look before the solver does.
+/// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of
+/// pivoting to 10¹⁵ times, as its first columns may be all but singular; adaptive SOR with its own
+/// iterate goes on from the one that is kept, with a smaller α. Entries of 10⁶ times the usual size
+/// make `Auto` look before the solver does.
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves
@@ -363,15 +363,16 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         size
     }
 
-    /// Returns whether `y` diverges. Measures the residual only where an entry is huge.
-    fn runs_away(&mut self, q: &Rhs<'_, T>, y: &[T]) -> bool {
+    /// Returns whether `y` diverges, beyond a bound. Measures the residual only where an entry is
+    /// huge.
+    fn runs_away(&mut self, q: &Rhs<'_, T>, y: &[T], bound: f64) -> bool {
         // All entries are looked at, so that several are at a time. NaN is not calm either.
         let usual = T::of(self.usual);
         let calm = y.iter().fold(true, |calm, y| calm & (y.abs() <= usual));
         self.problem.any(!calm) && {
             let mut f = vec![T::zero(); y.len()];
             let residual = measure(&self.problem, q, y, &mut f, &mut self.scratch).l2;
-            residual.is_nan() || residual > GROWN * self.scale
+            residual.is_nan() || residual > bound
         }
     }
 
@@ -676,9 +677,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         self.keep(x, residual, GAIN);
         self.see(residual);
-        // Columns that are chosen anew may lead anywhere at first.
+        // Columns that are chosen anew may lead anywhere at first, but not to where the solver ends.
         let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
-        let runs_away = !is_pivoted && self.runs_away(q, y);
+        let bound = self.scale * if is_pivoted { 0.1 * GROWTH } else { GROWN };
+        let runs_away = self.runs_away(q, y, bound);
         if opened.is_some() {
             if runs_away {
                 // Not even the first sweep's doing: a pivot that is zero.
@@ -687,8 +689,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             return norms;
         }
-        let has_grown = !is_pivoted && residual > GROWN * self.scale;
-        let grown = residual.is_nan() || has_grown || runs_away;
+        let grown = residual.is_nan() || residual > bound || runs_away;
         let spent = led - self.begun.0;
         if let (true, Some(Worker::Sor(sor))) =
             (grown && spent < window && !shares, &mut self.candidates[self.at].worker)

@@ -3,15 +3,13 @@
 use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 
 use super::Pivoting;
+use crate::amg::ROUNDS;
 
 /// The part of the way to the edge that a step inside takes at most, and μ over the square of the
 /// size of `x`, or the number of steps, that ends it.
 const EDGE: f64 = 0.9999;
 const INSIDE: f64 = 1e-14;
 const STEPS: usize = 50;
-
-/// The rounds in which columns get units. One leaves few traces of factors between 10⁻³ and 10³.
-const ROUNDS: usize = 3;
 
 /// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too. The first ones are the units of
 /// the columns, so that μ is 1.
