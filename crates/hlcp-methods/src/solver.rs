@@ -340,7 +340,10 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         let problem = self.method.problem();
         match test.judge(problem, q, &self.x, measured, &mut self.scratch) {
             Ok(_) => (Status::Converged, measured),
-            Err(bound) => (status, bound),
+            Err(bound) if test.is_near(usize::MAX, measured) || test.is_far(measured, bound) => {
+                (status, bound)
+            }
+            Err(_) => (status, measured),
         }
     }
 
