@@ -285,8 +285,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             if is_circle && self.patience == 0 {
                 return None;
             }
-            self.patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
-            self.since += 1;
+            let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
+            // Single changes may come once to what changes of several came to.
+            let goes_on = (patience > 0) == (self.patience > 0);
+            (self.patience, self.since) = (patience, if goes_on { self.since + 1 } else { 1 });
             if self.since.is_power_of_two() {
                 self.seen = signs;
             }
