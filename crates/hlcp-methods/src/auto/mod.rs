@@ -677,7 +677,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         self.keep(x, residual, GAIN);
         self.see(residual);
-        // Columns that are chosen anew may lead anywhere at first, but not to where the solver ends.
+        // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
         let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
         let bound = self.scale * if is_pivoted { 0.1 * GROWTH } else { GROWN };
         let runs_away = self.runs_away(q, y, bound);
