@@ -115,6 +115,9 @@ impl Test {
         scratch: &mut Vec<T>,
     ) -> Result<Norms, Norms> {
         self.renew(problem, q, x);
+        if !self.seems_within(norms) {
+            return Err(norms);
+        }
         let bound = problem.exact_residual(q, x).unwrap_or_else(|| {
             let rounding = problem.estimated_rounding(q, x, scratch);
             // The sum of n squares is rounded, too.

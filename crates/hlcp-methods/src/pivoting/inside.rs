@@ -101,7 +101,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         }
         self.fewest = usize::MAX;
         // Signs that are wrong may have led to a first x that is larger by many powers of ten.
-        let reached = mean_size(|i| y[i] * T::of(2.0) / size, &units);
+        let reached = 2.0 * mean_size(|i| y[i], &units) / size.wide();
         let goes_on = left > 1
             && mean(&z, &r) > INSIDE * reached * reached
             && y.iter().all(|y| y.is_finite());

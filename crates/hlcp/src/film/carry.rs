@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{
     Bearing, FilmError, Settings, Solved,
-    search::{Point, WITHIN, equilibrium},
+    search::{Point, equilibrium},
 };
 
 /// What a wall is to carry, in SI units.
@@ -93,7 +93,9 @@ impl Carried {
 /// A search goes no further than to this part of the least gap that it began with.
 const NARROWEST: f64 = 1e-4;
 
-/// The rounding of forces, over what all pressures together press with.
+/// How near forces come to those that are asked for, over the size of these, and what rounding may
+/// leave, over what all pressures together press with.
+const WITHIN: f64 = 1e-9;
 const ROUNDED: f64 = 1e-11;
 
 /// A load of so many times what films carry whose walls nearly meet is beyond them.
@@ -315,17 +317,15 @@ impl Bearing {
             let off = wanted.off(&forces);
             let Solved { film, z, .. } = &solved;
             let pressed = film.pressure_unit() * film.cell() * z.iter().sum::<f64>();
-            // Well within, so that rounding does not decide.
-            if off.norm() <= (0.5 * WITHIN).max(ROUNDED * pressed / wanted.size()) {
-                let n = off.len();
-                return Ok(Some((DVector::zeros(n), DMatrix::zeros(n, n))));
+            if off.norm() <= WITHIN.max(ROUNDED * pressed / wanted.size()) {
+                return Ok(Some((off, None)));
             }
             let derivatives = solved.derivatives(self, &wanted.moving, false, false);
             let Ok([slopes, _]) = derivatives else {
                 failed += 1;
                 return Ok(None);
             };
-            Ok(Some((off, wanted.slopes(&forces, &slopes))))
+            Ok(Some((off, Some(wanted.slopes(&forces, &slopes)))))
         };
         let (nearest, tried) = equilibrium(&starts, narrow, film, is_beyond)?;
         let found = nearest.as_ref().is_some_and(Point::is_found);

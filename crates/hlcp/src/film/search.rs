@@ -2,9 +2,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// How near the forces come to the wanted ones, over the size of these.
-pub(super) const WITHIN: f64 = 1e-9;
-
 /// What the slopes may err by in a step, over what is left to go: in one that is to arrive, and in
 /// one along a curve.
 const ARRIVING: f64 = 0.5;
@@ -24,13 +21,13 @@ const FILMS: usize = 1000;
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
 
-/// Searches for a position at which a film exerts the wanted forces, to 10⁻⁹ of their size, from
-/// each of `starts` until one leads there; returns the point that comes nearest, if the film is at
+/// Searches for a position at which a film exerts the wanted forces, from each of `starts` until one
+/// leads there; returns the point that comes nearest, if the film is at
 /// any start, and how many films were tried where the walls do not meet.
 ///
 /// `film` says of a position how far the forces are off, over the size of those that are wanted,
-/// and how that changes with it, of which nothing is asked where they are the wanted ones; or
-/// `None` where the walls meet. Positions should have a unit in which that is some 1 away. There
+/// and how that changes with it, or nothing of that where they are the wanted ones; or `None` where
+/// the walls meet. Positions should have a unit in which that is some 1 away. There
 /// are as many forces as coordinates, one to three.
 ///
 /// # Method
@@ -90,26 +87,27 @@ pub(super) fn equilibrium<E>(
     Ok((search.nearest, search.films))
 }
 
-/// How far forces are off, and the change of the `k`-th by the coordinate `l` at `(k, l)`.
-type Off = (DVector<f64>, DMatrix<f64>);
+/// How far forces are off, and the change of the `k`-th by the coordinate `l` at `(k, l)`, unless
+/// they are the wanted ones.
+type Off = (DVector<f64>, Option<DMatrix<f64>>);
 
 /// A position, how far off its forces are, and the slopes of that.
 #[derive(Clone)]
 pub(super) struct Point {
     pub(super) at: DVector<f64>,
     pub(super) off: DVector<f64>,
-    slopes: DMatrix<f64>,
+    slopes: Option<DMatrix<f64>>,
 }
 
 impl Point {
     /// Whether the forces are the wanted ones.
     pub(super) fn is_found(&self) -> bool {
-        self.off.norm() <= WITHIN
+        self.slopes.is_none()
     }
 
     /// The step to where the slopes say that nothing is off.
     fn newton(&self) -> Option<DVector<f64>> {
-        let step = self.slopes.clone().lu().solve(&-&self.off)?;
+        let step = self.slopes.clone()?.lu().solve(&-&self.off)?;
         step.iter().all(|by| by.is_finite()).then_some(step)
     }
 
@@ -122,7 +120,7 @@ impl Point {
         length: f64,
     ) -> Option<(DVector<f64>, f64)> {
         let n = ray.len();
-        let mut bordered = self.slopes.clone().resize(n + 1, n + 1, 0.0);
+        let mut bordered = self.slopes.clone()?.resize(n + 1, n + 1, 0.0);
         let mut rhs = (-&self.off).resize_vertically(n + 1, length);
         for k in 0..n {
             (bordered[(k, n)], bordered[(n, k)]) = (-ray[k], direction[k]);
@@ -156,7 +154,8 @@ impl<E, F: FnMut(&[f64]) -> Result<Option<Off>, E>> Search<F> {
             return Ok(None);
         }
         let point = Point { at, off, slopes };
-        if self.nearest.as_ref().is_none_or(|nearest| distance < nearest.off.norm()) {
+        let is_nearer = |nearest: &Point| point.is_found() || distance < nearest.off.norm();
+        if self.nearest.as_ref().is_none_or(is_nearer) {
             self.nearest = Some(point.clone());
         }
         Ok(Some(point))
@@ -254,7 +253,8 @@ mod tests {
     fn the_root_of_a_cube_is_found() {
         let cube = |e: &[f64]| {
             let off = DVector::from_element(1, (e[0].powi(3) - 8.0) / 8.0);
-            Ok::<_, ()>(Some((off, DMatrix::from_element(1, 1, 3.0 * e[0] * e[0] / 8.0))))
+            let slope = DMatrix::from_element(1, 1, 3.0 * e[0] * e[0] / 8.0);
+            Ok::<_, ()>(Some((off.clone(), Some(slope).filter(|_| off.norm() > 1e-9))))
         };
         let (nearest, films) = equilibrium(&[vec![1.0]], Vec::new, cube, || false).unwrap();
         let nearest = nearest.unwrap();
