@@ -1,6 +1,7 @@
-//! Films as a library: walls that move, in `motion.rs`; walls that carry a load, from anywhere;
+//! Films as a library: walls that carry a load, in `carry.rs`; walls that move, in `motion.rs`;
 //! derivatives against differences; published bearings.
 
+mod carry;
 mod motion;
 
 use std::{
@@ -89,51 +90,6 @@ proptest! {
     }
 }
 
-/// Without a direction of the load its lobes turn with the widest gap, as grooves do.
-#[test]
-fn lobes_turn_with_a_load_of_any_direction() {
-    let settings = Settings::default();
-    let lobes = Some(Lobes { count: 2, preload: 0.5, offset: 0.5, middle: 0.0 });
-    let mut bearing = journal([36, 6], 10.0);
-    let round = bearing.journal.unwrap();
-    bearing.film.gap = Bearing::journal(Journal { lobes, ..round }, [36, 6]).film.gap;
-    bearing.journal = Some(Journal { lobes, ..round });
-    bearing.position = vec![2e-5, 0.0];
-    let (mut free, gap) = (bearing.clone(), bearing.film.gap.clone());
-    assert!(free.carry(&Load::of(500.0), None, &settings).unwrap().found);
-    // The journal moves along x = 0, the middle of a lobe, and these stay.
-    assert!(free.position[1] == 0.0 && free.film.gap == gap, "{:?}", free.position);
-    let direction = Some(bearing.load_direction(0.0));
-    let load = Load { direction, ..Load::of(500.0) };
-    assert!(bearing.carry(&load, None, &settings).unwrap().found);
-    assert!(bearing.position[1].abs() > 1e-6, "{:?}", bearing.position);
-}
-
-/// Loads that no position carries, in one direction and in two.
-#[test]
-fn loads_out_of_reach_are_refused_after_some_tens_of_films() {
-    let settings = Settings::default();
-    let pad = Film::new([30, 20], [0.05, 0.03], 3.0, 0.04).with_gap(|x, _| 4e-5 - 4e-4 * x);
-    let at = |position| Bearing { position, ..journal([60, 8], 10.0) };
-    let from = |direction| Load { direction, ..Load::of(1e10) };
-    for (mut bearing, load) in [
-        (Bearing::pad(pad), Load::of(1e9)),
-        (at(vec![5e-5, 0.0]), from(None)),
-        (at(vec![5e-5, 0.0]), from(Some(PI))),
-    ] {
-        let carried = bearing.carry(&load, None, &settings).unwrap();
-        assert!(!carried.found && carried.films[0] <= 60, "{load:?}: {:?}", carried.films);
-        let film = bearing.at(&carried.largest_at).expect("it was solved");
-        let solved = Solved::new(film, None, &settings).unwrap();
-        let forces = bearing.forces(&solved.film, &solved.z);
-        let size = if bearing.journal.is_some() { forces[0].hypot(forces[1]) } else { forces[0] };
-        // Two solves of a film agree to 1e-12 of its residual, and walls that nearly meet magnify.
-        assert!((size / carried.forces[1] - 1.0).abs() <= 1e-4, "{size} {:?}", carried.forces);
-        let told = carried.failure(load.force);
-        assert!(told.contains(" N or less, most at a"), "{told}");
-    }
-}
-
 /// A journal of 100 mm by 50 mm, in its middle, fed by a groove of 1 bar.
 fn journal(cells: [usize; 2], speed: f64) -> Bearing {
     let mut bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), cells);
@@ -141,86 +97,6 @@ fn journal(cells: [usize; 2], speed: f64) -> Bearing {
     bearing.film.viscosity = vec![0.02];
     bearing.film.supplies = vec![Supply { corner: [0.0, 0.0], size: [0.0, 0.05], pressure: 1e5 }];
     bearing
-}
-
-proptest! {
-    #![proptest_config(config(64))]
-
-    /// The walls of lobes meet sooner than those of a round bush.
-    #[test]
-    fn lobes_carry_what_they_carry_somewhere(
-        (count, preload, offset, middle) in (2..5_usize, 0.1..0.85, 0.3..1.0, 0.0..TAU),
-        (size, angle, groove, length) in (0.0..0.95, 0.0..TAU, 0.0..360.0, 0.03..0.1),
-        (digits, turns_back) in (0.0..2.0_f64, any::<bool>()),
-    ) {
-        let lobes = Some(Lobes { count, preload, offset, middle });
-        let of = Journal { lobes, ..Journal::round(0.1, length, 1e-4) };
-        let mut bearing = Bearing::journal(of, [90, 8]);
-        let speed = 10_f64.powf(digits);
-        bearing.film.speeds = [if turns_back { -speed } else { speed }, 0.0];
-        bearing.film.viscosity = vec![0.01];
-        bearing.film.supplies = vec![of.groove(groove, [0.0, length], 1e5)];
-        let least = 1e-4 * (1.0 - preload);
-        bearing.position = vec![size * least * angle.cos(), size * least * angle.sin()];
-        let settings = Settings::default();
-        let here = Solved::new(bearing.here().unwrap(), None, &settings).unwrap();
-        let [x, y] = bearing.forces(&here.film, &here.z)[..] else { unreachable!("a journal's") };
-        let force = x.hypot(y);
-        prop_assume!(force > 1.0);
-        bearing.position = vec![0.5 * least, 0.0];
-        let load = Load { direction: Some(y.atan2(x)), ..Load::of(force) };
-        let carried = bearing.carry(&load, None, &settings).unwrap();
-        prop_assert!(carried.found, "{}", carried.failure(force));
-    }
-}
-
-proptest! {
-    #![proptest_config(config(12))]
-
-    /// Much less than what pressures press with, which rounds, and loads at which little flows
-    /// through the narrowest cells.
-    #[test]
-    fn loads_are_found_whatever_rounding_leaves_of_them(
-        (digits, pressure) in (-8.0..7.0_f64, 4.0..7.0_f64),
-        direction in prop_oneof![Just(None), (0.0..TAU).prop_map(Some)],
-    ) {
-        let mut bearing = journal([240, 4], 10.0);
-        let pressure = 10_f64.powf(pressure);
-        bearing.film.supplies.clear();
-        bearing.film.sides[2..].fill(Side::Pressure(pressure));
-        bearing.position = vec![5e-5, 0.0];
-        let force = 10_f64.powf(digits);
-        let load = Load { direction, ..Load::of(force) };
-        let carried = bearing.carry(&load, None, &Settings::default()).unwrap();
-        prop_assume!(carried.found || force < 1e6);
-        prop_assert!(carried.found && carried.films[0] <= 250, "{}", carried.failure(force));
-        let Solved { film, z, .. } = &carried.solved;
-        let [x, y] = bearing.forces(film, z)[..] else { unreachable!("those of a journal") };
-        let all: f64 = film.pressures(z).iter().sum::<f64>() * film.cell();
-        prop_assert!((x.hypot(y) - force).abs() <= 1e-9 * force + 1e-11 * all);
-    }
-
-    #[test]
-    fn a_search_that_begins_at_a_neighbour_ends_where_any_does(
-        (load, speed, by) in (500.0..5000.0, 5.0..30.0, 0.8..1.25),
-        direction in prop_oneof![Just(None), Just(Some(std::f64::consts::PI))],
-    ) {
-        let settings = Settings::default();
-        let load = Load { direction, ..Load::of(load) };
-        let begin = |speed| Bearing { position: vec![5e-5, 0.0], ..journal([36, 6], speed) };
-        let mut near = begin(speed);
-        let carried = near.carry(&load, None, &settings).unwrap();
-        prop_assume!(carried.found);
-        near.film.speeds[0] *= by;
-        let warm = near.carry(&load, Some(&carried.solved), &settings).unwrap();
-        let mut far = begin(speed * by);
-        let cold = far.carry(&load, None, &settings).unwrap();
-        prop_assert!(warm.found && cold.found);
-        // Forces are those of the load to 1e-9, and grow with the eccentricity.
-        for (one, other) in near.position.iter().zip(&far.position) {
-            prop_assert!((one - other).abs() <= 1e-4 * 1e-6, "{one} {other}");
-        }
-    }
 }
 
 /// Stiffness is what the forces lose by each coordinate, in a full film and in one that breaks.
