@@ -21,9 +21,9 @@ const FILMS: usize = 1000;
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
 
-/// Searches for a position at which a film exerts the wanted forces, from each of `starts` until one
-/// leads there; returns the point that comes nearest, if the film is at
-/// any start, and how many films were tried where the walls do not meet.
+/// Searches for a position at which a film exerts the wanted forces, from each of `starts` until
+/// one leads there; returns the point that comes nearest, if the film is at any start, and how
+/// many films were tried where the walls do not meet.
 ///
 /// `film` says of a position how far the forces are off, over the size of those that are wanted,
 /// and how that changes with it, or nothing of that where they are the wanted ones; or `None` where
