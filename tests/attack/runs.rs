@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use hlcp_core::{FivePoint, Hlcp, Omega, Rows, Scalar, Varying};
+use hlcp_core::{FivePoint, Hlcp, Omega, Rows, Scalar};
 use hlcp_methods::{BoxedMethod, Limits, Options, Progress, Solver};
 use num_traits::ToPrimitive;
 
@@ -28,23 +28,6 @@ pub(crate) fn lists<T: Scalar>(matrix: &Matrix) -> Lists<T> {
         .filter(|(.., entry)| *entry != 0)
         .for_each(|(i, j, entry)| rows[i].push((j, T::of(entry as f64))));
     Lists(rows)
-}
-
-fn five_point<T: Scalar>(matrix: &Matrix, nx: usize) -> FivePoint<Varying<T>> {
-    let n = matrix.len();
-    let row = |i: usize, j: usize| {
-        let k = nx * j + i;
-        let entry =
-            |inside: bool, at: usize| T::of(if inside { matrix[k][at] as f64 } else { 0.0 });
-        [
-            entry(j > 0, k.wrapping_sub(nx)),
-            entry(i > 0, k.wrapping_sub(1)),
-            entry(true, k),
-            entry(i + 1 < nx, k + 1),
-            entry(k + nx < n, k + nx),
-        ]
-    };
-    FivePoint::from_fn(nx, n / nx, row).expect("a finite matrix on its grid")
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -85,7 +68,10 @@ pub(crate) fn runs(case: &Case, precision: Precision, name: &str, solvable: bool
 fn runs_in<T: Scalar>(case: &Case, asked: f64, name: &str, solvable: bool) -> Vec<Run> {
     let operator = |matrix: &Matrix| -> Operator<T> {
         match case.grid {
-            Some(nx) => Arc::new(five_point(matrix, nx)),
+            Some(nx) => {
+                let grid = FivePoint::from_rows(nx, matrix.len() / nx, &lists(matrix));
+                Arc::new(grid.expect("a finite matrix on its grid"))
+            }
             None => Arc::new(lists(matrix)),
         }
     };
