@@ -6,7 +6,7 @@
 //! triangular comparison matrices.
 
 use crate::common::{Lists, parts};
-use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Step, Varying};
+use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Rhs, Rows, Step};
 use hlcp_methods::{BoxedMethod, Clock, Limits, Method, Mms, Options, Solver, Tmms};
 use hlcp_verify::{
     Contraction, Convergence, Proof, alpha_bound,
@@ -160,22 +160,15 @@ impl Pair {
     fn posed(&self) -> Posed {
         let operator = |rows: &[Vec<f64>]| -> Box<dyn Rows<f64>> {
             match self.grid {
-                Some(grid) => Box::new(self.on_grid(grid, rows)),
+                Some([nx, ny]) => {
+                    Box::new(FivePoint::from_rows(nx, ny, &self.lists(rows)).unwrap())
+                }
                 None => Box::new(self.lists(rows)),
             }
         };
         let omega = Omega::Each(self.omega.clone());
         let problem = Hlcp::new(operator(&self.a), operator(&self.b), omega).unwrap();
         problem.with_gamma(self.gamma).unwrap()
-    }
-
-    fn on_grid(&self, [nx, ny]: [usize; 2], rows: &[Vec<f64>]) -> FivePoint<Varying<f64>> {
-        let row = |i, j| {
-            let k: usize = j * nx + i;
-            let at = |side: usize| if self.columns[k][side] == k { 0.0 } else { rows[k][side] };
-            [at(0), at(1), rows[k][4], at(2), at(3)]
-        };
-        FivePoint::from_fn(nx, ny, row).unwrap()
     }
 
     fn lists(&self, rows: &[Vec<f64>]) -> Lists<f64> {
