@@ -15,7 +15,10 @@ mod counting;
 use std::{cell::RefCell, error::Error, fs, hint::black_box, path::Path, time::Instant};
 
 use common::{TURNS, against, done, machine, median, seconds, solved_on};
-use hlcp_core::{Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Step};
+use hlcp_core::{
+    Aor, Csr, Diagonal, FivePoint, Hlcp, LinearOperator, Omega, Rhs, Rows, Scalar, Scaled, Step,
+    Sum,
+};
 use hlcp_methods::{Limits, Method, Options, Solver, Tmms};
 use hlcp_verify::{Example, Posed};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -254,23 +257,11 @@ struct Assembled {
 
 impl Assembled {
     fn new(a: &FivePoint<f64>, b: &FivePoint<f64>) -> Self {
-        let mut all = Self { starts: vec![0], columns: vec![], sums: vec![], differences: vec![] };
-        for i in 0..a.order() {
-            let start = all.columns.len();
-            a.visit_row(i, &mut |j, a| {
-                all.columns.push(j as u32);
-                all.sums.push(a);
-                all.differences.push(a);
-            });
-            b.visit_row(i, &mut |j, b| {
-                let at = all.columns[start..].iter().position(|&c| c as usize == j);
-                let at = start + at.expect("the pattern of A holds that of B");
-                all.sums[at] += b;
-                all.differences[at] -= b;
-            });
-            all.starts.push(all.columns.len());
-        }
-        all
+        let [sums, differences] =
+            [1.0, -1.0].map(|by| Csr::from_rows(&Sum(a, Scaled { by, of: b })));
+        let ((starts, columns, sums), (.., differences)) = (sums.arrays(), differences.arrays());
+        let columns = columns.into_iter().map(|j| j as u32).collect();
+        Self { starts, columns, sums: sums.to_vec(), differences: differences.to_vec() }
     }
 
     /// A Gauss–Seidel half-step from `x` to `y` in one pass, and ‖F(x)‖².
@@ -298,29 +289,35 @@ impl Assembled {
     }
 }
 
+/// TMGS on Example 1, with its right-hand side.
+type Tmgs = (Solver<f64, Tmms<f64, FivePoint<f64>, FivePoint<f64>, Aor<f64>, Aor<f64>>>, Vec<f64>);
+
+fn tmgs(m: usize, parallel: bool) -> Result<Tmgs, Box<dyn Error>> {
+    let Posed { a, b, q, .. } = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
+    let problem = Hlcp::new(a, b, Omega::Uniform(1.0))?;
+    let problem = if parallel { problem.in_parallel() } else { problem };
+    Ok((Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?), q))
+}
+
 /// TMGS on Example 1: our solve against the same iteration on assembled matrices; the ratio theirs
 /// / ours.
 fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
-    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let start = vec![1.0; m * m];
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
-    let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
-    let limits = Limits::absolute(1e-10);
+    let (mut solver, q) = tmgs(m, false)?;
+    let (start, limits) = (vec![1.0; m * m], Limits::absolute(1e-10));
     let matrices = Assembled::new(solver.method().problem().a(), solver.method().problem().b());
     let (mut x, mut y) = (start.clone(), start.clone());
     let (ratio, theirs) = against(
         || {
             let clock = Instant::now();
             x.copy_from_slice(&start);
-            while matrices.sweep(&scene.q, &x, &mut y, false).sqrt() > 1e-10 {
-                matrices.sweep(&scene.q, &y, &mut x, true);
+            while matrices.sweep(&q, &x, &mut y, false).sqrt() > 1e-10 {
+                matrices.sweep(&q, &y, &mut x, true);
             }
             clock.elapsed().as_secs_f64()
         },
         || {
-            let outcome = solver
-                .solve(&scene.q, Options::from_x(&start).limits(limits))
-                .expect("valid input");
+            let options = Options::from_x(&start).limits(limits);
+            let outcome = solver.solve(&q, options).expect("valid input");
             assert!(outcome.converged());
             outcome.elapsed.as_secs_f64()
         },
@@ -331,13 +328,8 @@ fn solve(m: usize) -> Result<(f64, f64), Box<dyn Error>> {
 /// TMGS on Example 1, the whole solve: the time on one thread over that on those of `pool`, and
 /// that time.
 fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error>> {
-    let scene = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let problem = Hlcp::new(scene.a, scene.b, Omega::Uniform(1.0))?;
-    let solver = |problem| -> Result<_, Box<dyn Error>> {
-        Ok(Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?))
-    };
-    let solvers = [solver(problem.clone())?, solver(problem.in_parallel())?];
-    let (ratio, time) = solved_on(pool, solvers, &scene.q);
+    let ((alone, q), (together, _)) = (tmgs(m, false)?, tmgs(m, true)?);
+    let (ratio, time) = solved_on(pool, [alone, together], &q);
     Ok((ratio, time / ratio))
 }
 
@@ -345,12 +337,9 @@ fn shared_solve(m: usize, pool: &ThreadPool) -> Result<(f64, f64), Box<dyn Error
 fn vectors(m: usize) -> Result<f64, Box<dyn Error>> {
     let before = counting::LIVE.get();
     counting::PEAK.set(before);
-    let Posed { a, b, q, .. } = Example { symmetric: true, m, mu: 4.0, nu: 4.0 }.pose::<f64>()?;
-    let start = vec![1.0; m * m];
+    let ((mut solver, q), start) = (tmgs(m, false)?, vec![1.0; m * m]);
     // Posing the scene took more: the solution it was planted with.
     counting::PEAK.set(counting::LIVE.get());
-    let problem = Hlcp::new(a, b, Omega::Uniform(1.0))?;
-    let mut solver = Solver::new(Tmms::mirrored(problem, Aor::gauss_seidel())?);
     assert!(solver.solve(&q, Options::from_x(&start).limits(Limits::absolute(1e-10)))?.converged());
     Ok((counting::PEAK.get() - before) as f64 / (8 * m * m) as f64)
 }
