@@ -8,11 +8,11 @@ mod counting;
 
 use std::{fmt, sync::Arc};
 
-use common::{Lists, from, named, names};
+use common::{Disguised, Lists, from, named, names};
 
 use hlcp_core::{
-    Aor, Coefficients, Csr, Diagonal, Error, FivePoint, FivePointView, Hlcp, Jacobi,
-    LinearOperator, Omega, Rhs, RowMajor, Rows, Scalar, Scaled, Splitting, SplittingStep, Step,
+    Aor, Coefficients, Csr, Error, FivePoint, FivePointView, Hlcp, Identity, Jacobi, Omega, Rhs,
+    RowMajor, Rows, Scalar, Scaled, Splitting, SplittingStep, Step,
 };
 use hlcp_methods::{
     AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Newton, Norm, Options, Outcome, Renumbered,
@@ -461,35 +461,6 @@ fn threads_change_no_bit_in_single_precision() {
     keeps_on_threads::<f32>();
 }
 
-/// A diagonal operator whose view of itself lacks the last entry.
-struct Short(Vec<f64>);
-
-impl LinearOperator<f64> for Short {
-    fn order(&self) -> usize {
-        self.0.len() + 1
-    }
-
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.copy_from_slice(x);
-    }
-
-    fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        Some(FivePointView::diagonal(Coefficients::Each(&self.0)))
-    }
-}
-
-impl Diagonal<f64> for Short {
-    fn diagonal_entry(&self, _: usize) -> f64 {
-        1.0
-    }
-}
-
-impl Rows<f64> for Short {
-    fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        visit(i, 1.0);
-    }
-}
-
 /// A broken promise is a panic on several threads too, and nobody waits for the one that it hits:
 /// backward it is the first.
 #[test]
@@ -497,7 +468,9 @@ impl Rows<f64> for Short {
 fn a_panic_on_one_thread_ends_the_others() {
     let m = 200;
     let a = FivePoint::new(m, m, [-1.1, -0.9, 4.6, -1.2, -0.8]).unwrap();
-    let short = Short(vec![1.0; m * m - 1]);
+    let entries = vec![1.0; m * m - 1];
+    let view = FivePointView::diagonal(Coefficients::Each(&entries));
+    let short = Disguised { of: Identity { order: m * m }, view };
     let problem = Hlcp::new(a, short, Omega::Uniform(4.0)).unwrap().in_parallel();
     let mut backward = Mms::new(problem, Aor::gauss_seidel().backward()).unwrap();
     let q = vec![-1.3; m * m];

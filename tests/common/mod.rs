@@ -372,41 +372,46 @@ impl LinearOperator<f64> for Failing {
     }
 }
 
-/// A five-point operator on 4 × 1 points that breaks its promise of finite coefficients.
-#[derive(Debug, Clone)]
-pub(crate) struct NotFinite;
+/// An operator that shows another one's stencil as its own.
+pub(crate) struct Disguised<'v, O> {
+    pub(crate) of: O,
+    pub(crate) view: FivePointView<'v, f64>,
+}
 
-impl LinearOperator<f64> for NotFinite {
+impl<O: LinearOperator<f64>> LinearOperator<f64> for Disguised<'_, O> {
     fn order(&self) -> usize {
-        4
+        self.of.order()
     }
 
-    fn apply(&self, _: &[f64], y: &mut [f64]) {
-        y.fill(f64::NAN);
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        self.of.apply(x, y);
     }
 
     fn as_five_point(&self) -> Option<FivePointView<'_, f64>> {
-        let coefficients = [0.0, f64::NAN, 4.0, -1.1, 0.0];
-        Some(FivePointView::new(4, 1, coefficients.map(Coefficients::Uniform)))
+        Some(self.view)
     }
 }
 
-impl Diagonal<f64> for NotFinite {
-    fn diagonal_entry(&self, _: usize) -> f64 {
-        4.0
+impl<O: Diagonal<f64>> Diagonal<f64> for Disguised<'_, O> {
+    fn diagonal_entry(&self, i: usize) -> f64 {
+        self.of.diagonal_entry(i)
     }
 }
 
-impl Rows<f64> for NotFinite {
+impl<O: Rows<f64>> Rows<f64> for Disguised<'_, O> {
     fn visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, f64)) {
-        if i > 0 {
-            visit(i - 1, f64::NAN);
-        }
-        visit(i, 4.0);
-        if i < 3 {
-            visit(i + 1, -1.1);
-        }
+        self.of.visit_row(i, visit);
     }
+}
+
+/// A five-point operator on 4 × 1 points that breaks its promise of finite coefficients.
+pub(crate) fn not_finite() -> Disguised<'static, Lists<f64>> {
+    let row = |i: usize| {
+        let row = [(i.wrapping_sub(1), f64::NAN), (i, 4.0), (i + 1, -1.1)];
+        row.into_iter().filter(|(j, _)| *j < 4).collect()
+    };
+    let view = [0.0, f64::NAN, 4.0, -1.1, 0.0].map(Coefficients::Uniform);
+    Disguised { of: Lists((0..4).map(row).collect()), view: FivePointView::new(4, 1, view) }
 }
 
 /// A full non-symmetric matrix: a diagonal in 1..4, off-diagonal rows that sum to at most `weight`

@@ -2,7 +2,7 @@
 //! promises.
 
 use crate::common::{
-    NotFinite, from, largest_difference, noise, parts, planted_q, problem, solve_from_ones, tmgs,
+    from, largest_difference, noise, not_finite, parts, planted_q, problem, solve_from_ones, tmgs,
 };
 use approx::assert_relative_eq;
 use hlcp_core::{
@@ -318,7 +318,7 @@ fn bad_operators_are_refused() {
     let hole = FivePoint::new(4, 3, [off, off, Each(&centre), off, off]).unwrap();
     let refused = Multigrid::new(Hlcp::new(a, hole, Omega::Uniform(1.0)).unwrap(), Cycle::W);
     assert!(matches!(refused, Err(Error::NotPositive { index: 7, .. })));
-    let spoilt = Hlcp::new(NotFinite, Identity { order: 4 }, Omega::Uniform(4.0)).unwrap();
+    let spoilt = Hlcp::new(not_finite(), Identity { order: 4 }, Omega::Uniform(4.0)).unwrap();
     assert!(matches!(Multigrid::new(spoilt, Cycle::W), Err(Error::NotFinite { .. })));
 }
 

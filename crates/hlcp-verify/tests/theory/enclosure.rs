@@ -11,7 +11,7 @@ use num_traits::{Signed, ToPrimitive, Zero};
 use proptest::{collection::vec, prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
 use crate::{
-    common::{Lists, NotFinite, asked},
+    common::{Lists, asked, not_finite},
     exact::{exact, on_columns},
     for_all,
 };
@@ -476,10 +476,10 @@ fn nothing_is_claimed_of_a_stencil_with_nan() {
     let (z, r, ends) = ([0.4; 4], [0.0; 4], [&[0.1; 4][..], &[9.0; 4]]);
     assert!(certify_box(&sound, &sound, &q, ends, [&z, &r]).unwrap().is_some());
     for spoilt in [
-        certify_box(&NotFinite, &sound, &q, ends, [&z, &r]).unwrap(),
-        certify_box(&sound, &NotFinite, &q, ends, [&z, &r]).unwrap(),
-        certify(&NotFinite, &sound, &q, &z, &r).unwrap().ok(),
-        certify(&sound, &NotFinite, &q, &z, &r).unwrap().ok(),
+        certify_box(&not_finite(), &sound, &q, ends, [&z, &r]).unwrap(),
+        certify_box(&sound, &not_finite(), &q, ends, [&z, &r]).unwrap(),
+        certify(&not_finite(), &sound, &q, &z, &r).unwrap().ok(),
+        certify(&sound, &not_finite(), &q, &z, &r).unwrap().ok(),
     ] {
         assert_eq!(spoilt, None);
     }
