@@ -269,38 +269,34 @@ fn bearing2d_proofs(
     certificate: &Certificate,
 ) -> Vec<(&'static str, [f64; 2])> {
     let Bearing2d { nx, ny, .. } = *bearing;
-    let zeros = vec![0.0; nx * ny];
     // One row of points has cells of height 1 in the place of 2/(ny + 1).
     let (row, height) = (Bearing2d { ny: 1, ..*bearing }, 2.0 / (ny as f64 + 1.0));
-    let (mut point, nothing) = (vec![0.0; nx], vec![0.0; nx]);
-    let mut loads = [zeros.clone(), zeros.clone()];
-    let mut ends = zeros.clone();
-    for i in 0..nx {
-        point[i] = 1.0;
-        let load = row.load(&point);
-        for j in 0..ny {
-            loads[0][j * nx + i] = load[0] * height;
-            loads[1][j * nx + i] = load[1] * height;
+    let figures = |[z, r]: &[Vec<f64>; 2]| {
+        let ([along, across], [drawn, returned, ends]) = (row.load(z), row.flows(z, r));
+        [along, across, drawn, returned, ends]
+    };
+    let mut point = [vec![0.0; nx], vec![0.0; nx]];
+    let base = figures(&point);
+    let mut weights = [(); 5].map(|()| [vec![0.0; nx * ny], vec![0.0; nx * ny]]);
+    for (unknown, i) in (0..2 * nx).map(|k| (k / nx, k % nx)) {
+        point[unknown][i] = 1.0;
+        let found = figures(&point);
+        point[unknown][i] = 0.0;
+        for (k, weights) in weights.iter_mut().enumerate() {
+            let (column, more) = (&mut weights[unknown][i..], found[k] - base[k]);
+            if k < 4 {
+                column.iter_mut().step_by(nx).for_each(|weight| *weight = more * height);
+            } else {
+                // It is at both ends there.
+                [0, ny - 1].into_iter().for_each(|j| column[j * nx] += more / 2.0 / height);
+            }
         }
-        // It is at both ends there.
-        let out = row.flows(&point, &nothing)[2] / 2.0 / height;
-        ends[i] += out;
-        ends[(ny - 1) * nx + i] += out;
-        point[i] = 0.0;
     }
-    let base = row.flows(&nothing, &nothing);
-    let unit = |at: usize| (0..nx).map(|i| f64::from(i == at)).collect::<Vec<f64>>();
-    let (first, last) = (unit(0), unit(nx - 1));
-    let drawn = row.flows(&first, &nothing)[0] - base[0];
-    let by_pressure = row.flows(&last, &nothing)[1] - base[1];
-    let by_void = row.flows(&nothing, &last)[1] - base[1];
-    let column = |at: usize, weight: f64| -> Vec<f64> {
-        (0..nx * ny).map(|k| if k % nx == at { weight * height } else { 0.0 }).collect()
+    let sum = |k: usize| {
+        let [c_z, c_r] = &weights[k];
+        proved_sum(certificate, [c_z, c_r], ny as f64 * height * base[k], 64.0)
     };
-    let sum = |c_z: &[f64], c_r: &[f64], constant: f64| {
-        proved_sum(certificate, [c_z, c_r], constant, 64.0)
-    };
-    let [along, across] = loads.each_ref().map(|load| sum(load, &zeros, 0.0));
+    let [along, across] = [sum(0), sum(1)];
     let corners = [0, 1, 2, 3].map(|k| [along[k % 2], across[k / 2]]);
     let far = corners.map(|[x, y]| x.hypot(y)).into_iter().fold(0.0, f64::max);
     let nearest = |[lower, upper]: [f64; 2]| lower.max(-upper).max(0.0);
@@ -312,14 +308,12 @@ fn bearing2d_proofs(
     } else {
         [-180.0, 180.0]
     };
-    let all = ny as f64 * height;
-    let returned = sum(&column(nx - 1, by_pressure), &column(nx - 1, by_void), all * base[1]);
     vec![
         ("sommerfeld", widened([far, near].map(|load| 1.0 / (3.0 * PI * load)))),
         ("attitude_degrees", widened(attitude)),
-        ("flow_drawn", sum(&column(0, drawn), &zeros, all * base[0])),
-        ("flow_returned", returned),
-        ("flow_ends", sum(&ends, &zeros, 0.0)),
+        ("flow_drawn", sum(2)),
+        ("flow_returned", sum(3)),
+        ("flow_ends", sum(4)),
     ]
 }
 
