@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::{
     command::{hlcp, is_refusal, near, number, rows, run_in, succeeded, text},
-    common::uniform,
+    common::{asked, uniform},
 };
 
 /// A folder for the files of one test.
@@ -226,12 +226,6 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     uniform(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1))
 }
 
-/// How many films are drawn: those of the gate, or of `HLCP_ATTACK_RUNS`.
-fn runs(gate: u64) -> u64 {
-    let wanted = std::env::var("HLCP_ATTACK_RUNS");
-    wanted.map_or(gate, |count| count.parse().expect("HLCP_ATTACK_RUNS is a number"))
-}
-
 /// Holds that the load of a position is found again, wherever that is.
 fn finds(name: &str, arguments: &str, load: f64) {
     // The search ends at 1e-9 of the load; of a load at a place, of the load and its arms.
@@ -242,7 +236,7 @@ fn finds(name: &str, arguments: &str, load: f64) {
 /// two minutes and a half.
 #[test]
 fn loads_of_known_journals_are_found() {
-    for seed in 0..runs(12) {
+    for seed in 0..asked("HLCP_ATTACK_RUNS", 12) {
         let mut next = noise(seed);
         let mut pick = |from: &[f64]| from[(next() * from.len() as f64) as usize];
         let [nx, ny] = [pick(&[60.0, 72.0, 90.0]), pick(&[8.0, 12.0])];
@@ -290,7 +284,7 @@ fn loads_of_known_journals_are_found() {
 
 #[test]
 fn loads_of_known_pads_are_found() {
-    for seed in 0..runs(12) {
+    for seed in 0..asked("HLCP_ATTACK_RUNS", 12) {
         let mut next = noise(!seed);
         let [lx, ly] = [0.05, 0.05 * 0.25 * 8.0_f64.powf(next())];
         let height = 5e-6 * 20.0_f64.powf(next());

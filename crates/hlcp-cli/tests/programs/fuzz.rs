@@ -20,19 +20,15 @@ use hlcp_methods::{Named, Parameters};
 use proptest::{collection::vec, prelude::*, sample::Index, sample::select};
 
 use crate::{
+    common::asked,
     counting::{LIVE, PEAK},
     folder::{self, Folder, market_text},
 };
 
 fn cases(of_gate: u32) -> ProptestConfig {
-    let times = std::env::var("HLCP_FUZZ").ok().and_then(|times| times.parse().ok());
-    let cases = of_gate.saturating_mul(times.unwrap_or(1));
-    ProptestConfig {
-        cases,
-        failure_persistence: None,
-        max_shrink_time: 60_000,
-        ..ProptestConfig::default()
-    }
+    let cases = of_gate.saturating_mul(asked("HLCP_FUZZ", 1));
+    let config = ProptestConfig::with_cases(cases);
+    ProptestConfig { failure_persistence: None, max_shrink_time: 60_000, ..config }
 }
 
 const MARKET: [&str; 7] = [
