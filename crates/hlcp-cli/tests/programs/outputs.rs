@@ -15,12 +15,14 @@ use crate::{
     folder::Folder,
 };
 
-/// A folder with a sound A, q and x0 of order 2, named so, and precious text in `z` and `r`.
+/// A folder with a sound A, q and x0 of order 2 and a profile, named so, and precious text in `z` and
+/// `r`.
 fn sound(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("A", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 4\n2 2 3\n");
     folder.write("q", "-1\n2\n");
     folder.write("x0", "0.5\n0.25\n");
+    folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     folder.write("z", "precious z");
     folder.write("r", "precious r");
     folder
@@ -146,7 +148,6 @@ fn what_is_no_regular_file_is_not_replaced() {
             refused(&folder, "solve", &format!("{SOLVE} {more}"), &[name, kind]);
         }
     }
-    folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     symlink("z", folder.0.join("film.svg")).unwrap();
     fifo(&folder.0.join("pipe.csv"));
     symlink("profile", folder.0.join("same.csv")).unwrap();
@@ -170,7 +171,6 @@ fn fifo(path: &Path) {
 #[test]
 fn what_cannot_be_written_is_refused_before_the_solve_with_the_systems_reason() {
     let folder = sound("unwritable");
-    folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     let long = "n".repeat(300);
     let mut cases = vec![
         ("none/z".to_owned(), "cannot be written: No such file or directory"),
@@ -271,7 +271,7 @@ fn files_are_replaced_once_all_are_written() {
     for (path, k) in outputs {
         assert_eq!(fs::read_to_string(path).unwrap(), format!("file {k}"));
     }
-    assert_eq!(content(&folder.0).len(), 6);
+    assert_eq!(content(&folder.0).len(), 7);
 }
 
 /// A file that is in the way of a temporary one is left alone.
@@ -289,7 +289,7 @@ fn temporary_names_that_are_taken_are_left_alone() {
     for k in 0..500 {
         assert_eq!(fs::read_to_string(folder.0.join(stale(k))).unwrap(), "stale");
     }
-    assert_eq!(content(&folder.0).len(), 5 + 500);
+    assert_eq!(content(&folder.0).len(), 6 + 500);
 }
 
 #[test]
@@ -403,7 +403,6 @@ fn names_of_files_are_printed_escaped() {
     refused("film", "NAME --speed 1 --viscosity 1 --out A/NAME", 250);
     refused("film", "NAME --speed 1 --viscosity 1 NAME", 250);
 
-    folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     let printed = succeeded(&run("film", &format!("{FILM} --out NAME")), "--out NAME");
     let last = printed.lines().last().unwrap();
     assert!(last.starts_with(r"wrote \u{1b}]0;title"), "{last}");
@@ -415,7 +414,6 @@ fn names_of_files_are_printed_escaped() {
 #[test]
 fn a_reader_that_goes_away_ends_a_program_quietly() {
     let folder = sound("pipe");
-    folder.write("profile", "0 3e-5\n0.01 2e-5\n");
     let gone = |name: &str, arguments: &str| {
         let mut command = hlcp(name, arguments);
         command.current_dir(&folder.0);
