@@ -1,7 +1,7 @@
 //! `hlcp film`, run as an engineer runs it, against closed forms and against what flows in and out.
 
 use approx::assert_abs_diff_eq;
-use std::{fs, path::PathBuf, process::Output};
+use std::{fs, process::Output};
 
 use crate::{
     command::{self, is_refusal, near, rows, succeeded},
@@ -9,22 +9,22 @@ use crate::{
 };
 use hlcp_verify::Slider;
 
-/// Runs `hlcp film` in a folder of its own under `name`, with the profile in a file.
-fn film(name: &str, profile: Option<&str>, arguments: &str) -> (Output, PathBuf) {
+/// Runs `hlcp film` in the folder of the test, with the profile in a file.
+fn film(profile: Option<&str>, arguments: &str) -> Output {
     let file = if profile.is_some() { "profile.csv" } else { "" };
-    profile.iter().for_each(|text| fs::write(folder(name).join(file), text).unwrap());
-    (film_plane::film(name, &format!("{arguments} {file}")), folder(name).join("target"))
+    profile.iter().for_each(|text| fs::write(folder().join(file), text).unwrap());
+    film_plane::film(&format!("{arguments} {file}"))
 }
 
 /// A point: x, h, p and void fraction.
 type Point = [f64; 4];
 
 /// What a successful run prints, and the points it writes.
-fn solved(name: &str, profile: Option<&str>, arguments: &str) -> (String, Vec<Point>) {
-    let (output, folder) = film(name, profile, arguments);
-    let printed = succeeded(&output, name);
+fn solved(profile: Option<&str>, arguments: &str) -> (String, Vec<Point>) {
+    let printed = succeeded(&film(profile, arguments), arguments);
+    let folder = folder().join("target");
     let svg = fs::read_to_string(folder.join("film.svg")).expect("a picture");
-    assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{name}");
+    assert!(svg.starts_with("<svg") && !svg.contains("NaN"), "{arguments}");
     let points = rows(&folder.join("film.csv"), 1).into_iter();
     (printed, points.map(|point| point.try_into().expect("four columns")).collect())
 }
@@ -54,7 +54,7 @@ fn flows(points: &[Point]) -> Vec<f64> {
 
 #[test]
 fn the_pad_has_the_sliders_peak_and_rupture() {
-    let (text, points) = solved("pad", None, "");
+    let (text, points) = solved(None, "");
     let peak = points.iter().map(|point| point[2]).fold(0.0, f64::max);
     assert_abs_diff_eq!(peak * 1e6 / Slider::PEAK, 1.0, epsilon = 1e-3);
     let broken = points.iter().position(|point| point[3] > 0.0).unwrap();
@@ -65,7 +65,7 @@ fn the_pad_has_the_sliders_peak_and_rupture() {
     // The sample file is that pad.
     let sample = include_str!("../../data/pad.csv");
     let arguments = "--x-unit mm --h-unit um --p-unit MPa --speed 4.57 --viscosity 0.039";
-    assert_eq!(solved("sample", Some(sample), arguments).1, points);
+    assert_eq!(solved(Some(sample), arguments).1, points);
 }
 
 /// A bumpy profile, unevenly spaced: x in mm, h in µm.
@@ -82,10 +82,10 @@ fn text(points: &[[f64; 2]], [x_unit, h_unit]: [f64; 2]) -> String {
 #[test]
 fn what_flows_in_flows_out() {
     let profile = text(&bumpy(), [1e-3, 1e-6]);
-    for (name, ambient) in [("starved", "0"), ("flooded", "2e5")] {
+    for ambient in [0.0, 2e5] {
         let flags =
             format!("--speed {SPEED} --viscosity {VISCOSITY} --ambient {ambient} --refine 1");
-        let (report, points) = solved(name, Some(&profile), &flags);
+        let (report, points) = solved(Some(&profile), &flags);
         let flows = flows(&points);
         let flow = flows.iter().sum::<f64>() / flows.len() as f64;
         near(printed(&report, "flow"), flow, 1e-6);
@@ -94,15 +94,14 @@ fn what_flows_in_flows_out() {
             // differences.
             assert_abs_diff_eq!(one, flow, epsilon = 1e-8 * flow);
         }
-        let ambient: f64 = ambient.parse().unwrap();
         assert!((points[0][2] - ambient).abs() <= 1e-12 * ambient && points[59][2] == points[0][2]);
         for [.., p, void] in points {
             let is_film = p >= 0.0 && (0.0..1.0).contains(&void) && p * void == 0.0;
-            assert!(is_film, "{name}: {p} {void}");
+            assert!(is_film, "{ambient}: {p} {void}");
         }
-        assert!(report.contains("the film ruptures"), "{name}: {report}");
+        assert!(report.contains("the film ruptures"), "{report}");
         // A film that has broken forms again where the gap closes, or before an end with pressure.
-        assert!(report.contains("the film forms again"), "{name}: {report}");
+        assert!(report.contains("the film forms again"), "{report}");
     }
 }
 
@@ -114,7 +113,7 @@ fn a_plane_wedge_is_exact_at_its_points() {
     let wedge: Vec<[f64; 2]> =
         places.iter().map(|s| [s * length, thin * (1.0 + k * (1.0 - s))]).collect();
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY} --refine 40");
-    let (report, points) = solved("wedge", Some(&text(&wedge, [1.0, 1.0])), &flags);
+    let (report, points) = solved(Some(&text(&wedge, [1.0, 1.0])), &flags);
     assert_eq!(points.len(), 7 * 40 + 1);
     let unit = 6.0 * VISCOSITY * SPEED * length / (thin * thin);
     for [x, h, p, void] in points {
@@ -152,7 +151,7 @@ fn a_gap_of_three_points_narrows_and_widens() {
     let peak = gained(low, wide, low) / falling;
 
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
-    let (report, _) = solved("vee", Some(&text(&vee, [1.0, 1.0])), &flags);
+    let (report, _) = solved(Some(&text(&vee, [1.0, 1.0])), &flags);
     let (piece, told) = (20e-3 / 400.0, |what: &str| printed(&report, what));
     let off = (told("the film ruptures at x =") - rupture).abs();
     assert!(off <= piece, "{report} {rupture}");
@@ -166,10 +165,10 @@ fn a_gap_of_three_points_narrows_and_widens() {
 fn a_unit_without_a_name_is_a_factor() {
     let flags =
         format!("--speed {SPEED} --viscosity {VISCOSITY} --x-unit 0.0254 --p-unit 6894.757");
-    let (report, _) = solved("factor", Some("0 3e-5\n1 2e-5\n"), &flags);
+    let (report, _) = solved(Some("0 3e-5\n1 2e-5\n"), &flags);
     let line = report.lines().find(|line| line.starts_with("peak pressure")).unwrap();
     assert!(line.contains(" × 6.894757e3 Pa at x = ") && line.ends_with(" × 2.54e-2 m"), "{line}");
-    let svg = fs::read_to_string(folder("factor").join("target/film.svg")).unwrap();
+    let svg = fs::read_to_string(folder().join("target/film.svg")).unwrap();
     for axis in ["x (× 2.54e-2 m)", "p (× 6.894757e3 Pa)", "h (m)"] {
         assert!(svg.contains(axis), "{axis}");
     }
@@ -182,7 +181,7 @@ fn a_diverging_wedge_cavitates_everywhere() {
     let flags = format!(
         "--speed {SPEED} --viscosity {VISCOSITY} --cavitation -8e4 --ambient -8e4 --refine 1"
     );
-    let (report, points) = solved("diverging", Some(&text(&wedge, [1.0, 1.0])), &flags);
+    let (report, points) = solved(Some(&text(&wedge, [1.0, 1.0])), &flags);
     let mean = |k: usize| 2.0 / (1.0 / wedge[k][1] + 1.0 / wedge[k + 1][1]);
     assert!(points.iter().all(|point| point[2] == -8e4), "{report}");
     for (k, point) in points.iter().enumerate().take(11).skip(1) {
@@ -212,8 +211,7 @@ fn wrong_input_is_refused_in_one_line() {
     ];
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
     let refused = |profile: &str, flags: &str, what: &str| {
-        let (output, _) = film("profile", Some(profile), flags);
-        is_refusal(&output, &format!("{flags}, {profile:?}"), what);
+        is_refusal(&film(Some(profile), flags), &format!("{flags}, {profile:?}"), what);
     };
     for (profile, what) in cases {
         refused(profile, &flags, what);
@@ -256,8 +254,8 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     let flags = format!(
         "--speed {SPEED} --viscosity {VISCOSITY} --x-unit mm --h-unit um --p-unit MPa --ambient 0.2 --cavitation 0.15"
     );
-    let (report, points) = solved("json", Some(&profile), &flags);
-    let found = film_plane::json("json", &format!("{flags} profile.csv"));
+    let (report, points) = solved(Some(&profile), &flags);
+    let found = film_plane::json(&format!("{flags} profile.csv"));
     assert_eq!(found["outcome"], "converged");
     assert_eq!(found["unknowns"], points.len() - 2);
     let number = |key: &str| command::number(&found, key);
@@ -280,7 +278,7 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
     let least = points.iter().map(|point| point[1]).fold(f64::INFINITY, f64::min);
     is_near("least_gap_m", least * 1e-6);
     assert!(number("mass_imbalance_m2_s") <= 1e-9 * number("flow_m2_s"), "{found}");
-    let pad = film_plane::json("json", "");
+    let pad = film_plane::json("");
     near(command::number(&pad, "peak_pressure_pa"), Slider::PEAK, 1e-3);
     let fronts = |key: &str| found[key].as_array().map(Vec::len);
     for (key, what) in [("ruptures_x_m", "film ruptures"), ("forms_again_x_m", "forms again")] {
@@ -292,8 +290,8 @@ fn the_figures_of_a_profile_are_one_json_object_in_si_units() {
 fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
     let warned = |profile: &str, flags: &str| {
         let flags = format!("--speed {SPEED} --viscosity {flags}");
-        let (output, _) = film("doubt", Some(profile), &flags);
-        assert_eq!(output.status.code(), Some(0), "{flags}");
+        let output = film(Some(profile), &flags);
+        succeeded(&output, &flags);
         command::text(&output.stderr)
     };
     let wedge = "0 2e-5\n80 1e-5\n";
@@ -312,15 +310,15 @@ fn the_profile_is_not_written_over() {
     let profile = "0 3e-5\n0.01 2e-5\n";
     let flags = format!("--speed {SPEED} --viscosity {VISCOSITY}");
     for out in ["profile.2", "profile.csv"] {
-        let (output, folder) = film("spared", Some(profile), &format!("{flags} --out {out}"));
-        let printed = command::text(&output.stdout);
+        let flags = format!("{flags} --out {out}");
+        let printed = succeeded(&film(Some(profile), &flags), &flags);
         assert!(printed.contains(&format!("wrote {out}.svg, {out}.csv")), "{printed}");
         for extension in ["svg", "csv"] {
-            assert!(folder.with_file_name(format!("{out}.{extension}")).exists(), "{out}");
+            assert!(folder().join(format!("{out}.{extension}")).exists(), "{out}");
         }
-        assert_eq!(fs::read_to_string(folder.with_file_name("profile.csv")).unwrap(), profile);
+        assert_eq!(fs::read_to_string(folder().join("profile.csv")).unwrap(), profile);
     }
-    let (output, _) = film("spared", Some(profile), &format!("{flags} --out profile"));
+    let output = film(Some(profile), &format!("{flags} --out profile"));
     let wanted = "error: --out would overwrite the profile, profile.csv; give another name\n";
     assert_eq!(is_refusal(&output, "--out profile", ""), wanted);
 }

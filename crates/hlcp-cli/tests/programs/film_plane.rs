@@ -5,6 +5,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Output,
+    thread,
 };
 
 use serde_json::Value;
@@ -14,24 +15,25 @@ use crate::{
     common::{asked, uniform},
 };
 
-/// A folder for the files of one test.
-pub(crate) fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("film").join(name);
+/// A folder for the files of the test that runs, whose thread has its name.
+pub(crate) fn folder() -> PathBuf {
+    let name = thread::current().name().unwrap_or("film").replace("::", "-");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     fs::create_dir_all(&folder).expect("a folder under target");
     folder
 }
 
-pub(crate) fn film(name: &str, arguments: &str) -> Output {
-    run_in(&folder(name), "film", arguments)
+pub(crate) fn film(arguments: &str) -> Output {
+    run_in(&folder(), "film", arguments)
 }
 
-pub(crate) fn json(name: &str, arguments: &str) -> Value {
-    let printed = film_of(name, &format!("{arguments} --json"));
+pub(crate) fn json(arguments: &str) -> Value {
+    let printed = film_of(&format!("{arguments} --json"));
     serde_json::from_str(&printed).expect("one JSON object")
 }
 
-fn film_of(name: &str, arguments: &str) -> String {
-    succeeded(&film(name, arguments), arguments)
+fn film_of(arguments: &str) -> String {
+    succeeded(&film(arguments), arguments)
 }
 
 fn matrix(object: &Value, key: &str) -> Vec<Vec<f64>> {
@@ -55,7 +57,7 @@ fn sommerfeld(length: f64, load: f64) -> f64 {
 fn a_bearing_has_raimondi_and_boyds_numbers() {
     let table = [(0.1, 1.33, 79.5, 0.540), (0.6, 0.121, 50.58, 0.415), (0.9, 0.0188, 26.45, 0.247)];
     for (ecc, s, attitude, share) in table {
-        let film = json("table", &format!("{} --ecc {ecc} --groove 0", journal(0.1)));
+        let film = json(&format!("{} --ecc {ecc} --groove 0", journal(0.1)));
         let load = number(&film, "load_n");
         let found = sommerfeld(0.1, load);
         assert!((found / s - 1.0).abs() <= 0.01, "{ecc}: S = {found}");
@@ -77,14 +79,11 @@ fn an_elliptical_bearing_is_someyas() {
     let speed = 100.0 * std::f64::consts::PI;
     for (s, ecc, attitude, stiff, damp) in table {
         let load = sommerfeld(0.1, 1.0) / s;
-        let film = json(
-            "someya",
-            &format!(
-                "{} --lobes 2,0.66666666666666667 --groove 90,0,10 --groove 270,0,10 --attitude 0 \
+        let film = json(&format!(
+            "{} --lobes 2,0.66666666666666667 --groove 90,0,10 --groove 270,0,10 --attitude 0 \
                  --nx 144 --ny 24 --load {load} --coefficients",
-                journal(0.1)
-            ),
-        );
+            journal(0.1)
+        ));
         assert!((3.0 * number(&film, "ecc") / ecc - 1.0).abs() <= 0.04, "{s}: {film}");
         assert!((number(&film, "attitude_deg") - attitude).abs() <= 1.3, "{s}: {film}");
         let tables =
@@ -103,8 +102,7 @@ fn an_elliptical_bearing_is_someyas() {
 /// Oil that enters on one part of a side and leaves on another is leakage, and takes power with it.
 #[test]
 fn what_leaves_at_a_side_leaks_whatever_enters_there() {
-    let film =
-        json("fed-ends", &format!("{} --nx 24 --ny 8 --ecc 0.5 --ambient 1e5", journal(0.05)));
+    let film = json(&format!("{} --nx 24 --ny 8 --ecc 0.5 --ambient 1e5", journal(0.05)));
     let (flows, leakage) = (&film["flow_m3_s"], number(&film, "leakage_m3_s"));
     let net = number(flows, "south") + number(flows, "north");
     assert!(net.abs() < 1e-9 * leakage && leakage > 0.0, "{net} {leakage}");
@@ -119,9 +117,9 @@ fn flows_of_a_certified_motion_lie_within_their_bounds() {
         let (sin, cos) = (0.3 * f64::from(k)).sin_cos();
         format!("{},{},{}\n", 2e-4 * f64::from(k), 1e-5 * cos, 1e-5 * sin)
     });
-    fs::write(folder("certified-motion").join("orbit.csv"), rows.collect::<String>()).unwrap();
+    fs::write(folder().join("orbit.csv"), rows.collect::<String>()).unwrap();
     let of = format!("{} --nx 24 --ny 8 --motion orbit.csv --groove 0,1e5", journal(0.05));
-    let film = json("certified-motion", &format!("{of} --certify"));
+    let film = json(&format!("{of} --certify"));
     for side in ["south", "north"] {
         let [flow, bound] =
             [&film["flow_m3_s"], &film["bounds"]["flow_m3_s"]].map(|of| number(of, side));
@@ -132,8 +130,7 @@ fn flows_of_a_certified_motion_lie_within_their_bounds() {
 /// Walls that move against each other carry nothing and shear the film, by Couette's formula.
 #[test]
 fn walls_that_pass_each_other_shear_the_film() {
-    let film =
-        json("passing", "--pad plane,4e-5,4e-5 --lx 0.05 --ly 0.03 --viscosity 0.04 --speed 3,-3");
+    let film = json("--pad plane,4e-5,4e-5 --lx 0.05 --ly 0.03 --viscosity 0.04 --speed 3,-3");
     near(number(&film, "friction_moving_n"), 0.04 * 6.0 * 0.05 * 0.03 / 4e-5, 1e-12);
     near(number(&film, "power_w"), 54.0, 1e-12);
     assert_abs_diff_eq!(number(&film, "load_n"), 0.0, epsilon = 1e-9);
@@ -145,11 +142,11 @@ fn walls_that_pass_each_other_shear_the_film() {
 fn walls_may_not_meet_between_the_middles_of_cells() {
     let rest = "--lx 0.05 --ly 0.03 --nx 30 --ny 18 --viscosity 0.04 --speed 3";
     for pad in ["plane,4e-5,-5e-7", "parabola,-1e-9,1", "taper,4e-5,-5e-8,0.0495"] {
-        let output = film("edges", &format!("--pad {pad} {rest}"));
+        let output = film(&format!("--pad {pad} {rest}"));
         let err = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && err.contains("the walls meet at x = "), "{pad}: {err}");
     }
-    let told = json("edges", &format!("--pad plane,4e-5,2e-5 {rest}"));
+    let told = json(&format!("--pad plane,4e-5,2e-5 {rest}"));
     near(number(&told, "nearest_gap_m"), 2e-5, 1e-12);
     assert!(number(&told, "least_gap_m") > 2e-5);
 }
@@ -157,7 +154,7 @@ fn walls_may_not_meet_between_the_middles_of_cells() {
 #[test]
 fn derived_figures_are_those_of_the_trade() {
     let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.5", journal(0.05));
-    let film = json("derived", &format!("{bearing} --oil 900,2000"));
+    let film = json(&format!("{bearing} --oil 900,2000"));
     let load = number(&film, "load_n");
     let leakage = number(&film["flow_m3_s"], "south") + number(&film["flow_m3_s"], "north");
     let wanted = [
@@ -173,7 +170,7 @@ fn derived_figures_are_those_of_the_trade() {
         near(number(&film, key), wanted, 1e-12);
     }
     let water = bearing.replace("0.02", "0.001");
-    let err = text(&self::film("derived", &water).stderr);
+    let err = text(&self::film(&water).stderr);
     assert!(err.contains("the Reynolds number 1367 is above 924"), "{err}");
 }
 
@@ -194,7 +191,7 @@ fn grooves_and_dams_are_rectangles_in_the_middle() {
         ),
     ];
     for (one, other) in pairs {
-        let [one, other] = [one, other].map(|shape| json("patch", &format!("{bearing} {shape}")));
+        let [one, other] = [one, other].map(|shape| json(&format!("{bearing} {shape}")));
         for key in ["load_n", "attitude_deg", "power_w", "peak_pressure_pa"] {
             near(number(&one, key), number(&other, key), 1e-10);
         }
@@ -206,8 +203,7 @@ fn the_position_for_a_load_carries_it() {
     let bearing = format!("{} --nx 120 --ny 20", journal(0.1));
     // A load in a direction of its own, with grooves that stay: at 90° from the widest gap of
     // attitude 0, on both sides of the load.
-    let fixed =
-        json("load", &format!("{bearing} --groove 90 --groove 270 --attitude 0 --load 12000"));
+    let fixed = json(&format!("{bearing} --groove 90 --groove 270 --attitude 0 --load 12000"));
     near(number(&fixed, "load_n"), 12000.0, 1e-8);
     let middle = std::f64::consts::PI * 0.1 / 2.0;
     assert_abs_diff_eq!(number(&fixed, "load_x_m"), middle, epsilon = 1e-8);
@@ -215,7 +211,7 @@ fn the_position_for_a_load_carries_it() {
 
     let pad =
         "--pad plane,4e-5,2e-5 --lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04";
-    let pivoted = json("load", &format!("{pad} --load 900,0.029,0.016"));
+    let pivoted = json(&format!("{pad} --load 900,0.029,0.016"));
     for (key, wanted) in [("load_n", 900.0), ("load_x_m", 0.029), ("load_y_m", 0.016)] {
         near(number(&pivoted, key), wanted, 1e-8);
     }
@@ -227,9 +223,9 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// Holds that the load of a position is found again, wherever that is.
-fn finds(name: &str, arguments: &str, load: f64) {
+fn finds(arguments: &str, load: f64) {
     // The search ends at 1e-9 of the load; of a load at a place, of the load and its arms.
-    near(number(&json(name, arguments), "load_n"), load, 1e-9);
+    near(number(&json(arguments), "load_n"), load, 1e-9);
 }
 
 /// `HLCP_ATTACK_RUNS=1000 cargo test --release -p hlcp-cli --test programs loads_of_known` takes
@@ -264,7 +260,7 @@ fn loads_of_known_journals_are_found() {
             grooves.iter().map(|[at, p]| format!(" --groove={},{p}", (at + by) % 360.0)).collect()
         };
         let known = |ecc: f64| {
-            let film = json("known", &format!("{bearing}{} --ecc {ecc}", turned(0.0)));
+            let film = json(&format!("{bearing}{} --ecc {ecc}", turned(0.0)));
             // Where nothing is carried there is no attitude.
             [number(&film, "load_n"), film["attitude_deg"].as_f64().unwrap_or(f64::NAN)]
         };
@@ -277,7 +273,7 @@ fn loads_of_known_journals_are_found() {
         // The same film, seen from elsewhere around the bearing: nothing tells the direction.
         let attitude = attitude - turn * rpm.signum();
         for place in [format!("{} --attitude={attitude}", turned(turn)), turned(0.0)] {
-            finds("known", &format!("{bearing}{place} --load {load:e}"), load);
+            finds(&format!("{bearing}{place} --load {load:e}"), load);
         }
     }
 }
@@ -305,17 +301,17 @@ fn loads_of_known_pads_are_found() {
         let [sx, sy] = slopes;
         let tilted =
             |height: f64| format!("{pad} --pad plane,{height:e},{height:e} --tilt={sx:e},{sy:e}");
-        let known = json("known", &tilted(height));
+        let known = json(&tilted(height));
         let [load, x, y] = ["load_n", "load_x_m", "load_y_m"].map(|key| number(&known, key));
         if load <= 0.0 || !(0.0..=lx).contains(&x) || !(0.0..=ly).contains(&y) {
             continue;
         }
         let other = height * (1.0 + 9.0 * next());
-        finds("known", &format!("{} --load {load:e}", tilted(other)), load);
+        finds(&format!("{} --load {load:e}", tilted(other)), load);
         let elsewhere = [height * (0.3 + next()), height * (1.0 + 3.0 * next())];
         let start = if next() < 0.5 { [4e-5, 2e-5] } else { [elsewhere[1], elsewhere[0]] };
         let start = format!("--pad plane,{:e},{:e}", start[0], start[1]);
-        finds("known", &format!("{pad} {start} --load {load:e},{x:e},{y:e}"), load);
+        finds(&format!("{pad} {start} --load {load:e},{x:e},{y:e}"), load);
     }
 }
 
@@ -332,35 +328,35 @@ fn light_loads_and_grooves_off_the_load_are_balanced() {
         ("--groove 270,5e4 --groove 300,1e5", 0, 300.0),
         ("--groove 30,2e5", 30, 300.0),
     ] {
-        finds("light", &format!("{bearing} {grooves} --attitude {attitude} --load {load}"), load);
+        finds(&format!("{bearing} {grooves} --attitude {attitude} --load {load}"), load);
     }
     // Its groove carries more at every eccentricity; a search once ended below none.
-    let output = film("light", &format!("{bearing} --groove 0,1e5 --load 50"));
+    let output = film(&format!("{bearing} --groove 0,1e5 --load 50"));
     let err = is_refusal(&output, "--load 50", "does not prove that there is none");
     assert!(err.contains("carries 1.4") && err.contains(" N or more"), "{err}");
     // A tenth of a micrometre is left, and rounding counts.
     let thin = format!("{} --groove 0,1e5 --nx 360 --ny 4", journal(0.1));
     for load in [8e6, 1e7, 1.1e7] {
-        finds("light", &format!("{thin} --load {load}"), load);
+        finds(&format!("{thin} --load {load}"), load);
     }
     let pad = "--lx 0.05 --ly 0.03 --nx 50 --ny 20 --speed 3 --viscosity 0.04 --h-unit um";
     for ends in ["40,20", "22,20", "100,20"] {
-        finds("light", &format!("{pad} --pad plane,{ends} --load 900,0.026,0.015"), 900.0);
+        finds(&format!("{pad} --pad plane,{ends} --load 900,0.026,0.015"), 900.0);
     }
 }
 
 /// The figures of a pad under a wall that moves, and the rows of its file of steps.
-fn squeezed(name: &str, motion: &str) -> (Value, Vec<Vec<f64>>) {
-    fs::write(folder(name).join("motion.csv"), motion).unwrap();
+fn squeezed(motion: &str) -> (Value, Vec<Vec<f64>>) {
+    fs::write(folder().join("motion.csv"), motion).unwrap();
     let pad = "--pad plane,2e-5,2e-5 --lx 0.02 --ly 0.02 --nx 24 --ny 16 --viscosity 0.05 \
                --ambient 1e5 --motion motion.csv";
-    (json(name, pad), rows(&folder(name).join("target/film-motion.csv"), 1))
+    (json(pad), rows(&folder().join("target/film-motion.csv"), 1))
 }
 
 #[test]
 fn a_squeeze_takes_power() {
     // A disc-like pad that falls at 1 mm/s: all that is lost is load times speed.
-    let (film, rows) = squeezed("squeeze", "0,0\n1e-4,-1e-7\n2e-4,-2e-7\n");
+    let (film, rows) = squeezed("0,0\n1e-4,-1e-7\n2e-4,-2e-7\n");
     let wanted = 1e-3 * number(&film, "load_n");
     near(number(&film, "power_w"), wanted, 1e-9);
     near(rows.last().unwrap()[6], wanted, 1e-9);
@@ -369,16 +365,16 @@ fn a_squeeze_takes_power() {
 #[test]
 fn axes_are_along_the_load_and_drags_are_two() {
     let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.5 --coefficients", journal(0.1));
-    let own = json("axes", &bearing);
+    let own = json(&bearing);
     // They turned with --attitude, which nothing else takes up here.
-    assert_eq!(film("axes", &format!("{bearing} --attitude 30")).status.code(), Some(1));
+    assert_eq!(film(&format!("{bearing} --attitude 30")).status.code(), Some(1));
     // In a broken film oil covers a part, and the difference is the same on both walls.
     let drag = |which: &str| number(&own, &format!("{which}_n"));
     let more = drag("full_friction_moving") - drag("friction_moving");
     assert!(more > 0.01 * drag("friction_moving"), "{own}");
     let other = drag("full_friction_fixed") - drag("friction_fixed");
     assert_abs_diff_eq!(more, other, epsilon = 1e-12 * drag("friction_moving"));
-    let said = film_of("axes", &bearing);
+    let said = film_of(&bearing);
     assert!(said.contains("for motions at a frequency take --whirl"), "{said}");
     assert!(said.contains("if all of the gap is sheared"), "{said}");
 }
@@ -387,7 +383,7 @@ fn axes_are_along_the_load_and_drags_are_two() {
 #[test]
 fn a_critical_mass_whirls() {
     let bearing = format!("{} --nx 60 --ny 8 --groove 0 --ecc 0.4", journal(0.05));
-    let found = json("whirl", &format!("{bearing} --coefficients --whirl 0,0.3"));
+    let found = json(&format!("{bearing} --coefficients --whirl 0,0.3"));
     let entries = |found: &Value| {
         let [k, c] = ["stiffness_n_m", "damping_n_s_m"].map(|name| matrix(found, name).concat());
         [k, c]
@@ -397,7 +393,7 @@ fn a_critical_mass_whirls() {
     let [mass, ratio] =
         ["critical_mass_kg", "whirl_frequency_ratio"].map(|key| number(&found, key));
     assert!(mass > 0.0 && (0.4..0.6).contains(&ratio), "{mass} {ratio}");
-    let there = json("whirl", &format!("{bearing} --whirl {ratio:e}"));
+    let there = json(&format!("{bearing} --whirl {ratio:e}"));
     let ([k, c], omega) = (entries(&there["whirl"][0]), ratio * 100.0 * std::f64::consts::PI);
     let entry = |at: usize| {
         let inert = if at.is_multiple_of(3) { mass * omega * omega } else { 0.0 };
@@ -409,7 +405,7 @@ fn a_critical_mass_whirls() {
     // A ratio of 17 digits, found to 1e-9.
     let off = (one[0] - other[0]).hypot(one[1] - other[1]);
     assert!(off <= 1e-8 * size, "{off} of {size}");
-    let said = film_of("whirl", &format!("{bearing} --whirl 0.5,1"));
+    let said = film_of(&format!("{bearing} --whirl 0.5,1"));
     for what in ["whirl of 0.5", "at 3.141593e2 rad/s", "critical mass", "of the running speed"] {
         assert!(said.contains(what), "{said}");
     }
@@ -426,9 +422,9 @@ fn sensitivities_are_differences_of_the_command() {
             let all: Vec<String> = options.iter().enumerate().map(option).collect();
             format!("{shape} {}", all.join(" "))
         };
-        let now = json("derived", &format!("{} --sensitivities", command(0, 0.0)));
+        let now = json(&format!("{} --sensitivities", command(0, 0.0)));
         for (k, &(name, .., step)) in options.iter().enumerate() {
-            let [less, more] = [-step, step].map(|by| json("derived", &command(k, by)));
+            let [less, more] = [-step, step].map(|by| json(&command(k, by)));
             for figure in ["load_n", "friction_moving_n", "power_w", "peak_pressure_pa"] {
                 let difference = (number(&more, figure) - number(&less, figure)) / (2.0 * step);
                 let exact = number(&now["sensitivities"][name], figure);
@@ -467,17 +463,17 @@ fn sensitivities_are_differences_of_the_command() {
 fn a_motion_stays_in_the_bush_and_is_in_its_unit() {
     let bearing = format!("{} --groove 0,1e5 --nx 40 --ny 4 --motion motion.csv", journal(0.1));
     let moved = |rows: &str| {
-        fs::write(folder("bush").join("motion.csv"), rows).unwrap();
-        film("bush", &bearing)
+        fs::write(folder().join("motion.csv"), rows).unwrap();
+        film(&bearing)
     };
     is_refusal(&moved("0,0,0\n1,1.003e-4,0\n"), &bearing, "row 2: the walls meet");
     let output = moved("0,0,0\n1e-3,2e-11,0\n");
     let err = text(&output.stderr);
     assert!(output.status.success() && err.contains("less than a thousandth"), "{err}");
-    let told = &json("bush", &bearing)["warnings"];
+    let told = &json(&bearing)["warnings"];
     assert_eq!(format!("warning: {}\n", told[0].as_str().expect("a warning")), err);
     assert!(moved("0,0,0\n1e-3,2e-6,0\n").stderr.is_empty());
-    let tilted = film("bush", &format!("{} --groove 0 --ecc 0.9 --tilt 2.1e-4,0", journal(0.1)));
+    let tilted = film(&format!("{} --groove 0 --ecc 0.9 --tilt 2.1e-4,0", journal(0.1)));
     is_refusal(&tilted, "--tilt", "the journal meets its bush at an end, 180.0 degrees");
 }
 
@@ -487,14 +483,14 @@ fn a_supply_may_begin_where_the_film_ends() {
     let from = f64::from_bits(round.to_bits() + 1);
     let bearing = "--journal --diameter 0.0752 --length 0.1 --clearance 1e-4 --rpm 3000 \
                    --viscosity 0.02 --ecc 0.5 --nx 36 --ny 4";
-    film_of("end", &format!("{bearing} --supply {from},0,0.02,0.1,1e5"));
+    film_of(&format!("{bearing} --supply {from},0,0.02,0.1,1e5"));
 }
 
 #[test]
 fn copies_are_refused() {
     let pad = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --speed 2 --viscosity 0.03";
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
-        let output = hlcp("film", pad).env(name, "3").current_dir(folder("copies")).output();
+        let output = hlcp("film", pad).env(name, "3").current_dir(folder()).output();
         let why = "hlcp film works on one process, but mpirun has started 3";
         is_refusal(&output.unwrap(), name, why);
     }
@@ -506,7 +502,7 @@ fn a_squeezed_film_keeps_its_oil() {
     let rows: Vec<String> = (0..60)
         .map(|k| format!("{},{}", 4e-4 * f64::from(k), gap(4e-4 * f64::from(k)) - 2e-5))
         .collect();
-    let (film, rows) = squeezed("motion", &rows.join("\n"));
+    let (film, rows) = squeezed(&rows.join("\n"));
     assert_abs_diff_eq!(number(&film, "least_gap_m"), gap(4e-4 * 59.0), epsilon = 1e-18);
     assert_eq!(rows.len(), 59);
     assert!(rows.iter().any(|row| row[15] > 0.2), "it breaks as it opens");
@@ -521,22 +517,22 @@ fn a_squeezed_film_keeps_its_oil() {
 #[test]
 fn a_free_journal_stays_where_its_load_is_carried() {
     let bearing = format!("{} --nx 60 --ny 8 --groove 0", journal(0.1));
-    let loaded = json("free", &format!("{bearing} --load 12000"));
+    let loaded = json(&format!("{bearing} --load 12000"));
     let [ecc, attitude] = [number(&loaded, "ecc"), number(&loaded, "attitude_deg")];
     let free = |name: &str, load: f64| {
         let rows: Vec<String> =
             (0..6).map(|k| format!("{},{load},0", 1e-3 * f64::from(k))).collect();
-        fs::write(folder("free").join(name), rows.join("\n")).unwrap();
+        fs::write(folder().join(name), rows.join("\n")).unwrap();
         let place = format!("--ecc {ecc} --attitude {attitude} --mass 5 --motion {name}");
-        json("free", &format!("{bearing} {place}"))
+        json(&format!("{bearing} {place}"))
     };
     let film = free("same.csv", 12000.0);
     // The position carries 12 kN to 1e-9, and a step ends at 1e-8.
     assert_abs_diff_eq!(number(&film, "ecc"), ecc, epsilon = 1e-6);
     assert_abs_diff_eq!(number(&film, "attitude_deg"), attitude, epsilon = 1e-4);
     let place = "--load 12000 --mass 5 --motion same.csv";
-    let still = json("free", &format!("{bearing} {place}"));
-    let from = json("free", &format!("{bearing} --load 12000 --attitude 0"));
+    let still = json(&format!("{bearing} {place}"));
+    let from = json(&format!("{bearing} --load 12000 --attitude 0"));
     for key in ["ecc", "attitude_deg"] {
         assert_abs_diff_eq!(number(&still, key), number(&from, key), epsilon = 1e-4);
     }
@@ -554,12 +550,12 @@ fn what_is_written_is_what_is_printed() {
         .iter()
         .map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(","))
         .collect();
-    fs::write(folder("written").join("gap.csv"), lines.join("\n")).unwrap();
+    fs::write(folder().join("gap.csv"), lines.join("\n")).unwrap();
     let units = "--x-unit 1e-3 --h-unit 1e-6 --p-unit 1e5";
     let arguments = format!(
         "--lx 20 --ly 10 {units} --speed 3 --viscosity 0.05 --ambient 1 --side south=closed --side north=2.5"
     );
-    let film = json("written", &format!("--map gap.csv {arguments}"));
+    let film = json(&format!("--map gap.csv {arguments}"));
     let keys = "outcome load_n load_x_m load_y_m friction_moving_n friction_fixed_n power_w flow_m3_s \
                 mass_imbalance_m3_s peak_pressure_pa least_gap_m broken_share ecc attitude_deg \
                 stiffness_n_m damping_n_s_m seconds unknowns";
@@ -571,7 +567,7 @@ fn what_is_written_is_what_is_printed() {
         assert!(film[key].is_null(), "{key}");
     }
     assert_abs_diff_eq!(number(&film, "least_gap_m"), 2e-5, epsilon = 1e-20);
-    let target = folder("written").join("target");
+    let target = folder().join("target");
     let read = |name: &str| fs::read(target.join(name)).unwrap();
     let pressures = rows(&target.join("film-pressure.csv"), 0).concat();
     let load: f64 = pressures.iter().map(|p| (p - 1e5) * 2e-4 / 63.0).sum();
@@ -585,15 +581,14 @@ fn what_is_written_is_what_is_printed() {
     assert!(svg.contains("Film content") && !svg.contains("NaN"));
 
     // Its own NPY is a map: film content as a gap, a solution of another film.
-    let again =
-        film_of("written", &format!("--map target/film-pressure.npy --out again {arguments}"));
+    let again = film_of(&format!("--map target/film-pressure.npy --out again {arguments}"));
     assert!(again.contains("9 × 7 cells, 63 unknowns"), "{again}");
 }
 
 #[test]
 fn a_ring_that_nothing_feeds_runs_dry() {
     let warned = |arguments: &str| {
-        let output = film("dry", arguments);
+        let output = film(arguments);
         succeeded(&output, arguments);
         let err = text(&output.stderr);
         assert!(err.starts_with("warning: nothing feeds this film, so it runs dry; feed"), "{err}");
@@ -606,18 +601,18 @@ fn a_ring_that_nothing_feeds_runs_dry() {
         ("--load 1000", "it runs dry and carries nothing instead of 1000 N; feed it above"),
         ("--coefficients", "it runs dry and answers to no motion; feed it above"),
     ] {
-        let output = film("dry", &format!("{bearing} {asked}"));
+        let output = film(&format!("{bearing} {asked}"));
         assert!(is_refusal(&output, asked, what).starts_with("error: --"));
     }
-    let fed = film_of("dry", &format!("{} --ecc 0.5 --ambient 1e5 --nx 60 --ny 10", journal(0.1)));
+    let fed = film_of(&format!("{} --ecc 0.5 --ambient 1e5 --nx 60 --ny 10", journal(0.1)));
     assert!(fed.lines().count() > 8 && fed.lines().count() < 25, "{fed}");
     // Each remedy that is named is one.
     let closed = "--pad plane,4e-5,2e-5 --lx 0.02 --ly 0.01 --nx 20 --ny 10 --viscosity 0.03 \
                   --speed 2 --side west=closed --side east=closed --side north=closed";
     let err = warned(&format!("{closed} --side south=closed"));
     assert!(err.contains("by --side south=101325 or --supply"), "{err}");
-    assert!(film_of("dry", &format!("{closed} --side south=101325")).lines().count() > 8);
-    assert!(film_of("dry", &format!("{bearing} --groove 0,2e5")).lines().count() > 8);
+    assert!(film_of(&format!("{closed} --side south=101325")).lines().count() > 8);
+    assert!(film_of(&format!("{bearing} --groove 0,2e5")).lines().count() > 8);
 }
 
 /// The load is that of the pressure below the ambient one; options are honoured, files written.
@@ -626,15 +621,15 @@ fn a_dry_film_is_solved_like_any_other() {
     let pad = "--pad plane,40,20 --lx 0.05 --ly 0.03 --h-unit 1e-6 --viscosity 0.04 --nx 6 --ny 4 \
                --speed 3 --ambient 1e5 --side west=starved,0 --side south=closed \
                --side north=closed";
-    let contents = |name: &str| rows(&folder("dry_pad").join(name), 0).concat();
-    let dry = json("dry_pad", &format!("{pad} --side east=starved,0 --certify --out starved"));
+    let contents = |name: &str| rows(&folder().join(name), 0).concat();
+    let dry = json(&format!("{pad} --side east=starved,0 --certify --out starved"));
     // -1e5 Pa on 15 cm², but for the rounding of a sum of 24 and of its cells
     assert!((number(&dry, "load_n") + 150.0).abs() <= 150.0 * 32.0 * f64::EPSILON, "{dry}");
     assert_eq!((&dry["outcome"], &dry["converged"]), (&"converged".into(), &true.into()));
     assert!(number(&dry["bounds"], "load_n") <= 1e-9, "{dry}");
     assert!(contents("starved-content.csv").iter().all(|content| content.abs() <= 1e-15));
     // No wall carries oil away from the last cells, so none has to break.
-    let dry = json("dry_pad", &format!("{pad} --side east=closed --out closed"));
+    let dry = json(&format!("{pad} --side east=closed --out closed"));
     assert!((number(&dry, "load_n") + 150.0).abs() <= 1e-12, "{dry}");
     for (k, content) in contents("closed-content.csv").iter().enumerate() {
         let wanted = if k % 6 == 5 { 1.0 } else { 0.0 };
@@ -642,7 +637,7 @@ fn a_dry_film_is_solved_like_any_other() {
     }
     let still = "--pad plane,40,20 --lx 0.05 --ly 0.03 --h-unit 1e-6 --viscosity 0.04 \
                  --side west=closed --side east=closed --side south=closed --side north=closed";
-    let err = text(&film("dry_pad", still).stderr);
+    let err = text(&film(still).stderr);
     assert!(err.contains("nothing enters or leaves, so any even pressure is a solution"), "{err}");
 }
 
@@ -651,12 +646,12 @@ fn a_dry_film_is_solved_like_any_other() {
 fn bounds_hold_for_what_is_printed() {
     let pad = "--pad plane,20e-6,10e-6 --lx .02 --ly .02 --speed 1 --viscosity .04 --nx 80 --ny 80 \
                --certify";
-    let found = json("bounds", pad);
+    let found = json(pad);
     let (load, bound) = (number(&found, "load_n"), number(&found["bounds"], "load_n"));
     for exact in [221.664_423_879_435_05, 221.664_423_879_435_47] {
         assert!((load - exact).abs() <= bound && bound <= 1e-10, "{load} {bound}");
     }
-    let report = film_of("bounds", pad);
+    let report = film_of(pad);
     let mut proved = report.lines().filter_map(|line| line.split_once(", proved between "));
     let (_, ends) = proved.next().expect("a proved load");
     let ends: Vec<f64> = ends.split(" and ").map(|end| end.parse().unwrap()).collect();
@@ -665,7 +660,7 @@ fn bounds_hold_for_what_is_printed() {
     // both walls, four sides and the peak
     assert_eq!(proved.count(), 7, "{report}");
     // The load of a journal is the length of a vector.
-    let found = json("bounds", &format!("{} --ecc 0.5 --groove 0,1e5 --certify", journal(0.1)));
+    let found = json(&format!("{} --ecc 0.5 --groove 0,1e5 --certify", journal(0.1)));
     let (load, bound) = (number(&found, "load_n"), number(&found["bounds"], "load_n"));
     assert!(bound > 0.0 && bound <= 1e-9 * load, "{found}");
     assert_eq!(found["bounds"]["flow_m3_s"]["supplies"].as_array().map(Vec::len), Some(1));
@@ -677,13 +672,13 @@ fn bounds_hold_for_what_is_printed() {
 fn films_within_a_tolerance_are_in_the_range() {
     let pad = "--pad plane,2e-5,1e-5 --lx .02 --ly .02 --speed 1 --viscosity 0.04 --nx 20 --ny 20 \
                --data-tolerance 0.01";
-    let found = json("range", pad);
+    let found = json(pad);
     let ends = |of: &Value| [0, 1].map(|k| of[k].as_f64().expect("an end"));
     let [lower, upper] = ends(&found["range"]["load_n"]);
     let ratio = (1.01_f64 / 0.99).powi(2) * number(&found, "load_n");
     assert!((upper / ratio - 1.0).abs() < 1e-9, "{found}");
     assert!((lower * upper / number(&found, "load_n").powi(2) - 1.0).abs() < 1e-9, "{found}");
-    let fed = json("fed", &format!("{pad} --supply 4e-3,4e-3,4e-3,4e-3,1e6"));
+    let fed = json(&format!("{pad} --supply 4e-3,4e-3,4e-3,4e-3,1e6"));
     let inside = |found: &Value, range: &Value| {
         let ([lower, upper], found) = (ends(range), found.as_f64().expect("a number"));
         assert!(lower <= found && found <= upper, "{found} not in {lower} to {upper}");

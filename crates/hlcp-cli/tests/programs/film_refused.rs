@@ -22,7 +22,7 @@ fn unfed(size: f64, clearance: f64, viscosity: f64, ecc: f64, ambient: f64) -> S
 #[test]
 fn what_settles_by_rounding_is_told() {
     let told = |arguments: &str| {
-        let output = film("feed", &format!("{arguments} --json"));
+        let output = film(&format!("{arguments} --json"));
         let found: Value = serde_json::from_slice(&output.stdout).expect("one JSON object");
         (found, text(&output.stderr), output.status.code())
     };
@@ -40,7 +40,7 @@ fn what_settles_by_rounding_is_told() {
         assert!(err.starts_with(&format!("warning: {doubt}")), "{err}");
     }
     let weak = unfed(500.0, 1.0, 1.0, 0.9, 100.0);
-    let output = film("feed", &weak);
+    let output = film(&weak);
     assert!(text(&output.stdout).contains("e-9 of the oil that goes round; least content 0.0542"));
     // Fed well, and not converged.
     let (found, err, _) = told(&unfed(100.0, 100.0, 0.02, 0.5, 1e5));
@@ -48,7 +48,7 @@ fn what_settles_by_rounding_is_told() {
     let weaker = format!("{} --method MGS", unfed(100.0, 10.0, 0.1, 0.2, 0.1));
     let (found, _, status) = told(&weaker);
     assert_eq!((status, &found["converged"]), (Some(2), &false.into()), "{found}");
-    let output = film("feed", &weaker);
+    let output = film(&weaker);
     let second = text(&output.stdout).lines().nth(1).map(str::to_owned);
     assert_eq!(second.as_deref(), Some("not converged, so these are no figures of the film:"));
 }
@@ -69,7 +69,7 @@ fn what_no_memory_holds_is_refused_in_words() {
         let limited = "ulimit -v 2000000; exec \"$0\" \"$@\"";
         let mut command = std::process::Command::new("sh");
         command.args(["-c", limited, env!("CARGO_BIN_EXE_hlcp")]);
-        command.args(arguments.split_whitespace()).current_dir(folder("memory"));
+        command.args(arguments.split_whitespace()).current_dir(folder());
         let output = command.output().expect("a shell");
         is_refusal(&output, &arguments, what);
     }
@@ -80,19 +80,19 @@ fn a_pad_the_wrong_way_round_is_told() {
     let pad = |ends: &str| {
         format!("--pad plane,{ends} --lx 0.02 --ly 0.01 --nx 20 --ny 10 --speed 2 --viscosity 0.03")
     };
-    let output = film("round", &pad("2e-5,4e-5"));
+    let output = film(&pad("2e-5,4e-5"));
     assert!(text(&output.stdout).contains("broken            100.0000 %"));
     assert!(text(&output.stderr).starts_with("warning: the film carries nothing"));
-    assert!(film("round", &pad("4e-5,2e-5")).stderr.is_empty());
+    assert!(film(&pad("4e-5,2e-5")).stderr.is_empty());
     // A supply that leaves no film is fed, and a starved film may be too empty for its gap.
-    assert!(film("round", &pad("4e-5,2e-5 --supply 0,0,0.02,0.01,1e5")).stderr.is_empty());
-    let err = text(&film("round", &pad("4e-5,2e-5 --side west=starved,0.3")).stderr);
+    assert!(film(&pad("4e-5,2e-5 --supply 0,0,0.02,0.01,1e5")).stderr.is_empty());
+    let err = text(&film(&pad("4e-5,2e-5 --side west=starved,0.3")).stderr);
     assert!(err.trim_end().ends_with("or let more oil in at the starved side"), "{err}");
 }
 
 #[test]
 fn wrong_films_are_refused_in_one_line() {
-    let here = folder("refused");
+    let here = folder();
     let write = |name: &str, bytes: &[u8]| fs::write(here.join(name), bytes).unwrap();
     write("gap.csv", b"2e-5,2e-5,2e-5\n2e-5,3e-5,2e-5\n");
     write("negative.csv", b"# gap\n2e-5,2e-5\n2e-5,-3e-5\n");
@@ -194,7 +194,7 @@ fn wrong_films_are_refused_in_one_line() {
     let of_journals = [(round, &of_bushes[..]), (&journal, &of_places)];
     for (rest, cases) in of_films.into_iter().chain(of_journals) {
         for (arguments, what) in cases {
-            is_refusal(&film("refused", &format!("{arguments} {rest}")), arguments, what);
+            is_refusal(&film(&format!("{arguments} {rest}")), arguments, what);
             let left = fs::read_dir(here.join("new")).map_or(0, Iterator::count);
             assert_eq!(left, 0, "{arguments}: something was written");
         }
@@ -205,15 +205,15 @@ fn wrong_films_are_refused_in_one_line() {
     for option in options.split(' ') {
         for value in ["nan", "inf", "1,nan"] {
             let asked = format!("--journal --{option} {value}");
-            let err = is_refusal(&film("refused", &asked), &asked, &format!("--{option}"));
+            let err = is_refusal(&film(&asked), &asked, &format!("--{option}"));
             assert!(err.contains(&format!("'{value}'")), "--{option} {value}: {err}");
         }
     }
     let comma = "--pad plane,2e-5,1e-5 --lx 1 --ly 1 --speed 1 --viscosity 0,04";
-    is_refusal(&film("refused", comma), comma, "a comma between them; write decimals with a point");
+    is_refusal(&film(comma), comma, "a comma between them; write decimals with a point");
     let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";
-    let err = is_refusal(&film("refused", still), still, "nothing drives the film");
+    let err = is_refusal(&film(still), still, "nothing drives the film");
     assert!(err.contains("all pressures are 200000"), "{err}");
-    let over = film("refused", &format!("--map gap.csv {} --out gap", &size[..size.len() - 15]));
+    let over = film(&format!("--map gap.csv {} --out gap", &size[..size.len() - 15]));
     assert!(over.status.success(), "gap-pressure.csv is another file");
 }
