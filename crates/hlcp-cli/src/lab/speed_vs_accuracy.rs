@@ -31,7 +31,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, Series, power_of_ten, write},
+    chart::{Panel, Series, power_of_ten, save, write},
     print,
     progress::counting,
 };
@@ -130,7 +130,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
         };
         rows.retain(|row| !is_new(row));
         rows.extend(added);
-        table(&rows).write_csv(&csv)?;
+        write_rungs(&rows, &csv)?;
     }
     let words = format!(
         "Each method stops at ‖A z − B r + q‖₂ ≤ 10⁻¹ … 10⁻¹⁴ ‖q‖₂; its line ends with the last that it reaches; {}. \
@@ -199,7 +199,7 @@ fn measure_own(own: &Own, quick: bool, path: &Path) -> Fallible<()> {
     let runs = ladders(&pose(own)?, &methods, repeats(quick), &bar)?;
     bar.finish_and_clear();
     let rows: Vec<_> = runs.into_iter().map(|run| (own.title(), run)).collect();
-    table(&rows).write_csv(path)
+    write_rungs(&rows, path)
 }
 
 /// Measures what the charts are drawn from.
@@ -229,26 +229,18 @@ fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
             return Err(format!("{label} has no point").into());
         }
     }
-    table(&measured[0]).write_csv(&out.join("speed-vs-accuracy"))?;
-    table(&measured[1]).write_csv(&out.join("precisions"))?;
+    write_rungs(&measured[0], &out.join("speed-vs-accuracy"))?;
+    write_rungs(&measured[1], &out.join("precisions"))?;
     certified.write_csv(&out.join("certified"))?;
     profile::measure(out, &beyond, quick, &bar)?;
     bar.finish_and_clear();
     Ok(())
 }
 
-fn table(rows: &[(String, Rung)]) -> Table {
-    let mut table = Table::new(&COLUMNS.join("|"));
-    for (title, run) in rows {
-        let Rung { series, tolerance, error, seconds: [low, median, high], half_steps, reached } =
-            run;
-        let [tolerance, error] = [tolerance, error].map(|value| format!("{value:e}"));
-        let [low, median, high] = [low, median, high].map(|value| format!("{value:.6}"));
-        let half_steps = half_steps.map_or(String::new(), |half_steps| half_steps.to_string());
-        let cells = [title, series, &tolerance, &error, &low, &median, &high, &half_steps];
-        table.push(cells.into_iter().cloned().chain([reached.to_string()]).collect());
-    }
-    table
+/// Writes measurements with their problems as `path`.csv.
+fn write_rungs(rows: &[(String, Rung)], path: &Path) -> Fallible<()> {
+    let rows: String = rows.iter().map(|(title, run)| run.row(title) + "\n").collect();
+    save(&path.with_extension("csv"), &format!("{}\n{rows}", COLUMNS.join(",")))
 }
 
 /// Runs every method down the ladder until it misses a tolerance, the methods taking turns.

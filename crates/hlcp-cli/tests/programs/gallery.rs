@@ -83,8 +83,8 @@ fn files_of_ones_own_are_measured() {
         assert!(svg.contains(&format!("{files} --quick")), "{svg}");
     }
     let csv = read(&format!("speed-vs-accuracy-{own}.csv"));
-    for series in ["mine", "auto", "TMGS", "\"Newton, sparse LU\""] {
-        let row = format!("\"A.mtx, B.mtx, q.mtx\",{series},");
+    for series in ["mine", "auto", "TMGS", "Newton, sparse LU"] {
+        let row = format!("\"A.mtx, B.mtx, q.mtx\",\"{series}\",");
         assert!(csv.lines().any(|line| line.starts_with(&row)), "{series}: {csv}");
     }
     assert!(read(&format!("speed-vs-accuracy-{own}.svg")).contains(">mine"));
@@ -110,7 +110,7 @@ fn measurements_of_ones_own_are_on_the_charts() {
     run(&format!("--draw --add {}", file.display()));
     let read = |name: &str| fs::read_to_string(folder.0.join(name)).unwrap();
     let csv = read("speed-vs-accuracy.csv");
-    let written = csv.lines().filter(|line| line.contains(",mine,")).collect::<Vec<_>>();
+    let written = csv.lines().filter(|line| line.contains(",\"mine\",")).collect::<Vec<_>>();
     assert_eq!(written.len(), 2, "{csv}");
     assert!(written[0].ends_with(",3e-3,0.000001,0.000002,0.000004,7,true"), "{}", written[0]);
     // What is written can be added in its turn.
