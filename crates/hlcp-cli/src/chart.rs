@@ -508,11 +508,6 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
     SvgBackend::new().render_scene(&scene)
 }
 
-/// A heading and rows as a text.
-pub(crate) fn csv(header: &str, rows: &[String]) -> String {
-    format!("{header}\n{}\n", rows.join("\n"))
-}
-
 /// The command, the machine and the day, for captions.
 pub(crate) fn provenance(command: &str) -> String {
     let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();

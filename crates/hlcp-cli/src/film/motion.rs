@@ -8,7 +8,7 @@ use hlcp::{
 };
 
 use super::Arguments;
-use crate::{chart, progress};
+use crate::progress;
 
 pub(super) struct Run {
     pub(super) bearing: Bearing,
@@ -151,6 +151,6 @@ pub(super) fn run(
         Some(_) => "displacement along the load (m),displacement across it (m)",
         None => "rise (m),slope along x,slope along y",
     };
-    let (csv, steps) = (chart::csv(&format!("{HEAD},{place}"), &lines), lines.len());
+    let (csv, steps) = (format!("{HEAD},{place}\n{}\n", lines.join("\n")), lines.len());
     Ok(Run { bearing, solved, figures, csv, imbalance, steps, doubt, all_converged })
 }

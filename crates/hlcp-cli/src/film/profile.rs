@@ -191,7 +191,7 @@ impl<'a> Solved<'a> {
         let rows: Vec<String> = (0..places.len())
             .map(|i| format!("{},{},{},{}", places[i], gaps[i], pressures[i], found.void[i]))
             .collect();
-        let csv = chart::csv(&format!("x ({x}),h ({h}),p ({p}),void fraction"), &rows);
+        let csv = format!("x ({x}),h ({h}),p ({p}),void fraction\n{}\n", rows.join("\n"));
 
         // No more points than can be seen.
         let thin = places.len().div_ceil(600);

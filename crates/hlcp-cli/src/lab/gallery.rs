@@ -341,6 +341,5 @@ fn american_put(path: &Path) -> Drawn {
 }
 
 fn caption(words: &str) -> String {
-    let command = "hlcp gallery";
-    format!("{words}\n{}", provenance(command))
+    format!("{words}\n{}", provenance("hlcp gallery"))
 }

@@ -303,8 +303,7 @@ fn bearing2d_proofs(
     let near = nearest(along).hypot(nearest(across));
     let angles = corners.map(|[x, y]| y.atan2(x).to_degrees());
     let attitude = if along[0] > 0.0 {
-        let [lowest, highest] = [f64::min as fn(f64, f64) -> f64, f64::max];
-        [angles.into_iter().fold(f64::INFINITY, lowest), angles.into_iter().fold(-180.0, highest)]
+        [f64::min, f64::max].map(|pick| angles.into_iter().fold(angles[0], pick))
     } else {
         [-180.0, 180.0]
     };
