@@ -79,19 +79,12 @@ impl Drift {
     }
 }
 
-/// Runs a method beside its textbook steps, each from its own iterates.
-fn lockstep(
-    method: &mut impl Method<f64>,
-    textbook: &[Iteration],
-    q: &DVector<f64>,
-    start: &DVector<f64>,
-) -> Result<(), TestCaseError> {
-    let order: Vec<usize> = (0..q.len()).collect();
-    lockstep_in(&order, method, textbook, q, start)
+fn natural(of: &DVector<f64>) -> Vec<usize> {
+    (0..of.len()).collect()
 }
 
-/// The same beside textbook steps for the unknowns in another order.
-fn lockstep_in(
+/// Runs a method beside its textbook steps for the unknowns in an order, each from its iterates.
+fn lockstep(
     order: &[usize],
     method: &mut impl Method<f64>,
     textbook: &[Iteration],
@@ -127,14 +120,14 @@ proptest! {
     fn mms_is_method_1((p, start) in begun(), aor in parameters()) {
         let textbook = [aor.textbook(&p.dense)];
         let mut mms = Mms::new(posed(&p.dense), aor.library()).unwrap();
-        lockstep(&mut mms, &textbook, &p.dense.q, &start)?;
+        lockstep(&natural(&start), &mut mms, &textbook, &p.dense.q, &start)?;
     }
 
     #[test]
     fn jacobi_by_the_diagonal_is_method_1((p, start) in begun()) {
         let jacobi = Parameters { a: [1.0, 0.0], b: [1.0, 0.0], backward: false };
         let mut mms = Mms::new(posed(&p.dense), Jacobi).unwrap();
-        lockstep(&mut mms, &[jacobi.textbook(&p.dense)], &p.dense.q, &start)?;
+        lockstep(&natural(&start), &mut mms, &[jacobi.textbook(&p.dense)], &p.dense.q, &start)?;
     }
 
     #[test]
@@ -145,14 +138,14 @@ proptest! {
     ) {
         let textbook = [first.textbook(&p.dense), second.textbook(&p.dense)];
         let mut tmms = Tmms::new(posed(&p.dense), first.library(), second.library()).unwrap();
-        lockstep(&mut tmms, &textbook, &p.dense.q, &start)?;
+        lockstep(&natural(&start), &mut tmms, &textbook, &p.dense.q, &start)?;
     }
 
     #[test]
     fn amms_is_the_accelerated_method_of_section_4((p, start) in begun(), aor in parameters()) {
         let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
         let mut amms = Mms::new(posed(&p.dense), aor.library().accelerated()).unwrap();
-        lockstep(&mut amms, &textbook, &p.dense.q, &start)?;
+        lockstep(&natural(&start), &mut amms, &textbook, &p.dense.q, &start)?;
     }
 
     /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the
@@ -167,10 +160,10 @@ proptest! {
         let sorted = permuted(&p.dense, &order);
         let library = aor.library().red_black(nx).unwrap();
         let mut mms = Mms::new(posed(&p.dense), library).unwrap();
-        lockstep_in(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
+        lockstep(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
         let mut amms = Mms::new(posed(&p.dense), library.accelerated()).unwrap();
         let textbook = [sorted.amms(aor.a, aor.b, aor.backward)];
-        lockstep_in(&order, &mut amms, &textbook, &p.dense.q, &start)?;
+        lockstep(&order, &mut amms, &textbook, &p.dense.q, &start)?;
     }
 
     /// The norms a step returns are those of A z − B r + q at its input, by the paper's
