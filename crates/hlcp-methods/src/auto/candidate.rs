@@ -4,8 +4,8 @@ use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
 
 use super::AutoChoice;
 use crate::{
-    AdaptiveSor, AmgNewton, Anderson, Cycle, Jacobian, Method, Multigrid, Newton, Pivoting,
-    Preconditioner, Ssor, Tmms, TridiagonalPart, Work,
+    AdaptiveSor, AmgNewton, Anderson, Cycle, Method, Multigrid, Newton, Pivoting, Tmms,
+    TridiagonalPart, Work,
 };
 
 /// The fused sweeps in the time of which others take what counts as one: of adaptive SOR on a
@@ -48,8 +48,7 @@ impl AutoChoice {
             Self::AmgNewton if is_plane => (0.12, 1000),
             Self::AmgNewton => (if is_line { 0.04 } else { 0.075 }, 500),
             // On the way from 0 to a film a step may settle a few signs alone, by an elimination.
-            Self::Newton if is_line => (0.01, 1000),
-            Self::Newton => (0.005, 240),
+            Self::Newton => (0.01, 1000),
             Self::Anderson => (0.02, 24),
             // Ten digits in twenty eliminations, as a rule; but a front may take eighty.
             Self::Pivoting => (1.15 / worth as f64, 84 * worth),
@@ -133,23 +132,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
 /// and backward, which converges on films too.
 type Base<T, A, B> = Tmms<T, A, B, Aor<T>, Aor<T>>;
 
-/// The preconditioner of Newton's linear systems.
-#[derive(Debug, Clone)]
-pub(super) enum Inner<T> {
-    Elimination(TridiagonalPart<T>),
-    Ssor,
-}
-
-impl<T: Scalar, A: Rows<T>, B: Rows<T>> Preconditioner<T, A, B> for Inner<T> {
-    fn solve(&mut self, jacobian: &Jacobian<'_, T, A, B>, rhs: &[T], y: &mut [T]) {
-        match self {
-            Self::Elimination(part) => part.solve(jacobian, rhs, y),
-            Self::Ssor => Ssor.solve(jacobian, rhs, y),
-        }
-    }
-}
-
-type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, Inner<T>>;
+/// Newton's method by elimination, on lines.
+type PlainNewton<T, A, B> = Newton<T, Base<T, A, B>, TridiagonalPart<T>>;
 
 #[derive(Debug, Clone)]
 pub(super) enum Worker<T: Scalar, A, B> {
@@ -162,11 +146,7 @@ pub(super) enum Worker<T: Scalar, A, B> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
-    pub(super) fn new(
-        choice: AutoChoice,
-        problem: Hlcp<T, A, B>,
-        tridiagonal: bool,
-    ) -> Result<Self, Error> {
+    pub(super) fn new(choice: AutoChoice, problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let base = |problem| Tmms::mirrored(problem, Aor::gauss_seidel().accelerated());
         Ok(match choice {
             AutoChoice::Sor => Self::Sor(AdaptiveSor::new(problem)?),
@@ -179,9 +159,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Worker<T, A, B> {
             }
             AutoChoice::AmgNewton => Self::AmgNewton(Box::new(AmgNewton::new(base(problem)?)?)),
             AutoChoice::Newton => {
-                let part = TridiagonalPart::new();
-                let inner = if tridiagonal { Inner::Elimination(part) } else { Inner::Ssor };
-                Self::Newton(Box::new(Newton::new(base(problem)?, inner)))
+                Self::Newton(Box::new(Newton::new(base(problem)?, TridiagonalPart::new())))
             }
             AutoChoice::Anderson => Self::Anderson(Box::new(Anderson::new(base(problem)?, 10)?)),
             AutoChoice::Pivoting => Self::Pivoting(Box::new(Pivoting::new(problem)?)),

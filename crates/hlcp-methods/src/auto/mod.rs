@@ -24,8 +24,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
 ///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
 ///   of small full matrices.
-/// * The others of these wait, and [`Multigrid`] by F-cycles, if there are coarser grids;
-///   [`AmgNewton`]; and Newton's method with [`Ssor`].
+/// * The others of these wait, and [`Multigrid`] by F-cycles, if there are coarser grids, and
+///   [`AmgNewton`].
 ///
 /// Unknowns are taken in the order that they have; [`Renumbered`](crate::Renumbered) gives them
 /// another one, as [`Named`](crate::Named) does where they are numbered at random.
@@ -46,7 +46,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, sum up to a tenth of the negative ones | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
-/// | Newton's method | 0.005; 0.01 on a line | 240; 1000 on a line, or 200 steps of elimination |
+/// | Newton's method on a line | 0.01 | 1000, or 200 steps of elimination |
 /// | pivoting | ten digits in twenty eliminations | 84 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
@@ -127,7 +127,6 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// [`Multigrid`]: crate::Multigrid
 /// [`Newton`]: crate::Newton
 /// [`Pivoting`]: crate::Pivoting
-/// [`Ssor`]: crate::Ssor
 ///
 /// ```
 /// use hlcp_methods::{Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Method, Options, Solver};
@@ -219,12 +218,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         Aor::gauss_seidel().check(&problem)?;
         let is_line = !problem.any(!TridiagonalPart::is_all(&problem));
         let has_grid = problem.grid().is_ok();
-        let order = match (is_line, has_grid) {
+        let order: &[AutoChoice] = match (is_line, has_grid) {
             // Elimination is exact, and cycles find long fronts.
-            (true, _) => [Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
-            (_, true) => [Sor, Multigrid, AmgNewton, Anderson, Newton, Pivoting],
+            (true, _) => &[Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
+            (_, true) => &[Sor, Multigrid, AmgNewton, Anderson, Pivoting],
             // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
-            _ => [Anderson, AmgNewton, Sor, Newton, Multigrid, Pivoting],
+            _ => &[Anderson, AmgNewton, Sor, Pivoting],
         };
         let alone = problem.strip().is_none();
         let least_worth = if alone { pivoting::least_worth(&problem) } else { None };
@@ -280,7 +279,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let candidate = &mut self.candidates[at];
         if candidate.worker.is_none() {
             let problem = self.problem.clone();
-            candidate.worker = Some(Worker::new(candidate.choice, problem, self.shape.is_line)?);
+            candidate.worker = Some(Worker::new(candidate.choice, problem)?);
         }
         Ok(())
     }
