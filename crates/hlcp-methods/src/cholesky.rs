@@ -1,4 +1,5 @@
-//! Sparse Cholesky factors of J(x), by faer, for a diagonal operator and a symmetric one.
+//! Sparse Cholesky factors of J(x), by faer, for a diagonal operator and one that is symmetric in
+//! some units.
 
 use std::{sync::Arc, time::Instant};
 
@@ -20,18 +21,20 @@ use crate::{
     limits::Cost,
 };
 
-/// Entries across the diagonal may differ by so many roundings, as those of sums do.
+/// Entries across the diagonal may differ by so many roundings, as those of sums do, and by so many
+/// of double precision for each step from one unit to the next.
 const ROUNDINGS: f64 = 16.0;
 
 /// The factors of the matrix with the columns `(1 + d)A` and `(1 − d)BΩ`, summed, where one of `A`
-/// and `B` is diagonal, and the other one, with its rows divided by that diagonal, symmetric, as in
-/// linear complementarity problems with a symmetric matrix, whatever its rows are multiplied by.
+/// and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers: as in
+/// linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
+/// multiplied by.
 ///
-/// With the diagonal `D`, the other operator `C`, `M = D⁻¹C` and the factors `c` and `e` of the
-/// columns of both, `C c y + D e y = f` is
+/// With the diagonal `D`, the other operator `C`, the divisors `G`, `M = G⁻¹C` and the factors `c`
+/// and `e` of the columns of both, `C c y + D e y = f` is
 ///
 /// ```text
-/// (M + e/c) w = D⁻¹f  on the columns with c ≠ 0, where y = w/c;  y = (D⁻¹f − M w)/e  elsewhere .
+/// (M + G⁻¹D e/c) w = G⁻¹f  where c ≠ 0 and y = w/c;  y = (G⁻¹f − M w)/(G⁻¹D e)  elsewhere .
 /// ```
 ///
 /// All these matrices are positive definite if M is, that is, as it is symmetric, if it is a
@@ -39,9 +42,12 @@ const ROUNDINGS: f64 = 16.0;
 #[derive(Debug, Clone)]
 pub(crate) struct Cholesky {
     of_b: bool,
+    /// G and G⁻¹D.
+    divisors: Vec<f64>,
     diagonal: Vec<f64>,
     /// M.
     matrix: Transposed,
+    /// The factors c, and G⁻¹D e.
     c: Vec<f64>,
     e: Vec<f64>,
     /// The columns with c ≠ 0.
@@ -56,7 +62,7 @@ impl Cholesky {
         problem: &Hlcp<T, A, B>,
     ) -> Option<(Self, Cost)> {
         let (begun, n) = (Instant::now(), problem.order());
-        let of = |diagonal: Vec<f64>, of_b: bool| {
+        let of = |mut diagonal: Vec<f64>, of_b: bool| {
             let mut matrix = Transposed::default();
             matrix.fill(n, |i, each| {
                 let mut see = |j, a: T| {
@@ -70,14 +76,22 @@ impl Cholesky {
                     problem.a().visit_row(i, &mut see)
                 }
             });
-            is_symmetric(&matrix, T::epsilon().wide()).then_some((of_b, diagonal, matrix))
+            // What is symmetric once it is divided by D needs no other numbers.
+            let mut divisors = divisors(&matrix, T::epsilon().wide())?;
+            for (i, (divisor, d)) in divisors.iter_mut().zip(&mut diagonal).enumerate() {
+                let row = matrix.starts[i]..matrix.starts[i + 1];
+                matrix.values[row].iter_mut().for_each(|a| *a /= *divisor);
+                (*divisor, *d) = (*d * *divisor, divisor.recip());
+            }
+            Some((of_b, divisors, diagonal, matrix))
         };
-        let (of_b, diagonal, matrix) = match diagonal(problem.b()) {
+        let (of_b, divisors, diagonal, matrix) = match diagonal(problem.b()) {
             Some(diagonal) => of(diagonal, false),
             None => of(diagonal(problem.a())?, true),
         }?;
         let [c, e] = [(); 2].map(|()| vec![1.0; n]);
-        let cholesky = Self { of_b, diagonal, matrix, c, e, some: (0..n).collect(), factors: None };
+        let (some, factors) = ((0..n).collect(), None);
+        let cholesky = Self { of_b, divisors, diagonal, matrix, c, e, some, factors };
         let upper = cholesky.upper();
         let entries = upper.columns.len();
         let mut room = MemBuffer::try_new(amd::order_maybe_unsorted_scratch::<usize>(n, entries));
@@ -116,7 +130,8 @@ impl Cholesky {
     ) {
         for (j, d) in d.iter().map(|d| d.wide()).enumerate() {
             let factors = [1.0 + d, (1.0 - d) * problem.omega().entry(j).wide()];
-            [self.c[j], self.e[j]] = if self.of_b { [factors[1], factors[0]] } else { factors };
+            let [c, e] = if self.of_b { [factors[1], factors[0]] } else { factors };
+            (self.c[j], self.e[j]) = (c, self.diagonal[j] * e);
         }
         self.some.clear();
         self.some.extend((0..d.len()).filter(|&j| self.c[j] != 0.0));
@@ -169,7 +184,7 @@ impl Cholesky {
             return;
         };
         let (symbolic, values) = &**factors;
-        let divided = |i: usize| rhs[i].wide() / self.diagonal[i];
+        let divided = |i: usize| rhs[i].wide() / self.divisors[i];
         let mut x = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
         let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         let llt = LltRef::new(symbolic, values);
@@ -193,24 +208,51 @@ fn diagonal<T: Scalar>(operator: &impl Rows<T>) -> Option<Vec<f64>> {
     (0..operator.order()).map(each).collect()
 }
 
-/// Returns whether entries across the diagonal agree, to what is lost in the rounding of sums as
-/// large as a definite matrix may have there.
-fn is_symmetric(matrix: &Transposed, epsilon: f64) -> bool {
+/// Returns what the rows of a matrix are to be divided by for entries across the diagonal to agree,
+/// to what is lost in the rounding of sums as large as a definite matrix may have there; ones if
+/// they do already, and `None` if nothing does. The divisors lead from neighbour to neighbour, and
+/// are refused where they are so far apart that rounding of the one outweighs the other.
+fn divisors(matrix: &Transposed, epsilon: f64) -> Option<Vec<f64>> {
     let n = matrix.starts.len() - 1;
-    let diagonal: Vec<f64> =
-        (0..n).map(|i| matrix.row(i).find(|&(j, _)| j == i).map_or(0.0, |(_, a)| a)).collect();
-    // As i grows, so does the place in row j where column i is.
-    let mut next = matrix.starts.clone();
-    (0..n).all(|i| {
-        matrix.row(i).all(|(j, a)| {
-            let at = next[j];
-            next[j] += 1;
-            let rounding = ROUNDINGS * epsilon * diagonal[i].sqrt() * diagonal[j].sqrt();
-            at < matrix.starts[j + 1]
-                && matrix.columns[at] == i
-                && (matrix.values[at] - a).abs() <= rounding
-        })
-    })
+    let entry = |i: usize, j: usize| {
+        let row = matrix.starts[i]..matrix.starts[i + 1];
+        let at = matrix.columns[row.clone()].binary_search(&j).ok()?;
+        Some(matrix.values[row.start + at])
+    };
+    let diagonal: Vec<f64> = (0..n).map(|i| entry(i, i)).collect::<Option<_>>()?;
+    let agree = |[a, b]: [f64; 2], [i, j]: [f64; 2], steps: usize| {
+        let unit = epsilon.max(steps as f64 * f64::EPSILON);
+        (a - b).abs() <= ROUNDINGS * unit * i.sqrt() * j.sqrt()
+    };
+    // Neighbours in the order of their distance, so that roundings are few.
+    let (mut divisors, mut steps, mut reached) = (vec![0.0; n], vec![0; n], Vec::with_capacity(n));
+    for first in 0..n {
+        if divisors[first] != 0.0 {
+            continue;
+        }
+        divisors[first] = 1.0;
+        let mut next = reached.len();
+        reached.push(first);
+        while let Some(&i) = reached.get(next) {
+            next += 1;
+            for (j, a) in matrix.row(i) {
+                let b = entry(j, i)?;
+                if divisors[j] == 0.0 {
+                    let agrees = agree([a, b], [diagonal[i], diagonal[j]], 0);
+                    divisors[j] = divisors[i] * if agrees { 1.0 } else { b / a };
+                    steps[j] = steps[i] + 1;
+                    reached.push(j);
+                }
+                let of = |entry: f64, row: usize| entry / divisors[row];
+                let pivots = [of(diagonal[i], i), of(diagonal[j], j)];
+                if !agree([of(a, i), of(b, j)], pivots, steps[i] + steps[j]) {
+                    return None;
+                }
+            }
+        }
+    }
+    let [least, most] = [f64::min, f64::max].map(|of| divisors.iter().copied().reduce(of));
+    (least? > f64::EPSILON * most?).then_some(divisors)
 }
 
 #[cfg(test)]
@@ -223,14 +265,15 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Springs of both signs on ground that is stiffer, rows multiplied by anything, the
-        /// diagonal either operator, against dense elimination of the columns as `d` adds them.
+        /// Springs of both signs on ground that is stiffer, rows and both unknowns multiplied by
+        /// anything, the diagonal either operator, against dense elimination of the columns as `d`
+        /// adds them.
         #[test]
         fn factors_solve_with_any_columns(
             bonds in (1..20_usize).prop_flat_map(|n| vec((0..n, 0..n, -1.0..1.0_f64), 2 * n)),
             ground in vec(0.1..2.0_f64, 20),
             (diagonal, omega) in (vec(0.2..5.0_f64, 20), vec(0.2..5.0_f64, 20)),
-            factors in vec(-8..8_i32, 20),
+            [factors, of_c, of_other] in [-8..8_i32, -2..3, -2..3].map(|range| vec(range, 20)),
             d in vec(prop_oneof![
                 Just(1.0), Just(-1.0), Just(f64::EPSILON - 1.0), Just(1.0 - f64::EPSILON), -1.0..1.0_f64
             ], 20),
@@ -250,6 +293,8 @@ mod tests {
             for (i, &factor) in factors[..n].iter().enumerate() {
                 couples.row_mut(i).scale_mut(10_f64.powi(factor));
                 other.row_mut(i).scale_mut(10_f64.powi(factor));
+                couples.column_mut(i).scale_mut(10_f64.powi(of_c[i]));
+                other.column_mut(i).scale_mut(10_f64.powi(of_other[i]));
             }
             let [a, b] = if of_b { [other, couples] } else { [couples, other] };
             let each = Omega::Each(omega[..n].to_vec());
@@ -263,14 +308,28 @@ mod tests {
             let mut y = vec![f64::NAN; n];
             cholesky.factorise(&problem, &d[..n]);
             cholesky.solve(&rhs, &mut y);
-            // Backward stable: the residual is rounding beside the terms of its row, which its own
-            // factor scales, times the growth of a condition of some hundred.
-            let y = DVector::from_vec(y);
-            let terms = sum.abs() * y.abs();
-            for (i, f) in (&sum * &y).iter().enumerate() {
-                let size = y.amax() * sum.row(i).amax() + terms[i] + rhs[i].abs();
+            // Backward stable: the residual is rounding beside the terms of its row, in the units of
+            // rows and columns, times the growth of a condition of some hundred.
+            let mut size = DVector::from_vec(y.clone()).abs();
+            let unit = |i: usize| 10_f64.powi(factors[i]);
+            for (j, size) in size.iter_mut().enumerate() {
+                *size *= (0..n).map(|i| sum[(i, j)].abs() / unit(i)).fold(0.0, f64::max);
+            }
+            for (i, f) in (&sum * DVector::from_vec(y)).iter().enumerate() {
+                let size = n as f64 * size.amax() * unit(i) + rhs[i].abs();
                 prop_assert!((f - rhs[i]).abs() <= 1e4 * f64::EPSILON * size, "{i} {f} {}", rhs[i]);
             }
+        }
+    }
+
+    /// Twice as much goes on as comes back: the last row would be divided by 2ⁿ⁻¹.
+    #[test]
+    fn divisors_that_are_too_far_apart_are_refused() {
+        for n in [50, 54] {
+            let a = hlcp_core::Tridiagonal::new(n, |_| [-1.0, 4.0, -2.0]).unwrap();
+            let one = hlcp_core::Identity { order: n };
+            let problem = Hlcp::new(a, one, Omega::Uniform(1.0)).unwrap();
+            assert_eq!(Cholesky::for_problem(&problem).is_some(), n == 50);
         }
     }
 
@@ -279,10 +338,13 @@ mod tests {
         let problem = |a: DMatrix<f64>, b| Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
         let one = DMatrix::<f64>::identity(3, 3);
         let of = |entries: [f64; 9]| DMatrix::from_row_slice(3, 3, &entries);
-        let skew = of([2.0, -1.0, 0.0, -0.9, 2.0, -1.0, 0.0, -1.0, 2.0]);
+        // Around the triangle, the way back is less than the way there.
+        let skew = of([2.0, -1.0, -0.5, -0.9, 2.0, -1.0, -0.5, -1.0, 2.0]);
         assert!(Cholesky::for_problem(&problem(skew.clone(), one.clone())).is_none());
         let pattern = of([2.0, -1.0, 0.0, 0.0, 2.0, -1.0, -1.0, 0.0, 2.0]);
         assert!(Cholesky::for_problem(&problem(pattern, one.clone())).is_none());
+        let turned = of([2.0, -1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 2.0]);
+        assert!(Cholesky::for_problem(&problem(turned, one.clone())).is_none());
         assert!(Cholesky::for_problem(&problem(skew.clone(), skew)).is_none());
         let saddle = problem(of([1.0, 3.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0]), one);
         let (mut cholesky, _) = Cholesky::for_problem(&saddle).unwrap();

@@ -52,8 +52,8 @@ pub(crate) const CHEAP: usize = 20;
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
 /// in which pivots show whether rounding has left them. Sparse ones are Cholesky's where one of `A`
-/// and `B` is diagonal and the other one, with its rows divided by that diagonal, symmetric: all
-/// matrices to be factorised are positive definite then, if solutions are unique for every `q`.
+/// and `B` is diagonal and the other one symmetric, whatever rows, `z` and `r` are multiplied by:
+/// all matrices to be factorised are positive definite then, if solutions are unique for every `q`.
 /// Of what is not they are LU factors.
 ///
 /// # Cost
