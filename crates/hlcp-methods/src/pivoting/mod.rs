@@ -14,7 +14,7 @@ const SMALL: usize = 500;
 
 /// Steps that may change many signs while they do not leave three quarters of the fewest wrong
 /// ones: before steps inside, and after them or where few are wrong, of so many. A front that has
-/// a point or two to go is followed.
+/// a point or two to go is followed, but from the start's signs it may have far to go.
 const PATIENCE: [usize; 2] = [4, 64];
 const FEWER: f64 = 0.75;
 const FEW: usize = 100;
@@ -26,8 +26,8 @@ pub(crate) const CHEAP: usize = 20;
 ///
 /// One iteration solves `J x = −γq` for the columns that some signs select, by exact factors, and
 /// changes all signs that come out wrong, as Newton's method does, while every four such steps
-/// leave fewer than three quarters of them; where a hundredth is left, every 64, unless the same
-/// signs come again.
+/// leave fewer than three quarters of them; where a hundredth is left, every 64, but from the signs
+/// of the start, and unless the same signs come again.
 ///
 /// Where they do not, it goes through the interior (Mehrotra): with `z, r > 0` it solves
 ///
@@ -274,8 +274,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         }
         let count = x.iter().zip(&self.d).filter(|&(&x, &d)| sign(x) != d).count();
         if count as f64 <= FEWER * self.fewest as f64 {
-            let long = self.way == Way::Inside || count <= x.len() / FEW;
-            (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(long)], 0);
+            let is_long = match self.way {
+                Way::Start => false,
+                Way::Whole => count <= x.len() / FEW,
+                Way::Inside => true,
+            };
+            (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);
         } else {
             let mut signs = DefaultHasher::new();
             self.d.iter().for_each(|&d| (d > T::zero()).hash(&mut signs));
