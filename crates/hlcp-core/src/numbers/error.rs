@@ -214,7 +214,10 @@ pub enum Error {
 /// Returns the way out of an entry that is not positive.
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
-        "diagonal of A" | "diagonal of B" if value == 0.0 => "; exchange rows, of A, B and q alike",
+        "diagonal of A" | "diagonal of B" if value == 0.0 => {
+            "; exchange rows, of A, B and q alike, if both diagonals are positive then; with B = I \
+             none serves, and Lemke's pivoting may"
+        }
         "diagonal of B" if value < 0.0 => {
             "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"
         }
