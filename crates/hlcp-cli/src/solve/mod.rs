@@ -309,7 +309,7 @@ impl Run<'_> {
                 if let Some(forgone) = outcome.forgone.filter(|_| !outcome.converged()) {
                     say(format!("note: {forgone}"));
                 }
-                if let Some(advice) = report::advice(outcome) {
+                if let Some(advice) = report::advice(&method.to_string(), outcome) {
                     say(format!("note: {method} did not converge; {advice}"));
                 }
                 let is_figure = outcome.converged();

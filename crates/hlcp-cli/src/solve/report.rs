@@ -87,24 +87,32 @@ pub(crate) fn row(
     ))
 }
 
-/// What may help a solve that did not converge.
-pub(crate) fn advice(outcome: &Outcome) -> Option<&'static str> {
+/// What may help a solve by this method that did not converge.
+pub(crate) fn advice(method: &str, outcome: &Outcome) -> Option<String> {
+    let other = |names: &[&'static str]| {
+        let others: Vec<_> = names.iter().copied().filter(|name| *name != method).collect();
+        others.join(" or ")
+    };
     Some(match outcome.status {
-        Status::Diverged(_) | Status::Cycling { .. } => {
-            "try AUTO, a smaller --alpha or another --tau; the problem may have no solution"
-        }
+        Status::Diverged(_) | Status::Cycling { .. } => format!(
+            "try {}, a smaller --alpha or another --tau; the problem may have no solution",
+            other(&["AUTO", "AMG"])
+        ),
         Status::Stagnated if outcome.backward_error.is_some() => {
             "rounding is the reason: the answer is exact for entries of A, B and q that differ in \
              their last digits; a looser --rtol accepts it"
+                .into()
         }
-        Status::Stagnated => {
+        Status::Stagnated => format!(
             "rounding alone does not explain it, if the operators know their rows: the problem may \
-             have no solution, or the method be one for other problems; try AUTO"
-        }
-        Status::IterationLimit | Status::TimeLimit => {
-            "try AUTO, ANDERSON or AMG, or more by --max-iterations and --max-seconds; the problem \
-             may have no solution"
-        }
+             have no solution, or the method be one for other problems; try {}",
+            other(&["AUTO", "AMG"])
+        ),
+        Status::IterationLimit | Status::TimeLimit => format!(
+            "try {}, or more by --max-iterations and --max-seconds; the problem may have no \
+             solution",
+            other(&["AUTO", "ANDERSON", "AMG"])
+        ),
         _ => return None,
     })
 }

@@ -66,6 +66,10 @@ fn not_converging_is_status_2_with_the_outcome_printed() {
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stdout).contains("iteration limit"));
     assert!(text(&output.stderr).starts_with("note: MGS did not converge; try AUTO"));
+    // No method is told to try itself.
+    let output = solve("--m 20 --method AUTO --max-iterations 0");
+    let told = "note: AUTO did not converge; try ANDERSON or AMG, or more by --max-iterations";
+    assert!(text(&output.stderr).starts_with(told), "{}", text(&output.stderr));
 }
 
 #[test]
