@@ -135,7 +135,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--side west=periodic", "must both be periodic, or neither"),
         ("--side up=0", "a side is west, east, south or north"),
         ("--side west=starved,2", "the film content '2' is not between 0 and 1"),
-        ("--side west=-1", "a pressure is -1"),
+        ("--side west=-1", "a pressure in Pa is -1"),
         ("--pocket 0.009,0,0.002,0.001,1e-6", "--pocket from x = 0.009 to 0.011 is outside"),
         ("--pocket 0,-1,0.002,0.001,1e-6", "--pocket from y = -1 to -0.999 is outside"),
         ("--pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),

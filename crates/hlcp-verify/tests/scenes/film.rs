@@ -196,7 +196,7 @@ fn unsound_films_are_refused_with_their_numbers() {
         (Film { viscosity: vec![-0.03], ..film() }, "viscosity[0] is -0.03"),
         (Film { lengths: [0.0, 1.0], ..film() }, "an extent of the film is 0"),
         (Film { speeds: [f64::NAN, 1.0], ..film() }, "a speed is NaN"),
-        (Film { cavitation: 1.0, ..film() }, "a pressure is 0"),
+        (Film { cavitation: 1.0, ..film() }, "a pressure in Pa is 0"),
         (Film { sides: [Side::Starved(1.5); 4], ..film() }, "the film content of a side is 1.5"),
         (
             Film { sides: [Side::Periodic, closed, closed, closed], ..film() },

@@ -456,7 +456,12 @@ impl Film {
         check("the cavitation pressure", self.cavitation, self.cavitation.is_finite(), "finite")?;
         let pressure = |pressure: f64| {
             let inside = pressure >= self.cavitation && pressure.is_finite();
-            check("a pressure", pressure, inside, "finite, and not below the cavitation pressure")
+            check(
+                "a pressure in Pa",
+                pressure,
+                inside,
+                "finite, and not below the cavitation pressure",
+            )
         };
         for side in self.sides {
             match side {
