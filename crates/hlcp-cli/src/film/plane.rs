@@ -210,8 +210,8 @@ fn refuse_idle(
     match Idle::of(film) {
         Some(Idle::Closed) => return Err("nothing drives the film: the walls carry nothing and nothing enters or leaves, so any even pressure is a solution; give --speed, --motion or a pressure by --side or --supply".into()),
         Some(Idle::Even(pressure)) => {
-            let p = pressure / arguments.p_unit;
-            return Err(format!("nothing drives the film: the walls are at rest and all pressures are {p}, so that is the pressure everywhere; give --speed or --motion").into());
+            let speed = if bearing.journal.is_some() { "--rpm" } else { "--speed" };
+            return Err(format!("nothing drives the film: the walls are at rest and all pressures are {} Pa, so that is the pressure everywhere; give {speed} or --motion", number(pressure)).into());
         }
         None => {}
     }

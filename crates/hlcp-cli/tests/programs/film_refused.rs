@@ -213,7 +213,12 @@ fn wrong_films_are_refused_in_one_line() {
     is_refusal(&film(comma), comma, "a comma between them; write decimals with a point");
     let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";
     let err = is_refusal(&film(still), still, "nothing drives the film");
-    assert!(err.contains("all pressures are 200000"), "{err}");
+    assert!(err.contains("all pressures are 200000 Pa, "), "{err}");
+    assert!(err.contains("give --speed or --motion"), "{err}");
+    let still = "--journal --diameter 0.1 --length 0.1 --clearance 1e-4 --viscosity 0.03 --ecc 0.5 \
+                 --rpm 0 --p-unit MPa --ambient 0.1";
+    let err = is_refusal(&film(still), still, "all pressures are 100000 Pa, ");
+    assert!(err.contains("give --rpm or --motion"), "{err}");
     let over = film(&format!("--map gap.csv {} --out gap", &size[..size.len() - 15]));
     assert!(over.status.success(), "gap-pressure.csv is another file");
 }
