@@ -71,6 +71,13 @@ impl Carried {
         let ([films, failed], [least, largest], off) = (self.films, self.forces, self.off);
         let carried = if least > force {
             format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
+        } else if largest < force && films - failed > 1 && largest - least <= ALIKE * largest {
+            let way_out = if largest == 0.0 {
+                "pressure builds up where the gap narrows along the motion and oil fills it"
+            } else {
+                "other pressures of supplies and sides change that, other heights do not"
+            };
+            format!("carries the same {largest:.6e} N ({way_out})")
         } else if largest < force {
             let at = match self.largest_at[..] {
                 [x, y] => format!("an eccentricity of {:.6e} m", x.hypot(y)),
@@ -92,6 +99,9 @@ impl Carried {
 
 /// A search goes no further than to this part of the least gap that it began with.
 const NARROWEST: f64 = 1e-4;
+
+/// How far the forces of films may be apart that carry the same, over these.
+const ALIKE: f64 = 1e-6;
 
 /// How near forces come to those that are asked for, over the size of these, and what rounding may
 /// leave, over what all pressures together press with.

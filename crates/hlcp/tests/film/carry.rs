@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hlcp::film::{Bearing, Film, Journal, Load, Lobes, Settings, Side, Solved};
+use hlcp::film::{Bearing, Film, Journal, Load, Lobes, Settings, Side, Solved, Supply};
 use proptest::prelude::*;
 
 use super::{config, journal};
@@ -50,6 +50,27 @@ fn loads_out_of_reach_are_refused_after_some_tens_of_films() {
         let told = carried.failure(load.force);
         assert!(told.contains(" N or less, most at a"), "{told}");
     }
+}
+
+/// A gap that widens along the motion carries nothing at any height, and an even one above a supply
+/// the same at all.
+#[test]
+fn loads_that_do_not_depend_on_the_height_are_told() {
+    let settings = Settings::default();
+    let told = |film: Film, force: f64| {
+        let carried = Bearing::pad(film).carry(&Load::of(force), None, &settings).unwrap();
+        assert!(!carried.found && carried.films[0] <= 60, "{:?}", carried.films);
+        carried.failure(force)
+    };
+    let size = [0.05, 0.03];
+    let widens = Film::new([30, 20], size, 3.0, 0.04).with_gap(|x, _| 2e-5 + 4e-4 * x);
+    let why = told(widens, 900.0);
+    let narrows = "carries the same 0.000000e0 N (pressure builds up where the gap narrows";
+    assert!(why.contains(narrows), "{why}");
+    let supply = Supply { corner: [0.02, 0.01], size: [0.01, 0.01], pressure: 5e6 };
+    let even = Film { supplies: vec![supply], ..Film::new([30, 18], size, 0.0, 0.04) };
+    let why = told(even, 3000.0);
+    assert!(why.contains(" N (other pressures of supplies and sides change that"), "{why}");
 }
 
 proptest! {
