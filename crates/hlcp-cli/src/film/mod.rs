@@ -96,7 +96,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = FILM, requires = "journal", value_parser = real(|_| true, ANY))]
     attitude: Option<f64>,
     /// Slopes: of a pad what the gap gains along x and along y; of a journal how its eccentricity
-    /// grows along y, and how it is turned aside there (misalignment)
+    /// grows along y, along x = 0 and a quarter further (misalignment)
     #[arg(long, help_heading = FILM, value_name = "A,B", group = "in_plane")]
     tilt: Option<Numbers>,
     /// Cells along x [default: 180; of a journal 360]
