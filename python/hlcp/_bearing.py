@@ -1460,8 +1460,12 @@ def _warn(film: BearingResult, ambient: float) -> None:
     is_empty = film.peak <= walled["film"]["cavitation"]
     if is_empty and not film.is_fed:
         way = "grooves=[(0, 2e5)], " if is_journal else ""
-        told.append("nothing feeds this film, so it runs dry; feed it above the pressure of"
-                    f" cavitation, by {way}ambient=101325 or supplies")
+        dry = "nothing feeds this film, so it runs dry"
+        if sum(walled["film"]["speeds"]) == 0:
+            dry = ("the speeds of the walls cancel and nothing feeds this film, so it has the"
+                   " pressure of cavitation everywhere")
+        told.append(f"{dry}; feed it above the pressure of cavitation, by {way}ambient=101325 or"
+                    " supplies")
     elif is_empty and film.success:
         told.append("the film carries nothing, because its pressure is that of cavitation"
                     " everywhere; where speed is positive, pressure builds up where the gap narrows"

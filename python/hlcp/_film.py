@@ -147,8 +147,8 @@ def film(
 
     Notes
     -----
-    Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0, but
-    before a closed side towards which a wall carries oil, where it is 1.
+    Without `duration` the film is steady. One that nothing feeds runs dry: its content is 0, but 1
+    before a closed side towards which a wall carries oil, and where the speeds of the walls cancel.
 
     Examples
     --------

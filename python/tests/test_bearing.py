@@ -130,6 +130,12 @@ def test_sensitivities_are_differences(held):
     assert again.sensitivities()["speed"] == found["speed"]
 
 
+def test_walls_whose_speeds_cancel_do_not_run_a_film_dry():
+    with pytest.warns(UserWarning, match="the speeds of the walls cancel") as told:
+        film = pad().film(speed=(3.0, -3.0), viscosity=0.04)
+    assert film.broken_share == 0 and not any("dry" in str(each.message) for each in told)
+
+
 def test_sensitivities_of_no_film_are_refused():
     with pytest.raises(ValueError, match="so it runs dry"), pytest.warns(UserWarning):
         journal(grooves=[]).film(**OIL, ecc=0.5).sensitivities()

@@ -121,8 +121,14 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
     let is_empty = report.figures.peak <= film.cavitation;
     if is_empty && !film.is_fed() {
-        let way_out = feeding(&bearing, film);
-        warnings.push(format!("nothing feeds this film, so it runs dry; {way_out}"));
+        warnings.push(format!("{}; {}", unfed(film), feeding(&bearing, film)));
+    } else if is_empty && arguments.motion.is_none() && is_even(&film.gap) {
+        warnings.push(
+            "the film carries nothing, because its gap is the same everywhere; pressure builds up \
+             where the gap narrows along the motion and oil fills it: check the shape and its \
+             units, or feed the film above the pressure of --cavitation"
+                .into(),
+        );
     } else if is_empty && arguments.motion.is_none() {
         let is_starved = film.sides.iter().any(|side| matches!(side, Side::Starved(_)));
         let more = if is_starved { ", or let more oil in at the starved side" } else { "" };
@@ -225,8 +231,32 @@ fn refuse_idle(
     if film.is_fed() {
         return Ok(());
     }
-    let dry = format!("--{option}: nothing feeds this film, so it runs dry and {what}");
+    let dry = if arguments.load.is_none() && !carries_oil(film) {
+        format!("--{option}: {} and no derivatives", unfed(film))
+    } else {
+        format!("--{option}: {} and {what}", unfed(film))
+    };
     Err(format!("{dry}; {}", feeding(bearing, film)).into())
+}
+
+/// What a steady film is that nothing feeds.
+fn unfed(film: &Film) -> &'static str {
+    if carries_oil(film) {
+        "nothing feeds this film, so it runs dry"
+    } else {
+        "the speeds of the walls cancel and nothing feeds this film, so it has the pressure of \
+         --cavitation everywhere"
+    }
+}
+
+/// Whether the walls carry oil along.
+fn carries_oil(film: &Film) -> bool {
+    film.speeds.iter().sum::<f64>() != 0.0
+}
+
+/// Whether the gap is the same everywhere, but for rounding.
+fn is_even(gap: &[f64]) -> bool {
+    gap.iter().all(|h| (h - gap[0]).abs() <= 1e-12 * gap[0])
 }
 
 /// How to feed a film that runs dry.

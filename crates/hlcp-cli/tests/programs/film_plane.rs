@@ -586,6 +586,26 @@ fn what_is_written_is_what_is_printed() {
 }
 
 #[test]
+fn films_that_carry_nothing_say_why() {
+    let told = |arguments: &str| {
+        let film = film("nothing", &format!("{arguments} --lx 0.05 --ly 0.03 --nx 20 --ny 12"));
+        succeeded(&film, arguments);
+        text(&film.stderr)
+    };
+    let turn = "turn the gap round, or change the sign of --speed";
+    let err = told("--pad plane,2e-5,4e-5 --speed 3 --viscosity 0.04");
+    assert!(err.contains(turn), "{err}");
+    // Neither would help where the gap is even, or a taper lost in the first cell.
+    for pad in ["plane,2e-5,2e-5", "taper,4e-5,2e-5,3e-5"] {
+        let err = told(&format!("--pad {pad} --speed 3 --viscosity 0.04"));
+        assert!(err.contains("its gap is the same everywhere") && !err.contains(turn), "{err}");
+    }
+    // Nothing is carried away, so that the film stays full.
+    let err = told("--pad plane,4e-5,2e-5 --speed 3,-3 --viscosity 0.04");
+    assert!(err.contains("the speeds of the walls cancel") && !err.contains("dry"), "{err}");
+}
+
+#[test]
 fn a_ring_that_nothing_feeds_runs_dry() {
     let warned = |arguments: &str| {
         let output = film(arguments);
