@@ -1457,6 +1457,9 @@ def _warn(film: BearingResult, ambient: float) -> None:
     elif film.peak > 1e10:
         told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity"
                     " is in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
+    elif (thickest := float(np.max(walled["film"]["viscosity"]))) >= 5:
+        told.append(f"a viscosity of {thickest} Pa s is more than that of lubricating oils;"
+                    " viscosity is in Pa s (1 cP is 0.001 Pa s)")
     is_empty = film.peak <= walled["film"]["cavitation"]
     if is_empty and not film.is_fed:
         way = "grooves=[(0, 2e5)], " if is_journal else ""

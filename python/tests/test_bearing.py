@@ -130,6 +130,11 @@ def test_sensitivities_are_differences(held):
     assert again.sensitivities()["speed"] == found["speed"]
 
 
+def test_a_viscosity_in_centipoise_is_told():
+    with pytest.warns(UserWarning, match=r"a viscosity of 40.0 Pa s .*1 cP is 0.001 Pa s"):
+        pad().film(speed=3.0, viscosity=40.0)
+
+
 def test_walls_whose_speeds_cancel_do_not_run_a_film_dry():
     with pytest.warns(UserWarning, match="the speeds of the walls cancel") as told:
         film = pad().film(speed=(3.0, -3.0), viscosity=0.04)

@@ -344,6 +344,16 @@ fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
     })
 }
 
+/// What is doubtful about a viscosity in Pa s that is that of no lubricating oil.
+fn too_viscous(viscosity: f64) -> Option<String> {
+    (viscosity >= 5.0).then(|| {
+        format!(
+            "a viscosity of {viscosity} Pa s is more than that of lubricating oils; --viscosity is \
+             in Pa s (1 cP is 0.001 Pa s)"
+        )
+    })
+}
+
 /// Numbers with commas between them.
 #[derive(Clone)]
 struct Numbers(Vec<f64>);

@@ -13,6 +13,7 @@ use hlcp::{
 
 use super::{
     Arguments, Done, Numbers, balance, doubtful, gap, motion, outputs, picture, report::Report,
+    too_viscous,
 };
 use crate::progress::Way;
 
@@ -146,7 +147,10 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
             derived.reynolds, derived.laminar
         ));
     }
-    warnings.extend(doubtful(report.figures.least_gap, &film.lengths, report.figures.peak));
+    warnings.extend(
+        doubtful(report.figures.least_gap, &film.lengths, report.figures.peak)
+            .or_else(|| too_viscous(film.viscosity.iter().copied().fold(0.0, f64::max))),
+    );
     Ok(Done {
         outputs,
         texts,
