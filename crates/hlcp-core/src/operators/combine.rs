@@ -102,7 +102,8 @@ impl<T: Scalar> Rows<T> for DiagonalMatrix<T> {
     }
 }
 
-/// A multiple of an operator, on every rung that the operator stands on.
+/// A multiple of an operator, on every rung that the operator stands on. Its entries are the
+/// products, rounded.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, Identity, Scaled};
@@ -154,7 +155,8 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Scaled<T, O> {
     }
 }
 
-/// The operator plus a multiple of the identity, on every rung that the operator stands on.
+/// The operator plus a multiple of the identity, on every rung that the operator stands on. Its
+/// diagonal is that of the sum, rounded: of it speak residuals, certificates and proofs.
 ///
 /// ```
 /// use hlcp_core::{Diagonal, Identity, Shifted};
@@ -194,8 +196,14 @@ impl<T: Scalar, O: LinearOperator<T>> LinearOperator<T> for Shifted<T, O> {
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        visit(i, self.by);
-        self.of.try_visit_row(i, visit)
+        let mut diagonal = T::zero();
+        let known = self.of.try_visit_row(i, &mut |j, a| {
+            if j == i { diagonal += a } else { visit(j, a) }
+        });
+        if known {
+            visit(i, diagonal + self.by);
+        }
+        known
     }
 }
 
@@ -223,7 +231,8 @@ impl<T: Scalar, O: Rows<T>> Rows<T> for Shifted<T, O> {
     }
 }
 
-/// The sum of two operators, on every rung that both stand on.
+/// The sum of two operators, on every rung that both stand on. Its entries are the sums, rounded:
+/// of these speak residuals, certificates and proofs.
 ///
 /// # Cost
 ///
@@ -266,8 +275,33 @@ impl<T: Scalar, L: LinearOperator<T>, R: LinearOperator<T>> LinearOperator<T> fo
     }
 
     fn try_visit_row(&self, i: usize, visit: &mut dyn FnMut(usize, T)) -> bool {
-        self.0.try_visit_row(i, visit) && self.1.try_visit_row(i, visit)
+        let rows = [whole_row(&self.0, i), whole_row(&self.1, i)];
+        let [Some(mut row), Some(second)] = rows else { return false };
+        row.extend(second);
+        join(&mut row);
+        row.into_iter().for_each(|(j, a)| visit(j, a));
+        true
     }
+}
+
+/// Returns the entries of a row that may come in parts, by increasing column, each column once.
+fn whole_row<T: Scalar>(operator: &impl LinearOperator<T>, i: usize) -> Option<Vec<(usize, T)>> {
+    let mut row = vec![];
+    let known = operator.try_visit_row(i, &mut |j, a| row.push((j, a)));
+    join(&mut row);
+    known.then_some(row)
+}
+
+/// Sorts entries by their columns and adds those of one column, in their order.
+fn join<T: Scalar>(row: &mut Vec<(usize, T)>) {
+    row.sort_by_key(|&(j, _)| j);
+    row.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1 += next.1;
+        }
+        same
+    });
 }
 
 impl<T: Scalar, L: Diagonal<T>, R: Diagonal<T>> Diagonal<T> for Sum<L, R> {

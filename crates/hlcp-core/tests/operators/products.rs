@@ -271,3 +271,26 @@ fn entries_that_are_no_square_matrix_are_refused() {
     assert!(Hlcp::lcp(DMatrix::<f64>::zeros(2, 3)).is_err());
     assert!(CscMatrix::<f64>::zeros(2, 3).check("A").is_err());
 }
+
+/// A sum that is rounded is one matrix for all that asks for its rows: what is visited with and
+/// without [`Rows`], and assembled.
+#[test]
+fn rounded_sums_are_one_matrix() {
+    let a = Csr::new(vec![0_usize, 2, 4], vec![0_usize, 1, 0, 1], vec![2.0_f32, -1.0, -1.0, 2.0]);
+    let (a, by) = (a.unwrap(), 2.0_f32.powi(-26)); // 2 + by is 2
+    let small = Scaled { by, of: Identity { order: 2 } };
+    let grid = FivePoint::new(2, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
+    let (shifted, sum) = (Shifted { by, of: &a }, Sum(&a, small));
+    let nested = Sum(Shifted { by, of: small }, Shifted { by: 2.0, of: Sum(small, &a) });
+    let operators: [&dyn Rows<f32>; 5] =
+        [&shifted, &sum, &Sum(small, &a), &nested, &Shifted { by, of: grid }];
+    for operator in operators {
+        for i in 0..2 {
+            let mut tried = [0.0_f64; 2];
+            assert!(operator.try_visit_row(i, &mut |j, a| tried[j] += f64::from(a)));
+            let mut visited = [0.0_f64; 2];
+            operator.visit_row(i, &mut |j, a| visited[j] += f64::from(a));
+            assert_eq!(tried, visited);
+        }
+    }
+}
