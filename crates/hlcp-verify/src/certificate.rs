@@ -6,7 +6,7 @@ use hlcp_core::{Error, Rows, Scalar, all_finite};
 use hlcp_methods::{Clock, Method};
 
 use crate::{
-    comparison::{check_pair, ratio},
+    comparison::{check_pair, merge, ratio},
     decimal::decimal,
     enclosure::{Assembled, Refusal, by_method, holds, holds_one, is_z_pair},
     rounding::{Doubled, larger},
@@ -367,7 +367,8 @@ pub fn certify_box<T: Scalar>(
 }
 
 /// As [`certify_within`], for data that are known within bounds: the solutions of HLCP(A, B, q)
-/// for all `A`, `B` and `q` between the first and the second of each pair.
+/// for all `A`, `B` and `q` between the first and the second of each pair, no entry of which is more
+/// than that of the second.
 ///
 /// Each of these problems has a solution within the [`interval`](Certificate::interval)s; nothing
 /// is said of others ([`Certificate::is_alone`] is `false`). Where no entry off the diagonal can be
@@ -380,7 +381,8 @@ pub fn certify_box<T: Scalar>(
 ///
 /// # Errors
 ///
-/// As [`certify`]; [`Refusal::OffDiagonal`] where an entry off the diagonal may be positive.
+/// As [`certify`], and [`Error::Operator`] where an entry of the first is more than that of the
+/// second; [`Refusal::OffDiagonal`] where one off the diagonal may be positive.
 ///
 /// ```
 /// use hlcp_core::{FivePoint, Identity};
@@ -407,6 +409,13 @@ pub fn certify_range<T: Scalar>(
     for k in 0..2 {
         check(a[k], b[k], q[k], [z, r])?;
     }
+    ascends("A", a)?;
+    ascends("B", b)?;
+    for (i, (&first, &second)) in q[0].iter().zip(q[1]).enumerate() {
+        if first > second {
+            return Err(descent("q", &i, [first.wide(), second.wide()]));
+        }
+    }
     if !is_z_pair(a[1], b[1]) {
         return Ok(Err(Refusal::OffDiagonal));
     }
@@ -422,6 +431,30 @@ pub fn certify_range<T: Scalar>(
             Err(Refusal::NoBox)
         }
     })())
+}
+
+/// Checks that no entry of the first operator is more than that of the second.
+fn ascends<T: Scalar>(
+    what: &'static str,
+    [first, second]: [&impl Rows<T>; 2],
+) -> Result<(), Error> {
+    let mut row = vec![];
+    for i in 0..first.order() {
+        merge((first, second), i, &mut row);
+        if let Some(&(j, pair)) = row.iter().find(|(_, [first, second])| first > second) {
+            return Err(descent(what, &format_args!("{i}, {j}"), pair));
+        }
+    }
+    Ok(())
+}
+
+/// Returns the error of an entry of the first that is more than that of the second.
+fn descent(what: &'static str, at: &dyn fmt::Display, [first, second]: [f64; 2]) -> Error {
+    let why = format!(
+        "entry [{at}] is {first} in the first and {second} in the second, but must not be less \
+         there: exchange the two"
+    );
+    Error::Operator { what, why: why.into() }
 }
 
 /// The certificate by Newton's method on the assembled pair.

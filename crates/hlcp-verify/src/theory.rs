@@ -464,6 +464,9 @@ fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
     problem: &Hlcp<T, A, B>,
     steps: &[Aor<T>],
 ) -> Answer {
+    if steps.is_empty() {
+        return Answer::No(Failure::Parameter("those of one step or more"));
+    }
     for step in steps {
         if step.is_accelerated() {
             return Answer::No(Failure::Parameter("those of a step of MMS or TMMS"));

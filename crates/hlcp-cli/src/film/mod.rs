@@ -344,7 +344,7 @@ fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
     })
 }
 
-/// What is doubtful about a viscosity in Pa s that is that of no lubricating oil.
+/// Warns of a viscosity in Pa s that is that of no lubricating oil.
 fn too_viscous(viscosity: f64) -> Option<String> {
     (viscosity >= 5.0).then(|| {
         format!(

@@ -243,7 +243,7 @@ fn refuse_idle(
     Err(format!("{dry}; {}", feeding(bearing, film)).into())
 }
 
-/// What a steady film is that nothing feeds.
+/// Says what a steady film is that nothing feeds.
 fn unfed(film: &Film) -> &'static str {
     if carries_oil(film) {
         "nothing feeds this film, so it runs dry"
@@ -253,12 +253,12 @@ fn unfed(film: &Film) -> &'static str {
     }
 }
 
-/// Whether the walls carry oil along.
+/// Returns whether the walls carry oil along.
 fn carries_oil(film: &Film) -> bool {
     film.speeds.iter().sum::<f64>() != 0.0
 }
 
-/// Whether the gap is the same everywhere, but for rounding.
+/// Returns whether the gap is the same everywhere, but for rounding.
 fn is_even(gap: &[f64]) -> bool {
     gap.iter().all(|h| (h - gap[0]).abs() <= 1e-12 * gap[0])
 }

@@ -589,7 +589,7 @@ fn what_is_written_is_what_is_printed() {
 fn a_viscosity_in_centipoise_is_told() {
     for (viscosity, is_told) in [("40", true), ("0.04", false)] {
         let arguments = "--pad plane,4e-5,2e-5 --lx 0.05 --ly 0.03 --nx 20 --ny 12 --speed 3";
-        let output = film("thick", &format!("{arguments} --viscosity {viscosity}"));
+        let output = film(&format!("{arguments} --viscosity {viscosity}"));
         succeeded(&output, arguments);
         let told = "warning: a viscosity of 40 Pa s is more than that of lubricating oils";
         assert_eq!(text(&output.stderr).contains(told), is_told, "{}", text(&output.stderr));
@@ -599,7 +599,7 @@ fn a_viscosity_in_centipoise_is_told() {
 #[test]
 fn films_that_carry_nothing_say_why() {
     let told = |arguments: &str| {
-        let film = film("nothing", &format!("{arguments} --lx 0.05 --ly 0.03 --nx 20 --ny 12"));
+        let film = film(&format!("{arguments} --lx 0.05 --ly 0.03 --nx 20 --ny 12"));
         succeeded(&film, arguments);
         text(&film.stderr)
     };

@@ -215,8 +215,8 @@ pub enum Error {
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
         "diagonal of A" | "diagonal of B" if value == 0.0 => {
-            "; exchange rows, of A, B and q alike, if both diagonals are positive then; with B = I \
-             none serves, and Lemke's pivoting may"
+            "; exchange rows, of A, B and q alike, if that leaves both diagonals positive (where B = I \
+             it cannot; Lemke's method may solve such a problem)"
         }
         "diagonal of B" if value < 0.0 => {
             "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"

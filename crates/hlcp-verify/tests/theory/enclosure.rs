@@ -404,6 +404,26 @@ fn a_range_with_a_positive_entry_off_the_diagonal_is_refused() {
     }
 }
 
+/// Between the two would be problems whose solutions are outside of what the ends prove.
+#[test]
+fn a_range_whose_ends_are_exchanged_is_refused() {
+    let [low, high] = [3.9, 4.1].map(|d| nalgebra::dmatrix![4.0, -1.0; -1.0, d]);
+    let (q, less, zero) = ([-5.0, 3.0], [-5.0, 2.5], [0.0; 2]);
+    let told = |a, b, q| {
+        let found = certify_range(a, b, q, [&zero, &zero], &mut Clock::endless());
+        found.map(|found| found.is_ok()).map_err(|error| error.to_string())
+    };
+    let [up, down] = [[&low, &high], [&high, &low]];
+    assert_eq!(told(up, up, [&less, &q]), Ok(true));
+    let of_a = told(down, up, [&less, &q]).unwrap_err();
+    assert!(
+        of_a.starts_with("A: entry [1, 1] is 4.1 in the first and 3.9 in the second"),
+        "{of_a}"
+    );
+    assert!(told(up, down, [&less, &q]).unwrap_err().starts_with("B: entry [1, 1] is 4.1"));
+    assert!(told(up, up, [&q, &less]).unwrap_err().starts_with("q: entry [1] is 3 in the first"));
+}
+
 /// F(l) ≤ 0 ≤ F(u) says nothing where entries beside the diagonal are positive: all the faces do.
 #[test]
 fn two_residuals_do_not_serve_other_signs() {

@@ -309,6 +309,7 @@ fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
     }
     let problem = Hlcp::new(good.clone(), good, Omega::Each(vec![1.0, 1.0])).unwrap();
     assert!(matches!(convergence(&problem, &[]), Convergence::NotProved(_)));
+    assert!(!theorem_1(&problem, &[]).applies());
 
     let one = Hlcp::new(dmatrix![2.0], dmatrix![3.0], Omega::Uniform(0.7)).unwrap();
     let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
