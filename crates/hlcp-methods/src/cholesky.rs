@@ -26,8 +26,8 @@ use crate::{
 const ROUNDINGS: f64 = 16.0;
 
 /// The factors of the matrix with the columns `(1 + d)A` and `(1 − d)BΩ`, summed, where one of `A`
-/// and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers: as in
-/// linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
+/// and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers: as
+/// in linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
 /// multiplied by.
 ///
 /// With the diagonal `D`, the other operator `C`, the divisors `G`, `M = G⁻¹C` and the factors `c`
@@ -308,8 +308,8 @@ mod tests {
             let mut y = vec![f64::NAN; n];
             cholesky.factorise(&problem, &d[..n]);
             cholesky.solve(&rhs, &mut y);
-            // Backward stable: the residual is rounding beside the terms of its row, in the units of
-            // rows and columns, times the growth of a condition of some hundred.
+            // Backward stable: the residual is rounding beside the terms of its row, in the units
+            // of rows and columns, times the growth of a condition of some hundred.
             let mut size = DVector::from_vec(y.clone()).abs();
             let unit = |i: usize| 10_f64.powi(factors[i]);
             for (j, size) in size.iter_mut().enumerate() {

@@ -367,8 +367,8 @@ pub fn certify_box<T: Scalar>(
 }
 
 /// As [`certify_within`], for data that are known within bounds: the solutions of HLCP(A, B, q)
-/// for all `A`, `B` and `q` between the first and the second of each pair, no entry of which is more
-/// than that of the second.
+/// for all `A`, `B` and `q` between the first and the second of each pair, where no entry of the
+/// first is more than that of the second.
 ///
 /// Each of these problems has a solution within the [`interval`](Certificate::interval)s; nothing
 /// is said of others ([`Certificate::is_alone`] is `false`). Where no entry off the diagonal can be

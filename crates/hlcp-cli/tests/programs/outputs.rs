@@ -15,8 +15,8 @@ use crate::{
     folder::Folder,
 };
 
-/// A folder with a sound A, q and x0 of order 2 and a profile, named so, and precious text in `z` and
-/// `r`.
+/// A folder with a sound A, q and x0 of order 2 and a profile, named so, and precious text in `z`
+/// and `r`.
 fn sound(name: &str) -> Folder {
     let folder = Folder::new(name);
     folder.write("A", "%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 4\n2 2 3\n");

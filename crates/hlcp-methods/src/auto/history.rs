@@ -14,8 +14,8 @@ pub enum AutoChoice {
     Multigrid,
     /// [`AmgNewton`](crate::AmgNewton).
     AmgNewton,
-    /// [`Newton`](crate::Newton) with [`TridiagonalPart`](crate::TridiagonalPart), where that is all
-    /// of the operators.
+    /// [`Newton`](crate::Newton) with [`TridiagonalPart`](crate::TridiagonalPart), where that is
+    /// all of the operators.
     Newton,
     /// [`Anderson`](crate::Anderson) with a window of ten, on symmetric Gauss–Seidel sweeps.
     Anderson,
