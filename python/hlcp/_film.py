@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -254,11 +254,11 @@ class ProfileResult:
     message : str
     """
 
-    x: NDArray[np.float64]
-    h: NDArray[np.float64]
-    pressure: NDArray[np.float64]
-    content: NDArray[np.float64]
-    flow: NDArray[np.float64]
+    x: NDArray[np.float64] = field(repr=False)
+    h: NDArray[np.float64] = field(repr=False)
+    pressure: NDArray[np.float64] = field(repr=False)
+    content: NDArray[np.float64] = field(repr=False)
+    flow: NDArray[np.float64] = field(repr=False)
     load: float
     friction: float
     peak: float

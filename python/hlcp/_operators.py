@@ -148,7 +148,7 @@ class FivePoint(LinearOperator):  # type: ignore[misc]
             raise ValueError(f"grid is {grid!r}, but it must be (ny, nx)")
         ny, nx = (count("grid", points, -sys.maxsize) for points in grid)
         if min(ny, nx) < 1 or ny * nx > sys.maxsize // 8:
-            raise ValueError(f"the grid has {nx} x {ny} points, but it needs at least one, and at"
+            raise ValueError(f"grid is ({ny}, {nx}), but it must have one point, or more, and at"
                              " most as many as an array can hold")
         self.grid = ny, nx
         if np.ndim(periodic) != 1 or len(periodic) != 2 or not all(

@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import OptimizeResult
 
 from hlcp import _hlcp
-from hlcp._operators import Vector, count, described, exact, function, number, real, vector
+from hlcp._operators import (
+    FivePoint, Vector, count, described, exact, function, number, real, vector,
+)
 
 Map = Callable[[Vector], ArrayLike]
 
@@ -116,6 +118,14 @@ class _Pair:
             self._described[dtype] = of_a, described("B", B, dtype, order)
         return self._described[dtype]
 
+    def check(self, shape: tuple[int, ...]) -> None:
+        """Refuse the shape of another grid than that of the operators."""
+        for given in self._given:
+            is_plane = isinstance(given, FivePoint) and len(shape) > 1 and 1 not in shape
+            if is_plane and shape != given.grid:
+                raise ValueError(f"q has the shape {shape}, but the grid has {given.grid}; give"
+                                 " q.ravel() if its entries are those of the grid, row by row")
+
 
 def _precision(q: NDArray[Any]) -> Any:
     """Return the type that a solve with this q computes in."""
@@ -159,7 +169,8 @@ def solve(
         with indices of 32 or 64 bits. Anything else is converted, which copies. A LinearOperator
         is asked for products alone, and needs a `splitting` and `omega`.
     q : array_like with n entries
-        The right-hand side. z, r and x take its shape. For q of type float32 the solve is in
+        The right-hand side. z, r and x take its shape; on a grid an array of two dimensions has the
+        shape of that. For q of type float32 the solve is in
         single precision, otherwise in double, whatever the types of A and B.
     method : str
         One of `methods`, in any case: "AUTO" chooses. The paper's are "MGS", "AMSOR", "TMAOR" and
@@ -241,6 +252,7 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
     shape, dtype = array.shape, _precision(array)
     entries = vector("q", array, dtype)
     A, B = pair.described(dtype)
+    pair.check(shape)
     for name, value in (("method", method), ("base", "" if base is None else base)):
         if not isinstance(value, str) or not value.isascii():
             raise ValueError(f"{name} is {value!r}, but it must be one of hlcp.methods()")

@@ -269,8 +269,8 @@ def test_a_long_time_is_a_time(maxtime):
 
 @pytest.mark.parametrize("sentence, grid, coefficients", [
     (r"grid is 9, but it must be \(ny, nx\)", 9, {"centre": 4}),
-    ("the grid has 0 x 3 points", (3, 0), {"centre": 4}),
-    ("the grid has -1 x 3 points", (3, -1), {"centre": 4}),
+    (r"grid is \(3, 0\), but it must have one point", (3, 0), {"centre": 4}),
+    (r"grid is \(3, -1\), but it must have one point", (3, -1), {"centre": 4}),
     ("at most as many as an array can hold", (10**10, 10**10), {"centre": 4}),
     (r"west has the shape \(2,\), but the grid has \(3, 3\)", (3, 3), {"centre": 4, "west": [1, 2]}),
     ("centre has the type complex128", (3, 3), {"centre": 1j}),
@@ -280,6 +280,20 @@ def test_a_long_time_is_a_time(maxtime):
 def test_a_wrong_stencil_is_a_value_error(sentence, grid, coefficients):
     with pytest.raises(ValueError, match=sentence), np.errstate(invalid="ignore"):
         hlcp.solve(FivePoint(grid, **coefficients), None, np.ones(9))
+
+
+def test_q_has_the_shape_of_the_grid():
+    A = FivePoint((4, 5), south=-1, west=-1, centre=5, east=-1, north=-1)
+    q = np.sin(np.arange(20.0))
+    plain = hlcp.solve(A, None, q).z
+    for shape in [(4, 5), (20, 1), (1, 20)]:
+        z = hlcp.solve(A, None, q.reshape(shape)).z
+        assert z.shape == shape and (z.ravel() == plain).all()
+    for shape in [(5, 4), (2, 10), (2, 2, 5)]:
+        for pair in [(A, None), (np.eye(20), A)]:
+            with pytest.raises(ValueError, match=r"q has the shape .* the grid has \(4, 5\)"):
+                hlcp.solve(*pair, q.reshape(shape))
+    assert hlcp.solve(A.tocsr(), None, q.reshape(5, 4)).z.shape == (5, 4)
 
 
 def test_what_does_not_fit_the_memory_is_a_memory_error():

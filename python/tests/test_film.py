@@ -175,6 +175,7 @@ def test_a_profile_has_its_closed_form():
     rise = 6 * 0.04 * 2 * 0.014 * 0.006 * 20e-6 / (0.006 * 64e-15 + 0.014 * 8e-15)
     assert line.success and line.peak == pytest.approx(1e5 + rise, rel=1e-5)
     assert line.load == pytest.approx(rise * 0.01, rel=1e-5) and line.ruptures == []
+    assert repr(line).startswith("ProfileResult(load=") and "array" not in repr(line)
     assert line.peak_x == pytest.approx(0.014, rel=1e-5) and np.ptp(line.flow) < 1e-9 * line.flow[0]
 
 
