@@ -53,7 +53,7 @@ pub(super) fn equilibrium(
         Some([x, y]) => format!(" at {x}, {y} in units of --x-unit"),
         None => String::new(),
     };
-    let way_out = doubtful(thin, &carried.solved.film.lengths, 0.0).unwrap_or_else(|| {
+    let way_out = doubtful(thin, &carried.solved.film.lengths, 0.0, 0.0).unwrap_or_else(|| {
         let journal = bearing.journal.is_some();
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
         format!("give --load in N, check the units of the film, or begin elsewhere, by {begin}")

@@ -326,7 +326,7 @@ fn outputs(arguments: &Arguments, ends: &[&str]) -> Result<Vec<PathBuf>, Box<dyn
 }
 
 /// What is doubtful about a film, and what to do about it.
-fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
+fn doubtful(thin: f64, lengths: &[f64], peak: f64, viscosity: f64) -> Option<String> {
     let longest = lengths.iter().copied().fold(0.0, f64::max);
     if thin > 1e-3 || thin < 1e-6 * longest {
         let film = lengths.iter().map(|length| format!("{length} m")).collect::<Vec<_>>();
@@ -336,16 +336,12 @@ fn doubtful(thin: f64, lengths: &[f64], peak: f64) -> Option<String> {
             film.join(" by ")
         ));
     }
-    (peak > 1e10).then(|| {
-        format!(
+    if peak > 1e10 {
+        return Some(format!(
             "the peak pressure is {peak:e} Pa, more than lubricants bear; --viscosity is \
              in Pa s (1 cP is 0.001 Pa s), and --h-unit and --x-unit name the units of lengths"
-        )
-    })
-}
-
-/// Warns of a viscosity in Pa s that is that of no lubricating oil.
-fn too_viscous(viscosity: f64) -> Option<String> {
+        ));
+    }
     (viscosity >= 5.0).then(|| {
         format!(
             "a viscosity of {viscosity} Pa s is more than that of lubricating oils; --viscosity is \

@@ -13,7 +13,6 @@ use hlcp::{
 
 use super::{
     Arguments, Done, Numbers, balance, doubtful, gap, motion, outputs, picture, report::Report,
-    too_viscous,
 };
 use crate::progress::Way;
 
@@ -147,10 +146,9 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
             derived.reynolds, derived.laminar
         ));
     }
-    warnings.extend(
-        doubtful(report.figures.least_gap, &film.lengths, report.figures.peak)
-            .or_else(|| too_viscous(film.viscosity.iter().copied().fold(0.0, f64::max))),
-    );
+    let thickest = film.viscosity.iter().copied().fold(0.0, f64::max);
+    let figures = &report.figures;
+    warnings.extend(doubtful(figures.least_gap, &film.lengths, figures.peak, thickest));
     Ok(Done {
         outputs,
         texts,

@@ -16,7 +16,7 @@ use hlcp::{
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
-use super::{Arguments, Done, doubtful, outputs, report::Lines, too_viscous, unit};
+use super::{Arguments, Done, doubtful, outputs, report::Lines, unit};
 use crate::{
     chart::{self, Panel},
     memory,
@@ -57,10 +57,12 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
         texts: solved.drawn().map(String::into_bytes).into(),
         json: solved.json(begun.elapsed().as_secs_f64()),
         report: report.0,
-        warnings: doubtful(solved.thin(), &[length], line.pressure[line.peak])
-            .or_else(|| too_viscous(film.viscosity))
-            .into_iter()
-            .collect(),
+        warnings: Vec::from_iter(doubtful(
+            solved.thin(),
+            &[length],
+            line.pressure[line.peak],
+            film.viscosity,
+        )),
         converged: line.outcome.converged(),
     })
 }
