@@ -9,6 +9,7 @@ mod documents;
 mod examples;
 mod files;
 mod film;
+mod film_loads;
 mod film_plane;
 mod film_refused;
 mod folder;
