@@ -211,10 +211,20 @@ fn best(rate: f64, alpha: f64) -> f64 {
     2.0 / (1.0 + (1.0 - square).max(0.0).sqrt())
 }
 
-/// The least p ≥ 6 with p |α − 1|ᵖ⁻¹ ≤ ½: p sweeps forget the errors of earlier ones.
+/// The least p ≥ 6 with p |α − 1|ᵖ⁻¹ ≤ ½, or a large one: p sweeps forget the errors of earlier
+/// ones.
 fn window(alpha: f64) -> usize {
-    let left = |p: usize| p as f64 * (alpha - 1.0).abs().powf((p - 1) as f64);
-    (6..).find(|&p| left(p) <= 0.5).unwrap_or(usize::MAX)
+    let is_long = |p: usize| p as f64 * (alpha - 1.0).abs().powf((p - 1) as f64) <= 0.5;
+    // What is long enough stays so: the left side only rises before it falls.
+    let (mut short, mut long) = (5, 6);
+    while !is_long(long) && long < usize::MAX / 16 {
+        (short, long) = (long, 2 * long);
+    }
+    while long - short > 1 {
+        let middle = (short + long) / 2;
+        if is_long(middle) { long = middle } else { short = middle }
+    }
+    long
 }
 
 #[cfg(test)]
@@ -293,6 +303,17 @@ mod tests {
             residual *= if beyond { factor } else { 0.99 };
         }
         (count, search)
+    }
+
+    /// However small α has become, the search goes on.
+    #[test]
+    fn windows_of_any_alpha_are_found_at_once() {
+        for alpha in (0..2000).map(|k| 0.99_f64.powi(k)).chain([1.0, 1.5, 1.9, 0.0]) {
+            let p = window(alpha);
+            let left = |p: usize| p as f64 * (alpha - 1.0).abs().powf((p - 1) as f64);
+            assert!(p >= 6 && (left(p) <= 0.5 || alpha < 1e-15), "{alpha} {p}");
+            assert!(p == 6 || left(p - 1) > 0.5, "{alpha} {p}");
+        }
     }
 
     /// Growth happens once; a residual that stays is met four windows long in log₂(10⁴/6) turns.
