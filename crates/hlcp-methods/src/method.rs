@@ -1,6 +1,6 @@
 use hlcp_core::{Hlcp, LinearOperator, Norms, Rhs, Scalar};
 
-use crate::{AutoTurn, Clock};
+use crate::{AutoTurn, Clock, Status};
 
 /// A modulus-based method on a fixed problem, which a [`Solver`](crate::Solver) iterates.
 ///
@@ -67,9 +67,10 @@ pub trait Method<T: Scalar> {
         false
     }
 
-    /// Goes on in another way, of a method that has one left, and returns whether it does; a
-    /// [`Solver`](crate::Solver) asks before it reports [`Stagnated`](crate::Status::Stagnated).
-    fn turn(&mut self) -> bool {
+    /// Goes on in another way from the best iterate, of a method that has one left, and returns
+    /// whether it does; a [`Solver`](crate::Solver) asks before it reports [`Status::Stagnated`] or
+    /// [`Status::Diverged`].
+    fn turn(&mut self, _: Status) -> bool {
         false
     }
 
@@ -198,8 +199,8 @@ macro_rules! forward {
                 (**self).has_memory()
             }
 
-            fn turn(&mut self) -> bool {
-                (**self).turn()
+            fn turn(&mut self, end: Status) -> bool {
+                (**self).turn(end)
             }
 
             fn at_work(&mut self) -> Option<&mut dyn Method<T, A = Self::A, B = Self::B>> {

@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use hlcp_core::{Csr, Error, Hlcp, Norms, Omega, Rhs, Rows, Scalar};
 
-use crate::{AutoTurn, Clock, Method, Work, method::iterate};
+use crate::{AutoTurn, Clock, Method, Status, Work, method::iterate};
 
 /// A method that works on the problem with its unknowns in another order.
 ///
@@ -286,8 +286,8 @@ where
         self.inner.has_memory()
     }
 
-    fn turn(&mut self) -> bool {
-        self.inner.turn()
+    fn turn(&mut self, end: Status) -> bool {
+        self.inner.turn(end)
     }
 
     fn turns(&self) -> &[AutoTurn] {

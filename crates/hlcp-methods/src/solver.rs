@@ -227,14 +227,17 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
             if !best {
                 std::mem::swap(&mut self.x, &mut self.best);
             }
-            let may_go_on = !cut && k < pace.limits.iterations && status == Status::Stagnated;
+            let leads_nowhere = matches!(status, Status::Stagnated | Status::Diverged(_));
+            let may_go_on = !cut && k < pace.limits.iterations && leads_nowhere;
             let (status, residual) = self.settle(q, test, status);
-            if may_go_on && status == Status::Stagnated && self.method.turn() {
+            if may_go_on && status != Status::Converged && self.method.turn(status) {
                 // From the best iterate: `z` and `r` have taken the room of the next one and its
                 // own.
                 self.best.copy_from_slice(&self.x);
-                self.monitor.wait_from(k);
-                test.wait();
+                if status == Status::Stagnated {
+                    self.monitor.wait_from(k);
+                    test.wait();
+                }
                 continue;
             }
             return End { status, iterations: k, answer, work, residual };

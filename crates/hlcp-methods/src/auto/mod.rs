@@ -1,7 +1,7 @@
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
 use crate::{
-    Clock, GROWTH, Method, TridiagonalPart, Work,
+    Clock, GROWTH, Method, Status, TridiagonalPart, Work,
     method::measure,
     multigrid::{Scaling, exact_sweep},
     pivoting,
@@ -73,8 +73,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// SOR and multigrid share the one that is kept: the sweeps of one smooth what the other leaves. A
 /// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of
 /// pivoting to 10¹⁵ times, as its first columns may be all but singular; adaptive SOR with its own
-/// iterate goes on from the one that is kept, with a smaller α. Entries of 10⁶ times the usual size
-/// make `Auto` look before the solver does.
+/// iterate goes on from the one that is kept, with a smaller α. So does what the solver would report
+/// as [`Diverged`](crate::Status::Diverged).
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves
@@ -171,8 +171,6 @@ pub struct Auto<T: Scalar, A, B> {
     has_sides: bool,
     /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
     scaling: Option<Scaling<T>>,
-    /// The largest entry of an iterate that raises no suspicion.
-    usual: f64,
     /// Where one of Newton's methods has come to rest, the work after which the others give up, and
     /// the residual that lets them go on.
     last: Option<(usize, f64)>,
@@ -193,8 +191,7 @@ const OPENING: f64 = 0.01;
 /// that side: further sweeps carry it on and take from it, and it is to stay positive.
 const LARGE: f64 = 4.0;
 
-/// A residual of this many times the larger of ‖q‖ and the first residual has grown, and entries of
-/// this many times those of a sweep from 0 are looked at more closely. The
+/// A residual of this many times the larger of ‖q‖ and the first residual has grown. The
 /// [`Solver`](crate::Solver) bears 10¹⁶ times as much, and a sweep may add some powers of ten.
 const GROWN: f64 = 1e6;
 
@@ -256,7 +253,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             opened: 0,
             opening: None,
             has_sides: false,
-            usual: 0.0,
             last: None,
             stepped: false,
             scratch: vec![],
@@ -348,31 +344,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             }
         }
         false
-    }
-
-    /// The largest entry of `x`, and of what `q` alone makes of an unknown.
-    fn size(&self, q: &Rhs<'_, T>, x: &[T]) -> f64 {
-        let problem = &self.problem;
-        let each = x.iter().zip(q.entries()).enumerate().map(|(i, (&x, &q))| {
-            let b = problem.omega().entry(i) * problem.b().diagonal_entry(i);
-            let pivot = problem.a().diagonal_entry(i).min(b);
-            x.abs().max((problem.q_factor() * q / (pivot + pivot)).abs())
-        });
-        let [size] = problem.largest([each.fold(0.0, |max, size| size.wide().max(max))]);
-        size
-    }
-
-    /// Returns whether `y` diverges, beyond a bound. Measures the residual only where an entry is
-    /// huge.
-    fn runs_away(&mut self, q: &Rhs<'_, T>, y: &[T], bound: f64) -> bool {
-        // All entries are looked at, so that several are at a time. NaN is not calm either.
-        let usual = T::of(self.usual);
-        let calm = y.iter().fold(true, |calm, y| calm & (y.abs() <= usual));
-        self.problem.any(!calm) && {
-            let mut f = vec![T::zero(); y.len()];
-            let residual = measure(&self.problem, q, y, &mut f, &mut self.scratch).l2;
-            residual.is_nan() || residual > bound
-        }
     }
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
@@ -475,6 +446,24 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let is_spent = self.sweeps() >= self.rent();
         let others = self.candidates.iter().enumerate().filter(|&(at, _)| at != self.at);
         others.map(|(_, each)| each.prospect(is_spent)).fold(0.0, f64::max)
+    }
+
+    /// Returns whether the method at work goes on from the iterate that is kept.
+    fn shares(&self) -> bool {
+        self.shape.is_plane && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid)
+    }
+
+    /// Takes a smaller α where adaptive SOR has grown, which may do; on planes multigrid is the
+    /// better way out. Returns whether it is that.
+    fn takes_back(&mut self) -> bool {
+        let shares = self.shares();
+        match &mut self.candidates[self.at].worker {
+            Some(Worker::Sor(sor)) if !shares => {
+                sor.take_back();
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Gives up the method at work for the rest of the solve, which so ends after as many as there
@@ -582,12 +571,23 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         true
     }
 
-    fn turn(&mut self) -> bool {
+    fn turn(&mut self, end: Status) -> bool {
         if self.is_over() {
             return false;
         }
+        self.opening = None;
         if !self.stepped {
-            // What has come to rest is the method before.
+            // It is the method before that has come to rest, or the opening that has diverged.
+            return true;
+        }
+        if let Status::Diverged(_) = end {
+            if !self.takes_back() {
+                let at = self.at;
+                self.candidates[at].judge(f64::NEG_INFINITY, self.shape);
+                self.choose(AutoEnd::Growing);
+                self.leave(at, &[]);
+                (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+            }
             return true;
         }
         let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
@@ -634,9 +634,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = self.best;
             return norms;
         }
-        let shares =
-            self.shape.is_plane && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid);
-        if !shares {
+        if !self.shares() {
             // It begins one from that of the others.
             let _ = self.others.get_or_insert(self.best);
         }
@@ -666,7 +664,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.history.len() == 1 && led == 0 {
             self.scale = residual.max(q.norms().l2);
             self.cold = residual > ROUGH * q.norms().l2;
-            self.usual = GROWN * self.size(q, x);
             self.begun.1 = residual;
             let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;
             if let Some(Candidate { own, .. }) = self.candidates.iter_mut().find(anderson) {
@@ -679,22 +676,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
         let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
         let bound = self.scale * if is_pivoted { 0.1 * GROWTH } else { GROWN };
-        let runs_away = self.runs_away(q, y, bound);
         if opened.is_some() {
-            if runs_away {
-                // Not even the first sweep's doing: a pivot that is zero.
-                y.copy_from_slice(x);
-                self.opening = None;
-            }
             return norms;
         }
-        let grown = residual.is_nan() || residual > bound || runs_away;
+        let grown = residual.is_nan() || residual > bound;
         let spent = led - self.begun.0;
-        if let (true, Some(Worker::Sor(sor))) =
-            (grown && spent < window && !shares, &mut self.candidates[self.at].worker)
-        {
-            // A smaller α may do. On planes multigrid is the better way out.
-            sor.take_back();
+        if grown && spent < window && self.takes_back() {
             y.copy_from_slice(&self.kept);
             return norms;
         }
@@ -725,9 +712,13 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
-            // What is far behind the others is better begun from theirs.
-            let is_behind = GAIN * residual > self.kept_residual
-                && self.candidates[at].choice != AutoChoice::Anderson;
+            // What is far behind the others is better begun from theirs, unless that tells nothing,
+            // as of columns that elimination still changes.
+            let goes_on = match &self.candidates[at].worker {
+                Some(Worker::Pivoting(pivoting)) => pivoting.has_patience(),
+                worker => matches!(worker, Some(Worker::Anderson(_))),
+            };
+            let is_behind = GAIN * residual > self.kept_residual && !goes_on;
             self.leave(at, if grown || is_behind { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);

@@ -2,7 +2,7 @@
 
 use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 
-use super::Pivoting;
+use super::{Pivoting, of_column};
 use crate::amg::ROUNDS;
 
 /// The part of the way to the edge that a step inside takes at most, and μ over the square of the
@@ -11,8 +11,8 @@ const EDGE: f64 = 0.9999;
 const INSIDE: f64 = 1e-14;
 const STEPS: usize = 50;
 
-/// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too. The first ones are the units of
-/// the columns, so that μ is 1.
+/// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too; free unknowns have any `z` and
+/// `r = 0`. The first ones are the units of the columns, so that μ is 1.
 #[derive(Debug, Clone)]
 pub(super) struct Interior<T> {
     z: Vec<T>,
@@ -35,17 +35,21 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let of_q = |i: usize| problem.q_factor() * q.entries()[i];
             size = 2.0 * mean_size(|i| -of_q(i) / problem.a().diagonal_entry(i), &units);
         }
-        let [z, r] = units.clone();
+        let [z, r] = units.each_ref().map(|units| {
+            let bound = |(&unit, &free): (&T, &T)| if free > T::zero() { T::zero() } else { unit };
+            units.iter().zip(&self.free).map(bound).collect()
+        });
         self.interior = Some(Interior { z, r, units, size: T::of(size), left: STEPS });
     }
 
     /// Takes a step inside, and overwrites `y` with what is closest to it on the edge.
     pub(super) fn step_inside(&mut self, q: &Rhs<'_, T>, inside: Interior<T>, y: &mut [T]) {
         let Interior { mut z, mut r, units, size, left } = inside;
-        let Self { problem, d, f, scratch, factors, x: s, .. } = self;
+        let Self { problem, d, f, scratch, factors, free, x: s, .. } = self;
         let (n, factor) = (y.len(), problem.q_factor() / size);
-        for ((d, &z), &r) in d.iter_mut().zip(&z).zip(&r) {
-            *d = (z - r) / (z + r);
+        let is_bound = |i: usize| free[i] == T::zero();
+        for (i, d) in d.iter_mut().enumerate() {
+            *d = if is_bound(i) { (z[i] - r[i]) / (z[i] + r[i]) } else { T::one() };
         }
         factors.factorise(problem, d);
         self.steps += 1;
@@ -55,14 +59,16 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let mut length = 0.0;
         let mean = |z: &[T], r: &[T]| {
             let products = (0..n).map(|i| z[i] / units[0][i] * (r[i] / units[1][i]));
-            products.map(T::wide).sum::<f64>() / n as f64
+            products.map(T::wide).sum::<f64>()
+                / (0..n).filter(|&i| is_bound(i)).count().max(1) as f64
         };
         let before = mean(&z, &r);
         for corrects in [false, true] {
             // −(A z − BΩ r + γq) + BΩ (c/z), with one product.
             let (part, product) = scratch.split_at_mut(n);
             for (i, part) in part.iter_mut().enumerate() {
-                *part = problem.omega().entry(i) * (r[i] + c[i] / z[i]);
+                let of_z = if is_bound(i) { c[i] / z[i] } else { T::zero() };
+                *part = problem.omega().entry(i) * (r[i] + of_z);
             }
             problem.b().apply(part, product);
             problem.a().apply(&z, f);
@@ -71,13 +77,17 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             }
             factors.solve(f, s);
             for i in 0..n {
-                // 1 + d without cancellation.
-                dz[i] = s[i] * (z[i] + z[i]) / (z[i] + r[i]);
-                dr[i] = (c[i] - r[i] * dz[i]) / z[i];
+                if is_bound(i) {
+                    // 1 + d without cancellation.
+                    dz[i] = s[i] * (z[i] + z[i]) / (z[i] + r[i]);
+                    dr[i] = (c[i] - r[i] * dz[i]) / z[i];
+                } else {
+                    dz[i] = s[i] + s[i];
+                }
             }
             let ways = [(&z, &dz), (&r, &dr)].map(|(v, dv)| {
-                let ratios = v.iter().zip(dv).filter(|(_, dv)| **dv < T::zero());
-                ratios.fold(f64::INFINITY, |least, (v, dv)| least.min((-*v / *dv).wide()))
+                let falls = (0..n).filter(|&i| is_bound(i) && dv[i] < T::zero());
+                falls.fold(f64::INFINITY, |least, i| least.min((-v[i] / dv[i]).wide()))
             });
             length = (EDGE * ways[0].min(ways[1])).min(1.0);
             if !corrects {
@@ -86,7 +96,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 };
                 let after = mean(&moved(&z, &dz), &moved(&r, &dr));
                 let centred = T::of((after / before).powi(3) * before);
-                for i in 0..n {
+                for i in (0..n).filter(|&i| is_bound(i)) {
                     c[i] += centred * units[0][i] * units[1][i] - dz[i] * dr[i];
                 }
             }
@@ -97,7 +107,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_active = dz[i] * r[i] >= dr[i] * z[i];
             z[i] += length * dz[i];
             r[i] += length * dr[i];
-            y[i] = if is_active { z[i] } else { -r[i] } * size / T::of(2.0);
+            let x = if is_active || !is_bound(i) { of_column(z[i], free[i]) } else { -r[i] };
+            y[i] = x * size / T::of(2.0);
         }
         self.fewest = usize::MAX;
         // Signs that are wrong may have led to a first x that is larger by many powers of ten.
