@@ -201,30 +201,18 @@ where
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
-        corrected(problem, q, x, y, scratch, |f, y| self.0.solve(f, y))
+        problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+        problem.assert_whole(q);
+        problem.defect(q.entries(), x, y, scratch);
+        let f = &mut scratch[..x.len()];
+        f.copy_from_slice(y);
+        let norms = problem.measure(q.meter(problem.gamma()), f, problem.gamma());
+        self.0.solve(f, y);
+        for (y, &x) in y.iter_mut().zip(x) {
+            *y = x - *y;
+        }
+        norms
     }
-}
-
-/// Overwrites `y` with `x − solve(F(x))`, and returns the norms of `F(x)/γ`.
-fn corrected<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>>(
-    problem: &Hlcp<T, A, B>,
-    q: &Rhs<'_, T>,
-    x: &[T],
-    y: &mut [T],
-    scratch: &mut Vec<T>,
-    solve: impl FnOnce(&[T], &mut [T]),
-) -> Norms {
-    problem.assert_orders([q.entries().len(), x.len(), y.len()]);
-    problem.assert_whole(q);
-    problem.defect(q.entries(), x, y, scratch);
-    let f = &mut scratch[..x.len()];
-    f.copy_from_slice(y);
-    let norms = problem.measure(q.meter(problem.gamma()), f, problem.gamma());
-    solve(f, y);
-    for (y, &x) in y.iter_mut().zip(x) {
-        *y = x - *y;
-    }
-    norms
 }
 
 /// The Jacobi splitting `M = D_A + D_B Ω` for operators that know only their products and diagonal.
@@ -260,11 +248,12 @@ impl<T: Scalar, A: Diagonal<T>, B: Diagonal<T>> Step<T, A, B> for Jacobi {
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
-        corrected(problem, q, x, y, scratch, |f, y| {
+        let divided = |f: &[T], y: &mut [T]| {
             for (i, (y, &f)) in y.iter_mut().zip(f).enumerate() {
                 *y = f / pivot(problem, i, T::one(), T::one());
             }
-        })
+        };
+        SplittingStep(divided).step(problem, q, x, y, scratch)
     }
 }
 
