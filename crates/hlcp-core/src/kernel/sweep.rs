@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     numbers::{BLOCK, Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tally, Totals, vectorised},
-    operators::{Coefficients, FivePointView, Omega},
+    operators::{Coefficients, Direction, FivePointView, Omega},
     parallel::{Breaker, Claims, OrderedSum, Shared, Strip, Turns, team, totals},
     rows::Relaxation,
 };
@@ -40,7 +40,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
         parallel: bool,
         shared: Option<&'a Shared<T>>,
     ) -> Self {
-        let omega = omega.view();
+        let omega = omega.coefficients();
         let omega_beside = shared.map_or([&[][..]; 2], |shared| columns(&shared.omega));
         let grid = Grid { nx, ny, backward: false, red_black: false, round };
         Self { grid, a, b, omega, omega_beside, gamma, q_factor, parallel, shared }
@@ -54,7 +54,7 @@ impl<'a, T: Scalar> Sweep<'a, T> {
     /// Returns the same sweep with the ratio of the diagonals for Ω.
     pub(crate) fn scaled(self, scaling: &'a Omega<T>) -> Self {
         let omega_beside = self.shared.map_or([&[][..]; 2], |shared| columns(&shared.scaling));
-        Self { omega: scaling.view(), omega_beside, ..self }
+        Self { omega: scaling.coefficients(), omega_beside, ..self }
     }
 
     /// Returns the rows of `A` and of `BΩ`, if all are the same but for the grid's edge.

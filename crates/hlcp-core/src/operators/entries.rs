@@ -56,13 +56,4 @@ impl<T: Scalar, L: AsRef<[T]>> Entries<T, L> {
             Self::Each(values) => values.as_ref()[k],
         }
     }
-
-    /// Borrows the list, if there is one.
-    #[inline]
-    pub(crate) fn view(&self) -> Coefficients<'_, T> {
-        match self {
-            Self::Uniform(value) => Entries::Uniform(*value),
-            Self::Each(values) => Entries::Each(values.as_ref()),
-        }
-    }
 }

@@ -87,7 +87,10 @@ impl<T: Scalar, L: AsRef<[T]> + Send + Sync> Direction for Entries<T, L> {
 
     #[inline]
     fn coefficients(&self) -> Coefficients<'_, T> {
-        self.view()
+        match self {
+            Self::Uniform(value) => Entries::Uniform(*value),
+            Self::Each(values) => Entries::Each(values.as_ref()),
+        }
     }
 }
 

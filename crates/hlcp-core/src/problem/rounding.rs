@@ -4,7 +4,7 @@
 use super::{Hlcp, halves};
 use crate::{
     numbers::{BLOCK, Meter, Norms, Part, Rhs, Scalar},
-    operators::LinearOperator,
+    operators::{Direction, LinearOperator},
     rows::{ExactRows, ExactSum, Question, recovered},
 };
 
@@ -63,7 +63,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
         self.assert_orders([x.len()]);
-        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let (omega, gamma) = (self.omega().coefficients(), self.gamma());
         [true, false].map(|of_z| {
             Meter::measured(1.0, self.whole_order(), |meter| {
                 let sum = self.total(|tally, at| {
@@ -213,7 +213,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if self.any(x.iter().enumerate().any(overflows)) {
             return Some(Part { sum: f64::INFINITY, largest: f64::INFINITY });
         }
-        let (omega, gamma) = (self.omega().view(), self.gamma());
+        let (omega, gamma) = (self.omega().coefficients(), self.gamma());
         let sign = self.q_factor() / gamma;
         if let Some([a, b]) = self.known() {
             let (rows, q) = ([a.rows(), b.rows()], q.entries());

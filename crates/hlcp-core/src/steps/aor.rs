@@ -4,7 +4,7 @@ use super::{Step, splitting::positive_pivot};
 use crate::{
     kernel::Sweep,
     numbers::{Error, Norms, Rhs, Scalar, positive},
-    operators::{LinearOperator, Rows, check_row},
+    operators::{Direction, LinearOperator, Rows, check_row},
     problem::Hlcp,
     rows::{Colours, Order, Relaxation, Relaxed, Visited},
 };
@@ -263,7 +263,7 @@ impl<T: Scalar> Aor<T> {
         let relaxed = Relaxed {
             q: q.entries(),
             x,
-            omega: problem.omega().view(),
+            omega: problem.omega().coefficients(),
             gamma: problem.gamma(),
             parallel: problem.is_parallel(),
             q_factor: problem.q_factor(),
