@@ -130,19 +130,13 @@ impl<'a, T: Scalar> Csr<'a, T> {
             });
             offsets.push(columns.len());
         }
-        Self::owned(offsets, columns, values)
-    }
-
-    /// Returns the matrix of arrays that are known to be in order.
-    pub(crate) fn owned(offsets: Vec<usize>, columns: Vec<usize>, values: Vec<T>) -> Self {
-        let order = offsets.len() - 1;
         let pattern = if u32::try_from(offsets.len().max(values.len())).is_ok() {
             let narrow = |list: Vec<usize>| list.into_iter().map(|index| index as u32).collect();
             Pattern::U32(Cow::Owned(narrow(offsets)), Cow::Owned(narrow(columns)))
         } else {
             Pattern::Usize(Cow::Owned(offsets), Cow::Owned(columns))
         };
-        Self { order, pattern, values: Cow::Owned(values) }
+        Self { order: operator.order(), pattern, values: Cow::Owned(values) }
     }
 
     /// Returns the same matrix, borrowed.
