@@ -35,11 +35,6 @@ fn architectures() -> Vec<Arch> {
     all
 }
 
-/// The four neighbours of a point and the point itself, as far as they are on the grid.
-fn around(Grid { nx, ny, round, .. }: Grid, k: usize) -> [Option<usize>; 5] {
-    places([nx, ny], round, k)
-}
-
 fn value<T: Scalar>(v: &[T], k: Option<usize>) -> T {
     k.map_or(T::zero(), |k| v[k])
 }
@@ -51,7 +46,7 @@ fn row<T: Scalar, const ACCELERATED: bool>(
 ) -> Row<T> {
     let a = sweep.a.coefficients().map(|a| a.entry(k));
     let mut b = sweep.b.coefficients().map(|b| b.entry(k));
-    for (b, at) in b.iter_mut().zip(around(sweep.grid, k)) {
+    for (b, at) in b.iter_mut().zip(places(sweep.grid(), sweep.grid.round, k)) {
         *b *= sweep.omega.entry(at.unwrap_or(k));
     }
     Row::new::<ACCELERATED>(relaxation, a, b)
@@ -70,7 +65,7 @@ fn in_order<T: Scalar, const BACKWARD: bool, const ACCELERATED: bool>(
     for step in 0..n {
         let k = if BACKWARD { n - 1 - step } else { step };
         let row = row::<T, ACCELERATED>(sweep, relaxation, k);
-        let around = around(sweep.grid, k);
+        let around = places(sweep.grid(), sweep.grid.round, k);
         let mut t = t(&row, around.map(|at| value(x, at)), k);
         let [passed, coming] = [[0, 1], [4, 3]];
         let [passed, coming] = if BACKWARD { [coming, passed] } else { [passed, coming] };
@@ -117,7 +112,7 @@ fn colour_by_colour<T: Scalar, const ACCELERATED: bool>(
             if (black != backward) != second {
                 continue;
             }
-            let around = around(sweep.grid, k);
+            let around = places(sweep.grid(), sweep.grid.round, k);
             let row = row::<T, ACCELERATED>(sweep, relaxation, k);
             let old = around.map(|at| value(x, at));
             let (_, t, beside) = row.coloured::<ACCELERATED>(old, sweep.q_factor * q[k]);
