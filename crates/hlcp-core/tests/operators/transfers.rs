@@ -1,10 +1,9 @@
 //! Transfers between grids, and the smoother's defects, against matrices from their definitions.
 
 use hlcp_core::{FivePoint, Hlcp, Omega, Smoother, Transfer};
+use nalgebra::DMatrix;
 
 use crate::common::noise;
-
-type Dense = Vec<Vec<f64>>;
 
 fn list(n: usize, seed: usize) -> Vec<f64> {
     (0..n).map(|k| noise(seed + 7 * k)).collect()
@@ -30,7 +29,7 @@ fn half(m: usize, round: bool) -> usize {
 
 /// Linear interpolation on the unit interval: hats over the coarse spacing. On a ring of an even
 /// number of nodes, a coarse one gives its all to one and half to the two beside it.
-fn hats(fine: usize, coarse: usize, round: bool) -> Dense {
+fn hats(fine: usize, coarse: usize, round: bool) -> DMatrix<f64> {
     if round {
         let share = |i: usize, j: usize| match (i + 2 * fine - (2 * j + 1)) % fine {
             _ if coarse == fine => f64::from(u8::from(i == j)),
@@ -39,27 +38,18 @@ fn hats(fine: usize, coarse: usize, round: bool) -> Dense {
             back if back + 1 == fine => 0.5,
             _ => 0.0,
         };
-        return (0..fine).map(|i| (0..coarse).map(|j| share(i, j)).collect()).collect();
+        return DMatrix::from_fn(fine, coarse, share);
     }
     // The distance in coarse spacings is this number over fine + 1.
     let distance = |i: usize, j: usize| ((i + 1) * (coarse + 1)).abs_diff((j + 1) * (fine + 1));
     let hat = |i, j| (1.0 - distance(i, j) as f64 / (fine + 1) as f64).max(0.0);
-    (0..fine).map(|i| (0..coarse).map(|j| hat(i, j)).collect()).collect()
+    DMatrix::from_fn(fine, coarse, hat)
 }
 
-fn transposed(matrix: &Dense, factor: f64) -> Dense {
-    (0..matrix[0].len()).map(|j| matrix.iter().map(|row| factor * row[j]).collect()).collect()
-}
-
-/// The Kronecker product of two matrices times a vector on a grid.
-fn times([of_x, of_y]: [&Dense; 2], x: &[f64]) -> Vec<f64> {
-    let dot = |row: &[f64], v: &[f64]| row.iter().zip(v).map(|(a, b)| a * b).sum::<f64>();
-    let lines: Dense = x
-        .chunks_exact(of_x[0].len())
-        .map(|line| of_x.iter().map(|row| dot(row, line)).collect())
-        .collect();
-    let columns = transposed(&lines, 1.0);
-    of_y.iter().flat_map(|row| columns.iter().map(|column| dot(row, column))).collect()
+/// The Kronecker product of two matrices times a vector on a grid, whose rows are contiguous.
+fn times([of_x, of_y]: &[DMatrix<f64>; 2], x: &[f64]) -> Vec<f64> {
+    let x = DMatrix::from_column_slice(of_x.ncols(), of_y.ncols(), x);
+    (of_x * x * of_y.transpose()).as_slice().to_vec()
 }
 
 const GRIDS: [[usize; 2]; 16] = [
@@ -117,7 +107,7 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
         transfer.interpolate(&xc, &mut interpolated, parallel);
         interpolated
     });
-    let expected = times([&p[0], &p[1]], &xc);
+    let expected = times(&p, &xc);
     close(&interpolated, &expected.iter().zip(&x).map(|(p, x)| x + p).collect::<Vec<_>>(), 1e-13);
 
     let a = FivePoint::new(fine[0], fine[1], [-1.1, -0.9, 4.2, -0.8, -1.2]).unwrap();
@@ -137,14 +127,14 @@ fn transfers_and_defects_are_as_defined(seed: usize, fine: [usize; 2], round: [b
 
     let ends = round.map(|round| usize::from(!round));
     let ratios = [0, 1].map(|d| (coarse[d] + ends[d]) as f64 / (fine[d] + ends[d]) as f64);
-    let r = [0, 1].map(|d| transposed(&p[d], ratios[d]));
+    let r = [0, 1].map(|d| ratios[d] * p[d].transpose());
     let restricted = on_any_threads(|parallel| {
         let mut restricted = vec![f64::NAN; c];
         let smoother = Smoother::new(&problem, None, parallel).unwrap();
         smoother.restrict((1.0, &q), &x, &transfer, &mut restricted);
         restricted
     });
-    close(&restricted, &times([&r[0], &r[1]], &defect), 1e-13);
+    close(&restricted, &times(&r, &defect), 1e-13);
 
     let [columns, rows] = transfer.nearest();
     for (nearest, d) in [(columns, 0), (rows, 1)] {
