@@ -1,6 +1,9 @@
 //! Five-point operators take a path of their own; it must lead where the walk over the rows leads.
 
-use crate::{common::Walked, rows::aors};
+use crate::{
+    common::Walked,
+    rows::{aors, taken},
+};
 use hlcp_core::{Aor, DiagonalMatrix, FivePoint, Hlcp, Norms, Omega, Rhs, Rows, Step, Varying};
 use proptest::{collection::vec, prelude::*};
 
@@ -61,16 +64,10 @@ impl Case {
     fn step<A: Rows<f64>, B: Rows<f64>>(&self, a: A, b: B) -> (Vec<f64>, Norms) {
         let problem = Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(self.gamma).unwrap();
         if self.exchanged {
-            self.step_of(problem.exchanged().unwrap())
+            taken(&self.aor, &problem.exchanged().unwrap(), &self.q, &self.x)
         } else {
-            self.step_of(problem)
+            taken(&self.aor, &problem, &self.q, &self.x)
         }
-    }
-
-    fn step_of<A: Rows<f64>, B: Rows<f64>>(&self, problem: Hlcp<f64, A, B>) -> (Vec<f64>, Norms) {
-        let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let norms = self.aor.step(&problem, &q, &self.x, &mut y, &mut vec![]);
-        (y, norms)
     }
 
     /// How far two computations of the step may be apart in each entry, and in the 2-norm of `F/γ`.
@@ -183,14 +180,10 @@ fn operators_on_different_grids_are_walked() {
     let (a, b) = (rows(6, 4), rows(4, 6));
     let q: Vec<f64> = (0..24).map(|i| f64::sin(i as f64)).collect();
     let x: Vec<f64> = (0..24).map(|i| f64::cos(i as f64)).collect();
-    let (mut fused, mut walked) = (vec![0.0; 24], vec![1.0; 24]);
-    let rhs = Rhs::new(&q).unwrap();
     let aor = Aor::new(1.2, 0.9).unwrap();
-    let problem = Hlcp::new(a, b, Omega::Uniform(1.5)).unwrap();
-    let _ = aor.step(&problem, &rhs, &x, &mut fused, &mut vec![]);
-    let problem = Hlcp::new(Walked::new(a), Walked::new(b), Omega::Uniform(1.5)).unwrap();
-    let _ = aor.step(&problem, &rhs, &x, &mut walked, &mut vec![]);
-    assert_eq!(fused, walked);
+    let shown = Hlcp::new(a, b, Omega::Uniform(1.5)).unwrap();
+    let walked = Hlcp::new(Walked::new(a), Walked::new(b), Omega::Uniform(1.5)).unwrap();
+    assert_eq!(taken(&aor, &shown, &q, &x), taken(&aor, &walked, &q, &x));
 }
 
 /// What is not finite shows in both norms.

@@ -12,10 +12,10 @@ use proptest::{collection::vec, prelude::*};
 
 use crate::common::Walked;
 
-/// The arrays of the entries that are not zero.
-fn arrays<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
+/// The entries that are not zero.
+fn csr<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
     matrix: &DMatrix<f64>,
-) -> (Vec<I>, Vec<I>, Vec<f64>) {
+) -> Csr<'static, f64> {
     let index = |k: usize| I::try_from(k).unwrap();
     let (mut offsets, mut columns, mut values) = (vec![index(0)], vec![], vec![]);
     for row in matrix.row_iter() {
@@ -25,14 +25,19 @@ fn arrays<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
         }
         offsets.push(index(columns.len()));
     }
-    (offsets, columns, values)
+    Csr::new(offsets, columns, values).unwrap()
 }
 
-fn csr<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
-    matrix: &DMatrix<f64>,
-) -> Csr<'static, f64> {
-    let (offsets, columns, values) = arrays::<I>(matrix);
-    Csr::new(offsets, columns, values).unwrap()
+/// What a step makes of `x`, and the norms that it measures.
+pub(crate) fn taken<A, B>(
+    step: &impl Step<f64, A, B>,
+    problem: &Hlcp<f64, A, B>,
+    q: &[f64],
+    x: &[f64],
+) -> (Vec<f64>, Norms) {
+    let (q, mut y) = (Rhs::new(q).unwrap(), vec![f64::NAN; x.len()]);
+    let norms = step.step(problem, &q, x, &mut y, &mut vec![]);
+    (y, norms)
 }
 
 /// A pair with holes off its diagonals, some rows longer than a copied one, and vectors.
@@ -83,14 +88,8 @@ impl Case {
         Hlcp::new(a, b, self.omega.clone()).unwrap().with_gamma(1.25).unwrap()
     }
 
-    fn take<A, B>(&self, step: &impl Step<f64, A, B>, on: &Hlcp<f64, A, B>) -> (Vec<f64>, Norms) {
-        let (q, mut y) = (Rhs::new(&self.q).unwrap(), vec![f64::NAN; self.x.len()]);
-        let norms = step.step(on, &q, &self.x, &mut y, &mut vec![]);
-        (y, norms)
-    }
-
     fn step(&self, a: &dyn Rows<f64>, b: &dyn Rows<f64>) -> (Vec<f64>, Norms) {
-        self.take(&self.aor, &self.problem(a, b))
+        taken(&self.aor, &self.problem(a, b), &self.q, &self.x)
     }
 }
 
@@ -107,7 +106,7 @@ proptest! {
         prop_assert_eq!(&found, &case.step(&csr::<i32>(&case.a), &csr::<u32>(&case.b)));
         prop_assert_eq!(&found, &case.step(&Walked::new(&a), &b));
         let walked = case.problem(Walked::new(&a), Walked::new(&b));
-        prop_assert_eq!(found, case.take(&case.aor, &walked));
+        prop_assert_eq!(found, taken(&case.aor, &walked, &case.q, &case.x));
     }
 
     /// B diagonal, as in a linear complementarity problem.
@@ -152,9 +151,10 @@ proptest! {
         let problem = case.problem(&a, &b);
         let coloured = Multicolour::new(aor, &problem);
         let (y, norms) = if silent {
-            case.take(&coloured, &case.problem(Walked::new(&a), Walked::new(&b)))
+            let walked = case.problem(Walked::new(&a), Walked::new(&b));
+            taken(&coloured, &walked, &case.q, &case.x)
         } else {
-            case.take(&coloured, &problem)
+            taken(&coloured, &problem, &case.q, &case.x)
         };
 
         // Colours by the definition: the least that no earlier neighbour has.
