@@ -32,24 +32,8 @@ fn is_matrix(operator: &(impl Rows<f64> + ?Sized), matrix: &DMatrix<f64>, x: &DV
     if let Some(view) = operator.as_five_point() {
         // What it shows to fast sweeps is what its rows say.
         let [nx, ny] = view.grid().unwrap_or([n, 1]);
-        let coefficients = view.coefficients();
-        let mut shown = DMatrix::zeros(n, n);
-        for k in 0..n {
-            let (i, j) = (k % nx, k / nx);
-            let [round_x, round_y] = view.round();
-            let steps = [[0, -1], [-1, 0], [0, 0], [1, 0], [0, 1_isize]];
-            for ([x, y], c) in steps.into_iter().zip(coefficients) {
-                let at = |i: usize, step, n: usize, round| match i.checked_add_signed(step) {
-                    Some(i) if i < n => Some(i),
-                    _ if round => Some((i + n).wrapping_add_signed(step) % n),
-                    _ => None,
-                };
-                if let (Some(i), Some(j)) = (at(i, x, nx, round_x), at(j, y, ny, round_y)) {
-                    shown[(k, j * nx + i)] += c.entry(k);
-                }
-            }
-        }
-        assert_eq!(&shown, matrix);
+        let shown = FivePoint::new(nx, ny, view.coefficients()).unwrap();
+        assert_eq!(&assembled(&shown.periodic(view.round()).unwrap()), matrix);
     }
     let mut y = vec![f64::NAN; n]; // apply overwrites and never reads
     operator.apply(x.as_slice(), &mut y);
