@@ -75,7 +75,7 @@ pub struct Motion {
     free: Vec<usize>,
 }
 
-/// What a step began with, how long it took, and what flowed out and was supplied in its mean.
+/// What a step began with, how long it took, and its figures, whose flows are means.
 #[derive(Debug, Clone)]
 struct Past {
     duration: f64,
@@ -83,9 +83,7 @@ struct Past {
     position: Vec<f64>,
     velocity: Vec<f64>,
     solved: Option<Solved>,
-    sides: [f64; 4],
-    leaks: [f64; 4],
-    supplies: Vec<f64>,
+    figures: FilmFigures,
 }
 
 /// A step of second order is one of first order that takes a part of the time and begins where this
@@ -195,9 +193,9 @@ impl Motion {
             let mean = |flow: &mut f64, before: &f64| {
                 *flow = ((1.0 + ratio) * *flow + ratio * before) / (1.0 + 2.0 * ratio);
             };
-            let sides = figures.sides.iter_mut().zip(&past.sides);
-            let leaks = figures.leaks.iter_mut().zip(&past.leaks);
-            let supplies = figures.supplies.iter_mut().zip(&past.supplies);
+            let sides = figures.sides.iter_mut().zip(&past.figures.sides);
+            let leaks = figures.leaks.iter_mut().zip(&past.figures.leaks);
+            let supplies = figures.supplies.iter_mut().zip(&past.figures.supplies);
             sides.chain(leaks).chain(supplies).for_each(|(now, before)| mean(now, before));
         }
         let held = self.oil();
@@ -207,9 +205,7 @@ impl Motion {
             heights: std::mem::replace(&mut self.heights, left),
             position: std::mem::replace(&mut self.bearing.position, position),
             solved: self.solved.replace(next),
-            sides: figures.sides,
-            leaks: figures.leaks,
-            supplies: figures.supplies.clone(),
+            figures: figures.clone(),
         });
         figures.power -= work / time;
         figures.stored = (self.oil() - held) / duration;
