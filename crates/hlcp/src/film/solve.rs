@@ -221,21 +221,18 @@ impl Solved {
         start: &Self,
         settings: &Settings<'_>,
     ) -> Result<Self, FilmError> {
-        let found = Self::to(EXACT, film, Some(start), settings)?;
-        match found.outcome {
-            outcome if !outcome.converged() => Self::new(found.film, Some(start), settings),
-            // Where the gap is narrow little flows, and a residual says little of the pressure.
-            Outcome { iterations: 0, .. } => found.corrected(settings),
-            _ => Ok(found),
+        let mut found = Self::to(EXACT, film, Some(start), settings)?;
+        if !found.outcome.converged() {
+            return Self::new(found.film, Some(start), settings);
+        } else if found.outcome.iterations > 0 {
+            return Ok(found);
         }
-    }
-
-    /// After one step of Newton's method, whatever the residual.
-    fn corrected(mut self, settings: &Settings<'_>) -> Result<Self, FilmError> {
-        let (operators, off) = self.residual()?;
-        let [dz, dr] = Linear::of(&self.film, operators, &self.r, LINEAR)?.answer(&off)?;
-        self.go(&dz, &dr);
-        Self::judged(self.film, self.z, self.r, settings)
+        // One step of Newton's method, whatever the residual: where the gap is narrow little flows,
+        // and a residual says little of the pressure.
+        let (operators, off) = found.residual()?;
+        let [dz, dr] = Linear::of(&found.film, operators, &found.r, LINEAR)?.answer(&off)?;
+        found.go(&dz, &dr);
+        Self::judged(found.film, found.z, found.r, settings)
     }
 
     fn to(
