@@ -46,8 +46,9 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
     let bytes = content(path)?;
     let mut lines = Lines::new(path, &bytes);
     let banner = lines.expect(|| "the banner %%MatrixMarket".into())?;
-    lines.is_whole = is_integer(banner);
-    let symmetric = match banner.to_ascii_lowercase().split_whitespace().collect::<Vec<_>>()[..] {
+    let lowered = banner.to_ascii_lowercase();
+    lines.is_whole = lowered.contains("integer");
+    let symmetric = match lowered.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => false,
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "symmetric"] => true,
         ref words => {
@@ -162,7 +163,7 @@ pub fn read_vector<T: Scalar>(path: &Path, order: usize) -> Result<Vec<T>, FileE
         first = lines.expect_data(|| "a number".into())?;
     }
     let banner = first.to_ascii_lowercase();
-    lines.is_whole = is_integer(first);
+    lines.is_whole = banner.contains("integer");
     let (coordinate, plain) = match banner.split_whitespace().collect::<Vec<_>>()[..] {
         ["%%matrixmarket", "matrix", "array", "real" | "integer", "general"] => (false, false),
         ["%%matrixmarket", "matrix", "coordinate", "real" | "integer", "general"] => (true, false),
@@ -259,11 +260,6 @@ fn content(path: &Path) -> Result<Vec<u8>, FileError> {
     files::binary(&bytes).map_or(Ok(bytes), |what| Err(FileError::new(path, what)))
 }
 
-/// Tells whether a banner says that the numbers are whole.
-fn is_integer(banner: &str) -> bool {
-    banner.split_whitespace().nth(3).is_some_and(|word| word.eq_ignore_ascii_case("integer"))
-}
-
 /// The lines of a file, counted.
 struct Lines<'f> {
     path: &'f Path,
@@ -326,16 +322,10 @@ impl<'f> Lines<'f> {
         let rest = rest.strip_prefix(b" ")?;
         let end = rest.iter().take(LONGEST).position(|byte| !byte.is_ascii_graphic())?;
         let (word, rest) = (&rest[..end], rest[end..].strip_prefix(b"\n")?);
-        let whole = word.strip_prefix(b"-").unwrap_or(word);
+        let (sign, whole) = word.strip_prefix(b"-").map_or((1.0, word), |whole| (-1.0, whole));
         let value = match digits(whole) {
             // No fraction and no exponent, and few enough digits to be exact.
-            Some((v, [])) if whole.len() < 16 => {
-                if whole.len() < word.len() {
-                    -(v as f64)
-                } else {
-                    v as f64
-                }
-            }
+            Some((v, [])) if whole.len() < 16 => sign * v as f64,
             _ => str::from_utf8(word).ok()?.parse().ok()?,
         };
         (self.rest, self.number) = (rest, self.number + 1);
