@@ -456,12 +456,8 @@ impl Film {
         check("the cavitation pressure", self.cavitation, self.cavitation.is_finite(), "finite")?;
         let pressure = |pressure: f64| {
             let inside = pressure >= self.cavitation && pressure.is_finite();
-            check(
-                "a pressure in Pa",
-                pressure,
-                inside,
-                "finite, and not below the cavitation pressure",
-            )
+            let range = "finite, and not below the cavitation pressure";
+            check("a pressure in Pa", pressure, inside, range)
         };
         for side in self.sides {
             match side {
@@ -473,9 +469,8 @@ impl Film {
                 Side::Closed | Side::Periodic => {}
             }
         }
-        for axis in 0..2 {
-            let periodic = self.sides[2 * axis..][..2].iter().filter(|s| **s == Side::Periodic);
-            let count = periodic.count();
+        for pair in self.sides.chunks(2) {
+            let count = pair.iter().filter(|side| **side == Side::Periodic).count();
             let name = "the number of periodic sides of a direction";
             check(name, count as f64, count != 1, "0 or 2")?;
         }
@@ -486,9 +481,9 @@ impl Film {
                     ([supply.corner[axis], supply.size[axis]], self.lengths[axis]);
                 let (slack, ends) = (1e-9 * length, from + size);
                 let furthest = if self.is_periodic(axis) { 2.0 * length } else { length };
-                let starts = from >= -slack && from <= length + slack;
-                let starts = starts && size >= 0.0 && size <= length + slack;
-                let inside = starts && ends <= furthest + slack;
+                let inside = (-slack..=length + slack).contains(&from)
+                    && (0.0..=length + slack).contains(&size)
+                    && ends <= furthest + slack;
                 check("the place of a supply, in m,", from, inside, "such that it is in the film")?;
             }
             let (columns, rows) = self.covered(supply);
