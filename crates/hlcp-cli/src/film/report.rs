@@ -90,16 +90,10 @@ impl Report<'_> {
     pub(super) fn json(&self) -> Value {
         let (film, figures, bearing) = (&self.solved.film, &self.figures, self.bearing);
         let [load, x, y] = self.load;
-        let sides = |of: &dyn Fn(usize) -> Value, supplies: Value| {
-            let side = |k: usize| (film.sides[k] != Side::Periodic).then(|| of(k));
-            let [west, east, south, north] = [0, 1, 2, 3].map(side);
-            json!({
-                "west": west,
-                "east": east,
-                "south": south,
-                "north": north,
-                "supplies": supplies,
-            })
+        let sides = |of: &dyn Fn(usize) -> Value, supplies: Value| -> Value {
+            let side = |k: usize| if film.sides[k] == Side::Periodic { Value::Null } else { of(k) };
+            let sides = SIDES.iter().enumerate().map(|(k, name)| (*name, side(k)));
+            sides.chain([("supplies", supplies)]).collect()
         };
         let [moving, fixed] = bearing.drag(figures.friction);
         // What is proved of each figure, as `told`.
