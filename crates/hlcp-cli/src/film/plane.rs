@@ -120,9 +120,11 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
     let is_empty = report.figures.peak <= film.cavitation;
+    // But for rounding.
+    let is_even = film.gap.iter().all(|h| (h - film.gap[0]).abs() <= 1e-12 * film.gap[0]);
     if is_empty && !film.is_fed() {
         warnings.push(format!("{}; {}", unfed(film), feeding(&bearing, film)));
-    } else if is_empty && arguments.motion.is_none() && is_even(&film.gap) {
+    } else if is_empty && arguments.motion.is_none() && is_even {
         warnings.push(
             "the film carries nothing, because its gap is the same everywhere; pressure builds up \
              where the gap narrows along the motion and oil fills it: check the shape and its \
@@ -254,11 +256,6 @@ fn unfed(film: &Film) -> &'static str {
 /// Returns whether the walls carry oil along.
 fn carries_oil(film: &Film) -> bool {
     film.speeds.iter().sum::<f64>() != 0.0
-}
-
-/// Returns whether the gap is the same everywhere, but for rounding.
-fn is_even(gap: &[f64]) -> bool {
-    gap.iter().all(|h| (h - gap[0]).abs() <= 1e-12 * gap[0])
 }
 
 /// How to feed a film that runs dry.
