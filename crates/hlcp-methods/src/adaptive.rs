@@ -127,8 +127,8 @@ struct Search {
 /// error by α at each point that it passes: 0.1 costs seven digits on 170 points, 0.5 thirty.
 const FIRST: f64 = 0.1;
 
-/// Growth of the residual over the smallest one that bounds α; on random problems 6 does as well, and
-/// 4 takes up to 16 times the sweeps.
+/// Growth of the residual over the smallest one that bounds α; on random problems 6 does as well,
+/// and 4 takes up to 16 times the sweeps.
 const GROWN: f64 = 10.0;
 
 /// The windows without fall that take α back: while signs change, residuals rise for some sweeps.

@@ -70,7 +70,7 @@ pub trait Method<T: Scalar> {
     /// Goes on in another way from the best iterate, of a method that has one left, and returns
     /// whether it does; a [`Solver`](crate::Solver) asks before it reports [`Status::Stagnated`] or
     /// [`Status::Diverged`].
-    fn turn(&mut self, _: Status) -> bool {
+    fn turn(&mut self, _end: Status) -> bool {
         false
     }
 

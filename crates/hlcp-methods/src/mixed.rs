@@ -26,7 +26,7 @@ use crate::{
 ///
 /// # Errors
 ///
-/// Those of [`Solver::solve`].
+/// Those of [`Solver::solve`]; [`Error::Order`] for solvers of two orders.
 ///
 /// ```
 /// use hlcp_methods::{Aor, FivePoint, Hlcp, Limits, Omega, Solver, Tmms, solve_mixed};
@@ -49,6 +49,10 @@ pub fn solve_mixed<'o, S: Method<f32>, D: Method<f64>>(
     q: &[f64],
     options: impl Into<Options<'o, f64>>,
 ) -> Result<Outcome, Error> {
+    let [found, expected] = [single.x().len(), double.x().len()];
+    if found != expected {
+        return Err(Error::Order { what: "the problem in single precision", found, expected });
+    }
     let begin = std::time::Instant::now();
     let Options { start, limits, mut observer } = options.into();
     let narrow = |v: &[f64]| v.iter().map(|&v| v as f32).collect::<Vec<_>>();

@@ -7,7 +7,7 @@ use crate::{
     Pivoting, Renumbered, Ssor, Tmms, TridiagonalPart, cuthill_mckee,
 };
 
-/// Any method on a problem with operators `A` and `B`.
+/// Any method on a problem with operators `A` and `B`, which may move to another thread.
 ///
 /// ```
 /// use hlcp_methods::{BoxedMethod, FivePoint, Hlcp, Identity, Limits, Named, Solver};
@@ -19,10 +19,11 @@ use crate::{
 ///
 /// let problem = Hlcp::lcp(FivePoint::new(4, 4, [-1.0, -1.0, 8.0, -1.0, -1.0])?)?;
 /// let mut simulation = Simulation { solver: Solver::new("AUTO".parse::<Named>()?.on(problem)?) };
-/// assert!(simulation.solver.solve(&[-1.0; 16], Limits::default())?.converged());
+/// let other = std::thread::spawn(move || simulation.solver.solve(&[-1.0; 16], Limits::default()));
+/// assert!(other.join().unwrap()?.converged());
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + 'p>;
+pub type BoxedMethod<'p, T, A, B> = Box<dyn Method<T, A = A, B = B> + Send + 'p>;
 
 /// An operator with rows behind `dyn`, as [`Named::on_dyn`] takes it.
 pub type DynRows<'p, T> = &'p (dyn Rows<T> + 'p);

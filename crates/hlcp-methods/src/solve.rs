@@ -117,6 +117,10 @@ fn by_auto<T: Scalar>(
     q: &[T],
     options: Options<'_, T>,
 ) -> Result<Solution<T>, Error> {
+    // Before anything walks the rows, of which there may be more than anybody meant.
+    if q.len() != a.order() {
+        return Err(Error::Order { what: "q", found: q.len(), expected: a.order() });
+    }
     let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
     let outcome = solver.solve(q, options)?;
     Ok(Solution { z: solver.z().to_vec(), r: solver.r().to_vec(), outcome })

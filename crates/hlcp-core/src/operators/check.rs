@@ -16,10 +16,10 @@ use crate::numbers::{Error, Scalar};
 ///
 /// # Errors
 ///
-/// What the operator's own [`check`](crate::LinearOperator::check) refuses; [`Error::Outside`],
-/// [`Error::Index`] and [`Error::NotFinite`] for the first row that is wrong in itself;
-/// [`Error::Contradiction`] for the first row that something else contradicts; [`Error::Order`] for
-/// a view of another order.
+/// What the operator's own [`check`](crate::LinearOperator::check) refuses; [`Error::Empty`] for
+/// order 0; [`Error::Outside`], [`Error::Index`] and [`Error::NotFinite`] for the first row that is
+/// wrong in itself; [`Error::Contradiction`] for the first row that something else contradicts;
+/// [`Error::Order`] for a view of another order.
 ///
 /// # Cost
 ///
@@ -36,6 +36,9 @@ use crate::numbers::{Error, Scalar};
 pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(), Error> {
     operator.check("the operator")?;
     let n = operator.order();
+    if n == 0 {
+        return Err(Error::Empty { what: "the operator" });
+    }
     let x: Vec<T> = (0..n).map(noise).collect();
     // The product with the rows, and the sums of the moduli of its terms.
     let mut sums = vec![[T::zero(); 2]; n];
@@ -67,7 +70,7 @@ pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(
         found.try_for_each(|(i, (&y, &sum))| agrees(what, i, y, sum))
     };
     is_product("the product", &mut |y| operator.apply(&x, y))?;
-    if n > 0 && operator.try_visit_row(0, &mut |_, _| ()) {
+    if operator.try_visit_row(0, &mut |_, _| ()) {
         is_product("the row of try_visit_row", &mut |y| {
             for (i, y) in y.iter_mut().enumerate() {
                 *y = T::zero();

@@ -131,6 +131,8 @@ fn single_precision_is_no_contradiction_and_two_orders_are() {
     assert_eq!(check_operator(&grid), Ok(()));
     let sum = Sum(grid, Identity { order: 3 });
     assert!(matches!(check_operator(&sum), Err(Error::Summands { .. })));
+    let none = check_operator::<f64>(&Identity { order: 0 });
+    assert_eq!(none, Err(Error::Empty { what: "the operator" }));
 }
 
 #[test]

@@ -73,8 +73,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// SOR and multigrid share the one that is kept: the sweeps of one smooth what the other leaves. A
 /// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of
 /// pivoting to 10¹⁵ times, as its first columns may be all but singular; adaptive SOR with its own
-/// iterate goes on from the one that is kept, with a smaller α. So does what the solver would report
-/// as [`Diverged`](crate::Status::Diverged).
+/// iterate goes on from the one that is kept, with a smaller α. What the solver would report as
+/// [`Diverged`](crate::Status::Diverged) counts as growth.
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves

@@ -45,8 +45,7 @@ pub(crate) const CHEAP: usize = 20;
 /// there are fewer, or the same ones again, which is rounding's doing and the end.
 ///
 /// An unknown whose columns in `A` and `B` are the same but for a positive factor is free: either
-/// column serves, and its sign is never wrong. So problems with unknowns of any sign, and equations,
-/// are those with the others alone.
+/// column serves, and its sign is never wrong. Equations and unknowns of any sign are such.
 ///
 /// The first columns are those of the start, and then, before it goes through the interior, all of
 /// that one of `A` and `B` that has more entries; at once those where the start's residual is above

@@ -5,10 +5,12 @@ use std::ops::ControlFlow;
 use crate::common::{Dynamic, problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
 use approx::assert_abs_diff_eq;
-use hlcp_core::{FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal};
+use hlcp_core::{
+    Aor, Error, FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal,
+};
 use hlcp_methods::{
-    Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Multigrid, Named, Newton, Options,
-    Outcome, Solver, Ssor, Status, solve_mixed,
+    Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Mms, Multigrid, Named, Newton,
+    Options, Outcome, Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -270,6 +272,21 @@ fn mixed_precision_reaches_double_precision() {
     let outcome = solve_mixed(&mut single, &mut double, &q, options).unwrap();
     assert_eq!((outcome.status, outcome.iterations, seen), (Status::Stopped, 4, (0..5).collect()));
     assert!(single.x().iter().zip(double.x()).all(|(&s, &d)| f64::from(s) == d));
+
+    let narrow = Mms::new(Hlcp::lcp(Identity { order: 2 }).unwrap(), Aor::gauss_seidel()).unwrap();
+    let refused = solve_mixed(&mut Solver::new(narrow), &mut double, &q, Limits::default());
+    let (found, expected) = (2, q.len());
+    let what = "the problem in single precision";
+    assert_eq!(refused, Err(Error::Order { what, found, expected }));
+}
+
+/// A walk over all rows would not end.
+#[test]
+fn a_load_of_another_order_is_refused_at_once() {
+    let endless = Identity { order: usize::MAX };
+    let refused = hlcp_methods::solve(&endless, &endless, &[1.0]).map(|solution| solution.z);
+    let expected = Error::Order { what: "q", found: 1, expected: usize::MAX };
+    assert_eq!(refused, Err(expected));
 }
 
 /// What both parts took is counted, and what neither has is not made up.
