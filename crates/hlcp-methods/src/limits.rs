@@ -98,7 +98,8 @@ pub struct Limits {
     /// The largest number of iterations.
     pub iterations: usize,
     /// The longest time, looked at at least once per sweep, and before a factorisation, which is
-    /// not begun where it is predicted to last longer.
+    /// not begun where it is predicted to last longer. Walks over rows and products that have begun
+    /// end, and some more tell the residual of the answer; making the method is not in it.
     pub time: Option<Duration>,
 }
 

@@ -24,6 +24,10 @@ use crate::{Forecast, Work};
 #[non_exhaustive]
 pub enum Status {
     /// The exact residual of the answer, recomputed from the problem, is within the tolerance.
+    ///
+    /// An operator is believed what it shows of itself by `as_five_point`, `as_csr` and
+    /// `try_visit_row`; [`check_operator`](crate::check_operator) finds out where its product says
+    /// something else.
     Converged,
     /// The iteration diverged. [`Outcome::iterations`] is the iteration at which it was detected.
     ///
