@@ -136,7 +136,7 @@ pub use direct::SparseLu;
 pub use jacobian::Jacobian;
 pub use krylov::{Preconditioner, Ssor, TridiagonalPart};
 pub use limits::{Forecast, Limits, Norm, Tolerance};
-pub use method::{Method, Work};
+pub use method::Method;
 pub use mixed::solve_mixed;
 pub use mms::Mms;
 #[doc(hidden)] // for tests: no promise holds for them
@@ -145,7 +145,7 @@ pub use multigrid::{Cycle, FullMultigrid, Multigrid};
 pub use named::{BoxedMethod, DynRows, NameError, Named, Parameters};
 pub use newton::Newton;
 pub use options::{Clock, Options, Progress};
-pub use outcome::{Divergence, NotConverged, Outcome, Status};
+pub use outcome::{Divergence, NotConverged, Outcome, Status, Work};
 pub use pivoting::Pivoting;
 pub use renumbered::{Renumbered, cuthill_mckee};
 pub use solve::{Solution, solve, solve_with};

@@ -2,7 +2,7 @@ use std::{fmt, time::Duration};
 
 use hlcp_core::Norms;
 
-use crate::{Forecast, Work};
+use crate::Forecast;
 
 /// How an iteration ended.
 ///
@@ -279,6 +279,41 @@ impl fmt::Display for Outcome {
         match self.forgone {
             Some(forgone) if !self.converged() => write!(f, "; {forgone}"),
             _ => Ok(()),
+        }
+    }
+}
+
+/// The work of some iterations.
+///
+/// ```
+/// use hlcp_methods::Work;
+///
+/// let (base, newton) = (Work::sweeps(2), Work { sweeps: 40, linear_iterations: Some(9) });
+/// assert_eq!(base + newton, Work { sweeps: 42, linear_iterations: Some(9) });
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// The sweeps over the unknowns that it is worth.
+    pub sweeps: usize,
+    /// The iterations of inner linear solves, of a method that has them.
+    pub linear_iterations: Option<usize>,
+}
+
+impl Work {
+    /// The work of this many sweeps.
+    pub fn sweeps(sweeps: usize) -> Self {
+        Self { sweeps, linear_iterations: None }
+    }
+}
+
+impl std::ops::Add for Work {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        let [one, two] = [self.linear_iterations, other.linear_iterations];
+        Self {
+            sweeps: self.sweeps + other.sweeps,
+            linear_iterations: one.map_or(two, |one| Some(one + two.unwrap_or(0))),
         }
     }
 }

@@ -1,0 +1,226 @@
+//! Circles of active sets, columns that are singular, free unknowns, and the time that is left.
+
+use std::time::Duration;
+
+use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
+use proptest::{collection::vec, prelude::*};
+
+use super::*;
+use crate::Solver;
+
+/// Newton's method visits the active sets {1}, {2}, {3}, {1}, … of this P-matrix for ever. The
+/// other unknowns are settled, and so large that the start's residual is a small part of q.
+#[test]
+fn a_circle_of_active_sets_is_left() {
+    for n in [4, 400] {
+        let entry = |i: usize, j: usize| match (i, j) {
+            _ if i == j => 1.0,
+            (0, 2) | (1, 0) | (2, 1) => 1.5,
+            _ => 0.0,
+        };
+        let circle: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+        let circle = RowMajor::new(n, circle).unwrap();
+        let problem = Hlcp::new(&circle, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let (mut q, mut start) = (vec![-100.0; n], vec![50.0_f64; n]);
+        q[..3].fill(-1.0);
+        start[..3].copy_from_slice(&[0.5, -0.5, -0.5]);
+        let outcome = solver.solve(&q, crate::Options::from_x(&start)).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 9, "{outcome}");
+        // z = 0.4 where it went round.
+        assert!(solver.z()[..3].iter().all(|z| (z - 0.4).abs() < 1e-15), "{:?}", solver.z());
+    }
+}
+
+/// Skew parts that outweigh the rest send Newton's method round, and the way
+/// through the interior ends that.
+#[test]
+fn a_matrix_that_is_almost_skew_is_solved() {
+    let n = 40;
+    let entry = |i: usize, j: usize| match i.cmp(&j) {
+        std::cmp::Ordering::Equal => 0.1,
+        std::cmp::Ordering::Less => ((7 * i + 3 * j) as f64).sin(),
+        std::cmp::Ordering::Greater => -((7 * j + 3 * i) as f64).sin(),
+    };
+    let entries: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+    let a = RowMajor::new(n, entries).unwrap();
+    let q: Vec<f64> = (0..n).map(|i| (2.0 * i as f64 + 1.0).cos() - 0.3).collect();
+    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(0.1)).unwrap();
+    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(20))]
+
+    /// Newton's method goes round, and the way through the interior ends within its 50 steps
+    /// and some changes of signs, whatever rows, z and r are multiplied by, and whichever of
+    /// the two is z.
+    #[test]
+    fn steps_inside_depend_on_no_units(
+        skew in vec(-1.0..1.0_f64, 60 * 60),
+        q in vec(-1.0..1.0_f64, 60),
+        powers in [(); 3].map(|()| vec(-3..=3_i32, 60)),
+        (swap, digits) in (any::<bool>(), 1.0..4.0_f64),
+    ) {
+        let (n, share) = (q.len(), 10_f64.powf(-digits));
+        let [of_row, of_z, of_r] = powers.map(|powers| -> Vec<f64> {
+            powers.into_iter().map(|power| 10_f64.powi(power)).collect()
+        });
+        let entry = |i: usize, j: usize| skew[i * n + j] - skew[j * n + i];
+        let a = |i: usize, j: usize| {
+            of_row[i] * of_z[j] * if i == j { share } else { entry(i, j) }
+        };
+        let b = |i: usize, j: usize| if i == j { of_row[i] * of_r[j] } else { 0.0 };
+        let [a, b]: [RowMajor<f64>; 2] = [&a as &dyn Fn(usize, usize) -> f64, &b].map(|of| {
+            RowMajor::new(n, (0..n * n).map(|k| of(k / n, k % n)).collect::<Vec<_>>()).unwrap()
+        });
+        let load = |sign: f64| (0..n).map(|i| sign * of_row[i] * q[i]).collect::<Vec<_>>();
+        let iterations = |a: &RowMajor<f64>, b: &RowMajor<f64>, q: &[f64]| {
+            let problem = Hlcp::from_pair(a, b).unwrap();
+            let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+            let outcome = solver.solve(q, crate::Limits::default()).unwrap();
+            (outcome.converged(), outcome.iterations)
+        };
+        let found =
+            if swap { iterations(&b, &a, &load(-1.0)) } else { iterations(&a, &b, &load(1.0)) };
+        prop_assert!(found.0 && found.1 <= 60, "{found:?}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    /// A grid of pipes with check valves, whose nodes leak a little: flows z and closing heads
+    /// r, and heads of any sign, by columns that are the same in A and B but for a factor. With
+    /// signs to be found for these, too, hundreds of steps do not end.
+    #[test]
+    #[cfg(feature = "direct")]
+    fn free_unknowns_are_solved_for_beside_the_others(
+        pipes in vec((any::<bool>(), -1.0..1.0_f64), 1104),
+        (of_z, of_r, omega) in
+            (vec(-2..3_i32, 1680), vec(-2..3_i32, 1680), vec(0.2..5.0_f64, 1680)),
+        (along, across, phase) in (2.0..8.0_f64, 2.0..8.0_f64, 0.0..6.0_f64),
+    ) {
+        let (m, leak) = (24, 1e-4);
+        let (first, n) = (pipes.len(), pipes.len() + m * m);
+        let right = (0..m * m).filter(|k| k % m + 1 < m).map(|k| [k, k + 1]);
+        let ends = right.chain((0..m * m - m).map(|k| [k, k + m]));
+        let mut rows = vec![std::collections::BTreeMap::new(); n];
+        for (k, ([from, to], &(turned, resistance))) in ends.zip(&pipes).enumerate() {
+            let sign = if turned { -1.0 } else { 1.0 };
+            rows[k].extend([(k, 10_f64.powf(resistance)), (first + from, -sign)]);
+            rows[k].insert(first + to, sign);
+            rows[first + from].insert(k, sign);
+            rows[first + to].insert(k, -sign);
+        }
+        for (i, row) in rows.iter_mut().enumerate().skip(first) {
+            row.insert(i, leak);
+        }
+        let csr = |entry: &dyn Fn(usize, usize, f64) -> f64| {
+            let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+            for (i, row) in rows.iter().enumerate() {
+                let entries = row.iter().map(|(&j, &a)| (j, entry(i, j, a)));
+                for (j, a) in entries.filter(|entry| entry.1 != 0.0) {
+                    columns.push(j);
+                    values.push(a);
+                }
+                offsets.push(columns.len());
+            }
+            Csr::<f64>::new(offsets, columns, values).unwrap()
+        };
+        let a = csr(&|_, j, a| a * 10_f64.powi(of_z[j]));
+        let b = csr(&|i, j, a| {
+            10_f64.powi(of_r[j]) * if j >= first { a } else { f64::from(u8::from(i == j)) }
+        });
+        let load = |k: usize| {
+            let (x, y) = ((k % m) as f64 / m as f64, (k / m) as f64 / m as f64);
+            (along * x + phase).sin() * (across * y).cos()
+        };
+        let q: Vec<f64> = (0..n).map(|i| i.checked_sub(first).map_or(0.0, load)).collect();
+        let problem = Hlcp::new(&a, &b, Omega::Each(omega.clone())).unwrap();
+        for (j, factor) in free(&problem).into_iter().enumerate() {
+            let expected = 10_f64.powi(of_z[j] - of_r[j]) / omega[j];
+            let off = if j < first { factor } else { (factor / expected - 1.0).abs() };
+            prop_assert!(off <= if j < first { 0.0 } else { 1e-14 }, "{j} {factor} {expected}");
+        }
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= 300, "{outcome}");
+    }
+}
+
+/// Both columns of a singular B, whose residual is a thirtieth of q, have no factors; those of
+/// A lead to z = (0, 0.05), r = (0.95, 0).
+#[test]
+fn singular_columns_of_the_start_are_left_for_the_others() {
+    let a = RowMajor::new(2, vec![2.0, -1.0, -1.0, 2.0]).unwrap();
+    let b = RowMajor::new(2, vec![1.0, -1.0, -1.0, 1.0]).unwrap();
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let start = crate::Options::from_solution(&[0.0, 0.0], &[2.0_f64, 1.0]);
+    let outcome = solver.solve(&[1.0, -1.05], start).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= 4, "{outcome}");
+    assert!((solver.z()[1] - 0.05).abs() + (solver.r()[0] - 0.95).abs() < 1e-14);
+}
+
+/// The matrix is symmetric, but a bond outweighs its ends: no factors without pivots.
+#[test]
+#[cfg(feature = "direct")]
+fn a_symmetric_matrix_that_is_not_definite_is_solved() {
+    let n = 900;
+    let diagonal = |i: usize| 1.0 + 0.1 * (i % 7) as f64;
+    let a = Tridiagonal::new(n, |i| [3.0, diagonal(i), 3.0]).unwrap();
+    let z = |i: usize| 1.0 + (i % 5) as f64;
+    let beside =
+        |i: usize| i.checked_sub(1).map_or(0.0, z) + if i + 1 < n { z(i + 1) } else { 0.0 };
+    let q: Vec<f64> = (0..n).map(|i| -diagonal(i) * z(i) - 3.0 * beside(i)).collect();
+    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
+    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+    assert!(outcome.converged() && outcome.iterations <= 3, "{outcome}");
+    assert!((0..n).all(|i| (solver.z()[i] - z(i)).abs() < 1e-9));
+}
+
+/// Five entries to a row, anywhere in 8000, leave a full matrix of thousands.
+#[test]
+#[cfg(feature = "direct")]
+fn an_elimination_that_would_outlast_the_limit_is_not_begun() {
+    let n = 8000;
+    let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+    for i in 0..n {
+        let beside = [31 * i + 7, 173 * i + 11, 1009 * i + 5, i * i / 3].map(|j| (j % n, -0.5));
+        let row: std::collections::BTreeMap<_, _> = beside.into_iter().chain([(i, 4.0)]).collect();
+        columns.extend(row.keys());
+        values.extend(row.values());
+        offsets.push(columns.len());
+    }
+    let a = Csr::<f64>::new(offsets, columns, values).unwrap();
+    let problem = Hlcp::new(&a, Identity { order: n }, Omega::Uniform(1.0));
+    let mut solver = Solver::new(Pivoting::new(problem.unwrap()).unwrap());
+    let limits = crate::Limits { time: Some(Duration::from_secs(1)), ..crate::Limits::default() };
+    let outcome = solver.solve(&[-1.0; 8000], limits).unwrap();
+    assert_eq!((outcome.status, outcome.sweeps), (crate::Status::TimeLimit, 0));
+    let forgone = outcome.forgone.unwrap();
+    assert!(forgone.seconds > forgone.left.as_secs_f64() && forgone.bytes > 1e6, "{forgone:?}");
+    assert!(outcome.to_string().contains("an elimination was not begun"), "{outcome}");
+    let short = crate::Forecast { seconds: 3.1e-3, bytes: 4e5, left: Duration::from_millis(2) };
+    let told = "takes about 3.1e-3 s and 0.4 MB, and the time limit left 2.0e-3 s";
+    assert!(short.to_string().ends_with(told), "{short}");
+}
+
+/// The signs of a strip under load are right after a few eliminations, from any start.
+#[test]
+fn a_strip_takes_a_few_eliminations() {
+    let a = Tridiagonal::new(60, |_| [-1.0, 2.5, -1.0]).unwrap();
+    let b = Tridiagonal::new(60, |_| [-1.0, 1.5, 0.0]).unwrap();
+    let q: Vec<f64> = (0..60).map(|i| (0.2 * i as f64).sin()).collect();
+    let problem = Hlcp::new(&a, &b, Omega::Uniform(2.0)).unwrap();
+    let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+    for start in [1.0, -1.0] {
+        let from = [start; 60];
+        let outcome = solver.solve(&q, crate::Options::from_x(&from)).unwrap();
+        assert!(outcome.converged() && outcome.iterations <= 8, "{outcome}");
+    }
+}
