@@ -369,7 +369,7 @@ fn pivot<T: Scalar>(diagonal: T) -> T {
 
 /// The rounds in which rows and columns are brought to about one size. One leaves few traces of
 /// factors between 10⁻³ and 10³.
-pub(crate) const ROUNDS: usize = 3;
+const ROUNDS: usize = 3;
 
 /// Returns a power of two that brings `size` to about 1, or 1 if there is none.
 fn unit<T: Scalar>(size: T) -> T {

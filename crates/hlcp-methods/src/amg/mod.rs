@@ -10,7 +10,7 @@ mod units;
 
 use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
 
-pub(crate) use self::matrix::{Lu, ROUNDS};
+pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
 use self::{
     cycle::{Cycle, Hierarchy, SPREAD, near_kernel},
