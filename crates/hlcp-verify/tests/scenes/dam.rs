@@ -2,55 +2,39 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::{common::assembled, proved, solved};
+use crate::{Balance, common::assembled, proved, solved};
 use hlcp_core::Aor;
 use hlcp_verify::{Dam, Proof};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
-/// `A`, `B` and `q` face by face: what passes a face leaves one cell and enters the next.
-fn face_by_face(dam: Dam) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>) {
+fn face_by_face(dam: Dam) -> Balance {
     let Dam { nx, ny, length, tail, layer } = dam;
     let (hx, hy) = (length / (nx + 1) as f64, 1.0 / ny as f64);
-    let n = nx * ny;
-    let (mut a, mut b, mut q) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n), DVector::zeros(n));
-    let cell = |i: usize, j: usize| j * nx + i;
-    for j in 0..ny {
-        let height = 1.0 - (j as f64 + 0.5) * hy;
-        let soil = |j: usize| if 1.0 - (j as f64 + 0.5) * hy < 0.5 { layer } else { 1.0 };
-        let side = soil(j) * hy / hx;
-        for i in 0..nx {
-            let k = cell(i, j);
-            // To the sides.
-            a[(k, k)] += 2.0 * side;
-            if i == 0 {
-                q[k] -= side * (1.0 - height);
-            } else {
-                a[(k, k - 1)] -= side;
-            }
-            if i == nx - 1 {
-                q[k] -= side * f64::max(tail - height, 0.0);
-            } else {
-                a[(k, k + 1)] -= side;
-            }
-            // Through the floor, of which the base alone has nothing.
-            if j + 1 == ny {
-                b[(k, k)] += soil(j) * hx;
-            } else {
-                let below = cell(i, j + 1);
-                let drive = hx / (hy / 2.0 / soil(j) + hy / 2.0 / soil(j + 1));
-                let weight = drive * hy;
-                for (one, other) in [(k, below), (below, k)] {
-                    a[(one, one)] += drive;
-                    a[(one, other)] -= drive;
-                }
-                q[k] += weight;
-                q[below] -= weight;
-                b[(k, k)] += weight;
-                b[(below, k)] -= weight;
-            }
+    let mut balance = Balance::new(nx * ny);
+    // Columns are counted from 1; 0 and nx + 1 are the faces of the dam.
+    let cell = |i: usize, j: usize| (1..=nx).contains(&i).then(|| j * nx + i - 1);
+    let soil = |j: usize| if 1.0 - (j as f64 + 0.5) * hy < 0.5 { layer } else { 1.0 };
+    for (i, j) in (0..=nx).flat_map(|i| (0..ny).map(move |j| (i, j))) {
+        let (height, side) = (1.0 - (j as f64 + 0.5) * hy, soil(j) * hy / hx);
+        balance.drive([cell(i, j), cell(i + 1, j)], side);
+        if i == 0 {
+            balance.q[j * nx] -= side * (1.0 - height);
+        }
+        let Some(k) = cell(i, j) else { continue };
+        if i == nx {
+            balance.q[k] -= side * f64::max(tail - height, 0.0);
+        }
+        // Through the floor, of which the base alone has nothing.
+        if j + 1 == ny {
+            balance.b[(k, k)] += soil(j) * hx;
+        } else {
+            let drive = hx / (hy / 2.0 / soil(j) + hy / 2.0 / soil(j + 1));
+            let floor = [Some(k), cell(i, j + 1)];
+            balance.drive(floor, drive);
+            balance.carry(floor, drive * hy);
         }
     }
-    (a, b, q)
+    balance
 }
 
 /// Both soils, and a length that is not 1.
@@ -59,12 +43,12 @@ pub(crate) const LAYERED: Dam = Dam { nx: 5, ny: 6, length: 1.7, tail: 0.4, laye
 #[test]
 fn the_dam_is_its_balance_of_water() {
     let (a, b, q) = LAYERED.pose::<f64>().unwrap();
-    let (dense_a, dense_b, dense_q) = face_by_face(LAYERED);
+    let balance = face_by_face(LAYERED);
     // Sums of at most six terms, each rounded a few times.
-    let rounding = 32.0 * f64::EPSILON * dense_a.amax();
-    assert!((assembled(&a) - dense_a).amax() <= rounding);
-    assert!((assembled(&b) - dense_b).amax() <= rounding);
-    assert!((DVector::from_vec(q) - dense_q).amax() <= rounding);
+    let rounding = 32.0 * f64::EPSILON * balance.a.amax();
+    assert!((assembled(&a) - balance.a).amax() <= rounding);
+    assert!((assembled(&b) - balance.b).amax() <= rounding);
+    assert!((DVector::from_vec(q) - balance.q).amax() <= rounding);
     assert_eq!(proved(&a, &b, &[Aor::gauss_seidel().accelerated()]), Proof::Columns);
 }
 

@@ -15,6 +15,41 @@ mod published;
 use hlcp_core::{Aor, Rows};
 use hlcp_methods::{Limits, Named, Options, Solver};
 use hlcp_verify::{Convergence, Proof, classes::is_m, convergence, uniqueness};
+use nalgebra::{DMatrix, DVector};
+
+/// `A`, `B` and `q` of a balance, face by face: what passes a face leaves one cell and enters the
+/// next, and a cell that is not there is the boundary.
+struct Balance {
+    a: DMatrix<f64>,
+    b: DMatrix<f64>,
+    q: DVector<f64>,
+}
+
+type Face = [Option<usize>; 2];
+
+impl Balance {
+    fn new(n: usize) -> Self {
+        Self { a: DMatrix::zeros(n, n), b: DMatrix::zeros(n, n), q: DVector::zeros(n) }
+    }
+
+    /// Lets what falls between `z` of the cells drive a flow, with 0 for `z` of the boundary.
+    fn drive(&mut self, [from, to]: Face, conductance: f64) {
+        for (here, there) in [(from, to), (to, from)] {
+            let Some(here) = here else { continue };
+            self.a[(here, here)] += conductance;
+            there.into_iter().for_each(|there| self.a[(here, there)] -= conductance);
+        }
+    }
+
+    /// Lets `1 − r` times a flow be carried from a cell to the next; the boundary is full.
+    fn carry(&mut self, [from, to]: Face, flow: f64) {
+        for (cell, leaves) in [(from, flow), (to, -flow)] {
+            let Some(cell) = cell else { continue };
+            self.q[cell] += leaves;
+            from.into_iter().for_each(|from| self.b[(cell, from)] += leaves);
+        }
+    }
+}
 
 /// Holds that A and B are M-matrices, that every q has one solution and that the steps converge to
 /// it, and returns what proves the last.

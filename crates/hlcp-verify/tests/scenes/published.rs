@@ -278,6 +278,8 @@ fn bad_parameters_are_refused_with_their_value() {
         ("m", 0.0, put(AmericanPut { m: 0, ..plain })),
         // The drift of a rate of 600 % outruns a diffusion of 20 % on this grid.
         ("m", 16.0, put(AmericanPut { rate: 6.0, ..plain })),
+        ("m", 16.0, put(AmericanPut { volatility: 1e160, ..plain })),
+        ("m", 16.0, put(AmericanPut { volatility: 1e-160, ..plain })),
         ("length", 0.0, dam(Dam { length: 0.0, ..LAYERED })),
         ("layer", nan, dam(Dam { layer: nan, ..LAYERED })),
         ("tail", 1.1, dam(Dam { tail: 1.1, ..LAYERED })),
@@ -299,6 +301,9 @@ fn bad_parameters_are_refused_with_their_value() {
         let scene = JournalBearing { nx, ny, ecc: 0.1, b: 2.0 };
         assert_eq!(scene.pose::<f64>().unwrap_err(), Error::Grid { nx, ny });
         assert!(matches!(dam(Dam { nx, ny, ..LAYERED }), Err(Error::Grid { .. })));
+        let bearing = Bearing2d { nx, ny, ecc: 0.5, aspect: 1.0, groove: 0.3 };
+        assert_eq!(bearing.pose::<f64>().unwrap_err(), Error::Grid { nx, ny });
     }
+    assert!(matches!(bearing(0.5, 1e-200, 0.3), Err(Error::NotFinite { .. })));
     assert_eq!(Obstacle { m: 3 }.pose::<f64>().unwrap().2.len(), 1);
 }
