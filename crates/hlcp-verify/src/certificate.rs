@@ -508,9 +508,7 @@ fn check<T: Scalar>(
             return Err(Error::Order { what, found, expected });
         }
     }
-    all_finite("q", q)?;
-    all_finite("z", z)?;
-    all_finite("r", r)
+    [("q", q), ("z", z), ("r", r)].into_iter().try_for_each(|(what, v)| all_finite(what, v))
 }
 
 /// A non-negative complementary pair near `(z, r)`: some components are set to 0, the others kept.

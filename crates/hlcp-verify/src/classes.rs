@@ -56,7 +56,7 @@ impl<W> Answer<W> {
     }
 
     /// The answer to the next question, if this one is yes.
-    fn then<V>(self, next: impl FnOnce() -> Answer<V>) -> Answer<V> {
+    pub(crate) fn then<V>(self, next: impl FnOnce() -> Answer<V>) -> Answer<V> {
         match self {
             Self::Yes(_) => next(),
             Self::No(failure) => Answer::No(failure),

@@ -96,24 +96,6 @@ impl<'a, T: Scalar> Coupled<'a, T> {
         let omega = (0..problem.order()).map(|i| problem.omega().entry(i).wide()).collect();
         Self { a: problem.a(), b: problem.b(), omega, against }
     }
-
-    /// The diagonal entries, that of `B` rounded down, and the off-diagonal row of `G`.
-    fn walk(&self, i: usize, g: &mut Vec<(usize, f64)>) -> [f64; 2] {
-        let (mut diagonals, mut row) = ([0.0; 2], vec![]);
-        merge((&self.a, &self.b), i, &mut row);
-        g.clear();
-        for (j, [a, b]) in row {
-            let omega = self.omega[j];
-            if i == j {
-                diagonals = [a, mul_down(b, omega)];
-            } else if self.against == Against::Pair && b != 0.0 {
-                g.push((j, larger(mul_up(b.abs(), omega), a.abs())));
-            } else if a != 0.0 {
-                g.push((j, a.abs()));
-            }
-        }
-        diagonals
-    }
 }
 
 impl<T: Scalar> Comparison for Coupled<'_, T> {
@@ -122,7 +104,20 @@ impl<T: Scalar> Comparison for Coupled<'_, T> {
     }
 
     fn row(&self, _: usize, i: usize, g: &mut Vec<(usize, f64)>) -> f64 {
-        let [a, b_omega] = self.walk(i, g);
+        // The diagonal entries, that of `B` rounded down.
+        let ([mut a, mut b_omega], mut row) = ([0.0; 2], vec![]);
+        merge((&self.a, &self.b), i, &mut row);
+        g.clear();
+        for (j, [of_a, of_b]) in row {
+            let omega = self.omega[j];
+            if i == j {
+                (a, b_omega) = (of_a, mul_down(of_b, omega));
+            } else if self.against == Against::Pair && of_b != 0.0 {
+                g.push((j, larger(mul_up(of_b.abs(), omega), of_a.abs())));
+            } else if of_a != 0.0 {
+                g.push((j, of_a.abs()));
+            }
+        }
         if !(a > 0.0 && b_omega > 0.0) {
             return f64::NAN;
         }

@@ -158,7 +158,7 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
         a.min(b * problem.omega().entry(i))
     };
     let mut shape: Vec<T> = (0..given.len()).map(|i| T::of(2.0) * half / pivot(i)).collect();
-    let mut found = None;
+    let (mut found, mut finer, mut is_narrow) = (None, None, false);
     let mut search = Search::default();
     let floor = rounding(problem, q, given);
     for _ in 0..BOXES {
@@ -174,19 +174,18 @@ pub(crate) fn by_method<T: Scalar, M: Method<T, A: Rows<T>, B: Rows<T>>>(
             found = Some(sides);
         }
         if !goes_on {
-            let is_at_floor = !search.is_narrow && rest <= 1.5 * floor;
-            let reach = T::of(4.0 * search.width);
-            let finer = (fine && is_at_floor)
-                .then(|| refined(method, q, (&centre, reach), &shape, &mut spare, clock))
-                .flatten();
-            let is_narrow = search.is_narrow || is_at_floor;
-            let problem = method.problem();
-            let plain = || found.map(|sides| sides.map(|side| difference(problem, &side)));
-            return finer.or_else(plain).map(|sides| (sides, is_narrow));
+            let is_at_floor = rest <= 1.5 * floor;
+            if fine && is_at_floor && !search.is_narrow {
+                let reach = T::of(4.0 * search.width);
+                finer = refined(method, q, (&centre, reach), &shape, &mut spare, clock);
+            }
+            is_narrow = search.is_narrow || is_at_floor;
+            break;
         }
     }
     let problem = method.problem();
-    found.map(|sides| (sides.map(|side| difference(problem, &side)), false))
+    let plain = || found.map(|sides| sides.map(|side| difference(problem, &side)));
+    finer.or_else(plain).map(|sides| (sides, is_narrow))
 }
 
 /// Encloses a solution more closely than doubles around `centre` can: F is moved so that the

@@ -84,7 +84,6 @@ enum Operator {
 }
 
 impl Operator {
-    /// The operator times `factor`.
     fn times<T: Scalar>(&self, factor: f64) -> Box<dyn Rows<T>> {
         match self {
             Self::Grid(grid) => {
@@ -103,7 +102,6 @@ impl Operator {
         }
     }
 
-    /// The operator as a sparse matrix.
     fn rows(&self) -> CsrMatrix<f64> {
         let of: &dyn Rows<f64> = match self {
             Self::Rows(matrix) => return matrix.clone(),
@@ -183,7 +181,6 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// Between `least` and `most`.
     pub(crate) fn real(&mut self, least: f64, most: f64) -> f64 {
         least + (self.next() >> 11) as f64 / (1_u64 << 53) as f64 * (most - least)
     }
@@ -198,7 +195,6 @@ impl Random {
         least + (self.next() % (most - least + 1) as u64) as usize
     }
 
-    /// Two sides of a grid.
     fn sides(&mut self) -> [usize; 2] {
         [self.log(12.0, 160.0), self.log(12.0, 160.0)].map(|side| side as usize)
     }

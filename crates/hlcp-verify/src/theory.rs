@@ -438,10 +438,7 @@ pub fn convergence_within<T: Scalar, A: Rows<T>, B: Rows<T>>(
     {
         return Convergence::Proved(Proof::Columns, contraction);
     }
-    Convergence::NotProved(match relaxed {
-        Answer::No(failure) => Answer::No(failure),
-        Answer::Yes(_) | Answer::Undecided => Answer::Undecided,
-    })
+    Convergence::NotProved(relaxed.then(|| Answer::Undecided))
 }
 
 /// Returns whether the steps are those of Theorem 2, or the one of Corollary 1: one (α, β) for A
@@ -480,12 +477,10 @@ fn compatible<T: Scalar, A: Rows<T>, B: Rows<T>>(
                 }
         };
         let [of_a, of_b] = step.pairs();
-        let of_a = all_entries(problem.a(), |i, j, entry| fits(of_a, i, j, entry));
-        let of_b = all_entries(problem.b(), |i, j, entry| fits(of_b, i, j, entry));
-        for answer in [of_a, of_b] {
-            if !answer.is_yes() {
-                return answer;
-            }
+        let fit = all_entries(problem.a(), |i, j, entry| fits(of_a, i, j, entry))
+            .then(|| all_entries(problem.b(), |i, j, entry| fits(of_b, i, j, entry)));
+        if !fit.is_yes() {
+            return fit;
         }
     }
     Answer::Yes(())

@@ -256,21 +256,13 @@ pub fn uniqueness_within<T: Scalar>(
         _ => Reason::Rounding,
     };
     // Of a pair without positive entries beside the diagonals it would be a witness from the left.
-    if !is_z && let Some(witness) = from_the_right(a, b, clock) {
-        return Ok(Uniqueness::Proved(witness));
+    if !is_z && let Some(omega) = ratio(a, b) {
+        let coupled = Coupled { a, b, omega, against: Against::Pair };
+        if let Answer::Yes(d) = radius_below_one(&coupled, clock) {
+            return Ok(Uniqueness::Proved(Witness::Right { omega: coupled.omega, d }));
+        }
     }
     Ok(Uniqueness::Open(if clock.is_up() { Reason::TimeLimit } else { reason }))
-}
-
-/// The witness for Ω = D_A D_B⁻¹, rounded, if one is found.
-fn from_the_right<T: Scalar>(
-    a: &impl Rows<T>,
-    b: &impl Rows<T>,
-    clock: &mut Clock<'_>,
-) -> Option<Witness> {
-    let coupled = Coupled { a, b, omega: ratio(a, b)?, against: Against::Pair };
-    let Answer::Yes(d) = radius_below_one(&coupled, clock) else { return None };
-    Some(Witness::Right { omega: coupled.omega, d })
 }
 
 /// The result of a search for a `v > 0` with `Zᵀv > 0` for two Z-matrices, whose columns come as

@@ -222,7 +222,6 @@ impl Film {
         }
     }
 
-    /// The change of what flows through a gate.
     fn flow_change(&self, frame: &Frame, axis: usize, gate: Gate, moved: Moved<'_>) -> f64 {
         let Moved { z, r, dz, dr, change } = moved;
         let passage = self.passage(axis, gate);
@@ -303,7 +302,6 @@ impl Film {
         (0..r.len()).map(stored).collect()
     }
 
-    /// The change of [`passage`](Self::passage) with the data.
     fn passage_change(&self, axis: usize, gate: Gate, change: &FilmChange) -> Passage {
         let [mobility, gap, mean] = match gate {
             Gate::Between(pair) => {

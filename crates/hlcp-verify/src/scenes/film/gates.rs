@@ -141,24 +141,17 @@ impl Film {
         axis: usize,
         visit: &mut impl FnMut(usize, Gate),
     ) {
-        let out = |cell: usize, outward: f64, supply: usize| {
-            let z = self.z_of(frame, self.supplies[supply].pressure);
-            Gate::Out { cell, outward, z, content: 1.0, place: Place::Supply(supply) }
-        };
         let [low, high] = pair.map(|cell| frame.supply(&frame.cells, cell));
         let groove = if axis == 0 { frame.supply(&frame.faces, pair[1]) } else { None };
-        if let (Some(_), Some(_)) = (low, high) {
-            return;
+        if low.or(high).or(groove).is_none() {
+            return visit(axis, Gate::Between(pair));
         }
-        match (low.or(groove), high.or(groove)) {
-            (None, None) => visit(axis, Gate::Between(pair)),
-            (beyond_high, beyond_low) => {
-                if let (Some(supply), None) = (beyond_low, low) {
-                    visit(axis, out(pair[0], 1.0, supply));
-                }
-                if let (Some(supply), None) = (beyond_high, high) {
-                    visit(axis, out(pair[1], -1.0, supply));
-                }
+        let [one, other] = [(low, high.or(groove), 1.0), (high, low.or(groove), -1.0)];
+        for (cell, (own, beyond, outward)) in pair.into_iter().zip([one, other]) {
+            if let (None, Some(supply)) = (own, beyond) {
+                let z = self.z_of(frame, self.supplies[supply].pressure);
+                let place = Place::Supply(supply);
+                visit(axis, Gate::Out { cell, outward, z, content: 1.0, place });
             }
         }
     }

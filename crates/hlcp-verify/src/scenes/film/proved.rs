@@ -455,7 +455,6 @@ fn exact_difference(a: f64, b: f64) -> Interval {
     Interval::exactly(a).minus(Interval::exactly(b))
 }
 
-/// The length of a vector.
 fn length(forces: [Interval; 2]) -> Interval {
     let squares = forces.map(|force| {
         let [low, high] = [force.mignitude(), force.magnitude()].map(Interval::exactly);
