@@ -98,7 +98,7 @@ fn rise(ecc: f64, flux: f64, from: f64, to: f64) -> f64 {
     step / 3.0 * (slope(from) + slope(to) + (1..2 * panels).map(inner).sum::<f64>())
 }
 
-fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn bisect(mut low: f64, mut high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let sign = f(low) > 0.0;
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use crate::{Balance, common::assembled, proved, solved};
+use crate::{Balance, bearing2d::bisect, common::assembled, proved, solved};
 use hlcp_core::Aor;
 use hlcp_verify::{Dam, Proof};
 use nalgebra::DVector;
@@ -138,12 +138,8 @@ fn polubarinova_kochina(alpha: f64, beta: f64) -> ([f64; 2], impl Fn(f64) -> f64
     };
     let whole = tail + seeping + rise(FRAC_PI_2);
     let boundary = move |x: f64| {
-        let (mut low, mut high) = (0.0, FRAC_PI_2);
-        for _ in 0..40 {
-            let middle = (low + high) / 2.0;
-            if (length - run(middle)) / whole > x { low = middle } else { high = middle }
-        }
-        (tail + seeping + rise(low)) / whole
+        let at = bisect(0.0, FRAC_PI_2, |t| (length - run(t)) / whole - x);
+        (tail + seeping + rise(at)) / whole
     };
     ([length / whole, tail / whole], boundary)
 }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use hlcp_core::{Aor, Hlcp, LinearOperator, check_operator};
 use hlcp_methods::{AmgNewton, Limits, Mms, Options, Solver};
-use hlcp_verify::{Film, FilmFigures, Side, Supply, TimeStep};
+use hlcp_verify::{Film, Side, Supply, TimeStep};
 
 /// `z` and `r`, to what rounding allows.
 fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
@@ -19,23 +19,12 @@ fn solved(film: &Film, start: Option<&[Vec<f64>; 2]>) -> [Vec<f64>; 2] {
     [solver.z().to_vec(), solver.r().to_vec()]
 }
 
-fn figures(film: &Film, ambient: f64) -> FilmFigures {
-    let [z, r] = solved(film, None);
-    film.figures(&z, &r, ambient)
-}
-
 /// Fowell's pocket slider on `nx × ny` cells, a strip of 3 mm along y.
 fn pocket([nx, ny]: [usize; 2]) -> Film {
-    let (end, side, length) = (Side::Pressure(1e5), Side::Closed, 0.01);
-    let gap = |k: usize| {
-        let x = ((k % nx) as f64 + 0.5) * length / nx as f64;
-        1.05e-6 - 5e-6 * x + if (2e-3..5e-3).contains(&x) { 1e-6 } else { 0.0 }
-    };
-    Film {
-        gap: (0..nx * ny).map(gap).collect(),
-        sides: [end, end, side, side],
-        ..Film::new([nx, ny], [length, 3e-3], 1.0, 0.01)
-    }
+    let (end, side) = (Side::Pressure(1e5), Side::Closed);
+    let film = Film::new([nx, ny], [0.01, 3e-3], 1.0, 0.01)
+        .with_gap(|x, _| 1.05e-6 - 5e-6 * x + if (2e-3..5e-3).contains(&x) { 1e-6 } else { 0.0 });
+    Film { sides: [end, end, side, side], ..film }
 }
 
 #[test]
@@ -80,12 +69,11 @@ fn a_full_wedge_is_of_second_order() {
     let mut before: Option<[f64; 2]> = None;
     for nx in [20, 40, 80, 160] {
         let end = Side::Pressure(0.0);
-        let film = Film {
-            gap: (0..nx).map(|i| thin * (1.0 + k * (1.0 - (i as f64 + 0.5) / nx as f64))).collect(),
-            sides: [end, end, Side::Closed, Side::Closed],
-            ..Film::new([nx, 1], [length, width], speed, viscosity)
-        };
-        let found = figures(&film, 0.0);
+        let film = Film::new([nx, 1], [length, width], speed, viscosity);
+        let film = film.with_gap(|x, _| thin * (1.0 + k * (1.0 - x / length)));
+        let film = Film { sides: [end, end, Side::Closed, Side::Closed], ..film };
+        let [z, r] = solved(&film, None);
+        let found = film.figures(&z, &r, 0.0);
         let errors = [found.load / load - 1.0, found.friction[0] / drag - 1.0];
         if let Some(before) = before {
             for (error, before) in errors.iter().zip(before) {

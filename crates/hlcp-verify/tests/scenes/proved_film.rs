@@ -102,11 +102,6 @@ fn any_film(next: &mut impl FnMut() -> f64) -> (Film, f64) {
     (film, ambient)
 }
 
-/// The exact square of a length; `None` of infinite ones.
-fn squared(length: f64) -> Option<Exact> {
-    length.is_finite().then(|| exact(length).pow(2))
-}
-
 /// The exact figures, cell by cell and face by face.
 struct Figures {
     /// The pressures above the ambient one, times the area of a cell.
@@ -128,11 +123,9 @@ impl Figures {
         let unit = exact(film.pressure_unit());
         let (cavitation, two) = (exact(film.cavitation), exact(2.0));
         let drift = (exact(film.speeds[0]) + exact(film.speeds[1])) / &two;
-        let mobility = |k: usize| {
-            let (h, viscosity) =
-                (exact(film.gap[k]), film.viscosity[if film.viscosity.len() == 1 { 0 } else { k }]);
-            &h * &h * &h / (exact(12.0) * exact(viscosity))
-        };
+        let gap = |k: usize| exact(film.gap[k]);
+        let viscosity = |k: usize| *film.viscosity.get(k).unwrap_or(&film.viscosity[0]);
+        let mobility = |k: usize| gap(k).pow(3) / (exact(12.0) * exact(viscosity(k)));
         let place = |k: usize, axis: usize| if axis == 0 { k % film.nx } else { k / film.nx };
         let in_supply = |k: usize| {
             film.supplies.iter().position(|supply| {
@@ -156,7 +149,6 @@ impl Figures {
         let mut peak = z.iter().max().expect("a cell").clone();
         // ∫ h p′ in units of z.
         let mut turned = Exact::zero();
-        let gap = |k: usize| exact(film.gap[k]);
         for k in (0..z.len()).filter(|&k| in_supply(k).is_none()) {
             for direction in 0..4 {
                 let (axis, on) = (direction / 2, direction % 2 == 1);
@@ -211,7 +203,7 @@ impl Figures {
                     if along.is_positive() { Exact::one() - &r[k] } else { exact(enters) };
                 let fall = &unit * &z[k] - (exact(pressure) - &cavitation);
                 let width = &spacing[1 - axis];
-                let carried = along * exact(film.gap[k]) * width * content;
+                let carried = along * gap(k) * width * content;
                 let flow = carried + &two * mobility(k) * width / &spacing[axis] * fall;
                 flows[to] += if to < 4 { flow } else { -flow };
             }
@@ -219,7 +211,6 @@ impl Figures {
         let cell = &spacing[0] * &spacing[1];
         let above = |z: &Exact| &unit * z + &cavitation - exact(ambient);
         let loads = z.iter().map(|z| above(z) * &cell).collect();
-        let viscosity = |k: usize| film.viscosity[if film.viscosity.len() == 1 { 0 } else { k }];
         let covered = |k: usize| exact(viscosity(k)) / gap(k) * (Exact::one() - &r[k]);
         let slip = exact(film.speeds[0]) - exact(film.speeds[1]);
         let sheared = (0..z.len()).map(covered).sum::<Exact>() * slip * &cell;
@@ -306,6 +297,7 @@ fn exact_figures_lie_in_their_intervals() {
         }
         let modes = [(); 2].map(|()| (0..q.len()).map(|_| next() - 0.3).collect::<Vec<f64>>());
         let both = film.proved_figures(&certificate, ambient, Some([&modes[0], &modes[1]]));
+        let squared = |length: f64| length.is_finite().then(|| exact(length).pow(2));
         let [lower, upper] = both.load.map(squared);
         let square: Exact = modes.iter().map(|mode| truth.force(mode).pow(2)).sum();
         assert!(lower.is_none_or(|lower| lower <= square), "{seed}: {film:?}");

@@ -68,11 +68,12 @@ fn cases() -> impl Strategy<Value = Case> {
     })
 }
 
-/// The same numbers, exactly: A, BΩ and q.
-struct Exact {
-    a: Vec<Vec<BigRational>>,
-    w: Vec<Vec<BigRational>>,
-    q: Vec<BigRational>,
+/// A problem, exactly: A, BΩ and q.
+#[derive(Debug, Clone)]
+pub(crate) struct Exact {
+    pub(crate) a: Vec<Vec<BigRational>>,
+    pub(crate) w: Vec<Vec<BigRational>>,
+    pub(crate) q: Vec<BigRational>,
 }
 
 impl Exact {
@@ -87,7 +88,7 @@ impl Exact {
     }
 
     /// (A + BΩ)x + (A − BΩ)|x| + q in row `i`.
-    fn f(&self, i: usize, x: &[BigRational]) -> BigRational {
+    pub(crate) fn f(&self, i: usize, x: &[BigRational]) -> BigRational {
         let term = |j: usize| {
             let [a, w] = [&self.a[i][j], &self.w[i][j]];
             (a + w) * &x[j] + (a - w) * x[j].abs()

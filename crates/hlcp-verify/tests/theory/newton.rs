@@ -4,7 +4,7 @@ use num_rational::BigRational;
 use num_traits::{Signed, Zero};
 use proptest::{collection::vec, prelude::*};
 
-use crate::{exact::eliminated, for_all, rational};
+use crate::{columns::Exact, exact::eliminated, for_all, rational};
 
 /// The hypothesis that a case breaks, if it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,14 +20,10 @@ enum Without {
     MMatrix,
 }
 
-type Rows = Vec<Vec<BigRational>>;
-
-/// A and W = BΩ, q, and a start.
+/// A problem and a start.
 #[derive(Debug, Clone)]
 struct Case {
-    a: Rows,
-    w: Rows,
-    q: Vec<BigRational>,
+    of: Exact,
     x: Vec<BigRational>,
 }
 
@@ -62,28 +58,18 @@ fn cases(without: Without) -> impl Strategy<Value = Case> {
                 };
             }
             let [q, x] = [q, x].map(|of| of.into_iter().map(rational).collect());
-            Case { a, w, q, x }
+            Case { of: Exact { a, w, q }, x }
         })
     })
 }
 
 impl Case {
-    /// F/2 = A x⁺ − W x⁻ + q, where γ = 2.
-    fn f(&self, x: &[BigRational]) -> Vec<BigRational> {
-        let term = |i: usize, j: usize| {
-            &x[j] * if x[j].is_negative() { &self.w[i][j] } else { &self.a[i][j] }
-        };
-        let n = x.len();
-        (0..n).map(|i| (0..n).map(|j| term(i, j)).sum::<BigRational>() + &self.q[i]).collect()
-    }
-
     /// The zero of the piece that `x` lies on.
     fn newton(&self, x: &[BigRational]) -> Option<Vec<BigRational>> {
-        let n = x.len();
-        let entry = |i: usize, j: usize| {
-            if x[j].is_negative() { &self.w[i][j] } else { &self.a[i][j] }.clone()
-        };
-        let row = |i| (0..n).map(|j| entry(i, j)).chain([-&self.q[i]]).collect();
+        let (n, Exact { a, w, q }) = (x.len(), &self.of);
+        let entry =
+            |i: usize, j: usize| rational(2) * &if x[j].is_negative() { w } else { a }[i][j];
+        let row = |i| (0..n).map(|j| entry(i, j)).chain([-&q[i]]).collect();
         eliminated((0..n).map(row).collect()).map(|(x, _)| x)
     }
 
@@ -92,7 +78,7 @@ impl Case {
     fn rises(&self) -> Option<usize> {
         let mut x = self.x.clone();
         for step in 0..=x.len() + 2 {
-            let f = self.f(&x);
+            let f: Vec<_> = (0..x.len()).map(|i| self.of.f(i, &x)).collect();
             if f.iter().all(Zero::is_zero) {
                 return Some(step);
             }

@@ -79,15 +79,7 @@ fn row<T: Scalar>(
     limits: Limits,
 ) -> Result<(), Error> {
     // As trait objects, so that the methods are compiled once for each precision.
-    measured(name, (&a, &b, q), truth, limits)
-}
-
-fn measured<T: Scalar>(
-    name: &str,
-    (a, b, q): Triple<T, &dyn Rows<T>, &dyn Rows<T>>,
-    truth: Truth,
-    limits: Limits,
-) -> Result<(), Error> {
+    let (a, b): (&dyn Rows<T>, &dyn Rows<T>) = (&a, &b);
     let auto: Named = "AUTO".parse().unwrap();
     let mut solver = Solver::new(auto.on_dyn(Hlcp::from_pair(a, b)?)?);
     let (start, n) = (vec![T::one(); q.len()], q.len());

@@ -1,7 +1,7 @@
 //! Proofs that end with the time, by counting.
 
-use crate::common::Walked;
-use hlcp_core::{Aor, FivePoint, Hlcp, Identity, LinearOperator, Omega};
+use crate::common::{Walked, parts, planted_q};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega};
 use hlcp_verify::{
     Convergence, Reason, Refusal, Uniqueness, certify_within, convergence_within, uniqueness_within,
 };
@@ -24,13 +24,9 @@ fn times(whole: usize) -> impl Iterator<Item = usize> {
 fn a_certificate_ends_with_the_time() {
     let a = FivePoint::new(M, M, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
     let b = Identity { order: M * M };
-    let in_z = |k: usize| k % M < 110;
-    let exact: Vec<f64> =
-        (0..M * M).map(|k| if in_z(k) { 1 + 7 * k % 5 } else { 0 } as f64).collect();
-    let r: Vec<f64> = (0..M * M).map(|k| if in_z(k) { 0 } else { 1 + k % 3 } as f64).collect();
-    let mut q = vec![0.0; M * M];
-    a.apply(&exact, &mut q);
-    q.iter_mut().zip(&r).for_each(|(q, r)| *q = r - *q);
+    let entry = |k: usize| if k % M < 110 { (1 + 7 * k % 5) as f64 } else { -((1 + k % 3) as f64) };
+    let [exact, r] = parts(&(0..M * M).map(entry).collect::<Vec<_>>());
+    let q = planted_q(&a, &b, [&exact, &r]);
     let z: Vec<f64> = exact.iter().map(|z| if *z > 0.0 { z + 1e-6 } else { 0.0 }).collect();
     let a = Walked::new(a);
     let certified = |late| a.cut(late, |clock| certify_within(&a, &b, &q, &z, &r, clock).unwrap());
