@@ -90,9 +90,7 @@ fn a_full_disk_is_told() {
     {
         // A folder in the place of a file can be written as little as a full disk.
         let out = crate::folder::Folder::new("full");
-        for name in ["slider", "american-put"] {
-            std::fs::create_dir(out.0.join(format!("gallery-{name}.svg"))).unwrap();
-        }
+        std::fs::create_dir(out.0.join("gallery-slider.svg")).unwrap();
         std::fs::create_dir(out.0.join("families.csv")).unwrap();
         let (name, rest) = arguments.split_once(' ').unwrap();
         let output = hlcp(name, rest).arg(&out.0).output().unwrap();

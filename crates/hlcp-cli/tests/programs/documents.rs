@@ -78,14 +78,6 @@ fn workplace(name: &str) -> PathBuf {
     folder
 }
 
-/// The folders with the tests of a package.
-fn test_folders() -> Vec<PathBuf> {
-    let root = examples::root();
-    let crates = fs::read_dir(root.join("crates")).expect("a folder of the repository");
-    let of_crates = crates.map(|entry| entry.expect("an entry").path().join("tests"));
-    of_crates.chain([root.join("tests")]).collect()
-}
-
 #[test]
 fn what_the_documents_say_to_type_works() {
     let folder = workplace("documents");
@@ -123,7 +115,9 @@ fn what_the_documents_say_to_type_works() {
             ["cargo", "test", ref rest @ ..] if rest.contains(&"--test") => {
                 let name = rest.iter().skip_while(|word| **word != "--test").nth(1);
                 let name = name.unwrap_or_else(|| panic!("{command}"));
-                let exists = test_folders().iter().any(|folder| {
+                let crates = fs::read_dir(root.join("crates")).expect("a folder of the repository");
+                let of_crates = crates.map(|entry| entry.expect("an entry").path().join("tests"));
+                let exists = of_crates.chain([root.join("tests")]).any(|folder| {
                     let file = folder.join(format!("{name}.rs"));
                     file.exists() || folder.join(name).join("main.rs").exists()
                 });
@@ -146,19 +140,13 @@ fn what_the_documents_say_to_type_works() {
     }
 }
 
-/// The examples that the help of a command ends with, but for those that take minutes.
-fn help_examples(command: &str) -> Vec<String> {
-    let help = succeeded(&hlcp(command, "--help").output().unwrap(), command);
-    let lines = help.lines().skip_while(|line| *line != "Examples:").skip(1);
-    let found = lines.map_while(|line| line.strip_prefix("  hlcp ")).map(String::from);
-    found.collect()
-}
-
 #[test]
 fn the_help_of_each_command_has_examples_that_work() {
     let folder = workplace("help");
     for command in options::commands().iter().filter(|command| *command != "scenes") {
-        let examples = help_examples(command);
+        let help = succeeded(&hlcp(command, "--help").output().unwrap(), command);
+        let lines = help.lines().skip_while(|line| *line != "Examples:").skip(1);
+        let examples: Vec<&str> = lines.map_while(|line| line.strip_prefix("  hlcp ")).collect();
         assert_eq!(examples.len(), 2, "{command}: {examples:?}");
         for example in examples.iter().filter(|_| !is_long(command)) {
             let arguments = example.strip_prefix(command).expect("it is the command's");

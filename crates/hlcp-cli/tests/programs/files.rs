@@ -3,12 +3,12 @@
 
 use std::{fs, path::Path};
 
-use hlcp::{Rows, market};
+use hlcp::market;
 use hlcp_verify::Example;
 
 use crate::{
     command::{is_refusal, json, refused, run_in, succeeded},
-    folder::{Folder, text_of},
+    folder::{Folder, entries, text_of},
     fuzz::npy,
 };
 
@@ -24,8 +24,7 @@ fn the_sample_files_are_example_1() {
     let [q, z, r] = ["q.mtx", "z.mtx", "r.mtx"].map(|name| folder.0.join(name));
     market::write_vectors(&[(&q, &scene.q)]).unwrap();
     assert_eq!(sample("q.mtx"), fs::read_to_string(&q).unwrap());
-    let files = ["A.mtx", "B.mtx", "q.mtx"].map(|name| data.join(name).display().to_string());
-    let [a, b, q] = files;
+    let [a, b, q] = ["A.mtx", "B.mtx", "q.mtx"].map(|name| data.join(name).display().to_string());
     let out = format!("--out-z {} --out-r {}", z.display(), r.display());
     let (_, status) = json(&format!("--a {a} --b {b} --q {q} --method AUTO --json {out}"));
     assert_eq!(status, 0);
@@ -95,17 +94,9 @@ fn a_scene_through_files() {
 #[test]
 fn what_a_matrix_may_look_like() {
     let folder = Folder::new("forms");
-    let read = |text: &str| {
-        let path = folder.write("a.mtx", text);
-        let matrix = market::read_matrix::<f64>(&path).unwrap();
-        let row = |i| {
-            let mut row = vec![];
-            matrix.visit_row(i, &mut |j, a| row.push((j, a)));
-            row
-        };
-        [row(0), row(1)]
-    };
-    let expected = [vec![(0, 4.0), (1, -1.0)], vec![(0, -1.0), (1, 3.0)]];
+    let read =
+        |text: &str| entries(&market::read_matrix::<f64>(&folder.write("a.mtx", text)).unwrap());
+    let expected = [(0, 0, 4.0), (0, 1, -1.0), (1, 0, -1.0), (1, 1, 3.0)];
     let general = "%%MatrixMarket matrix coordinate real general\n% note\n\n2 2 4\n1 2 -1.0\n2 1 -1e0\n2 2 3\n1 1 4\n";
     assert_eq!(read(general), expected);
     assert_eq!(read(general.trim_end()), expected);

@@ -454,8 +454,16 @@ fn films_that_carry_nothing_say_why() {
         text(&film.stderr)
     };
     let turn = "turn the gap round, or change the sign of --speed";
-    let err = told("--pad plane,2e-5,4e-5 --speed 3 --viscosity 0.04");
-    assert!(err.contains(turn), "{err}");
+    let wrong = "--pad plane,2e-5,4e-5 --speed 3 --viscosity 0.04";
+    let report = film_of(&format!("{wrong} --lx 0.05 --ly 0.03 --nx 20 --ny 12"));
+    assert!(report.contains("broken            100.0000 %"), "{report}");
+    let err = told(wrong);
+    assert!(err.starts_with("warning: the film carries nothing") && err.contains(turn), "{err}");
+    // A supply that leaves no film is fed, and a starved film may be too empty for its gap.
+    let right = "--pad plane,4e-5,2e-5 --speed 3 --viscosity 0.04";
+    assert_eq!(told(&format!("{right} --supply 0,0,0.05,0.03,1e5")), "");
+    let err = told(&format!("{right} --side west=starved,0.3"));
+    assert!(err.trim_end().ends_with("or let more oil in at the starved side"), "{err}");
     // Neither would help where the gap is even, or a taper lost in the first cell.
     for pad in ["plane,2e-5,2e-5", "taper,4e-5,2e-5,3e-5"] {
         let err = told(&format!("--pad {pad} --speed 3 --viscosity 0.04"));

@@ -76,21 +76,6 @@ fn what_no_memory_holds_is_refused_in_words() {
 }
 
 #[test]
-fn a_pad_the_wrong_way_round_is_told() {
-    let pad = |ends: &str| {
-        format!("--pad plane,{ends} --lx 0.02 --ly 0.01 --nx 20 --ny 10 --speed 2 --viscosity 0.03")
-    };
-    let output = film(&pad("2e-5,4e-5"));
-    assert!(text(&output.stdout).contains("broken            100.0000 %"));
-    assert!(text(&output.stderr).starts_with("warning: the film carries nothing"));
-    assert!(film(&pad("4e-5,2e-5")).stderr.is_empty());
-    // A supply that leaves no film is fed, and a starved film may be too empty for its gap.
-    assert!(film(&pad("4e-5,2e-5 --supply 0,0,0.02,0.01,1e5")).stderr.is_empty());
-    let err = text(&film(&pad("4e-5,2e-5 --side west=starved,0.3")).stderr);
-    assert!(err.trim_end().ends_with("or let more oil in at the starved side"), "{err}");
-}
-
-#[test]
 fn wrong_films_are_refused_in_one_line() {
     let here = folder();
     let write = |name: &str, bytes: &[u8]| fs::write(here.join(name), bytes).unwrap();
