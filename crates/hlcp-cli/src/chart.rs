@@ -349,7 +349,6 @@ fn width(text: &str) -> f64 {
     0.65 * f64::from(SIZE) * text.chars().count() as f64
 }
 
-/// Adds small text at a place.
 fn text(scene: &mut Scene, [x, y]: [f64; 2], text: &str, colour: &str, anchor: TextAnchor) {
     let (content, color, size) = (text.to_owned(), Some(colour.into()), SIZE);
     let (rotate, bold) = (None, false);
@@ -400,7 +399,6 @@ fn cells(
     Plot::Heatmap(heat)
 }
 
-/// Draws a marker at each point.
 fn dots(at: &[(f64, f64)], colour: &str, marker: MarkerShape, size: f64) -> Plot {
     let dots = ScatterPlot::new().with_data(at.iter().copied()).with_color(colour);
     Plot::Scatter(dots.with_marker(marker).with_size(size))
@@ -510,11 +508,16 @@ pub(crate) fn svg(columns: usize, height: f64, panels: Vec<Panel>, caption: &str
 
 /// The command, the machine and the day, for captions.
 pub(crate) fn provenance(command: &str) -> String {
+    format!("{command} · {}", machine())
+}
+
+/// The machine and the day.
+pub(crate) fn machine() -> String {
     let cpu = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model = cpu.lines().find_map(|line| line.strip_prefix("model name")).unwrap_or("unknown");
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let day = Command::new("date").args(["-u", "+%Y-%m-%d"]).output();
     let day = day.map_or_else(|_| String::new(), |out| String::from_utf8_lossy(&out.stdout).into());
     let model = model.trim_start_matches([' ', '\t', ':']);
-    format!("{command} · {model}, {cores} cores · {}", day.trim())
+    format!("{model}, {cores} cores · {}", day.trim())
 }

@@ -108,7 +108,6 @@ fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
     Ok(lobes)
 }
 
-/// A pocket of the command line in SI units.
 fn in_si(pocket: &Pocket, arguments: &Arguments) -> Pocket {
     let [corner, size] =
         [pocket.corner, pocket.size].map(|pair| pair.map(|v| v * arguments.x_unit));
@@ -397,10 +396,9 @@ fn sides(arguments: &Arguments, ambient: f64) -> Result<[Side; 4], String> {
     if arguments.journal {
         (sides[0], sides[1]) = (Side::Periodic, Side::Periodic);
     }
-    let mut given = [false; 4];
-    for &(place, side) in &arguments.side {
+    for (k, &(place, side)) in arguments.side.iter().enumerate() {
         let name = SIDES[place];
-        if std::mem::replace(&mut given[place], true) {
+        if arguments.side[..k].iter().any(|(before, _)| *before == place) {
             return Err(format!("--side {name} is given twice"));
         }
         if arguments.journal && place < 2 {

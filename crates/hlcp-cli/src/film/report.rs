@@ -56,14 +56,6 @@ pub(super) struct Report<'r> {
 }
 
 impl Report<'_> {
-    fn status(&self) -> String {
-        let status = self.solved.outcome.status;
-        if status == Status::Converged && !self.converged {
-            return "a step before did not converge".into();
-        }
-        status.to_string()
-    }
-
     /// The least gap between walls of a known shape, texture left out.
     fn nearest(&self) -> Option<f64> {
         self.bearing.nearest(&self.bearing.position).map(|[gap, _]| gap)
@@ -148,8 +140,12 @@ impl Report<'_> {
             self.whirl.as_ref().and_then(|whirl| Some((whirl.threshold?, whirl.running)));
         let sensitivities: Option<serde_json::Map<_, _>> =
             self.sensitivities.as_ref().map(|all| all.iter().map(slopes).collect());
+        let outcome = match self.solved.outcome.status {
+            Status::Converged if !self.converged => "a step before did not converge".into(),
+            status => status.to_string(),
+        };
         let mut all = json!({
-            "outcome": self.status().replace(' ', "_"),
+            "outcome": outcome.replace(' ', "_"),
             "converged": self.converged,
             "load_n": load,
             "load_x_m": x,

@@ -64,7 +64,7 @@ fn has(name: &str, flag: &str) -> bool {
 
 pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Fallible<()> {
     let took = out.join("charts/took.csv");
-    let mut known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
+    let known: Vec<[String; 2]> = Table::kept(&took, TOOK)?;
     let is_asked = |name: &str| commands.is_empty() || commands.iter().any(|asked| asked == name);
     let is_step = |(name, _): &(&str, Paths)| is_asked(name) && (!draw || has(name, "draw"));
     let steps: Vec<_> = STEPS.into_iter().filter(is_step).collect();
@@ -86,12 +86,8 @@ pub(crate) fn run(Arguments { commands, quick, draw, out }: &Arguments) -> Falli
         crate::run(command)?;
         let seconds = of_step.elapsed().as_secs();
         print::line(format_args!("{name} took {seconds} s"))?;
-        known.retain(|[of, _]| of != name);
-        known.push([name.to_owned(), seconds.to_string()]);
         if !draw {
-            let mut table = Table::new(TOOK);
-            known.iter().for_each(|row| table.push(row.to_vec()));
-            table.write_csv(&took)?;
+            Table::keep(&took, TOOK, [name.to_owned(), seconds.to_string()])?;
         }
     }
     let points = out.join("charts/cost-per-point");

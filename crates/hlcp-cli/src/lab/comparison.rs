@@ -14,7 +14,7 @@ use std::{
 
 use clap::Args;
 use hlcp::files::printable;
-use hlcp_methods::{Limits, Outcome, Status};
+use hlcp_methods::{Limits, Outcome, Status, TridiagonalPart};
 use hlcp_verify::decimal;
 
 use super::{
@@ -24,7 +24,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{Panel, Series, provenance, save, write},
+    chart::{Panel, Series, machine, save, write},
     print,
     progress::counting,
     scenes::{Ladder, SCENES, Scene, where_it_applies},
@@ -53,7 +53,6 @@ const LONGEST: Duration = Duration::from_secs(6);
 /// The scene of the first chart.
 const FIRST: &str = "disc-hlcp";
 
-/// The scenes with their grids.
 fn all() -> impl Iterator<Item = (&'static Scene, &'static Ladder)> {
     let scenes = SCENES.iter();
     scenes.flat_map(|scene| scene.ladders.iter().map(move |ladder| (scene, ladder)))
@@ -128,7 +127,7 @@ fn measure_all(
         "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules} –: longer than {} s.\n\
          Slope: the exponent of n, by least squares over the upper half of the sizes, three at the least. The error is the largest of a component of (z, r), against the\n\
          planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify` proves of it, up to n = 70,000.\n",
-        provenance("").trim_start_matches([' ', '·']),
+        machine(),
         LONGEST.as_secs()
     );
     for (_, &Ladder { title, size, .. }) in all() {
@@ -207,7 +206,7 @@ fn measured(
     let problem = scene.pose(&(ladder.numbers)(m as f64))?;
     let n = problem.q.len();
     let reference = match scene.name {
-        _ if problem.is_tridiagonal() => "NEWTON",
+        _ if TridiagonalPart::is_all(&problem.hlcp(1.0)?) => "NEWTON",
         // Where no coarse correction pays.
         "spiral" | "dam" => "AMG",
         _ => "MGW",

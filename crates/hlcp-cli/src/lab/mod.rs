@@ -53,9 +53,9 @@ impl Charts {
     /// captions say of command, machine and day, which `measured.csv` keeps.
     fn measured(&self, name: &str, measure: impl FnOnce() -> Fallible<()>) -> Fallible<String> {
         let path = self.out.join("measured.csv");
-        let mut known: Vec<[String; 2]> = Table::kept(&path, MEASURED)?;
+        let mut known = Table::kept(&path, MEASURED)?.into_iter();
         if self.draw {
-            let found = known.into_iter().find(|[of, _]| of == name).map(|[_, words]| words);
+            let found = known.find(|[of, _]| of == name).map(|[_, words]| words);
             return Ok(found.ok_or_else(|| {
                 let path = hlcp::files::printable(path.display());
                 format!("{path} has no data of {name} to draw; measure them first, without --draw")
@@ -64,12 +64,7 @@ impl Charts {
         measure()?;
         let flag = if self.quick { " --quick" } else { "" };
         let words = provenance(&format!("hlcp {name}{flag}"));
-        known.retain(|[of, _]| of != name);
-        known.push([name.to_owned(), words.clone()]);
-        known.sort();
-        let mut table = Table::new(MEASURED);
-        known.into_iter().for_each(|row| table.push(row.into()));
-        table.write_csv(&path)?;
+        Table::keep(&path, MEASURED, [name.to_owned(), words.clone()])?;
         Ok(words)
     }
 }

@@ -20,7 +20,7 @@ use super::{
     table::Table,
 };
 use crate::{
-    chart::{provenance, save},
+    chart::{machine, save},
     print,
     progress::counting,
     scenes::Problem,
@@ -47,7 +47,6 @@ pub(crate) struct Arguments {
 /// The name of a parameter, and the values that are tried.
 type Parameter = (&'static str, &'static [f64]);
 
-/// A published method.
 struct Published {
     name: &'static str,
     source: &'static str,
@@ -340,7 +339,6 @@ impl Assembled {
     }
 }
 
-/// A published method on an equation.
 struct Formula<'e, 'p> {
     equation: &'e Equation<'p>,
     method: &'static Published,
@@ -430,7 +428,6 @@ impl Rival {
         published.chain(ours).map(tried).collect()
     }
 
-    /// Returns what was chosen.
     fn choice(&self) -> String {
         let (name, value) = self.parameter;
         let own = (!name.is_empty()).then(|| format!("{name} = {value}"));
@@ -522,7 +519,7 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
          A parameter and τ, which is 1 or ½, are the best of a list, by sweeps.\n\n## Sweeps\n\nOf the methods with an LU they are solves with its factors. AUTO counts the work of all it tries in sweeps.\n\n{}\n\
          ## Milliseconds\n\nThe least of {} solves, with the set-up. The published methods run in plain loops over rows, the library's in its own.\n\n{}\n\
          ## Formulas\n\nWritten for A z − B r + q = 0 with C = A + BΩ, G = BΩ − A, F(x) = C x − G|x| + γq, x⁻ the iterate before x, and M the lower triangle of C with its diagonal D.\n\n{}",
-        provenance("").trim_start_matches([' ', '·']),
+        machine(),
         table("sweeps", 0),
         repeats,
         table("ms", 1),

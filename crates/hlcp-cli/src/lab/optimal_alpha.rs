@@ -29,7 +29,6 @@ const SCENES: [(&str, &[(&str, f64)]); 4] = [
     ("example1", &[("mu", 0.0), ("nu", 0.0)]),
 ];
 
-/// Measures scenes of some sizes.
 pub(crate) fn measure(out: &Path, quick: bool) -> Fallible<()> {
     let sizes: &[u32] = if quick { &[7, 15] } else { &[15, 23, 31, 47, 63, 95, 128] };
     let mut table = Table::new(COLUMNS);
@@ -63,19 +62,14 @@ pub(crate) fn draw(out: &Path, measured: &str) -> Fallible<()> {
     let rows = Table::rows_of::<8>(&path.with_extension("csv"), COLUMNS)?;
     let mut panels = vec![];
     for (k, (scene, _)) in SCENES.into_iter().enumerate() {
-        let mut lines = [vec![], vec![], vec![]];
-        for (_, row) in rows.iter().filter(|(_, row)| row[0] == scene) {
-            for (line, column) in lines.iter_mut().zip([2, 4, 6]) {
-                line.push((row[1].parse()?, 2.0 - row[column].parse::<f64>()?));
+        let mut series = vec![];
+        for (name, column) in [("Young, from J(x*)", 2), ("best of a scan", 4), ("ADAPTIVE", 6)] {
+            let mut points = vec![];
+            for (_, row) in rows.iter().filter(|(_, row)| row[0] == scene) {
+                points.push((row[1].parse()?, 2.0 - row[column].parse::<f64>()?));
             }
+            series.push(Series { name: name.to_owned(), style: [series.len(); 3], points });
         }
-        let names = ["Young, from J(x*)", "best of a scan", "ADAPTIVE"];
-        let line = |(k, (name, points)): (usize, (&str, _))| Series {
-            name: name.to_owned(),
-            style: [k; 3],
-            points,
-        };
-        let series: Vec<_> = names.into_iter().zip(lines).enumerate().map(line).collect();
         let y = if k == 0 { "2 − α" } else { "" };
         panels.push(Panel::log_log(scene, ["points per side", y], &series));
     }

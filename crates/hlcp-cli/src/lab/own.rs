@@ -1,13 +1,15 @@
 //! A problem that is measured: a scene with its numbers, or files.
 
+use std::path::PathBuf;
+
 use clap::Args;
+use hlcp::files::printable;
 use hlcp_core::Scalar;
 use hlcp_methods::Limits;
 
 use super::run::Fallible;
 use crate::scenes::{Files, Given, Pose, Problem, Scene};
 
-/// A problem of the command line.
 #[derive(Clone, Args)]
 pub(super) struct Own {
     // First: it looks at `--a` before that is taken.
@@ -46,12 +48,12 @@ impl Own {
 
     /// Returns what a chart calls the problem: no other has the same.
     pub(super) fn title(&self) -> String {
+        let typed = self.typed().into_iter();
         match (&self.called, &self.files.a) {
             (Some(title), _) => title.clone(),
-            (_, Some(_)) => self.paths().map(|(_, path)| path).collect::<Vec<_>>().join(", "),
+            (_, Some(_)) => typed.map(|(_, path)| path).collect::<Vec<_>>().join(", "),
             (None, None) => {
-                let numbers = self.given.numbers.typed().into_iter();
-                let words: String = numbers.map(|(name, v)| format!(", {name} = {v}")).collect();
+                let words: String = typed.map(|(name, v)| format!(", {name} = {v}")).collect();
                 self.given.scene.name.to_owned() + &words
             }
         }
@@ -59,14 +61,10 @@ impl Own {
 
     /// Returns the options that name the problem.
     pub(super) fn options(&self) -> String {
-        match &self.files.a {
-            Some(_) => self.paths().map(|(name, path)| format!(" --{name} {path}")).collect(),
-            None => {
-                let numbers = self.given.numbers.typed().into_iter();
-                let words: String = numbers.map(|(name, v)| format!(" --{name} {v}")).collect();
-                format!(" --scene {}{words}", self.given.scene.name)
-            }
-        }
+        let words = self.typed().into_iter().map(|(name, v)| format!(" --{name} {v}"));
+        let words = words.collect::<String>();
+        let is_scene = self.files.a.is_none();
+        if is_scene { format!(" --scene {}{words}", self.given.scene.name) } else { words }
     }
 
     /// Returns the options as a part of the name of a file, without a point.
@@ -77,12 +75,15 @@ impl Own {
         format!("own-{}", words.chars().map(letter).collect::<String>())
     }
 
-    fn paths(&self) -> impl Iterator<Item = (&'static str, String)> {
+    /// Returns the files, or the numbers of the scene, with their options.
+    fn typed(&self) -> Vec<(&'static str, String)> {
         let Files { a, b, q, .. } = &self.files;
+        if a.is_none() {
+            return self.given.numbers.typed();
+        }
+        let path = |path: &Option<PathBuf>| Some(printable(path.as_ref()?.display()));
         let paths = [("a", a), ("b", b), ("q", q)].into_iter();
-        paths.filter_map(|(name, path)| {
-            Some((name, hlcp::files::printable(path.as_ref()?.display()).to_string()))
-        })
+        paths.filter_map(|(name, of)| Some((name, path(of)?))).collect()
     }
 
     fn posed<T: Scalar>(&self, pose: Pose<T>) -> Fallible<Problem<T>> {

@@ -76,7 +76,6 @@ pub(crate) fn projected(scene: &Scene, limits: &Limits) -> Fallible<Option<Run>>
     Ok(Some(ended(begin, [sweeps; 2], [residual, goal], [z, r])))
 }
 
-/// An operator by rows.
 pub(super) struct Assembled {
     pub(super) diagonal: Vec<f64>,
     starts: Vec<usize>,

@@ -38,7 +38,6 @@ fn problems(quick: bool) -> Vec<Own> {
 
 const COLUMNS: &str = "problem|series|seconds|half-steps";
 
-/// The solves of a method on a problem.
 pub(super) fn repeats(quick: bool) -> usize {
     if quick { 1 } else { 3 }
 }
@@ -70,7 +69,6 @@ pub(crate) fn measure(
     table.write_csv(&out.join("profile"))
 }
 
-/// Draws the profile by seconds and by half-steps from the data.
 pub(crate) fn draw(out: &Path, methods: &[&Row], quick: bool, measured: &str) -> Fallible<()> {
     let path = out.join("profile");
     let rows = Table::rows_of(&path.with_extension("csv"), COLUMNS)?;

@@ -29,7 +29,6 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Returns the run of one solve that began at `begin`.
     pub(crate) fn new<T: Scalar, M: Method<T>>(
         begin: Instant,
         outcome: Outcome,
@@ -67,7 +66,6 @@ pub(crate) struct Repeats {
 }
 
 impl Repeats {
-    /// Returns a rule that asks for `least` solves.
     pub(crate) fn least(least: usize) -> Self {
         Self { least, sum: 0.0, longest: f64::INFINITY }
     }
@@ -85,10 +83,7 @@ pub(crate) fn measure<R>(
     rivals: &[R],
     mut solve: impl FnMut(&R) -> Fallible<Option<Run>>,
 ) -> Fallible<Vec<Option<Run>>> {
-    let mut runs = vec![];
-    for rival in rivals {
-        runs.push(solve(rival)?);
-    }
+    let mut runs = rivals.iter().map(&mut solve).collect::<Fallible<Vec<_>>>()?;
     let mut is_over = false;
     while !is_over {
         is_over = true;

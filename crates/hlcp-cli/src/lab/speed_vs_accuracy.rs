@@ -202,7 +202,6 @@ fn measure_own(own: &Own, quick: bool, path: &Path) -> Fallible<()> {
     write_rungs(&rows, path)
 }
 
-/// Measures what the charts are drawn from.
 fn measure_all(problems: &[Own], quick: bool, out: &Path) -> Fallible<()> {
     let [paper, beyond, precise] = [Chart::Paper, Chart::Beyond, Chart::Precisions].map(methods);
     // What is on both charts is measured once.

@@ -115,7 +115,6 @@ pub(crate) fn run(Arguments { charts, own }: &Arguments) -> Fallible<()> {
     Ok(())
 }
 
-/// Solves by each method in each cell.
 fn measure(own: &Own, plane: &Plane, bar: &ProgressBar) -> Fallible<Table> {
     let (wide, narrow) = (own.wide()?, own.narrow()?);
     let mut table = Table::new(COLUMNS);

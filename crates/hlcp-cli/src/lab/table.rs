@@ -60,6 +60,18 @@ impl Table {
         save(&path.with_extension("csv"), &self.csv())
     }
 
+    /// Writes what a file in two columns is to keep of the first cell of a row, in the place of the
+    /// row that the file has of it.
+    pub(crate) fn keep(path: &Path, columns: &str, row: [String; 2]) -> Result<(), Box<dyn Error>> {
+        let mut rows = Self::kept(path, columns)?;
+        rows.retain(|[of, _]| *of != row[0]);
+        rows.push(row);
+        rows.sort();
+        let mut table = Self::new(columns);
+        rows.into_iter().for_each(|row| table.push(row.into()));
+        table.write_csv(path)
+    }
+
     /// Returns the rows of a file with these columns, none of one that is not there.
     pub(crate) fn kept<const N: usize>(
         path: &Path,

@@ -38,7 +38,6 @@ pub(crate) struct Scene {
     pub(crate) ladders: &'static [Ladder],
 }
 
-/// Poses a scene in one precision.
 pub(crate) type Pose<T> = fn(&Numbers) -> Result<Problem<T>, hlcp_core::Error>;
 
 /// A scene for every number m of points per side.
@@ -187,7 +186,6 @@ const OPTIONS: &[(&str, Kind, &str)] = &[
     ("steps", Kind::Whole(0, u16::MAX), "Time steps"),
 ];
 
-/// The numbers that define a scene.
 #[derive(Clone)]
 pub(crate) struct Numbers {
     given: Vec<(&'static str, f64)>,

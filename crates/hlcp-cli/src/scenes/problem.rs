@@ -3,7 +3,7 @@
 use std::{error::Error, f64::consts::PI};
 
 use hlcp_core::{Csr, FivePoint, Hlcp, LinearOperator, Omega, Rows, Scalar, Varying};
-use hlcp_methods::{BoxedMethod, DynRows, Named, Solver, TridiagonalPart};
+use hlcp_methods::{BoxedMethod, DynRows, Named, Solver};
 use hlcp_verify::{
     AmericanPut, Bearing2d, Branch, Certificate, Columns as _, Dam, Disc, Example, Film,
     JournalBearing, Membrane, Obstacle, Posed, Slider,
@@ -15,7 +15,6 @@ type Figures<T> = dyn Fn(&[T], &[T]) -> Vec<(&'static str, f64)>;
 type Proofs = dyn Fn(&Certificate) -> Vec<(&'static str, [f64; 2])>;
 type Next<T> = dyn Fn(usize, &[T], &mut [T]);
 
-/// A problem in one precision.
 pub(crate) struct Problem<T> {
     pub(crate) a: Box<dyn Rows<T>>,
     pub(crate) b: Box<dyn Rows<T>>,
@@ -83,7 +82,6 @@ impl<T: Scalar> Problem<T> {
         Ok(self.solved_by(&name.parse()?, 1.0)?)
     }
 
-    /// The method with τ.
     pub(crate) fn solved_by(
         &self,
         method: &Named,
@@ -91,11 +89,6 @@ impl<T: Scalar> Problem<T> {
     ) -> Result<Solver<T, Boxed<'_, T>>, hlcp_core::Error> {
         let problem = self.hlcp(T::from(tau).unwrap_or_else(T::nan))?;
         Ok(Solver::new(method.on_dyn(problem)?))
-    }
-
-    /// Whether no row reaches further than to its neighbours.
-    pub(crate) fn is_tridiagonal(&self) -> bool {
-        self.hlcp(T::one()).is_ok_and(|problem| TridiagonalPart::is_all(&problem))
     }
 
     /// Returns the x that measured solves begin with.

@@ -176,7 +176,6 @@ impl Run<'_> {
         self.strip.as_ref().is_none_or(|strip| strip.rank() == 0)
     }
 
-    /// The order of the whole problem.
     fn order<T>(&self, given: &Problem<T>) -> usize {
         self.strip.as_ref().map_or(given.q.len(), |strip| strip.whole().iter().product())
     }

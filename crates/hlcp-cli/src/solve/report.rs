@@ -13,7 +13,6 @@ use super::{
 };
 use crate::{print, scenes::Problem};
 
-/// The JSON object of one solve.
 pub(crate) fn object(
     Run { arguments, name: scene, .. }: &Run<'_>,
     order: usize,
@@ -165,7 +164,6 @@ pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result
     Ok(())
 }
 
-/// The same as an object.
 pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
     let unique = found.uniqueness.as_ref().is_some_and(Uniqueness::is_proved);
     let disproof = match &found.uniqueness {
