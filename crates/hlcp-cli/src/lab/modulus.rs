@@ -454,11 +454,12 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
     /// Longer than any solve with the best parameters.
     const LONGEST: Duration = Duration::from_secs(2);
     let (iterations, repeats) = if *quick { (300, 1) } else { (20_000, 5) };
-    let (problems, names) = (problems(*quick), Rival::all().into_iter().map(|of| of[0].name));
-    let names: Vec<_> = names.collect();
-    let bar = counting(problems.len() * names.len());
+    let problems = problems(*quick);
     let head: String = problems.iter().map(|own| format!("|{}", own.title())).collect();
-    let mut cells: Vec<[Vec<String>; 2]> = vec![Default::default(); names.len()];
+    // A row of each table for each method.
+    let rows = Rival::all().into_iter().map(|of| [(); 2].map(|()| of[0].name.to_owned()));
+    let mut rows: Vec<[String; 2]> = rows.collect();
+    let bar = counting(problems.len() * rows.len());
     for own in &problems {
         let title = own.title();
         bar.set_message(title.clone());
@@ -484,11 +485,11 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
         }
         let rule = Repeats { longest: 1.0, ..Repeats::least(repeats) };
         let runs = measure(rule, &rivals, |rival| solve(rival).map(Some))?;
-        for ((rival, run), [sweeps, seconds]) in rivals.iter().zip(runs).zip(&mut cells) {
+        for ((rival, run), [sweeps, seconds]) in rivals.iter().zip(runs).zip(&mut rows) {
             let run = run.ok_or("a run")?;
             if !run.converged() {
-                sweeps.push(run.outcome.status.to_string());
-                seconds.push("–".to_owned());
+                *sweeps += &format!("|{}", run.outcome.status);
+                *seconds += "|–";
                 continue;
             }
             let at = rival.choice();
@@ -496,16 +497,14 @@ pub(crate) fn run(Arguments { quick, out }: &Arguments) -> Fallible<()> {
             if error > 1e-4 {
                 return Err(format!("{title}{at}: the answer is {error:e} off").into());
             }
-            sweeps.push(format!("{}{at}", run.outcome.sweeps));
-            seconds.push(format!("{:.3}", 1e3 * run.quartile(0)));
+            *sweeps += &format!("|{}{at}", run.outcome.sweeps);
+            *seconds += &format!("|{:.3}", 1e3 * run.quartile(0));
         }
     }
     bar.finish_and_clear();
     let table = |what: &str, place: usize| {
         let mut table = Table::new(&format!("{what}{head}"));
-        for (name, cells) in names.iter().zip(&cells) {
-            table.push([&[(*name).to_owned()], &cells[place][..]].concat());
-        }
+        rows.iter().for_each(|row| table.row(&row[place]));
         table.markdown()
     };
     let mut sources = Table::new("method|step|source");
