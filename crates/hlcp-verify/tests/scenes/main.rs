@@ -8,7 +8,6 @@ mod dam;
 #[path = "../theory/exact.rs"]
 mod exact;
 mod film;
-mod membrane;
 mod proved_film;
 mod published;
 
