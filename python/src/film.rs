@@ -407,7 +407,7 @@ fn carried(
         if bearing.journal.is_some() { "by ecc or start" } else { "by other gaps or start" };
     Err(wrong(format!(
         "load: the search for a position that carries {} N failed; {}; give the load in N and all \
-         lengths in m, or begin elsewhere, {begin}",
+         lengths in m, take more cells where the film is narrow, or begin elsewhere, {begin}",
         number(force),
         carried.failure(force)
     )))

@@ -56,7 +56,11 @@ pub(super) fn equilibrium(
     let way_out = doubtful(thin, &carried.solved.film.lengths, 0.0, 0.0).unwrap_or_else(|| {
         let journal = bearing.journal.is_some();
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
-        format!("give --load in N, check the units of the film, or begin elsewhere, by {begin}")
+        let cells = if arguments.map.is_some() { "a finer --map" } else { "--nx and --ny" };
+        format!(
+            "give --load in N, check the units of the film, resolve where it is narrow, by {cells}, \
+             or begin elsewhere, by {begin}"
+        )
     });
     let (force, why) = (load.force, carried.failure(load.force));
     let what = format!("the search for a position that carries {force} N{place} failed");

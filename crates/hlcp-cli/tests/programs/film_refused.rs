@@ -109,6 +109,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--pad plane", "taper,WEST,LAND,LENGTH or parabola,LEAST,RADIUS[,X], in numbers"),
         ("--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 10,0.0099,0.005",
          "the search for a position that carries 10 N at 0.0099, 0.005 in units of --x-unit"),
+        ("--pad plane,2e-5,1e-5 --nx 36 --ny 12 --load 1e6", "is narrow, by --nx and --ny, or begin"),
         ("--pad taper,1,1,0", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH"),
         ("--pad cone,1", "a pad is plane,WEST,EAST or taper,WEST,LAND,LENGTH or parabola"),
         ("--journal", "required"),

@@ -63,12 +63,19 @@ pub struct Carried {
     pub largest_at: Vec<f64>,
     /// How far the nearest of them is off, in N.
     pub off: f64,
+    /// The position of that one.
+    pub nearest_at: Vec<f64>,
 }
 
 impl Carried {
     /// Returns what a search for so many N that failed has found.
     pub fn failure(&self, force: f64) -> String {
         let ([films, failed], [least, largest], off) = (self.films, self.forces, self.off);
+        let place = |at: &[f64]| match at {
+            [x, y] => format!("an eccentricity of {:.6e} m", x.hypot(*y)),
+            [rise, x, y] => format!("a rise of {rise:.6e} m and slopes of {x:.3e} and {y:.3e}"),
+            _ => "the start".into(),
+        };
         let carried = if least > force {
             format!("carries {least:.6e} N or more, also by the pressures of supplies and sides")
         } else if largest < force && films - failed > 1 && largest - least <= ALIKE * largest {
@@ -79,14 +86,9 @@ impl Carried {
             };
             format!("carries the same {largest:.6e} N ({way_out})")
         } else if largest < force {
-            let at = match self.largest_at[..] {
-                [x, y] => format!("an eccentricity of {:.6e} m", x.hypot(y)),
-                [rise, x, y] => format!("a rise of {rise:.6e} m and slopes of {x:.3e} and {y:.3e}"),
-                _ => "the start".into(),
-            };
-            format!("carries {largest:.6e} N or less, most at {at}")
+            format!("carries {largest:.6e} N or less, most at {}", place(&self.largest_at))
         } else {
-            format!("is off it by {off:.1e} N or more")
+            format!("is off it by {off:.1e} N or more, least at {}", place(&self.nearest_at))
         };
         let unsolved =
             if failed > 0 { format!(", and {failed} did not converge") } else { String::new() };
@@ -286,8 +288,9 @@ impl Bearing {
         };
         let (mut least, largest, mut largest_at) = (f64::INFINITY, Cell::new(0.0_f64), vec![]);
         if !solved.outcome.converged() {
-            let (films, forces, off) = ([1, 1], [least, 0.0], f64::NAN);
-            return Ok(Carried { found: false, solved, films, forces, largest_at, off });
+            let (found, films, forces) = (false, [1, 1], [least, 0.0]);
+            let (off, nearest_at) = (f64::NAN, vec![]);
+            return Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at });
         }
         let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
         let wanted = Wanted::new(self, load, thin);
@@ -340,10 +343,12 @@ impl Bearing {
         let (nearest, tried) = equilibrium(&starts, narrow, film, is_beyond)?;
         let found = nearest.as_ref().is_some_and(Point::is_found);
         let off = nearest.as_ref().map_or(0.0, |nearest| nearest.off.norm() * wanted.size());
-        if let Some(nearest) = nearest.filter(|_| found) {
-            self.position = in_film(nearest.at.as_slice());
+        let nearest_at =
+            nearest.map_or_else(|| begun.clone(), |nearest| in_film(nearest.at.as_slice()));
+        if found {
+            self.position.clone_from(&nearest_at);
         }
         let (films, forces) = ([tried + failed, failed], [least, largest.get()]);
-        Ok(Carried { found, solved, films, forces, largest_at, off })
+        Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at })
     }
 }

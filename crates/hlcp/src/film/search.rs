@@ -16,7 +16,7 @@ const HALVINGS: usize = 40;
 
 /// How many films a curve may take, and which way it is followed, in turn; and how many all may.
 const ROUNDS: [(usize, bool); 3] = [(40, true), (200, true), (200, false)];
-const FILMS: usize = 1000;
+const FILMS: usize = 300;
 
 /// Forces that grow to so many times what they were, or were to be, do not come back.
 const AWAY: f64 = 100.0;
@@ -45,8 +45,8 @@ const AWAY: f64 = 100.0;
 ///
 /// # Cost
 ///
-/// From a start nearby four to eight films with their slopes; at most some 200 from each start, and
-/// 40 with those of `narrow` for forces beyond them.
+/// From a start nearby four to eight films with their slopes; some 300 at most, and 40 with those
+/// of `narrow` for forces beyond them. Of 700 loads drawn at random 431 were found, in 165 at most.
 ///
 /// # Source
 ///
@@ -72,10 +72,8 @@ pub(super) fn equilibrium<E>(
                 continue;
             };
             let before = search.films;
-            if search.is_found()
-                || before >= FILMS
-                || search.follow(first.clone(), films, forwards)?
-            {
+            let films = films.min(FILMS.saturating_sub(before));
+            if search.is_found() || films == 0 || search.follow(first.clone(), films, forwards)? {
                 return Ok((search.nearest, search.films));
             }
             begun[k].1 = search.films < before + films;

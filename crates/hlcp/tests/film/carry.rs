@@ -52,6 +52,24 @@ fn loads_out_of_reach_are_refused_after_some_tens_of_films() {
     }
 }
 
+/// Where a cell is wider than the narrow part of the film, forces jump about as that passes from
+/// cell to cell, and every curve goes on; four times the cells carry this load.
+#[test]
+fn a_load_that_the_cells_do_not_resolve_is_given_up() {
+    let settings = Settings::default();
+    let carried = |cells| {
+        let mut bearing = Bearing { position: vec![5e-5, 0.0], ..journal(cells, 10.0) };
+        let direction = Some(bearing.load_direction(30.0));
+        bearing.carry(&Load { direction, ..Load::of(2e6) }, None, &settings).unwrap()
+    };
+    let given_up = carried([60, 8]);
+    let [films, failed] = given_up.films;
+    assert!(!given_up.found && films - failed <= 340, "{:?}", given_up.films);
+    let told = given_up.failure(2e6);
+    assert!(told.contains(" N or more, least at an eccentricity of 9.9"), "{told}");
+    assert!(carried([240, 8]).found);
+}
+
 /// A gap that widens along the motion carries nothing at any height, and an even one above a supply
 /// the same at all.
 #[test]
