@@ -143,6 +143,7 @@ class BearingResult(FilmResult):
     _how: dict[str, Any]
     # By the frequency over the running speed, and without one by the clamp.
     _known: dict[float | None, tuple[Floats, Floats]]
+    _told: list[str]
     _carries: Any
     _shape: dict[str, Any]
 
@@ -532,7 +533,7 @@ class _Bearing:
         return result
 
     def _result(self, walled: dict[str, Any], found: dict[str, Any], how: Any) -> BearingResult:
-        status = Status[found.pop("status").upper()]
+        status, told = Status[found.pop("status").upper()], found.pop("warnings")
         for name in ("z", "r", "pressure"):
             found[name] = found[name].reshape(self._grid)
         result = BearingResult(
@@ -540,7 +541,7 @@ class _Bearing:
             bounds=None, range=None, proof="")
         # Apart from the entries that are shown.
         result.__dict__.update(_walled=walled, _how=how, _known={}, _carries=None,
-                               _shape=self._shape)
+                               _shape=self._shape, _told=told)
         return result
 
     def _start(self, start: Any) -> BearingResult | None:
@@ -931,7 +932,8 @@ class Journal(_Bearing):
         options = {"viscosity": viscosity, "rpm": rpm, "speed": speed, "load": load, "ecc": ecc,
                    "attitude": attitude, "method": method}
         film = self._run(options, self._start(start), None, threads, certify, tolerance)
-        _warn(film, self._ambient)
+        for text in film._told:
+            warnings.warn(text, stacklevel=2)
         return film
 
     def _run(self, options: dict[str, Any], start: BearingResult | None,
@@ -1236,7 +1238,8 @@ class Pad(_Bearing):
         options = {"viscosity": viscosity, "speed": speed, "load": load, "at": at,
                    "method": method}
         film = self._run(options, self._start(start), None, threads, certify, tolerance)
-        _warn(film, self._ambient)
+        for text in film._told:
+            warnings.warn(text, stacklevel=2)
         return film
 
     def _run(self, options: dict[str, Any], start: BearingResult | None,
@@ -1444,43 +1447,6 @@ def _begun(load: Any, mass: float | None) -> float | None:
     if not 0.0 < force < math.inf:
         raise ValueError(f"load is {force} N, but it must be positive")
     return force
-
-
-def _warn(film: BearingResult, ambient: float) -> None:
-    """Tell what makes a film doubtful, or is hardly meant."""
-    walled = film._walled
-    size, is_journal = walled["film"]["size"], walled["journal"] is not None
-    told = []
-    if film.least_gap > 1e-3 or film.least_gap < 1e-6 * max(size):
-        told.append(f"the least gap is {film.least_gap} m in a film of {size} m; lengths are in"
-                    " metres")
-    elif film.peak > 1e10:
-        told.append(f"the peak pressure is {film.peak:e} Pa, more than lubricants bear; viscosity"
-                    " is in Pa s (1 cP is 0.001 Pa s), and lengths are in metres")
-    elif (thickest := float(np.max(walled["film"]["viscosity"]))) >= 5:
-        told.append(f"a viscosity of {thickest} Pa s is more than that of lubricating oils;"
-                    " viscosity is in Pa s (1 cP is 0.001 Pa s)")
-    is_empty = film.peak <= walled["film"]["cavitation"]
-    if is_empty and not film.is_fed:
-        way = "grooves=[(0, 2e5)], " if is_journal else ""
-        dry = "nothing feeds this film, so it runs dry"
-        if sum(walled["film"]["speeds"]) == 0:
-            dry = ("the speeds of the walls cancel and nothing feeds this film, so it has the"
-                   " pressure of cavitation everywhere")
-        told.append(f"{dry}; feed it above the pressure of cavitation, by {way}ambient=101325 or"
-                    " supplies")
-    elif is_empty and film.success:
-        told.append("the film carries nothing, because its pressure is that of cavitation"
-                    " everywhere; where speed is positive, pressure builds up where the gap narrows"
-                    " along x and oil fills it")
-    if film.success and film.doubt:
-        told.append(film.doubt)
-    if film.reynolds > film.laminar:
-        told.append(f"the Reynolds number {film.reynolds:.0f} is above {film.laminar:.0f}, up to"
-                    " which shear is laminar; friction and load are above these, which suppose that"
-                    " it is")
-    for text in told:
-        warnings.warn(text, stacklevel=3)
 
 
 def _how(method: Any, threads: Any) -> dict[str, Any]:

@@ -142,8 +142,9 @@ def film(
     Warns
     -----
     UserWarning
-        Of a gap over a millimetre, or under a millionth of the film, of a film that carries
-        nothing, and of one that is fed so little that rounding settles its content.
+        Of a gap over a millimetre, or under a millionth of the film, a peak above 10 GPa, a
+        viscosity of 5 Pa s or more, a film that carries nothing or that nothing feeds, and of
+        figures that rounding settles.
 
     Notes
     -----
@@ -212,19 +213,13 @@ def film(
     for method in methods:
         limited = options if method == methods[-1] else options | newton
         result = Solver(*operators, method=method).solve(flow, **limited)
-        figures = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient)
+        figures, told = _hlcp.film_figures(described, result.z.ravel(), result.r.ravel(), ambient,
+                                            result.success)
         is_film = result.success and (oil is not None or figures["least_content"] >= -1e-9)
         if is_film or result.status in {Status.TIME_LIMIT, Status.STOPPED}:
             break
-    if figures["least_gap"] > 1e-3 or figures["least_gap"] < 1e-6 * max(_numbers("size", size, 2)):
-        warnings.warn(f"the least gap is {figures['least_gap']} m in a film of {size} m; lengths are"
-                      " in metres", stacklevel=2)
-    if dry is None and oil is None and result.success and figures["peak"] <= cavitation:
-        warnings.warn("the film carries nothing, because its pressure is that of cavitation"
-                      " everywhere; where speed is positive, pressure builds up where the gap"
-                      " narrows along x", stacklevel=2)
-    if result.success and figures["doubt"]:
-        warnings.warn(figures["doubt"], stacklevel=2)
+    for text in told:
+        warnings.warn(text, stacklevel=2)
     return FilmResult(result, pressure=cavitation + unit * result.z, content=1.0 - result.r,
                       **figures)
 
@@ -305,6 +300,11 @@ def profile(
     ValueError
         For places that do not increase, gaps that are not positive, and so on.
 
+    Warns
+    -----
+    UserWarning
+        As `film`, of a gap, a peak, a viscosity and figures that rounding settles.
+
     Examples
     --------
     >>> import hlcp
@@ -341,7 +341,9 @@ def profile(
         raise ValueError(f"refine is {refine}, but it must be at most 65535")
     if pieces == 1 and len(places) == 2:
         raise ValueError("there is no point between the ends to solve for; refine by 2 or more")
-    arrays, figures = _hlcp.film_line(places, gaps, conditions, pieces)
+    arrays, figures, told = _hlcp.film_line(places, gaps, conditions, pieces)
+    for text in told:
+        warnings.warn(text, stacklevel=2)
     return ProfileResult(*arrays, *figures)
 
 

@@ -7,13 +7,24 @@ use std::{
 
 use hlcp::film::{
     self, Bearing, Coefficients, Drive, Film, FilmFigures, Idle, Journal, Load, Lobes, Motion, Oil,
-    Pad, Parameter, Pocket, Profile, Sensitivity, Side, Solved, Supply, Threshold, TimeStep,
+    Pad, Parameter, Pocket, Profile, Sensitivity, Side, Solved, Supply, Threshold, TimeStep, Words,
 };
 use hlcp::{Limits, Outcome, Progress, number};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::{IntoPyObjectExt, prelude::*, types::PyDict};
 
 use crate::{apart, on_threads, released, room, shown, wrong};
+
+/// The arguments that warnings name.
+const NAMED: Words = Words {
+    lengths: "lengths are in metres",
+    viscosity: "viscosity",
+    speed: "speed",
+    groove: "grooves=[(0, 2e5)]",
+    ambient: "ambient=101325",
+    side: "south=101325",
+    supplies: "supplies",
+};
 
 /// A film as `hlcp/_film.py` describes it.
 #[derive(FromPyObject)]
@@ -97,7 +108,7 @@ fn named<'py>(py: Python<'py>, figures: FilmFigures) -> PyResult<Bound<'py, PyDi
     Ok(named)
 }
 
-/// Returns what a film does, in SI units.
+/// Returns what a film does, in SI units, and what there is to warn of if the solve converged.
 #[pyfunction]
 pub(crate) fn film_figures<'py>(
     py: Python<'py>,
@@ -105,8 +116,12 @@ pub(crate) fn film_figures<'py>(
     z: PyReadonlyArray1<'py, f64>,
     r: PyReadonlyArray1<'py, f64>,
     ambient: f64,
-) -> PyResult<Bound<'py, PyDict>> {
-    named(py, film.film()?.figures(z.as_slice()?, r.as_slice()?, ambient))
+    converged: bool,
+) -> PyResult<(Bound<'py, PyDict>, Vec<String>)> {
+    let film = film.film()?;
+    let figures = film.figures(z.as_slice()?, r.as_slice()?, ambient);
+    let told = NAMED.warnings(&film, &figures, None, converged);
+    Ok((named(py, figures)?, told))
 }
 
 /// Solves for a film along a line, each stretch of which is cut into pieces: arrays and figures in
@@ -134,12 +149,13 @@ pub(crate) fn film_line(
     let places = |fronts: &[usize]| fronts.iter().map(|&i| profile.x[i]).collect::<Vec<_>>();
     let [ruptures, again] = [places(&line.ruptures), places(&line.forms_again)];
     let [peak, at] = [line.pressure[line.peak], profile.x[line.peak]];
+    let told = NAMED.of_line(&profile, &line);
     let (success, message) = (line.outcome.converged(), line.outcome.to_string());
     let figures = (line.load, line.friction, peak, at, ruptures, again, success, message);
     let content = line.void.iter().map(|void| 1.0 - void).collect();
     let arrays = [profile.x, profile.h, line.pressure, content, line.flow];
     let arrays = arrays.map(|values| PyArray1::from_vec(py, values));
-    (arrays, figures).into_py_any(py)
+    (arrays, figures, told).into_py_any(py)
 }
 
 /// The diameter, the length and the clearance of a journal, its tilt, and of lobes how many, their
@@ -377,11 +393,7 @@ fn refuse_dry(bearing: &Bearing, film: &Film, what: &str) -> PyResult<()> {
     if film.is_fed() {
         return Ok(());
     }
-    let grooves = if bearing.journal.is_some() { "grooves=[(0, 2e5)], " } else { "" };
-    Err(wrong(format!(
-        "it {what}: nothing feeds this film, so it runs dry; feed it above the pressure of \
-         cavitation, by {grooves}ambient=101325 or supplies"
-    )))
+    Err(wrong(format!("it {what}: {}", NAMED.unfed(film, bearing.journal.is_some(), ""))))
 }
 
 /// Moves the wall to where it carries the load, and solves there; how many films that took.
@@ -425,7 +437,9 @@ fn reported<'py>(
     let [load, x, y] = bearing.load(&film, &figures, &z);
     let [drag, full] = [figures.friction, figures.full_friction].map(|pair| bearing.drag(pair));
     let derived = bearing.derived(&film, &figures, load, &Oil { density, heat });
+    let told = NAMED.warnings(&film, &figures, Some(&derived), outcome.converged());
     let found = named(py, figures)?;
+    found.set_item("warnings", told)?;
     found.set_item("load", load)?;
     found.set_item("specific_load", derived.specific_load)?;
     found.set_item("sommerfeld", derived.sommerfeld)?;
@@ -442,7 +456,6 @@ fn reported<'py>(
     found.set_item("ecc", ecc)?;
     found.set_item("attitude", attitude)?;
     found.set_item("films", films)?;
-    found.set_item("is_fed", film.is_fed())?;
     found.set_item("pressure", PyArray1::from_vec(py, film.pressures(&z)))?;
     found.set_item("z", PyArray1::from_vec(py, z))?;
     found.set_item("r", PyArray1::from_vec(py, r))?;

@@ -131,14 +131,20 @@ def test_sensitivities_are_differences(held):
 
 
 def test_a_viscosity_in_centipoise_is_told():
-    with pytest.warns(UserWarning, match=r"a viscosity of 40.0 Pa s .*1 cP is 0.001 Pa s"):
+    with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
         pad().film(speed=3.0, viscosity=40.0)
+    with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
+        hlcp.film(np.full((4, 6), 2e-5), size=(0.05, 0.03), speed=3.0, viscosity=40.0)
+    with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
+        hlcp.profile([0, 0.05], [4e-5, 2e-5], speed=3.0, viscosity=40.0)
 
 
 def test_walls_whose_speeds_cancel_do_not_run_a_film_dry():
     with pytest.warns(UserWarning, match="the speeds of the walls cancel") as told:
         film = pad().film(speed=(3.0, -3.0), viscosity=0.04)
     assert film.broken_share == 0 and not any("dry" in str(each.message) for each in told)
+    with pytest.raises(ValueError, match="nothing instead of 9 N: the speeds of the walls cancel"):
+        pad().film(speed=(3.0, -3.0), viscosity=0.04, load=9.0)
 
 
 def test_sensitivities_of_no_film_are_refused():

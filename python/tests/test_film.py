@@ -44,7 +44,7 @@ def test_a_diverging_film_breaks_and_keeps_its_oil():
 def test_units_and_directions_that_were_hardly_meant_are_told():
     with pytest.warns(UserWarning, match="lengths are in metres"):
         hlcp.film(1e6 * STEP, size=(20.0, 10.0), speed=2.0, viscosity=0.04)
-    with pytest.warns(UserWarning, match="pressure builds up where the gap narrows along x"):
+    with pytest.warns(UserWarning, match="builds up pressure where the gap narrows that way"):
         result = hlcp.film(STEP[:, ::-1], **PAD)
     assert result.success and result.load == 0
 

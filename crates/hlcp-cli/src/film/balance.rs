@@ -4,7 +4,7 @@ use std::error::Error;
 
 use hlcp::film::{Bearing, Load, Settings, Solved};
 
-use super::{Arguments, Numbers, doubtful};
+use super::{Arguments, NAMED, Numbers};
 
 /// The load that is asked for, in SI units.
 pub(super) fn load(bearing: &Bearing, arguments: &Arguments) -> Result<Option<Load>, String> {
@@ -53,7 +53,7 @@ pub(super) fn equilibrium(
         Some([x, y]) => format!(" at {x}, {y} in units of --x-unit"),
         None => String::new(),
     };
-    let way_out = doubtful(thin, &carried.solved.film.lengths, 0.0, 0.0).unwrap_or_else(|| {
+    let way_out = NAMED.sizes(thin, &carried.solved.film.lengths, 0.0, 0.0).unwrap_or_else(|| {
         let journal = bearing.journal.is_some();
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
         let cells = if arguments.map.is_some() { "a finer --map" } else { "--nx and --ny" };

@@ -18,7 +18,7 @@ use std::{
 use clap::{Arg, ArgGroup, Args};
 use hlcp::{
     files::{self, printable},
-    film::{Oil, Pad, Pocket},
+    film::{Oil, Pad, Pocket, Words},
 };
 use serde_json::{Value, json};
 
@@ -325,30 +325,16 @@ fn outputs(arguments: &Arguments, ends: &[&str]) -> Result<Vec<PathBuf>, Box<dyn
     Ok(outputs)
 }
 
-/// What is doubtful about a film, and what to do about it.
-fn doubtful(thin: f64, lengths: &[f64], peak: f64, viscosity: f64) -> Option<String> {
-    let longest = lengths.iter().copied().fold(0.0, f64::max);
-    if thin > 1e-3 || thin < 1e-6 * longest {
-        let film = lengths.iter().map(|length| format!("{length} m")).collect::<Vec<_>>();
-        return Some(format!(
-            "the least gap is {thin} m and the film {} long; if these are other units, \
-             name them by --h-unit and --x-unit, e.g. --h-unit um --x-unit mm",
-            film.join(" by ")
-        ));
-    }
-    if peak > 1e10 {
-        return Some(format!(
-            "the peak pressure is {peak:e} Pa, more than lubricants bear; --viscosity is \
-             in Pa s (1 cP is 0.001 Pa s), and --h-unit and --x-unit name the units of lengths"
-        ));
-    }
-    (viscosity >= 5.0).then(|| {
-        format!(
-            "a viscosity of {viscosity} Pa s is more than that of lubricating oils; --viscosity is \
-             in Pa s (1 cP is 0.001 Pa s)"
-        )
-    })
-}
+/// The options that warnings name.
+const NAMED: Words = Words {
+    lengths: "--h-unit and --x-unit name the units of lengths, e.g. --h-unit um --x-unit mm",
+    viscosity: "--viscosity",
+    speed: "--speed",
+    groove: "--groove 0,2e5",
+    ambient: "--ambient 101325",
+    side: "--side south=101325",
+    supplies: "--supply (pressures in units of --p-unit)",
+};
 
 /// Numbers with commas between them.
 #[derive(Clone)]

@@ -5,14 +5,13 @@ use std::{cell::RefCell, error::Error, ops::ControlFlow, time::Instant};
 use hlcp::{
     Limits, Named, Parameters, Progress,
     film::{
-        Bearing, Coefficients, Film, FilmError, Idle, Map, Sensitivity, Settings, Side, Solved,
-        Threshold,
+        Bearing, Coefficients, Film, FilmError, Idle, Map, Sensitivity, Settings, Solved, Threshold,
     },
     number,
 };
 
 use super::{
-    Arguments, Done, Numbers, balance, doubtful, gap, motion, outputs, picture, report::Report,
+    Arguments, Done, NAMED, Numbers, balance, gap, motion, outputs, picture, report::Report,
 };
 use crate::progress::Way;
 
@@ -119,38 +118,7 @@ pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
         contents.npy(),
     ];
     texts.extend(steps.map(|(csv, ..)| csv.into_bytes()));
-    let is_empty = report.figures.peak <= film.cavitation;
-    // But for rounding.
-    let is_even = film.gap.iter().all(|h| (h - film.gap[0]).abs() <= 1e-12 * film.gap[0]);
-    if is_empty && !film.is_fed() {
-        warnings.push(format!("{}; {}", unfed(film), feeding(&bearing, film)));
-    } else if is_empty && arguments.motion.is_none() && is_even {
-        warnings.push(
-            "the film carries nothing, because its gap is the same everywhere; pressure builds up \
-             where the gap narrows along the motion and oil fills it: check the shape and its \
-             units, or feed the film above the pressure of --cavitation"
-                .into(),
-        );
-    } else if is_empty && arguments.motion.is_none() {
-        let is_starved = film.sides.iter().any(|side| matches!(side, Side::Starved(_)));
-        let more = if is_starved { ", or let more oil in at the starved side" } else { "" };
-        warnings.push(format!(
-            "the film carries nothing, because its pressure is that of cavitation everywhere; oil \
-             moves along x where --speed is positive, and builds up pressure where the gap narrows \
-             that way and oil fills it: turn the gap round, or change the sign of --speed{more}"
-        ));
-    }
-    warnings.extend(report.figures.doubt().filter(|_| converged));
-    if !derived.is_laminar() {
-        warnings.push(format!(
-            "the Reynolds number {:.0} is above {:.0}, up to which shear is laminar; friction and \
-             load are above these, which suppose that it is",
-            derived.reynolds, derived.laminar
-        ));
-    }
-    let thickest = film.viscosity.iter().copied().fold(0.0, f64::max);
-    let figures = &report.figures;
-    warnings.extend(doubtful(figures.least_gap, &film.lengths, figures.peak, thickest));
+    warnings.extend(NAMED.warnings(film, &report.figures, Some(&derived), converged));
     Ok(Done {
         outputs,
         texts,
@@ -235,40 +203,8 @@ fn refuse_idle(
     if film.is_fed() {
         return Ok(());
     }
-    let dry = if arguments.load.is_none() && !carries_oil(film) {
-        format!("--{option}: {} and no derivatives", unfed(film))
-    } else {
-        format!("--{option}: {} and {what}", unfed(film))
-    };
-    Err(format!("{dry}; {}", feeding(bearing, film)).into())
-}
-
-/// Says what a steady film is that nothing feeds.
-fn unfed(film: &Film) -> &'static str {
-    if carries_oil(film) {
-        "nothing feeds this film, so it runs dry"
-    } else {
-        "the speeds of the walls cancel and nothing feeds this film, so it has the pressure of \
-         --cavitation everywhere"
-    }
-}
-
-/// Returns whether the walls carry oil along.
-fn carries_oil(film: &Film) -> bool {
-    film.speeds.iter().sum::<f64>() != 0.0
-}
-
-/// How to feed a film that runs dry.
-fn feeding(bearing: &Bearing, film: &Film) -> String {
-    let is_open = film.sides.iter().any(|side| matches!(side, Side::Pressure(_)));
-    let mut ways = vec![];
-    if bearing.journal.is_some() {
-        ways.push("--groove 0,2e5");
-    }
-    ways.push(if is_open { "--ambient 101325" } else { "--side south=101325" });
-    format!(
-        "feed it above the pressure of --cavitation, by {} or --supply (pressures in units of \
-         --p-unit)",
-        ways.join(", ")
-    )
+    let is_still = film.speeds.iter().sum::<f64>() == 0.0;
+    let what = if arguments.load.is_none() && is_still { "no derivatives" } else { &*what };
+    let is_journal = bearing.journal.is_some();
+    Err(format!("--{option}: {}", NAMED.unfed(film, is_journal, &format!(" and {what}"))).into())
 }

@@ -16,7 +16,7 @@ use hlcp::{
 use hlcp_verify::Slider;
 use serde_json::{Value, json};
 
-use super::{Arguments, Done, doubtful, outputs, report::Lines, unit};
+use super::{Arguments, Done, NAMED, outputs, report::Lines, unit};
 use crate::{
     chart::{self, Panel},
     memory,
@@ -51,18 +51,12 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
         report.say(format!("known: peak {peak:.6} MPa, rupture at x = {rupture:.6} mm"));
     }
     let Solved { film, line, .. } = &solved;
-    let length = film.x[film.x.len() - 1] - film.x[0];
     Ok(Done {
         outputs,
         texts: solved.drawn().map(String::into_bytes).into(),
         json: solved.json(begun.elapsed().as_secs_f64()),
         report: report.0,
-        warnings: Vec::from_iter(doubtful(
-            solved.thin(),
-            &[length],
-            line.pressure[line.peak],
-            film.viscosity,
-        )),
+        warnings: NAMED.of_line(film, line),
         converged: line.outcome.converged(),
     })
 }

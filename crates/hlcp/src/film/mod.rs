@@ -12,6 +12,7 @@
 //! | pressures and film content | [`Solved`] |
 //! | load, friction, flows, peak | [`Film::figures`], and [`Film::proved_figures`] with a proof |
 //! | Sommerfeld and Reynolds number, torque, how warm the oil gets | [`Bearing::derived`] |
+//! | what is doubtful about a film | [`Words::warnings`] |
 //! | the position that carries a load | [`Bearing::carry`] |
 //! | stiffness and damping, also at a frequency | [`Coefficients`] |
 //! | the mass at which a rotor begins to whirl | [`Threshold`] |
@@ -37,6 +38,7 @@
 
 mod carry;
 mod derived;
+mod doubts;
 mod linear;
 mod map;
 mod motion;
@@ -50,6 +52,7 @@ mod whirl;
 
 pub use carry::{Carried, Load};
 pub use derived::{Derived, Oil};
+pub use doubts::Words;
 pub use hlcp_verify::{
     Film, FilmChange, FilmFigures, FilmSlopes, ProvedFigures, Side, Supply, TimeStep,
 };

@@ -113,6 +113,13 @@ impl Profile {
         inner.chain(v.last().copied()).collect()
     }
 
+    /// The length of the film, the least gap and a pressure of both.
+    pub(super) fn units(&self) -> [f64; 3] {
+        let length = self.x[self.x.len() - 1] - self.x[0];
+        let thin = self.h.iter().copied().fold(f64::INFINITY, f64::min);
+        [length, thin, 6.0 * self.viscosity * self.speed * length / (thin * thin)]
+    }
+
     /// Solves for the film at all points but the ends.
     ///
     /// # Errors
@@ -129,9 +136,7 @@ impl Profile {
             return Err(Error::Order { what: "the gap", found, expected }.into());
         }
         // Lengths in those of the film, gaps in the smallest.
-        let length = x[x.len() - 1] - x[0];
-        let thin = h.iter().copied().fold(f64::INFINITY, f64::min);
-        let unit = 6.0 * viscosity * speed * length / (thin * thin);
+        let [length, thin, unit] = self.units();
         let rises = x.windows(2).all(|x| x[1] > x[0]) && length.is_finite();
         let is_sound = rises && thin > 0.0 && h.iter().all(|h| h.is_finite());
         if !(is_sound && unit > 0.0 && unit.is_finite()) {
