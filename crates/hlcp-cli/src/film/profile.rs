@@ -129,15 +129,8 @@ impl<'a> Solved<'a> {
         self.film.h.iter().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The largest flow, and by how much the smallest is off it.
-    fn through(&self) -> [f64; 2] {
-        let [least, most] = [f64::min, f64::max]
-            .map(|pick| self.line.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
-        [most, most - least]
-    }
-
     fn json(&self, seconds: f64) -> Value {
-        let [flow, imbalance] = self.through();
+        let [flow, imbalance] = self.line.through();
         let Line { outcome, load, friction, peak, .. } = self.line;
         let places = |fronts: &[usize]| fronts.iter().map(|&i| self.film.x[i]).collect::<Vec<_>>();
         json!({
@@ -175,7 +168,7 @@ impl<'a> Solved<'a> {
                 text.say(format!("the film {front} at x = {at:.6} {x}, to within a piece"));
             }
         }
-        let [flow, imbalance] = self.through();
+        let [flow, imbalance] = self.line.through();
         let even = format!("the same everywhere but for {imbalance:.1e}");
         text.add("flow", format!("{flow:.6e} m²/s, {even}"));
         text

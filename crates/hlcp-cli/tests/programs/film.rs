@@ -248,6 +248,14 @@ fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
     let wedge = "0 2e-5\n80 1e-5\n";
     assert!(warned(wedge, "0.04").contains("the film 80 m long"));
     assert_eq!(warned(wedge, "0.04 --x-unit mm"), "");
+    let stepped = |h: f64| {
+        warned(
+            &format!("0 3e-5\n10 3e-5\n10.001 {h}\n30 {h}\n30.001 2e-5\n50 2e-5\n"),
+            "0.04 --x-unit mm",
+        )
+    };
+    assert_eq!(stepped(1e-3), "");
+    assert!(stepped(0.5).contains("too deep for double precision"));
     // The points are in millimetres and micrometres.
     let forgotten = warned(&text(&bumpy(), [1.0, 1.0]), "0.041");
     assert!(forgotten.contains("--h-unit") && forgotten.contains("--x-unit"), "{forgotten}");

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::{
     command::{is_refusal, number, text},
-    film_plane::{film, folder, journal},
+    film_plane::{film, folder, journal, json},
     fuzz::npy,
 };
 
@@ -51,6 +51,29 @@ fn what_settles_by_rounding_is_told() {
     let output = film(&weaker);
     let second = text(&output.stdout).lines().nth(1).map(str::to_owned);
     assert_eq!(second.as_deref(), Some("not converged, so these are no figures of the film:"));
+}
+
+/// Three stretches with gaps of their own, and nothing leaves sideways: in each the pressure is a
+/// straight line, and the flow is the same. A film has this pressure, or a doubt.
+#[test]
+fn what_is_too_deep_for_its_figures_is_told() {
+    let asked = "--pad plane,2e-5,2e-5 --lx 0.05 --ly 0.01 --nx 50 --ny 1 --speed 2 --viscosity 0.04 \
+                 --side south=closed --side north=closed --pocket 0,0,0.01,0.01,1e-5";
+    let mut worst = 0.0_f64;
+    for depth in [2e-4, 2e-2, 0.5, 1.0, 2.0] {
+        let found = json(&format!("{asked} --pocket 0.01,0,0.02,0.01,{depth}"));
+        let stretches = [(0.01, 3e-5), (0.02, 2e-5 + depth), (0.02, 2e-5_f64)];
+        let sum = |power: i32| stretches.map(|(x, h)| x / h.powi(power)).iter().sum::<f64>();
+        let flow = sum(2) / sum(3);
+        let peak = 12.0 * 0.04 * 0.02 / 2e-5_f64.powi(3) * (flow - 2e-5);
+        let off = (number(&found, "peak_pressure_pa") / peak - 1.0).abs();
+        let doubt = found["doubt"].as_str();
+        assert!(doubt.is_some() || off <= 1e-4, "{depth}: {off:e}");
+        assert!(doubt.is_none_or(|why| why.contains("too deep for double precision")), "{doubt:?}");
+        assert_eq!(doubt.is_some(), depth > 0.1, "{depth}: {off:e}");
+        worst = worst.max(off);
+    }
+    assert!(worst > 1e-3, "{worst:e}: these are right, and need no doubt");
 }
 
 /// Lists that are lost in the cells, and cells that no memory holds, are refused before they are

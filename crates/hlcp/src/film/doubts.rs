@@ -71,7 +71,8 @@ impl Words {
     /// Returns the same of a film along a line.
     pub fn of_line(&self, film: &Profile, line: &Line) -> Vec<String> {
         let ([length, thin, _], peak) = (film.units(), line.pressure[line.peak]);
-        self.sizes(thin, &[length], peak, film.viscosity).into_iter().collect()
+        let doubt = film.doubt(line).filter(|_| line.outcome.converged());
+        doubt.into_iter().chain(self.sizes(thin, &[length], peak, film.viscosity)).collect()
     }
 
     /// Returns what is hardly meant about a least gap, extents, a peak and a viscosity.

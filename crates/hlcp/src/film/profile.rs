@@ -83,6 +83,19 @@ pub struct Line {
     pub forms_again: Vec<usize>,
 }
 
+/// How far apart flows are over what the peak drives through the least gap: below, the pressures of
+/// 1251 full films, with a part up to 3·10⁵ times as deep as that gap, are off by 2·10⁻⁵ at most.
+const OFF_BALANCE: f64 = 1e-4;
+
+impl Line {
+    /// Returns the largest flow through a piece, and by how much the smallest is off it.
+    pub fn through(&self) -> [f64; 2] {
+        let [least, most] = [f64::min, f64::max]
+            .map(|pick| self.flow.iter().copied().reduce(pick).unwrap_or(f64::NAN));
+        [most, most - least]
+    }
+}
+
 impl Profile {
     /// Returns into how many pieces each stretch between two places is cut: into so many, or so
     /// that none is longer than 1/400 of the film.
@@ -111,6 +124,22 @@ impl Profile {
             (0..pieces).map(move |k| ends[0] + (ends[1] - ends[0]) * k as f64 / pieces as f64)
         });
         inner.chain(v.last().copied()).collect()
+    }
+
+    /// What makes the figures of a line uncertain although the solve converged: parts so deep that
+    /// rounding in what flows there is as much as what pressures drive through the least gap.
+    pub(super) fn doubt(&self, line: &Line) -> Option<String> {
+        let [length, thin, unit] = self.units();
+        let peak = (line.pressure[line.peak] - self.cavitation).max(1e-4 * unit);
+        let off = line.through()[1] / (peak * thin.powi(3) / (12.0 * self.viscosity * length));
+        (off > OFF_BALANCE).then(|| {
+            format!(
+                "what flows through the pieces differs by {off:.0e} of what the peak drives through \
+                 the least gap, because the film has parts too deep for double precision; load, \
+                 friction, flow and peak are uncertain; make no part deeper than some hundred times \
+                 the least gap, which changes pressures little"
+            )
+        })
     }
 
     /// The length of the film, the least gap and a pressure of both.
