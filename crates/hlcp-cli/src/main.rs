@@ -145,7 +145,13 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let reason =
         text.lines().take_while(|line| !line.starts_with("Usage") && !line.starts_with("For"));
     let words = reason.map(str::trim).filter(|line| !line.is_empty());
-    say(words.collect::<Vec<_>>().join(" "));
+    // Of all that a profile does not take, the first is what was given.
+    let is_of_plane =
+        error.kind() == ErrorKind::ArgumentConflict && text.contains("'[PROFILE]' cannot be used");
+    let most = if is_of_plane { 2 } else { usize::MAX };
+    let way_out = "; in two dimensions the gap is given by --map, --journal or --pad";
+    let way_out = if text.contains("'[PROFILE]'") { way_out } else { "" };
+    say(words.take(most).collect::<Vec<_>>().join(" ") + way_out);
     ExitCode::from(1)
 }
 

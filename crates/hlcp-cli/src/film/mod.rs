@@ -155,7 +155,7 @@ pub(crate) struct Arguments {
     #[arg(long, help_heading = CONDITIONS, requires = "film", value_parser = speeds)]
     speed: Option<Numbers>,
     /// The journal's speed in turns per minute
-    #[arg(long, help_heading = CONDITIONS, requires = "journal", conflicts_with = "speed")]
+    #[arg(long, help_heading = CONDITIONS, requires = "film", conflicts_with = "speed")]
     #[arg(value_parser = real(|_| true, ANY))]
     rpm: Option<f64>,
     /// The viscosity in Pa s; in two dimensions also a CSV or NPY file with one for each cell
@@ -251,6 +251,9 @@ struct Done {
 /// Solves for the film that was given, writes its files and prints its figures; whether all of it
 /// converged.
 pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
+    if arguments.rpm.is_some() && !arguments.journal {
+        return Err("--rpm is of a --journal; anything else takes --speed, in m/s".into());
+    }
     if arguments.mass.is_some() && arguments.motion.is_none() {
         return Err("--mass lets the wall move under the loads of --motion, which is missing; --load finds where it rests".into());
     }

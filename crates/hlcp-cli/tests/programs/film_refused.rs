@@ -186,6 +186,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--lobes 2,0.5,1.5", "the offset of the lobes is 1.5, but it must be from 0 to 1"),
         ("--nx 1", "--nx is 1, but a journal takes 3 cells or more around it"),
         ("--lobes 2,0.5", "the journal meets its bush at an end, 180.0 degrees from x = 0"),
+        ("--groove 0,1e5,0.01", "those beside it; make it wider, or take more cells; see --side"),
         ("--groove 0,1e5,400", "--groove: a width of 400 degrees"),
         ("--groove 0,1e5,10,0.06", "no longer than the bearing, 0.05 m"),
         ("--dam 90,20,0.03,1e-5", "--dam from 90 to 20 degrees"),
@@ -218,6 +219,12 @@ fn wrong_films_are_refused_in_one_line() {
             assert!(err.contains(&format!("'{value}'")), "--{option} {value}: {err}");
         }
     }
+    let beside = "gap.csv --speed 2 --viscosity 0.03 --load 5 --nx 4";
+    let what =
+        "cannot be used with: --load <LOAD[,X,Y]>; in two dimensions the gap is given by --map";
+    is_refusal(&film(beside), beside, what);
+    let turns = "--pad plane,2e-5,1e-5 --lx 0.01 --ly 0.01 --viscosity 0.03 --rpm 3000";
+    is_refusal(&film(turns), turns, "--rpm is of a --journal; anything else takes --speed, in m/s");
     let comma = "--pad plane,2e-5,1e-5 --lx 1 --ly 1 --speed 1 --viscosity 0,04";
     is_refusal(&film(comma), comma, "a comma between them; write decimals with a point");
     let still = "--map gap.csv --lx 1 --ly 1 --viscosity 0.03 --ambient 2e5";

@@ -490,7 +490,8 @@ impl Film {
             let is_groove = supply.size[0] == 0.0 && !self.is_periodic(0);
             let held = columns.len() * rows.len();
             let inside = held > 0 && !(is_groove && (columns[0] == 0 || columns[0] >= self.nx));
-            let range = "1 or more: those whose middle it covers, or of a groove those beside it";
+            let range = "1 or more: those whose middle it covers, or of a groove those beside it; \
+                         make it wider, or take more cells";
             check("the number of cells of a supply", 0.0, inside, range)?;
         }
         if let Some(step) = &self.step {
