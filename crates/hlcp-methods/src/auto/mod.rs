@@ -89,7 +89,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
 /// Newton's, rounding is the likely reason, and the others have twice the work until then and 300
 /// sweeps, and pivoting its turn, to halve the residual, and again after each time they do; else
-/// the solve stagnates.
+/// the solve stagnates. After pivoting that leaves no sign wrong they have 300 sweeps alone.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -572,7 +572,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn turn(&mut self, end: Status) -> bool {
-        if self.is_over() {
+        // Where nothing is left to try, the best iterate is to come to rest.
+        if self.is_over() && end == Status::Stagnated {
             return false;
         }
         self.opening = None;
@@ -590,10 +591,15 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             }
             return true;
         }
-        let of_newton = matches!(self.uses(), AutoChoice::AmgNewton | AutoChoice::Newton);
-        if of_newton && self.last.is_none() {
-            // Most likely it is rounding; what else may help is tried, but not to the limits.
-            self.last = Some(self.respite());
+        // Most likely it is rounding; what else may help is tried, but not to the limits.
+        match &self.candidates[self.at].worker {
+            Some(Worker::Pivoting(pivoting)) if pivoting.has_right_signs() => {
+                self.last = Some((self.sweeps() + LAST * LEAST, 0.5 * self.smallest()));
+            }
+            Some(Worker::AmgNewton(_) | Worker::Newton(_)) if self.last.is_none() => {
+                self.last = Some(self.respite());
+            }
+            _ => {}
         }
         self.retire()
     }

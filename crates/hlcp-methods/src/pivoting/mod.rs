@@ -276,6 +276,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.patience > 0 || self.interior.is_some()
     }
 
+    /// Returns whether the columns of the last step came out with the signs that chose them.
+    pub(crate) fn has_right_signs(&self) -> bool {
+        self.fewest == 0
+    }
+
     /// Chooses the columns of the next step from `x`; whether they are others than before, or
     /// `None` where single changes come back to them, which is rounding's doing.
     fn choose(&mut self, x: &[T]) -> Option<bool> {

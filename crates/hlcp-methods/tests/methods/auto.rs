@@ -102,6 +102,31 @@ fn below_rounding_it_stagnates() {
     assert!(outcome.relative.l2 < 1e-6 && outcome.iterations < 20_000, "{outcome}");
 }
 
+/// A beam over an obstacle, A = tridiag(−1, 2, −1)²: elimination leaves no sign wrong, and a
+/// residual that is rounding. Then the others have 300 sweeps.
+#[test]
+fn what_elimination_leaves_is_rounding() {
+    let n = 400;
+    let entry = |i: usize, j: usize| match i.abs_diff(j) {
+        0 if i == 0 || i + 1 == n => 5.0,
+        0 => 6.0,
+        1 => -4.0,
+        2 => 1.0,
+        _ => 0.0,
+    };
+    let a = RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<f64>>());
+    let q: Vec<f64> = (0..n).map(|i| (0.02 * i as f64).sin() - 0.4).collect();
+    let (a, b) = (a.unwrap(), Identity { order: n });
+    let mut solver = Solver::new(auto(&a, &b));
+    let limits = Limits { rounding: Some(0.0), ..Limits::default() };
+    let outcome = solver.solve(&q, limits).unwrap();
+    assert_eq!(outcome.status, Status::Stagnated, "{outcome}");
+    let turns = solver.method().turns();
+    let after = turns.iter().rev().take_while(|turn| turn.choice != AutoChoice::Pivoting);
+    let after: usize = after.map(|turn| turn.sweeps).sum();
+    assert!(after < turns.iter().map(|turn| turn.sweeps).sum() && after < 500, "{turns:?}");
+}
+
 /// From 0 the first step of Newton's method raises the residual a thousandfold, and is the way.
 #[test]
 fn films_are_found_from_zero() {
