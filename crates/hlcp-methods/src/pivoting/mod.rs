@@ -37,12 +37,11 @@ pub(crate) const CHEAP: usize = 20;
 ///
 /// first with σ = 0 and without the product, for Δz′ and Δr′, and then with σ = (μ′/μ)³, where μ′
 /// is what the first would leave; both by one factorisation. uᵢ is the product of the units of zᵢ
-/// and rᵢ in which the entries of rows and columns of (A, B) have about one size, by the least
-/// squares of their logarithms, and the first z and r have one size in these units: as these are
-/// multiplied by what z and r are, the steps depend neither on that, nor on what rows are
-/// multiplied by, nor on which of the two is called z. A front that moves by a point with each
-/// change of signs is found in some twenty steps, the last of which leaves μ at 10⁻¹⁴ of the square
-/// of the size of x. Then signs are changed again; if that leads nowhere, the last wrong one alone, until
+/// and rᵢ in which the columns of (A, B) have about one sum, and so have the rows, and the first z
+/// and r have one size in these units: the steps depend little on what rows, z and r are multiplied
+/// by, and not on which of the two is called z. A front that moves by a point with each change of
+/// signs is found in some twenty steps, the last of which leaves μ at 10⁻¹⁴ of the square of the
+/// size of x. Then signs are changed again; if that leads nowhere, the last wrong one alone, until
 /// there are fewer, or the same ones again, which is rounding's doing and the end.
 ///
 /// An unknown whose columns in `A` and `B` are the same but for a positive factor is free: either
@@ -83,9 +82,9 @@ pub(crate) const CHEAP: usize = 20;
 /// monotone linear complementarity problems*, Computers and Operations Research 21 (1994); K. G.
 /// Murty, *Note on a Bard-type scheme for solving the complementarity problem*, Opsearch 11 (1974);
 /// S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optim. 2
-/// (1992), here for two matrices; A. R. Curtis and J. K. Reid, *On the automatic scaling of
-/// matrices for Gaussian elimination*, J. Inst. Maths Applics 10 (1972); R. Sznajder and M. S.
-/// Gowda, *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995).
+/// (1992), here for two matrices; R. Sinkhorn and P. Knopp, *Concerning nonnegative matrices and
+/// doubly stochastic matrices*, Pacific J. Math. 21 (1967); R. Sznajder and M. S. Gowda,
+/// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995).
 ///
 /// ```
 /// use hlcp_core::{Hlcp, Identity, Omega, RowMajor};

@@ -92,55 +92,16 @@ proptest! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(10))]
 
-    /// Curves without hollows through noisy points, by forces at a thousand of them: each coupling
-    /// of the chain has to carry what its ends were multiplied by. With units that are balanced
-    /// nearby alone, thousands of steps do not end.
-    #[test]
-    #[cfg(feature = "direct")]
-    fn steps_along_a_chain_depend_on_no_units(
-        noise in vec(-1.0..1.0_f64, 1002),
-        powers in [(); 3].map(|()| vec(-3.0..3.0_f64, 1000)),
-        bend in 0.0..0.3_f64,
-    ) {
-        let n = noise.len() - 2;
-        let [of_row, of_z, of_r] = powers.map(|powers| -> Vec<f64> {
-            powers.into_iter().map(|power| 10_f64.powf(power)).collect()
-        });
-        let at = |k: usize| noise[k] + bend * (9.0 * k as f64 / n as f64).sin();
-        let q: Vec<f64> =
-            (0..n).map(|i| at(i) - 2.0 * at(i + 1) + at(i + 2)).collect();
-        let steps = |[of_row, of_z, of_r]: [&(dyn Fn(usize) -> f64 + Sync); 3]| {
-            let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-            for i in 0..n {
-                for j in i.saturating_sub(2)..(i + 3).min(n) {
-                    columns.push(j);
-                    values.push([6.0, -4.0, 1.0][i.abs_diff(j)] * of_row(i) * of_z(j));
-                }
-                offsets.push(columns.len());
-            }
-            let a = Csr::<f64>::new(offsets, columns, values).unwrap();
-            let b = Tridiagonal::new(n, |i| [0.0, of_row(i) * of_r(i), 0.0]).unwrap();
-            let q: Vec<f64> = (0..n).map(|i| of_row(i) * q[i]).collect();
-            let mut solver = Solver::new(Pivoting::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
-            let limits = crate::Limits { iterations: 400, ..crate::Limits::default() };
-            let outcome = solver.solve(&q, limits).unwrap();
-            assert!(outcome.converged(), "{outcome}");
-            outcome.iterations
-        };
-        let plain = steps([&|_| 1.0; 3]);
-        let scaled = steps([&|i| of_row[i], &|i| of_z[i], &|i| of_r[i]]);
-        prop_assert!(scaled <= 2 * plain, "{scaled} after {plain}");
-    }
-
     /// A grid of pipes with check valves, whose nodes leak a little: flows z and closing heads
     /// r, and heads of any sign, by columns that are the same in A and B but for a factor. With
-    /// signs to be found for these, too, hundreds of steps do not end.
+    /// signs to be found for these, too, hundreds of steps do not end, nor do they with units of
+    /// which three rounds of sums leave traces.
     #[test]
     #[cfg(feature = "direct")]
     fn free_unknowns_are_solved_for_beside_the_others(
         pipes in vec((any::<bool>(), -1.0..1.0_f64), 1104),
         (of_z, of_r, omega) in
-            (vec(-2..3_i32, 1680), vec(-2..3_i32, 1680), vec(0.2..5.0_f64, 1680)),
+            (vec(-3..4_i32, 1680), vec(-3..4_i32, 1680), vec(0.2..5.0_f64, 1680)),
         (along, across, phase) in (2.0..8.0_f64, 2.0..8.0_f64, 0.0..6.0_f64),
     ) {
         let (m, leak) = (24, 1e-4);
@@ -187,7 +148,7 @@ proptest! {
         }
         let mut solver = Solver::new(Pivoting::new(problem).unwrap());
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
-        prop_assert!(outcome.converged() && outcome.iterations <= 300, "{outcome}");
+        prop_assert!(outcome.converged() && outcome.iterations <= 100, "{outcome}");
     }
 }
 
