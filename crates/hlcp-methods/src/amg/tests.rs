@@ -18,6 +18,18 @@ fn narrow<T: Scalar>(v: f64) -> T {
     T::from(v).unwrap()
 }
 
+/// Runs `work` with a clock that is up when it has been asked more than `late` times; returns what
+/// it makes, and how often it asked.
+fn asked<R>(late: usize, work: impl FnOnce(&mut Clock<'_>) -> R) -> (R, usize) {
+    let mut asked = 0;
+    let mut ask = || {
+        asked += 1;
+        asked > late
+    };
+    let made = work(&mut Clock::new(&mut ask));
+    (made, asked)
+}
+
 /// A sparse matrix without symmetry, and the same dense.
 fn sparse(n: usize) -> (Matrix<f64>, DMatrix<f64>) {
     let mut dense = DMatrix::zeros(n, n);
@@ -206,27 +218,17 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
 #[test]
 fn a_cycle_asks_before_each_long_sweep() {
     let [a, _] = film::<f64>(140, 1.0);
-    let counted = |work: &mut dyn FnMut(&mut Clock<'_>)| {
-        let mut asked = 0;
-        let mut ask = || {
-            asked += 1;
-            false
-        };
-        work(&mut Clock::new(&mut ask));
-        asked
-    };
-    let mut hierarchy = None;
     let matrix = Matrix::of(&a, &mut Clock::endless()).unwrap();
     let apart = vec![false; 19600];
-    let of_set_up = counted(&mut |clock| hierarchy = Hierarchy::new(matrix.clone(), &apart, clock));
+    let (hierarchy, of_set_up) = asked(usize::MAX, |clock| Hierarchy::new(matrix, &apart, clock));
     let mut hierarchy = hierarchy.unwrap();
     let long: Vec<bool> = hierarchy.orders().map(|order| order >= 1 << 14).collect();
     assert!(long[0] && !long[1], "{long:?}");
     assert_eq!(of_set_up, long.len() + 2);
     let (rhs, mut y, mut product) = (vec![1.0; 19600], vec![0.0; 19600], vec![0.0; 19600]);
-    let of_cycle =
-        counted(&mut |clock| hierarchy.cycle(Cycle::W, &rhs, &mut y, &mut product, clock));
-    assert_eq!(of_cycle, 2);
+    let cycle =
+        |clock: &mut Clock<'_>| hierarchy.cycle(Cycle::W, &rhs, &mut y, &mut product, clock);
+    assert_eq!(asked(usize::MAX, cycle).1, 2);
 }
 
 /// Stars on a string, with up to a hundred rays each: in pairs, each pairing would take some rays
@@ -352,35 +354,36 @@ fn listed<T: Scalar>(n: usize, couplings: &[(usize, usize, f64)], slack: f64) ->
     Csr::new(offsets, columns, values).unwrap()
 }
 
+/// Points on a lattice with m to a side, `strides` apart, of conductances in series to neighbours.
+fn lattice<T: Scalar>(
+    m: usize,
+    strides: &[usize],
+    c: impl Fn(usize) -> f64,
+    slack: f64,
+) -> Csr<'static, T> {
+    let n = m.pow(strides.len() as u32);
+    let pairs = (0..n).flat_map(|k| {
+        let inside = strides.iter().filter(move |&&stride| k / stride % m + 1 < m);
+        inside.map(move |&stride| (k, k + stride))
+    });
+    let both = pairs.flat_map(|(k, l)| {
+        let g = 2.0 / (1.0 / c(k) + 1.0 / c(l));
+        [(k, l, g), (l, k, g)]
+    });
+    listed(n, &both.collect::<Vec<_>>(), slack)
+}
+
 /// A box of m³ points whose conductances jump by a thousand.
 fn boxes<T: Scalar>(m: usize) -> Csr<'static, T> {
     let octant = |k: usize| k % m * 2 / m + k / m % m * 2 / m + k / m / m * 2 / m;
     let c = |k: usize| if octant(k).is_multiple_of(2) { 1.0 } else { 1e3 };
-    let mut couplings = vec![];
-    for k in 0..m * m * m {
-        for (stride, at) in [(1, k % m), (m, k / m % m), (m * m, k / m / m)] {
-            if at + 1 < m {
-                let g = 2.0 / (1.0 / c(k) + 1.0 / c(k + stride));
-                couplings.extend([(k, k + stride, g), (k + stride, k, g)]);
-            }
-        }
-    }
-    listed(m * m * m, &couplings, 0.1)
+    lattice(m, &[1, m, m * m], c, 0.1)
 }
 
 /// Stiff blocks of two by two points in soft ground, one half of all, at random.
 fn blocks(m: usize) -> Csr<'static, f64> {
     let c = |k: usize| if noise(k % m / 2 + 97 * (k / m / 2)) > 0.0 { 1e6 } else { 1.0 };
-    let mut couplings = vec![];
-    for k in 0..m * m {
-        for (stride, at) in [(1, k % m), (m, k / m)] {
-            if at + 1 < m {
-                let g = 2.0 / (1.0 / c(k) + 1.0 / c(k + stride));
-                couplings.extend([(k, k + stride, g), (k + stride, k, g)]);
-            }
-        }
-    }
-    listed(m * m, &couplings, 1e-3)
+    lattice(m, &[1, m], c, 1e-3)
 }
 
 /// Each block moves as one, which sweeps over its points do not see: some level must have it alone.
@@ -490,13 +493,8 @@ fn the_preconditioner_is_linear_and_the_k_cycle_is_not() {
                 None => amg.solve(&jacobian, rhs, &mut y),
                 Some(cycle) => {
                     let hierarchy = amg.hierarchy.as_mut().unwrap();
-                    hierarchy.cycle(
-                        cycle,
-                        rhs,
-                        &mut y,
-                        &mut vec![0.0; 1600],
-                        &mut Clock::endless(),
-                    );
+                    let (product, clock) = (&mut vec![0.0; 1600], &mut Clock::endless());
+                    hierarchy.cycle(cycle, rhs, &mut y, product, clock);
                 }
             }
             y

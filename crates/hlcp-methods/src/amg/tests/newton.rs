@@ -38,16 +38,14 @@ fn solver<'p, T: Scalar, A: Rows<T>, B: Rows<T>>(
     a: &'p A,
     b: &'p B,
 ) -> Solver<T, Plain<'p, T, A, B>> {
-    let omega = Omega::diagonal_ratio(T::one(), a, b).unwrap();
-    let base = Mms::new(Hlcp::new(a, b, omega).unwrap(), Aor::gauss_seidel()).unwrap();
+    let base = Mms::new(Hlcp::from_pair(a, b).unwrap(), Aor::gauss_seidel()).unwrap();
     Solver::new(AmgNewton::new(base).unwrap())
 }
 
 /// Solves a planted problem, and returns how far z and r are off.
 fn solve_planted<T: Scalar>(what: &str, a: &impl Rows<T>, b: &impl Rows<T>, width: usize) -> f64 {
     let (z, r, q) = planted(a, b, width);
-    let mut solver = solver(a, b);
-    let start = vec![T::one(); z.len()];
+    let (mut solver, start) = (solver(a, b), vec![T::one(); z.len()]);
     let options = Options::from_x(&start).limits(Limits::relative(1e-13));
     let outcome = solver.solve(&q, options).unwrap();
     assert!(outcome.converged(), "{what}: {outcome}");
@@ -91,7 +89,7 @@ fn planted_solutions_are_found_in_single_precision() {
 fn newton_takes_fewer_linear_iterations_with_it_than_with_sweeps() {
     let [a, b] = film::<f64>(60, 1.0);
     let (_, _, q) = planted(&a, &b, 60);
-    let problem = Hlcp::new(&a, &b, Omega::diagonal_ratio(1.0, &a, &b).unwrap()).unwrap();
+    let problem = Hlcp::from_pair(&a, &b).unwrap();
     let base = || Mms::new(problem.clone(), Aor::gauss_seidel()).unwrap();
     let mut with = Solver::new(Newton::new(base(), Amg::new(&problem).unwrap()));
     let mut without = Solver::new(Newton::new(base(), Ssor));
@@ -218,48 +216,28 @@ fn a_step_ends_with_the_time() {
     let [a, b] = film::<f64>(m, 1.0);
     let (_, _, q) = planted(&a, &b, m);
     let q = Rhs::new(&q).unwrap();
-    let omega = Omega::diagonal_ratio(1.0, &a, &b).unwrap();
-    let problem = Hlcp::new(&a, &b, omega).unwrap();
+    let problem = Hlcp::from_pair(&a, &b).unwrap();
     let mut amg = AmgNewton::new(Mms::new(problem, Aor::gauss_seidel()).unwrap()).unwrap();
     let (x, mut y) = (vec![1.0; m * m], vec![0.0; m * m]);
     // The first set-up finds the order along the flow, and asks on its way.
     for late in 0..60 {
-        let mut asked = 0;
-        let mut ask = || {
-            asked += 1;
-            asked > late
-        };
-        let _ = amg.clone().step(&q, &x, &mut y, &mut Clock::new(&mut ask));
-        assert_eq!(asked, late + 1);
+        let cut = asked(late, |clock| amg.clone().step(&q, &x, &mut y, clock));
+        assert_eq!(cut.1, late + 1);
     }
     let _ = amg.step(&q, &x, &mut y, &mut Clock::endless());
-    amg.restart();
-    let mut whole = 0;
-    let mut count = || {
-        whole += 1;
-        false
+    let mut step = |late| {
+        amg.restart();
+        let (norms, asked) = asked(late, |clock| amg.step(&q, &x, &mut y, clock));
+        (norms, asked, amg.work().unwrap().sweeps)
     };
-    let expected = amg.step(&q, &x, &mut y, &mut Clock::new(&mut count));
-    let walks = amg.work().unwrap().sweeps;
+    let all = step(usize::MAX);
+    let (expected, whole, walks) = all;
     // Every walk over a matrix that is long is asked for, and most are at their 16,384th row.
     assert!(whole > 2 * walks, "{whole} of {walks}");
     for late in (0..whole).step_by(7) {
-        amg.restart();
-        let mut asked = 0;
-        let mut ask = || {
-            asked += 1;
-            asked > late
-        };
-        let norms = amg.step(&q, &x, &mut y, &mut Clock::new(&mut ask));
+        let (norms, asked, _) = step(late);
         assert_eq!((norms, asked), (expected, late + 1), "asked until the time is up, and no more");
     }
-    amg.restart();
     // What was cut short leaves no trace.
-    let mut asked = 0;
-    let mut count = || {
-        asked += 1;
-        false
-    };
-    assert_eq!(amg.step(&q, &x, &mut y, &mut Clock::new(&mut count)), expected);
-    assert_eq!((asked, amg.work().unwrap().sweeps), (whole, walks));
+    assert_eq!(step(usize::MAX), all);
 }
