@@ -15,8 +15,8 @@ use hlcp_core::{
     RowMajor, Rows, Scalar, Scaled, Splitting, SplittingStep, Step,
 };
 use hlcp_methods::{
-    AdaptiveSor, Anderson, Clock, Limits, Method, Mms, Newton, Norm, Options, Outcome, Renumbered,
-    Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
+    AdaptiveSor, Anderson, BoxedMethod, Clock, Limits, Method, Mms, Newton, Norm, Options, Outcome,
+    Renumbered, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
 use nalgebra_sparse::{CooMatrix, CsrMatrix};
 
@@ -52,12 +52,10 @@ fn is_on_grids(row: &str) -> bool {
 /// Their set-ups allocate in each solve, as much as in the first.
 const ALGEBRAIC: [&str; 2] = ["AMG", "PIVOTING"];
 
-type Boxed<T, A, B> = Box<dyn Method<T, A = A, B = B>>;
-
 fn method<T: Scalar, A: Rows<T> + Clone + 'static, B: Rows<T> + Clone + 'static>(
     row: &str,
     problem: Hlcp<T, A, B>,
-) -> Result<Boxed<T, A, B>, Error> {
+) -> Result<BoxedMethod<'static, T, A, B>, Error> {
     // Twice the largest pivot of the table's problem.
     let closure = || {
         SplittingStep(move |rhs: &[T], y: &mut [T]| {
@@ -166,7 +164,7 @@ where
         Self { row: row.to_owned(), kind, a, b, q, start, limits }
     }
 
-    fn solver(&self) -> Solver<T, Boxed<T, A, B>> {
+    fn solver(&self) -> Solver<T, BoxedMethod<'static, T, A, B>> {
         let problem = Hlcp::new(self.a.clone(), self.b.clone(), omega())
             .and_then(|problem| problem.with_gamma(T::of(1.7)))
             .expect("a sound pair");
@@ -174,7 +172,7 @@ where
     }
 
     /// Solves the planted problem from the start.
-    fn solve(&self, solver: &mut Solver<T, Boxed<T, A, B>>) -> Outcome {
+    fn solve(&self, solver: &mut Solver<T, BoxedMethod<'static, T, A, B>>) -> Outcome {
         solver.solve(&self.q, Options::from_x(&self.start).limits(self.limits)).unwrap()
     }
 
@@ -405,7 +403,7 @@ fn every_method_solves_a_problem_of_order_one() {
 
 /// The bits of a solve: its history, and x, z and r.
 fn bits<T: Scalar>(
-    method: Boxed<T, impl Rows<T>, impl Rows<T>>,
+    method: BoxedMethod<'static, T, impl Rows<T>, impl Rows<T>>,
     q: &[T],
 ) -> (Vec<[u64; 2]>, Vec<T>) {
     let mut solver = Solver::new(method).with_history(8);
