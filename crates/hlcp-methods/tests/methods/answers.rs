@@ -1,13 +1,12 @@
 //! Decisions of a solve that must not depend on units, on how long a step takes, or on what a
 //! residual looks like in rounding.
 
-use std::{ops::ControlFlow, sync::atomic::Ordering, time::Duration};
+use std::ops::ControlFlow;
 
 use crate::common::{Altered, Dynamic, Walked, named};
-use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled, SplittingStep};
+use hlcp_core::{Aor, FivePoint, Hlcp, Identity, Omega, Rhs, Scaled};
 use hlcp_methods::{
-    Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Newton, Options, Outcome, Solver,
-    Status,
+    Clock, Cycle, FullMultigrid, Limits, Method, Mms, Multigrid, Options, Outcome, Solver, Status,
 };
 
 const M: usize = 24;
@@ -74,30 +73,6 @@ fn scaling_q_scales_the_iterates_of_newtons_methods() {
     }
 }
 
-/// A preconditioner so weak that an inner solve takes hundreds of iterations unless it is stopped.
-#[test]
-fn inner_solves_end_with_the_time() {
-    let m = 40;
-    let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
-    let a = Walked::new(a);
-    let products = &a.products;
-    let problem = Hlcp::new(&a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
-    let gs = Mms::new(problem, Aor::gauss_seidel()).unwrap();
-    let weak = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
-    let mut solver = Solver::new(Newton::new(gs, SplittingStep(weak)));
-    let q = vec![-0.3; m * m];
-    let limits = Limits { iterations: 1, ..Limits::default() };
-    let whole = solver.solve(&q, limits).unwrap();
-    let (taken, inner) = (products.swap(0, Ordering::Relaxed), whole.linear_iterations);
-    assert!(taken > 40 && inner > Some(10), "{taken} products, {inner:?}");
-
-    let limits = Limits { time: Some(Duration::ZERO), ..Limits::default() };
-    let outcome = solver.solve(&q, limits).unwrap();
-    assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
-    // Two turns of the base, two defects, and the answer measured.
-    assert!(products.load(Ordering::Relaxed) <= 10);
-}
-
 /// Multigrid asks before each of its long sweeps, on its way down and in nested iteration.
 #[test]
 fn cycles_end_with_the_time() {
@@ -155,8 +130,7 @@ fn steps_look_at_the_clock_between_sweeps() {
 /// of the next iterate is not looked at.
 #[test]
 fn an_observer_stops_a_long_step() {
-    let identity = Identity { order: 2 };
-    let problem = Hlcp::new(identity, identity, Omega::Uniform(1.0)).unwrap();
+    let problem = Hlcp::lcp(Identity { order: 2 }).unwrap();
     let base = Mms::new(problem, Aor::gauss_seidel()).unwrap();
     // It lasts until its clock is up, and leaves nothing but NaN.
     let mut solver = Solver::new(Altered::new(base, |_, _, y, norms, clock| {
