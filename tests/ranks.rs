@@ -14,7 +14,7 @@ use std::{
     time::Duration,
 };
 
-use common::{asked, named, noise};
+use common::{asked, named, noise, over};
 use hlcp_core::{
     Aor, Csr, Error, FivePoint, Hlcp, Identity, Jacobi, LinearOperator, Multicolour, Norms, Omega,
     Ranks, Rows, Scalar, Shifted, Step, Strip, Transfer, ranks_as_threads,
@@ -359,10 +359,7 @@ fn an_operator_of_ones_own_fetches_what_it_needs() {
             let q = strip.vector(|i, _| noise(i));
             let (ring, b) = (Ring(ranks, strip.clone()), Identity { order: q.len() });
             let problem = Hlcp::new(ring, b, Omega::Uniform(2.5)).unwrap();
-            let fifth = |rhs: &[f64], y: &mut [f64]| {
-                y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 5.0);
-            };
-            let method = Mms::with_splitting(problem.shared_by(&strip).unwrap(), fifth);
+            let method = Mms::with_splitting(problem.shared_by(&strip).unwrap(), over(5.0));
             let mut solver = Solver::new(Anderson::new(method.unwrap(), 5).unwrap());
             let outcome = solver.solve(&q, Limits::default()).unwrap();
             assert!(outcome.converged(), "{outcome}");

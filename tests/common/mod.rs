@@ -70,6 +70,11 @@ pub(crate) fn tmgs<T: Scalar, A: Rows<T>, B: Rows<T>>(
     Tmms::mirrored(problem, Aor::gauss_seidel()).unwrap()
 }
 
+/// A splitting whose solve divides by a number.
+pub(crate) fn over(pivot: f64) -> impl Fn(&[f64], &mut [f64]) + Copy + Send + Sync {
+    move |rhs, y| y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / pivot)
+}
+
 /// The paper's test, a 2-norm of the residual of at most 10⁻¹⁰, from the start `x`.
 pub(crate) fn from<T>(x: &[T]) -> Options<'_, T> {
     Options::from_x(x).limits(Limits::absolute(1e-10))

@@ -1,7 +1,7 @@
 //! Anderson acceleration: its mixing against dense least squares, its safeguard, and its counts on
 //! every scene.
 
-use crate::common::{Altered, Failing, from, planted, posed, problem, solve_from_ones, tmgs};
+use crate::common::{Altered, Failing, from, over, planted, posed, problem, solve_from_ones, tmgs};
 use hlcp_core::{Aor, Error, Hlcp, Identity, Omega, Rhs, Rows};
 use hlcp_methods::{
     Anderson, Clock, Divergence, Limits, Method, Mms, Named, Newton, Options, Solver, Ssor, Status,
@@ -84,8 +84,8 @@ proptest! {
 
 #[test]
 fn a_window_of_zero_or_beyond_memory_is_refused() {
-    let problem = Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0));
-    let base = Mms::new(problem.unwrap(), Aor::<f64>::jacobi()).unwrap();
+    let problem = Hlcp::lcp(Identity { order: 2 }).unwrap();
+    let base = Mms::new(problem, Aor::<f64>::jacobi()).unwrap();
     for window in [0, usize::MAX, 1 << 40] {
         let refusal = Anderson::new(base.clone(), window).unwrap_err();
         assert!(matches!(refusal, Error::Parameter { name: "window", .. }));
@@ -97,8 +97,7 @@ fn a_window_of_zero_or_beyond_memory_is_refused() {
 #[test]
 fn a_mixture_that_multiplies_the_residual_is_dropped() {
     for (short, lost) in [(1e-6, true), (1.0 / 220.0, true), (1.0 / 180.0, false)] {
-        let problem =
-            Hlcp::new(Identity { order: 1 }, Identity { order: 1 }, Omega::Uniform(1.0)).unwrap();
+        let problem = Hlcp::lcp(Identity { order: 1 }).unwrap();
         // Halves the distance to the solution; but the first two images are such that their mixture
         // is 1/short away: f falls from 1 to 1 − short, so the secant runs 1/short ahead.
         let base = Mms::new(problem, Aor::sor(0.5).unwrap()).unwrap();
@@ -141,11 +140,8 @@ fn divergence_is_reported() {
 
 #[test]
 fn nan_ends_in_divergence() {
-    let slow = |rhs: &[f64], y: &mut [f64]| {
-        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 19.0);
-    };
     let problem = Hlcp::new(Failing::after(9), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let base = Mms::with_splitting(problem, slow).unwrap();
+    let base = Mms::with_splitting(problem, over(19.0)).unwrap();
     let mut anderson = Solver::new(Anderson::new(base, 2).unwrap());
     let outcome = anderson.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));

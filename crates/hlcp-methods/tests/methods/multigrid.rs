@@ -344,16 +344,13 @@ fn full_multigrid_begins_every_solve_by_itself() {
         let mut solver = Solver::new(full).with_history(2);
         let mut first_iterate = vec![];
         let mut run = |start: &[f64], q: &[f64]| {
-            let outcome = solver.solve(
-                q,
-                from(start).observer(|progress| {
-                    if progress.iteration == 1 {
-                        first_iterate = progress.x.to_vec();
-                    }
-                    std::ops::ControlFlow::Continue(())
-                }),
-            );
-            let outcome = outcome.unwrap();
+            let options = from(start).observer(|progress| {
+                if progress.iteration == 1 {
+                    first_iterate = progress.x.to_vec();
+                }
+                std::ops::ControlFlow::Continue(())
+            });
+            let outcome = solver.solve(q, options).unwrap();
             assert!(outcome.converged(), "{outcome}");
             assert_eq!(first_iterate == nested, q == scene.q);
             // Two cycles and two sweeps more than the others, 25 walks at most; a W-cycle, for

@@ -2,7 +2,7 @@
 
 use std::{ops::ControlFlow, time::Duration};
 
-use crate::common::{Altered, Failing, from, named, solve_from_ones, tmgs};
+use crate::common::{Altered, Failing, from, named, over, solve_from_ones, tmgs};
 use crate::failures::solve as ends;
 use hlcp_core::{
     Aor, DiagonalMatrix, FivePoint, Hlcp, Identity, Jacobi, Norms, Omega, Scalar, Tridiagonal,
@@ -51,11 +51,8 @@ fn the_best_iterate_comes_back_from_the_middle_of_a_solve() {
 
 #[test]
 fn divergence_by_nan_says_where_and_when() {
-    let slow = |rhs: &[f64], y: &mut [f64]| {
-        y.iter_mut().zip(rhs).for_each(|(y, rhs)| *y = rhs / 9.0);
-    };
     let problem = Hlcp::new(Failing::after(2), Identity { order: 3 }, Omega::Uniform(2.5)).unwrap();
-    let mut solver = Solver::new(Mms::with_splitting(problem, slow).unwrap());
+    let mut solver = Solver::new(Mms::with_splitting(problem, over(9.0)).unwrap());
     let outcome = solver.solve(&[-1.5, 2.0, 0.5], from(&[0.3; 3])).unwrap();
     // Products 0 and 1 are sound, so iterates 0, 1 and 2 are; the residual of the last is not.
     assert_eq!(outcome.status, Status::Diverged(Divergence::Residual));
@@ -141,19 +138,11 @@ fn limits_and_the_observer_stop_a_solve() {
     assert_eq!((outcome.status, outcome.iterations), (Status::TimeLimit, 0));
 
     let mut seen = vec![];
-    let outcome = solver
-        .solve(
-            &q,
-            from(&x0).observer(|progress| {
-                seen.push((progress.iteration, progress.residual, progress.x[3]));
-                if progress.iteration == 5 {
-                    ControlFlow::Break(())
-                } else {
-                    ControlFlow::Continue(())
-                }
-            }),
-        )
-        .unwrap();
+    let options = from(&x0).observer(|progress| {
+        seen.push((progress.iteration, progress.residual, progress.x[3]));
+        if progress.iteration == 5 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let outcome = solver.solve(&q, options).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::Stopped, 5));
     assert_eq!(seen.iter().map(|s| s.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4, 5]);
     assert_eq!(seen.iter().map(|s| s.1).collect::<Vec<_>>(), solver.history());
@@ -219,8 +208,7 @@ fn gamma_changes_no_norm_and_no_count() {
 #[test]
 fn a_small_residual_beside_a_large_q_is_not_taken_for_zero() {
     let steps = |rhs: &[f64], y: &mut [f64]| (y[0], y[1]) = (rhs[0] / 2.0, rhs[1] / 20.0);
-    let problem =
-        Hlcp::new(Identity { order: 2 }, Identity { order: 2 }, Omega::Uniform(1.0)).unwrap();
+    let problem = Hlcp::lcp(Identity { order: 2 }).unwrap();
     let mut solver = Solver::new(Mms::with_splitting(problem, steps).unwrap());
     let limits = Limits { iterations: 1, ..Limits::absolute(0.0) };
     let outcome =
