@@ -49,13 +49,8 @@ fn passes<A: Rows<f64>, B: Rows<f64>>(
     }
     let mut coarse = vec![0.0; transfer.coarse().iter().product()];
     let restrict = || seconds(m, || alone.restrict(f, &x, &transfer, &mut coarse));
-    row(
-        &format!("defect and restriction, {kind}m = {m}"),
-        "half-step",
-        "",
-        n,
-        against(restrict, &mut half),
-    );
+    let what = format!("defect and restriction, {kind}m = {m}");
+    row(&what, "half-step", "", n, against(restrict, &mut half));
     let interpolate = || seconds(m, || transfer.interpolate(&coarse, &mut y.borrow_mut(), false));
     row(&format!("interpolation, m = {m}"), "half-step", "", n, against(interpolate, &mut half));
     Ok(())
@@ -85,13 +80,8 @@ fn closed(m: usize, a: FivePoint<f64>, b: FivePoint<f64>) -> Result<(), Box<dyn 
     let sweep = |problem: &Hlcp<f64, FivePoint<f64>, FivePoint<f64>>| {
         seconds(m, || done(aor.step(problem, &rhs, &q, &mut y.borrow_mut(), &mut vec![])))
     };
-    row(
-        &format!("half-step on a torus, m = {m}"),
-        "open grid",
-        "",
-        n,
-        against(|| sweep(&torus), || sweep(&open)),
-    );
+    let figures = against(|| sweep(&torus), || sweep(&open));
+    row(&format!("half-step on a torus, m = {m}"), "open grid", "", n, figures);
     Ok(())
 }
 

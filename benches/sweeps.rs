@@ -114,9 +114,7 @@ impl<T: Scalar> Scene<T> {
         seconds(*m, || match what {
             Sweep::Triad => triad(x, q, y),
             Sweep::Mms => done(aor.step(&problem, &rhs, x, y, scratch)),
-            Sweep::Backward => {
-                done(aor.backward().step(&problem, &rhs, x, y, scratch));
-            }
+            Sweep::Backward => done(aor.backward().step(&problem, &rhs, x, y, scratch)),
             Sweep::RedBlack => {
                 let red_black = aor.red_black(*m).expect("a grid");
                 done(red_black.step(&problem, &rhs, x, y, scratch));
@@ -363,11 +361,8 @@ fn cost_per_point(pool: &ThreadPool) -> Result<(), Box<dyn Error>> {
         for _ in 0..TURNS {
             for ((_, what, parallel), times) in kinds.iter().zip(&mut times) {
                 scene.parallel = *parallel;
-                times.push(if *parallel {
-                    pool.install(|| scene.sweep(*what))
-                } else {
-                    scene.sweep(*what)
-                });
+                let mut run = || scene.sweep(*what);
+                times.push(if *parallel { pool.install(run) } else { run() });
             }
         }
         print!("| {m} |");
