@@ -91,13 +91,8 @@ pub(super) fn pairs<T: Scalar>(
     Some((aggregate, bonds))
 }
 
-/// The aggregates of two passes of pairing, and the sums over pairs of them with conduction halved;
-/// none when the clock is up.
-///
-/// A flow through a face of a grid is `c Δp` by conduction and `w p` by transport. Between two
-/// aggregates of 2 × 2 cells, constant on each, two faces carry it: `2c Δp` and `2w p`. But the
-/// means of these aggregates are two cells apart and so twice as different as neighbours: half of
-/// the conduction would do. Transport asks for no difference and is right as it is.
+/// The aggregates of two passes of pairing, and the sums over pairs of them with conduction halved,
+/// as [`Amg`](super::Amg) says why; none when the clock is up.
 pub(super) fn coarsen<T: Scalar>(
     matrix: &Matrix<T>,
     apart: impl Fn(usize) -> bool,

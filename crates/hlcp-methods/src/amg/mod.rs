@@ -494,12 +494,11 @@ fn check<T: Scalar>(
     [name, diagonal]: [&'static str; 2],
     operator: &impl Rows<T>,
 ) -> Result<usize, Error> {
-    let wide = |value: T| value.to_f64().unwrap_or(f64::NAN);
     let mut entries = 0;
     for index in 0..operator.order() {
         let d = operator.diagonal_entry(index);
         if !(d > T::zero() && d.is_finite()) {
-            return Err(Error::NotPositive { what: diagonal, index, value: wide(d) });
+            return Err(Error::NotPositive { what: diagonal, index, value: d.wide() });
         }
         check_row(name, operator, index)?;
         entries += operator.copy_row(index, &mut []);

@@ -52,6 +52,16 @@ fn rows_of(dense: &DMatrix<f64>) -> Matrix<f64> {
     matrix
 }
 
+/// The matrix that products with it are by.
+fn dense_of(matrix: &Matrix<f64>) -> DMatrix<f64> {
+    let mut dense = DMatrix::zeros(matrix.order(), matrix.order());
+    for (j, mut column) in dense.column_iter_mut().enumerate() {
+        let unit: Vec<f64> = (0..matrix.order()).map(|i| f64::from(i == j)).collect();
+        matrix.apply(&unit, column.as_mut_slice());
+    }
+    dense
+}
+
 #[test]
 fn aggregated_entries_are_the_galerkin_product() {
     let (matrix, dense) = sparse(40);
@@ -60,12 +70,8 @@ fn aggregated_entries_are_the_galerkin_product() {
     let p = DMatrix::from_fn(40, 11, |i, a| f64::from(u8::from(aggregate[i] == a as u32)));
     let expected = p.transpose() * dense * &p;
     let coarse = matrix.aggregated(&aggregate, 11, &mut Clock::endless()).unwrap();
-    let mut found = DMatrix::from_diagonal(&DVector::from_column_slice(&coarse.diagonal));
-    for i in 0..11 {
-        coarse.off(i).for_each(|(j, a)| found[(i, j)] += a);
-    }
     // Sums of 16 entries of at most 5, in another order.
-    assert!((found - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
+    assert!((dense_of(&coarse) - expected).amax() <= 16.0 * 16.0 * 5.0 * f64::EPSILON);
 }
 
 /// Row 17 has no pivot, so its unknown stays as it is.
@@ -102,14 +108,7 @@ fn the_transpose_and_what_is_across_the_diagonal_are_those_of_the_matrix() {
     let (matrix, dense) = sparse(40);
     let clock = &mut Clock::endless();
     let transpose = matrix.transpose(clock).unwrap();
-    let mut unit = DVector::zeros(40);
-    for j in 0..40 {
-        let mut column = DVector::zeros(40);
-        unit[j] = 1.0;
-        transpose.apply(unit.as_slice(), column.as_mut_slice());
-        unit[j] = 0.0;
-        assert_eq!(column, dense.row(j).transpose());
-    }
+    assert_eq!(dense_of(&transpose), dense.transpose());
     let across = matrix.across(&matrix.values, clock).unwrap();
     for i in 0..40 {
         matrix.places(i).for_each(|(at, j)| assert_eq!(across[at], dense[(j, i)], "{i} {j}"));
@@ -162,12 +161,7 @@ fn a_coarse_level_of_a_grid_is_the_grid_half_as_fine() {
             }
         };
         let expected = windy(6, 4, [c, 2.0 * w, 4.0 * slack]);
-        let mut column = DVector::zeros(24);
-        for j in 0..24 {
-            let unit = DVector::from_fn(24, |i, _| f64::from(u8::from(i == j)));
-            coarse.apply(unit.as_slice(), column.as_mut_slice());
-            assert_eq!(column, expected.column(j), "{c} {w} {slack}: column {j}");
-        }
+        assert_eq!(dense_of(&coarse), expected, "{c} {w} {slack}");
     }
 }
 
@@ -183,8 +177,7 @@ fn a_cycle_is_a_sweep_a_coarse_solution_and_a_sweep() {
     let p = DMatrix::from_fn(256, coarse.order(), |i, to| {
         f64::from(u8::from(aggregate[i] == to as u32))
     });
-    let mut dense = DMatrix::from_diagonal(&DVector::from_column_slice(&matrix.diagonal));
-    (0..256).for_each(|i| matrix.off(i).for_each(|(j, a)| dense[(i, j)] = a));
+    let dense = dense_of(&matrix);
     let lower = dense.lower_triangle();
     let rhs = DVector::from_fn(256, |i, _| noise(i));
     let mut expected = lower.solve_lower_triangular(&rhs).unwrap();
