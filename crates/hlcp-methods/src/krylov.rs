@@ -266,10 +266,7 @@ impl<T: Scalar> BiCgStab<T> {
             add(s, alpha, hat);
             add(residual, -alpha, v);
             inner.residual = problem.dot(residual, residual).sqrt();
-            if inner.residual <= tolerance {
-                break;
-            }
-            if clock.is_up() {
+            if inner.residual <= tolerance || clock.is_up() {
                 break;
             }
             preconditioner.solve(jacobian, residual, hat);
@@ -341,10 +338,8 @@ mod tests {
             dense.set_column(j, &(DVector::from_column_slice(&column) * factor));
         }
         let rhs: Vec<f64> = (0..20).map(|i| f64::sin(1.7 * i as f64) + 0.1).collect();
-        let condition = {
-            let values = dense.singular_values();
-            values.max() / values.min()
-        };
+        let values = dense.singular_values();
+        let condition = values.max() / values.min();
         let expected = dense.lu().solve(&DVector::from_column_slice(&rhs)).unwrap();
         let identity = |rhs: &[f64], y: &mut [f64]| y.copy_from_slice(rhs);
         let preconditioners: [Box<dyn Preconditioner<f64, _, _>>; 3] =
@@ -353,15 +348,9 @@ mod tests {
             for tolerance in [1e-2, 1e-6, 1e-12] {
                 let mut s = vec![f64::NAN; 20];
                 let jacobian = Jacobian::new(&problem, &x);
-                let goal = (tolerance, 100);
-                let inner = BiCgStab::new(20).solve(
-                    &jacobian,
-                    &mut preconditioner,
-                    &rhs,
-                    &mut s,
-                    goal,
-                    &mut Clock::endless(),
-                );
+                let (goal, clock, of) =
+                    ((tolerance, 100), &mut Clock::endless(), &mut preconditioner);
+                let inner = BiCgStab::new(20).solve(&jacobian, of, &rhs, &mut s, goal, clock);
                 assert!(inner.residual <= tolerance && inner.iterations <= 40, "{inner:?}");
                 let off = (DVector::from_vec(s) - &expected).norm() / expected.norm();
                 assert!(off <= condition * (tolerance + 1e-14), "{off}");

@@ -174,44 +174,36 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
         let goal = test.asked();
         let (ended, forgone) = (None, None);
         let mut pace = Pace { limits: &limits, goal, begun, observer, ended, forgone, ranks };
-        let End { status, iterations, answer, work, residual } =
-            self.iterate(&q, &mut test, &mut pace);
-        let Work { sweeps, linear_iterations } = work;
-        let is_close = !matches!(status, Status::Converged | Status::Diverged(_));
+        let ended = self.iterate(&q, &mut test, &mut pace);
+        let is_close = !matches!(ended.status, Status::Converged | Status::Diverged(_));
         let backward_error =
             if is_close { self.method.problem().backward_error(&q, &self.x) } else { None };
         let (q, elapsed) = (q.norms(), begun.elapsed());
         let over = |residual: f64, q: f64| if residual == 0.0 { 0.0 } else { residual / q };
-        let relative = Norms { l2: over(residual.l2, q.l2), linf: over(residual.linf, q.linf) };
-        Ok(Outcome {
-            status,
-            iterations,
-            answer,
-            sweeps,
-            linear_iterations,
-            elapsed,
-            residual,
-            relative,
-            backward_error: backward_error.filter(|&error| is_rounding::<T>(error)),
-            forgone: pace.forgone,
-        })
+        let Norms { l2, linf } = ended.residual;
+        let relative = Norms { l2: over(l2, q.l2), linf: over(linf, q.linf) };
+        let backward_error = backward_error.filter(|&error| is_rounding::<T>(error));
+        Ok(Outcome { elapsed, relative, backward_error, forgone: pace.forgone, ..ended })
     }
 
     /// Iterates until the limits, the observer or the iterates say stop, and leaves the answer in
-    /// `x`, `z` and `r`.
-    fn iterate(&mut self, q: &Rhs<'_, T>, test: &mut Test, pace: &mut Pace<'_, '_, T>) -> End {
+    /// `x`, `z` and `r`; the outcome is still without its time.
+    fn iterate(&mut self, q: &Rhs<'_, T>, test: &mut Test, pace: &mut Pace<'_, '_, T>) -> Outcome {
         self.method.restart();
         self.monitor.begin(pace.limits.norm.of(q.norms()), self.method.has_memory());
         self.history.clear();
         let mut answer = 0;
         for k in 0_usize.. {
             // The work that led here: the look at the last iterate is a step that leads nowhere.
-            let work = self.method.work().unwrap_or(Work::sweeps(k));
+            let Work { sweeps, linear_iterations } = self.method.work().unwrap_or(Work::sweeps(k));
+            let ended = |status, answer, residual| {
+                let outcome = Outcome::new(status, k, Duration::ZERO, residual);
+                Outcome { answer, sweeps, linear_iterations, ..outcome }
+            };
             let Look { norms, accepted, lost } = self.look(k, q, test, pace);
             if let Some(residual) = accepted {
                 self.note(k, norms, pace);
-                let status = Status::Converged;
-                return End { status, iterations: k, answer: k, work, residual };
+                return ended(Status::Converged, k, residual);
             }
             // A step that was cut short leaves nothing that means anything in `next`.
             let cut = pace.ended.is_some();
@@ -240,7 +232,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
                 }
                 continue;
             }
-            return End { status, iterations: k, answer, work, residual };
+            return ended(status, answer, residual);
         }
         unreachable!("the iteration limit ends the loop")
     }
@@ -468,15 +460,6 @@ struct Look {
     accepted: Option<Norms>,
     /// True if the best iterate before it was lost.
     lost: bool,
-}
-
-/// How an iteration ended.
-struct End {
-    status: Status,
-    iterations: usize,
-    answer: usize,
-    work: Work,
-    residual: Norms,
 }
 
 /// Returns whether rounding in `T` explains a backward error.

@@ -286,13 +286,12 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let (backward, [before, last]) = self.opening.take()?;
         let Self { problem, scaling, scratch, opened, .. } = self;
         let is_worth_more = |norms: Norms| norms.l2 <= OPENING * before;
+        *opened += 1;
         let norms = match scaling {
             Some(scaling) if scaling.is_own() => {
-                *opened += 1;
                 scaling.smoother(problem).relax_measured(backward, q, x, y)
             }
             _ => {
-                *opened += 1;
                 let norms = measure(problem, q, x, y, scratch);
                 if !is_worth_more(norms) {
                     return None;
