@@ -1,15 +1,11 @@
 //! Adaptive SOR against Young's theory, section "The optimal α" of docs/theory.md.
 
 use crate::common::{problem, solve_from_ones};
-use hlcp_core::{Aor, Diagonal, FivePoint, Hlcp, LinearOperator, Omega};
+use hlcp_core::{Aor, Diagonal, FivePoint, LinearOperator};
 use hlcp_methods::{AdaptiveSor, Limits, Method, Mms, Outcome, Solver};
 use hlcp_verify::{Disc, Slider};
 
 type Scene = hlcp_verify::Posed<f64, FivePoint<f64>, FivePoint<f64>>;
-
-fn disc(lcp: bool, m: usize) -> Scene {
-    Disc { lcp, m }.pose().unwrap()
-}
 
 fn solve<M: Method<f64>>(method: M, q: &[f64], limits: Limits) -> (Outcome, Solver<f64, M>) {
     let mut solver = Solver::new(method).with_history(10_000);
@@ -68,7 +64,7 @@ fn rate(mu: f64, alpha: f64) -> f64 {
 #[test]
 fn sor_has_youngs_rates_near_the_answer() {
     for lcp in [true, false] {
-        let scene = disc(lcp, 15);
+        let scene = Disc { lcp, m: 15 }.pose().unwrap();
         let mu = jacobi(&scene);
         for alpha in [1.0, 1.3, 0.9 * young(mu), young(mu) + 0.1] {
             let (outcome, solver) = amsor(&scene, alpha, Limits::relative(1e-12));
@@ -90,7 +86,7 @@ fn sor_has_youngs_rates_near_the_answer() {
 #[test]
 fn the_alpha_found_is_youngs() {
     for (lcp, m) in [(true, 15), (true, 31), (true, 63), (false, 15), (false, 31), (false, 63)] {
-        let scene = disc(lcp, m);
+        let scene = Disc { lcp, m }.pose().unwrap();
         let best = young(jacobi(&scene));
         let (outcome, alpha) = adaptive(&scene);
         let ratio = (2.0 - alpha) / (2.0 - best);
@@ -113,8 +109,7 @@ fn an_alpha_that_fails_on_films_is_left() {
     for cells in [24, 32, 50] {
         for tau in [0.8, 1.0, 1.2] {
             let (a, b, q) = Slider { cells }.pose::<f64>().unwrap();
-            let omega = Omega::diagonal_ratio(tau, &a, &b).unwrap();
-            let method = AdaptiveSor::new(Hlcp::new(a, b, omega).unwrap()).unwrap();
+            let method = AdaptiveSor::new(problem(tau, a, b)).unwrap();
             let (outcome, _) = solve(method, &q, Limits::relative(1e-10));
             assert!(outcome.converged(), "{cells} {tau}: {outcome}");
         }

@@ -79,10 +79,9 @@ fn cycles_end_with_the_time() {
     let m = 256;
     let a = FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
     let problem = Hlcp::new(a, Identity { order: m * m }, Omega::Uniform(4.0)).unwrap();
-    let multigrid = Multigrid::new(problem, Cycle::W).unwrap();
+    let mut plain = Multigrid::new(problem, Cycle::W).unwrap();
+    let mut full = FullMultigrid::new(plain.clone());
     let q = vec![-1.0; m * m];
-    let mut full = FullMultigrid::new(multigrid.clone());
-    let mut plain = multigrid;
     let methods: [&mut dyn Method<f64, A = _, B = _>; 2] = [&mut plain, &mut full];
     for method in methods {
         let mut asked = 0;

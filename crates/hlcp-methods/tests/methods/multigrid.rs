@@ -218,9 +218,7 @@ fn a_diverging_cycle_is_handed_to_sweeps() {
 fn a_problem_without_solution_is_not_solved() {
     let [nx, ny] = [31, 20];
     let a = FivePoint::from_fn(nx, ny, |i, j| {
-        let inside =
-            [j > 0, i > 0, i + 1 < nx, j + 1 < ny].map(|inside| f64::from(u8::from(inside)));
-        let [south, west, east, north] = inside;
+        let [south, west, east, north] = [j > 0, i > 0, i + 1 < nx, j + 1 < ny].map(f64::from);
         [-south, -west, south + west + east + north, -east, -north]
     });
     let problem = Hlcp::new(a.unwrap(), Identity { order: nx * ny }, Omega::Uniform(3.0)).unwrap();

@@ -367,9 +367,8 @@ fn six_steps_on_the_slider() {
         assert!(outcome.converged() && outcome.iterations <= 6, "{cells}: {outcome}");
         // The direct solve is the preconditioner: an inner iteration a step.
         assert_eq!(inner, outcome.iterations);
-        let slider = Slider { cells };
         let step = Slider::LENGTH / cells as f64;
-        assert!((slider.rupture(&z) - Slider::RUPTURE).abs() <= step);
+        assert!((Slider { cells }.rupture(&z) - Slider::RUPTURE).abs() <= step);
     }
 }
 
