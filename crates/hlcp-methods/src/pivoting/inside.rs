@@ -136,10 +136,10 @@ fn mean_size<T: Scalar>(x: impl Fn(usize) -> T, [of_z, of_r]: &[Vec<T>; 2]) -> f
 }
 
 /// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have the sum 1
-/// and the rows 2, with units of rows (Sinkhorn and Knopp). What the rows, `z` and `r` are
-/// multiplied by leaves no other trace in the end (`docs/theory.md`, "Units"). Rows and columns take
-/// turns, overrelaxed (A. Thibault, L. Chizat, C. Dossal and N. Papadakis, *Overrelaxed
-/// Sinkhorn–Knopp algorithm for regularized optimal transport*, Algorithms 14, 2021).
+/// and the rows 2, with units of rows (Sinkhorn and Knopp). What rows, `z` and `r` are multiplied
+/// by leaves no other trace in the end (`docs/theory.md`, "Units"). Rows and columns take turns,
+/// overrelaxed (A. Thibault, L. Chizat, C. Dossal and N. Papadakis, *Overrelaxed Sinkhorn–Knopp
+/// algorithm for regularized optimal transport*, Algorithms 14, 2021).
 fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> [Vec<T>; 2] {
     let n = problem.order();
     let mut rows = vec![vec![]; n];
