@@ -292,21 +292,29 @@ mod tests {
     use crate::film::{Drive, Journal, Motion, Settings};
 
     /// What the forces gain per displacement along a coordinate in the last of eight turns of small
-    /// whirls, by implicit steps in time, so many in a turn.
-    fn transient(bearing: &Bearing, column: usize, omega: f64, steps: usize) -> [c64; 2] {
+    /// whirls, by implicit steps in time, so many in a turn; none where a cell fills or breaks on
+    /// the way, for there forces have no derivative.
+    fn transient(bearing: &Bearing, column: usize, omega: f64, steps: usize) -> Option<[c64; 2]> {
         let (settings, size) = (Settings::default(), 1e-9);
         let mut motion = Motion::new(bearing.clone(), &settings).unwrap();
         let forces = |motion: &Motion| {
             let solved = motion.solved.as_ref().unwrap();
             bearing.forces(&solved.film, &solved.z)
         };
-        let before = forces(&motion);
+        let full = |motion: &Motion| {
+            let solved = motion.solved.as_ref().unwrap();
+            solved.z.iter().zip(&solved.r).map(|(z, r)| z > r).collect::<Vec<_>>()
+        };
+        let (before, full_before) = (forces(&motion), full(&motion));
         let mut found = [c64::new(0.0, 0.0); 2];
         for k in 1..=8 * steps {
             let (sin, cos) = (TAU * (k % steps) as f64 / steps as f64).sin_cos();
             let mut to = bearing.position.clone();
             to[column] += size * sin;
             motion.step(TAU / omega / steps as f64, &Drive::To(to), &settings).unwrap();
+            if full(&motion) != full_before {
+                return None;
+            }
             if k > 7 * steps {
                 let gains =
                     forces(&motion).into_iter().zip(&before).map(|(now, before)| now - before);
@@ -315,7 +323,7 @@ mod tests {
                 }
             }
         }
-        found
+        Some(found)
     }
 
     proptest! {
@@ -344,9 +352,9 @@ mod tests {
             let size = exact.concat().into_iter().map(|entry| entry.norm()).fold(0.0, f64::max);
             for column in 0..2 {
                 let found = transient(&bearing, column, omega, steps);
-                for (found, exact) in found.iter().zip(&exact) {
-                    // A displacement of 1e-5 clearances: solves leave 1e-7 of what it does, and
-                    // where a cell fills or breaks on the way it does that much more.
+                prop_assume!(found.is_some());
+                for (found, exact) in found.iter().flatten().zip(&exact) {
+                    // A displacement of 1e-5 clearances: solves leave 1e-7 of what it does.
                     let off = (found - exact[column]).norm();
                     prop_assert!(off <= 1e-4 * size, "{found} {}", exact[column]);
                 }
