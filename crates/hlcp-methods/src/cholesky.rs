@@ -10,14 +10,17 @@ use faer::{
         SparseColMatRef,
         linalg::{
             amd,
-            cholesky::{LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky},
+            cholesky::{
+                CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+                factorize_symbolic_cholesky,
+            },
         },
     },
 };
 use hlcp_core::{Hlcp, Rows, Scalar};
 
 use crate::{
-    direct::{NUMBERS, Transposed, cost},
+    direct::{BLOCKS, NUMBERS, Transposed, cost},
     limits::Cost,
 };
 
@@ -52,7 +55,11 @@ pub(crate) struct Cholesky {
     e: Vec<f64>,
     /// The columns with c ≠ 0.
     some: Vec<usize>,
-    factors: Option<Arc<(SymbolicCholesky<usize>, Vec<f64>)>>,
+    /// The upper triangle of M + G⁻¹D e/c there, by columns; the analysis of its pattern, if it has
+    /// been made, and the factors, if there are any.
+    upper: Transposed,
+    symbolic: Option<Arc<SymbolicCholesky<usize>>>,
+    numeric: Option<Vec<f64>>,
 }
 
 impl Cholesky {
@@ -90,9 +97,12 @@ impl Cholesky {
             None => of(diagonal(problem.a())?, true),
         }?;
         let [c, e] = [(); 2].map(|()| vec![1.0; n]);
-        let (some, factors) = ((0..n).collect(), None);
-        let cholesky = Self { of_b, divisors, diagonal, matrix, c, e, some, factors };
-        let upper = cholesky.upper();
+        let (some, upper, symbolic, numeric) =
+            ((0..n).collect(), Transposed::default(), None, None);
+        let mut cholesky =
+            Self { of_b, divisors, diagonal, matrix, c, e, some, upper, symbolic, numeric };
+        cholesky.fill();
+        let upper = &cholesky.upper;
         let entries = upper.columns.len();
         let mut room = MemBuffer::try_new(amd::order_maybe_unsorted_scratch::<usize>(n, entries));
         let (stack, [mut order, mut place]) =
@@ -107,19 +117,18 @@ impl Cholesky {
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }
 
-    /// The upper triangle of M + e/c, by columns.
-    fn upper(&self) -> Transposed {
-        let mut place = vec![usize::MAX; self.c.len()];
-        self.some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        let mut upper = Transposed::default();
-        upper.fill(self.some.len(), |at, each| {
-            let j = self.some[at];
+    /// Overwrites the upper triangle; returns whether the pattern is that of before.
+    fn fill(&mut self) -> bool {
+        let Self { some, matrix, c, e, upper, .. } = self;
+        let mut place = vec![usize::MAX; c.len()];
+        some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
+        upper.fill(some.len(), |at, each| {
+            let j = some[at];
             // Places that are not in use are beyond it.
-            let left = self.matrix.row(j).filter(|&(i, _)| place[i] <= at);
+            let left = matrix.row(j).filter(|&(i, _)| place[i] <= at);
             left.for_each(|(i, a)| each(place[i], a));
-            each(at, self.e[j] / self.c[j]);
-        });
-        upper
+            each(at, e[j] / c[j]);
+        })
     }
 
     /// Factorises the matrix of the columns that `d` chooses, if that is possible.
@@ -135,17 +144,29 @@ impl Cholesky {
         }
         self.some.clear();
         self.some.extend((0..d.len()).filter(|&j| self.c[j] != 0.0));
-        // Those before give up their memory first.
-        self.factors = None;
-        self.factors = self.factors().map(Arc::new);
+        if !self.fill() {
+            self.symbolic = None;
+        }
+        self.numeric = self.factors();
     }
 
-    /// The factors, unless memory is missing or the matrix is not positive definite.
-    fn factors(&self) -> Option<(SymbolicCholesky<usize>, Vec<f64>)> {
-        let upper = self.upper();
-        let pattern = upper.pattern();
-        let (order, settings) = (SymmetricOrdering::Amd, Default::default());
-        let symbolic = factorize_symbolic_cholesky(pattern, Side::Upper, order, settings).ok()?;
+    /// The factors, in the memory of those before, unless memory is missing or the matrix is not
+    /// positive definite.
+    fn factors(&mut self) -> Option<Vec<f64>> {
+        let mut values = self.numeric.take().unwrap_or_default();
+        let pattern = self.upper.pattern();
+        let symbolic = match &mut self.symbolic {
+            Some(symbolic) => symbolic,
+            symbolic => {
+                let blocks = CholeskySymbolicParams {
+                    supernodal_flop_ratio_threshold: BLOCKS,
+                    ..Default::default()
+                };
+                let (side, order) = (Side::Upper, SymmetricOrdering::Amd);
+                let analysis = factorize_symbolic_cholesky(pattern, side, order, blocks).ok()?;
+                symbolic.insert(Arc::new(analysis))
+            }
+        };
         // Blocks of columns are padded, but need no numbers of rows beside their own.
         let length = symbolic.len_val();
         if length as f64 > 2.0 * NUMBERS {
@@ -153,11 +174,11 @@ impl Cholesky {
         }
         let need = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
         let mut room = MemBuffer::try_new(need).ok()?;
-        let mut values = vec![];
+        values.clear();
         values.try_reserve_exact(length).ok()?;
         values.resize(length, 0.0);
         let (matrix, stack) =
-            (SparseColMatRef::new(pattern, &upper.values), MemStack::new(&mut room));
+            (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
         let (plain, settings) = (Default::default(), Default::default());
         symbolic
             .factorize_numeric_llt(
@@ -170,20 +191,19 @@ impl Cholesky {
                 settings,
             )
             .ok()?;
-        Some((symbolic, values))
+        Some(values)
     }
 
     pub(crate) fn has_factors(&self) -> bool {
-        self.factors.is_some()
+        self.numeric.is_some()
     }
 
     /// Overwrites `y` with the solution for `rhs`; with NaN where there are no factors.
     pub(crate) fn solve<T: Scalar>(&self, rhs: &[T], y: &mut [T]) {
-        let Some(factors) = &self.factors else {
+        let (Some(symbolic), Some(values)) = (&self.symbolic, &self.numeric) else {
             y.fill(T::nan());
             return;
         };
-        let (symbolic, values) = &**factors;
         let divided = |i: usize| rhs[i].wide() / self.divisors[i];
         let mut x = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
         let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
@@ -308,6 +328,14 @@ mod tests {
             let mut y = vec![f64::NAN; n];
             cholesky.factorise(&problem, &d[..n]);
             cholesky.solve(&rhs, &mut y);
+            // What was factorised between, of this pattern or another one, leaves no trace.
+            for side in [1.0, -1.0] {
+                let between: Vec<f64> = d[..n].iter().map(|d| side * d).collect();
+                let mut again = vec![f64::NAN; n];
+                [&between, &d[..n]].map(|d| cholesky.factorise(&problem, d));
+                cholesky.solve(&rhs, &mut again);
+                prop_assert_eq!(&again, &y);
+            }
             // Backward stable: the residual is rounding beside the terms of its row, in the units
             // of rows and columns, times the growth of a condition of some hundred.
             let mut size = DVector::from_vec(y.clone()).abs();
