@@ -105,6 +105,17 @@ fn what_conducts_without_a_grid_goes_to_algebraic_multigrid() {
         let amg = by("AMG", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
         assert!(outcome.sweeps <= 2 * amg.sweeps, "{earth} {along}: {outcome} {history:?}");
     }
+    // Across the grid at an angle, a fifth as much again couples with the other sign.
+    let mut a = Lists::of(&FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
+    for (k, row) in a.0.iter_mut().enumerate() {
+        for (to, sign) in [(m + 1, -0.45), (m - 1, 0.45)] {
+            let [forth, back] = [k + to, k.wrapping_sub(to)];
+            row.extend([forth, back].iter().filter(|&&j| j < m * m).map(|&j| (j, sign)));
+        }
+    }
+    let (outcome, history) = solve(&a, &b, &q);
+    let amg = by("AMG", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
+    assert!(outcome.sweeps <= 2 * amg.sweeps, "{outcome} {history:?}");
 }
 
 /// Multipliers, each of which three unknowns of a membrane answer, anywhere: the first linear solve

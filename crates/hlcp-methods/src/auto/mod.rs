@@ -43,7 +43,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
 /// | multigrid | 0.1; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, sum up to a tenth of the negative ones | 1000 on a plane and with such couplings, 500 elsewhere |
+/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, are 0.35 times the negative ones or more | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method on a line | 0.01 | 1000, or 200 steps of elimination |
@@ -738,21 +738,25 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
 }
 
 /// The part of the negative entries beside a diagonal that positive ones may be where rows conduct.
-const MIXED: f64 = 0.1;
+/// Meshes have up to a third for obtuse angles, the square of a Laplacian on a plane has 0.375.
+const MIXED: f64 = 0.35;
 
-/// Returns whether the positive entries beside the diagonal of `A`, or of `B`, sum up to more than
-/// a tenth of the negative ones.
+/// Returns whether the positive entries beside the diagonal of `A`, or of `B`, are more than that
+/// part of the negative ones, in the mean of the rows that have any.
 fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
     fn of<T: Scalar>(operator: &impl Rows<T>) -> bool {
-        let mut sums = [0.0; 2];
+        let mut parts = [0.0; 2];
         for i in 0..operator.order() {
+            let mut sums = [0.0; 2];
             operator.visit_row(i, &mut |j, a| {
                 if j != i {
                     sums[usize::from(a > T::zero())] += a.abs().wide();
                 }
             });
+            let all = (sums[0] + sums[1]).max(f64::MIN_POSITIVE);
+            parts.iter_mut().zip(sums).for_each(|(part, sum)| *part += sum / all);
         }
-        sums[1] > MIXED * sums[0]
+        parts[1] > MIXED * parts[0]
     }
     of(problem.a()) || of(problem.b())
 }
