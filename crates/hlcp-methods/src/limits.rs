@@ -12,10 +12,11 @@ use hlcp_core::{Error, Norms, Rhs, Scalar};
 /// assert_eq!(Norm::LInf.of(norms), 1e-10);
 /// assert!((Norm::L2.of(norms) - 1e-7).abs() < 1e-15);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Norm {
     /// The 2-norm.
+    #[default]
     L2,
     /// The largest absolute value.
     LInf,
@@ -119,7 +120,7 @@ impl Limits {
         Self {
             tolerance: Tolerance::Relative(tolerance),
             rounding: None,
-            norm: Norm::L2,
+            norm: Norm::default(),
             iterations: 30_000,
             time: None,
         }

@@ -20,7 +20,7 @@ use crate::Forecast;
 /// assert_eq!(ends(3.0)?, Status::Diverged(Divergence::Growth));
 /// # Ok::<(), Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Status {
     /// The exact residual of the answer, recomputed from the problem, is within the tolerance.
@@ -80,7 +80,7 @@ pub enum Status {
 /// assert_eq!(outcome.status, Status::Diverged(Divergence::Entry { index: 1 }));
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Divergence {
     /// The residual grew 10¹⁶-fold over the larger of its first value and ‖q‖.
@@ -290,6 +290,7 @@ impl fmt::Display for Outcome {
 ///
 /// let (base, newton) = (Work::sweeps(2), Work { sweeps: 40, linear_iterations: Some(9) });
 /// assert_eq!(base + newton, Work { sweeps: 42, linear_iterations: Some(9) });
+/// assert_eq!([base, newton, base].into_iter().sum::<Work>().sweeps, 44);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Work {
@@ -315,5 +316,11 @@ impl std::ops::Add for Work {
             sweeps: self.sweeps + other.sweeps,
             linear_iterations: one.map_or(two, |one| Some(one + two.unwrap_or(0))),
         }
+    }
+}
+
+impl std::iter::Sum for Work {
+    fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
+        parts.fold(Self::default(), std::ops::Add::add)
     }
 }

@@ -1,8 +1,20 @@
+use std::fmt;
+
 use hlcp_core::{Compiled, Error, Hlcp, Rows, Scalar};
 
 use crate::{Auto, NotConverged, Options, Outcome, Solver};
 
-/// The answer of [`solve`].
+/// The answer of [`solve`], which prints as its outcome.
+///
+/// ```
+/// use hlcp_methods::{Identity, solve};
+///
+/// let one = Identity { order: 1 };
+/// let answer = solve(&one, &one, &[-3.0])?;
+/// assert!(answer.converged() && answer.to_string().starts_with("converged after"));
+/// assert_eq!(answer.ok()?.z, [3.0]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 #[must_use = "an iteration may end without converging"]
 #[non_exhaustive]
@@ -16,21 +28,24 @@ pub struct Solution<T> {
 }
 
 impl<T> Solution<T> {
+    /// Returns whether the answer meets the tolerance.
+    pub fn converged(&self) -> bool {
+        self.outcome.converged()
+    }
+
     /// Returns the solution if it converged.
     ///
     /// # Errors
     ///
     /// [`NotConverged`] with the outcome if not.
-    ///
-    /// ```
-    /// use hlcp_methods::{Identity, solve};
-    ///
-    /// let one = Identity { order: 1 };
-    /// assert_eq!(solve(&one, &one, &[-3.0])?.ok()?.z, [3.0]);
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
     pub fn ok(self) -> Result<Self, NotConverged> {
         self.outcome.ok().map(|()| self)
+    }
+}
+
+impl<T> fmt::Display for Solution<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.outcome.fmt(f)
     }
 }
 

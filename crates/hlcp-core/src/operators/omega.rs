@@ -8,8 +8,21 @@ use crate::numbers::{Error, Scalar, positive};
 ///
 /// let omega = Omega::Each(vec![2.0, 0.5]);
 /// assert_eq!((omega.entry(1), Omega::Uniform(3.0).entry(1)), (0.5, 3.0));
+/// assert_eq!((vec![2.0, 0.5].into(), 3.0.into()), (omega, Omega::Uniform(3.0)));
 /// ```
 pub type Omega<T> = Entries<T, Vec<T>>;
+
+impl<T: Scalar> From<T> for Omega<T> {
+    fn from(entry: T) -> Self {
+        Self::Uniform(entry)
+    }
+}
+
+impl<T: Scalar> From<Vec<T>> for Omega<T> {
+    fn from(entries: Vec<T>) -> Self {
+        Self::Each(entries)
+    }
+}
 
 impl<T: Scalar> Omega<T> {
     /// Returns Ω = τ D_A D_B⁻¹, the choice of the paper's section 4.

@@ -528,10 +528,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     }
 
     fn work(&self) -> Option<Work> {
-        let opened = Work::sweeps(self.opened);
         // Those that a solve before has set up have done nothing in this one.
         let used = self.candidates.iter().filter(|each| each.iterations > 0);
-        Some(used.fold(opened, |sum, each| sum + each.work()))
+        Some(Work::sweeps(self.opened) + used.map(|each| each.work()).sum())
     }
 
     fn restart(&mut self) {
