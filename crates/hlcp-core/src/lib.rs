@@ -72,7 +72,7 @@ mod steps;
 #[doc(hidden)]
 pub use {
     kernel::{Smoother, Transfer},
-    numbers::{Compiled, all_finite, number},
+    numbers::{Compiled, all_finite, assert_lengths, number},
     operators::check_row,
 };
 

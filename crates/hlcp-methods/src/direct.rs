@@ -14,7 +14,7 @@ use faer::{
         },
     },
 };
-use hlcp_core::{Error, Hlcp, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Rows, Scalar, assert_lengths};
 
 use crate::limits::Cost;
 
@@ -239,7 +239,7 @@ impl SparseLu {
             y.fill(T::nan());
             return;
         };
-        assert_eq!(rhs.len(), y.len(), "the right-hand side and its solution have other lengths");
+        assert_lengths(symbolic.ncols(), [("rhs", rhs.len()), ("y", y.len())]);
         let mut x = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i].wide());
         let mut room =
             MemBuffer::new(symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq));

@@ -1,4 +1,4 @@
-use hlcp_core::{Hlcp, LinearOperator, Rows, Scalar};
+use hlcp_core::{Hlcp, LinearOperator, Rows, Scalar, assert_lengths};
 
 /// The Jacobian `J(x) = (A + BΩ) + (A − BΩ) diag(sign x)` of F where no entry of `x` is zero.
 ///
@@ -30,7 +30,7 @@ impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, 
     /// the others have.
     pub fn new(problem: &'p Hlcp<T, A, B>, x: &'p [T]) -> Self {
         assert!(problem.strip().is_none(), "a Jacobian of a problem that ranks share");
-        assert_eq!(x.len(), problem.order(), "a vector of the problem's order");
+        assert_lengths(problem.order(), [("x", x.len())]);
         Self { problem, x }
     }
 
@@ -48,7 +48,7 @@ impl<'p, T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Jacobian<'p, T, 
     /// Unless `s` and `y` have the problem's order.
     pub fn apply(&self, s: &[T], y: &mut [T], scratch: &mut Vec<T>) {
         let n = self.x.len();
-        assert_eq!((s.len(), y.len()), (n, n), "vectors of the problem's order");
+        assert_lengths(n, [("s", s.len()), ("y", y.len())]);
         if scratch.len() < 2 * n {
             scratch.resize(2 * n, T::zero());
         }

@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use hlcp_core::{Csr, Error, Hlcp, Norms, Omega, Rhs, Rows, Scalar};
+use hlcp_core::{Csr, Error, Hlcp, Norms, Omega, Rhs, Rows, Scalar, assert_lengths};
 
 use crate::{AutoTurn, Clock, Method, Status, Work, method::iterate};
 
@@ -85,7 +85,8 @@ where
         let n = problem.order();
         let mut places = vec![usize::MAX; n];
         order.iter().enumerate().for_each(|(place, &i)| places[i] = place);
-        assert!(order.len() == n && !places.contains(&usize::MAX), "an order has each of {n} once");
+        assert_lengths(n, [("order", order.len())]);
+        assert!(!places.contains(&usize::MAX), "order has an unknown twice, not each once");
         let omega = match problem.omega() {
             Omega::Uniform(omega) => Omega::Uniform(*omega),
             Omega::Each(omega) => Omega::Each(order.iter().map(|&i| omega[i]).collect()),

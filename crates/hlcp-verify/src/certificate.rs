@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hlcp_core::{Error, Rows, Scalar, all_finite};
+use hlcp_core::{Error, Rows, Scalar, all_finite, assert_lengths};
 use hlcp_methods::{Clock, Method};
 
 use crate::{
@@ -154,7 +154,8 @@ impl Certificate {
     pub fn functional(&self, coefficients: [&[f64]; 2]) -> [f64; 2] {
         let mut sums = [Doubled::default(); 2];
         for (k, c) in coefficients.into_iter().enumerate() {
-            assert_eq!(c.len(), self.sides.len(), "a coefficient for each unknown");
+            let name = ["coefficients[0]", "coefficients[1]"][k];
+            assert_lengths(self.sides.len(), [(name, c.len())]);
             for (j, &c) in c.iter().enumerate() {
                 let [l, u] = self.interval(j)[k];
                 let ends = if c >= 0.0 { [l, u] } else { [u, l] };

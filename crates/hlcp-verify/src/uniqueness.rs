@@ -9,7 +9,7 @@
 
 use std::{collections::HashSet, fmt};
 
-use hlcp_core::{Error, Rows, Scalar};
+use hlcp_core::{Error, Rows, Scalar, assert_lengths};
 use hlcp_methods::Clock;
 
 use crate::{
@@ -172,8 +172,8 @@ impl Disproof {
     /// Unless all orders agree.
     pub fn holds<T: Scalar>(&self, a: &impl Rows<T>, b: &impl Rows<T>) -> bool {
         assert_eq!(a.order(), b.order(), "A and B of one order");
-        let lengths = [self.m_matrix.len(), self.v.len(), self.other.len(), self.u.len()];
-        assert_eq!(lengths, [a.order(); 4], "an entry for each unknown");
+        assert_lengths(a.order(), [("m_matrix", self.m_matrix.len()), ("v", self.v.len())]);
+        assert_lengths(a.order(), [("other", self.other.len()), ("u", self.u.len())]);
         self.proves(&Transposed::new(a, b))
     }
 

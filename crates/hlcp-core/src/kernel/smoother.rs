@@ -12,7 +12,9 @@ use super::{
     transfer::WEIGHTED,
 };
 use crate::{
-    numbers::{Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies, vectorised},
+    numbers::{
+        Compiled, Meter, Norms, Rhs, Scalar, Stretches, Tallies, assert_lengths, vectorised,
+    },
     parallel::{Claims, OrderedSum, team},
     rows::Relaxation,
 };
@@ -49,20 +51,20 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Overwrites `y` with what a sweep makes of `x`, where `f` is a factor and the vector that it
     /// multiplies.
     pub fn relax(&self, backward: bool, f: Multiple<'_, T>, x: &[T], y: &mut [T]) {
-        self.assert_orders([f.1.len(), x.len(), y.len()]);
+        self.assert_orders([("f", f.1.len()), ("x", x.len()), ("y", y.len())]);
         SMOOTH.of::<Smooth<T>>()(&self.sweep.directed(backward, false), f, x, y);
     }
 
     /// Takes a sweep with the problem's γ and `q` for `f` that also returns the norms of
     /// `A z − B r + q` at its input; its result is that of [`relax`](Self::relax) up to rounding.
     pub fn relax_measured(&self, backward: bool, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Norms {
-        self.assert_orders([q.entries().len(), x.len(), y.len()]);
+        self.assert_orders([("q", q.entries().len()), ("x", x.len()), ("y", y.len())]);
         self.sweep.directed(backward, false).run(true, gauss_seidel(), q, x, y)
     }
 
     /// Returns the norms of `A z − B r + q` at `x`.
     pub fn norms(&self, q: &Rhs<'_, T>, x: &[T]) -> Norms {
-        self.assert_orders([q.entries().len(), x.len()]);
+        self.assert_orders([("q", q.entries().len()), ("x", x.len())]);
         let Sweep { grid, gamma, q_factor, .. } = self.sweep;
         let (stretches, meter) = (self.sweep.stretches(), q.meter(gamma));
         let (bands, sum) = (Claims::new(0..grid.ny.div_ceil(ROWS)), OrderedSum::new());
@@ -73,7 +75,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
 
     /// Takes `K(x)` off `f`.
     pub fn subtract(&self, x: &[T], f: &mut [T]) {
-        self.assert_orders([x.len(), f.len()]);
+        self.assert_orders([("x", x.len()), ("f", f.len())]);
         let bands = Claims::new(f.chunks_mut(self.sweep.grid.nx * ROWS).enumerate());
         self.walk(None, x, &self.sweep.beside(x), &Pass::Subtract(bands));
     }
@@ -81,7 +83,7 @@ impl<'a, T: Scalar> Smoother<'a, T> {
     /// Overwrites `coarse` with the full weighting of the defect `K(x) + f`: the transpose of
     /// [`Transfer::interpolate`] over the ratio of the cells' areas.
     pub fn restrict(&self, f: Multiple<'_, T>, x: &[T], transfer: &Transfer<T>, coarse: &mut [T]) {
-        self.assert_orders([f.1.len(), x.len()]);
+        self.assert_orders([("f", f.1.len()), ("x", x.len())]);
         transfer.assert_orders(x.len(), coarse.len());
         let beside = self.sweep.beside(x);
         let defects_beside = self.sweep.strip().map_or([vec![], vec![]], |strip| {
@@ -142,9 +144,9 @@ impl<'a, T: Scalar> Smoother<'a, T> {
         });
     }
 
-    fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {
+    fn assert_orders<const K: usize>(&self, vectors: [(&str, usize); K]) {
         let [nx, ny] = self.sweep.grid();
-        assert_eq!(lengths, [nx * ny; K], "vectors of the grid's order");
+        assert_lengths(nx * ny, vectors);
     }
 }
 

@@ -235,6 +235,18 @@ pub fn number(value: f64) -> String {
     if is_long { format!("{value:e}") } else { value.to_string() }
 }
 
+/// Panics, and names the vector, unless vectors of these lengths have an entry for each unknown.
+#[doc(hidden)]
+#[track_caller]
+pub fn assert_lengths<const K: usize>(order: usize, vectors: [(&str, usize); K]) {
+    for (what, found) in vectors {
+        assert!(
+            found == order,
+            "{what} has length {found}, but it must have length {order}, an entry for each unknown"
+        );
+    }
+}
+
 /// Refuses a parameter that is not positive and finite.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
     if value > 0.0 && value.is_finite() {

@@ -10,7 +10,7 @@ pub(crate) use self::{
     scalar::vectorised,
 };
 pub use self::{
-    error::{Error, number},
+    error::{Error, assert_lengths, number},
     norms::{Norms, Rhs, all_finite},
     scalar::{Compiled, Scalar},
 };

@@ -1,7 +1,7 @@
 //! Operators made of numbers or of other operators.
 
 use super::{Coefficients, Diagonal, FivePointView, LinearOperator, Rows};
-use crate::numbers::{Error, Scalar, all_finite};
+use crate::numbers::{Error, Scalar, all_finite, assert_lengths};
 
 /// The identity: with it for `B`, the problem is the linear complementarity problem.
 ///
@@ -24,6 +24,7 @@ impl<T: Scalar> LinearOperator<T> for Identity {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
+        assert_lengths(self.order, [("x", x.len()), ("y", y.len())]);
         y.copy_from_slice(x);
     }
 
@@ -78,8 +79,7 @@ impl<T: Scalar> LinearOperator<T> for DiagonalMatrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        let n = self.entries.len();
-        assert_eq!((x.len(), y.len()), (n, n), "vectors of the operator's order");
+        assert_lengths(self.entries.len(), [("x", x.len()), ("y", y.len())]);
         for ((y, &x), &d) in y.iter_mut().zip(x).zip(&self.entries) {
             *y = d * x;
         }

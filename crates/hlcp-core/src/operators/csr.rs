@@ -4,7 +4,7 @@ use super::{
     Diagonal, Index, LinearOperator, Rows, RowsOf, Source,
     assembled::{Pattern, Slices},
 };
-use crate::numbers::{Error, Scalar, all_finite};
+use crate::numbers::{Error, Scalar, all_finite, assert_lengths};
 
 /// An assembled matrix in compressed sparse rows, the caller's arrays or its own.
 ///
@@ -194,7 +194,7 @@ impl<T: Scalar> LinearOperator<T> for Csr<'_, T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!([x.len(), y.len()], [self.order(); 2], "vectors of the operator's order");
+        assert_lengths(self.order, [("x", x.len()), ("y", y.len())]);
         let mut rows = self.rows();
         for (i, y) in y.iter_mut().enumerate() {
             *y = rows.fold(i, T::zero(), |sum, j, a| sum + a * x[j]);

@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 
 use super::{Diagonal, LinearOperator, Rows};
-use crate::numbers::{Error, Scalar, all_finite};
+use crate::numbers::{Error, Scalar, all_finite, assert_lengths};
 
 /// A dense matrix, row by row: the caller's slice, or a vector of its own.
 ///
@@ -53,7 +53,7 @@ impl<T: Scalar> LinearOperator<T> for RowMajor<'_, T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!([x.len(), y.len()], [self.order; 2], "vectors of the operator's order");
+        assert_lengths(self.order, [("x", x.len()), ("y", y.len())]);
         for (i, y) in y.iter_mut().enumerate() {
             *y = self.row(i).iter().zip(x).fold(T::zero(), |sum, (&a, &x)| sum + a * x);
         }

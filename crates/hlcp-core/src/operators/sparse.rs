@@ -1,7 +1,7 @@
 use nalgebra_sparse::{CscMatrix, CsrMatrix, na::DMatrix};
 
 use super::{Csr, Diagonal, LinearOperator, Rows};
-use crate::numbers::{Error, Scalar};
+use crate::numbers::{Error, Scalar, assert_lengths};
 
 /// An assembled matrix is one more operator, on every rung.
 ///
@@ -82,7 +82,7 @@ impl<T: Scalar> LinearOperator<T> for CscMatrix<T> {
     }
 
     fn apply(&self, x: &[T], y: &mut [T]) {
-        assert_eq!([x.len(), y.len()], [self.ncols(); 2], "vectors of the operator's order");
+        assert_lengths(self.ncols(), [("x", x.len()), ("y", y.len())]);
         y.fill(T::zero());
         for (column, &x) in self.col_iter().zip(x) {
             for (&i, &a) in column.row_indices().iter().zip(column.values()) {
@@ -131,7 +131,7 @@ impl<T: Scalar> LinearOperator<T> for DMatrix<T> {
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         let n = self.ncols();
-        assert_eq!([x.len(), y.len()], [n; 2], "vectors of the operator's order");
+        assert_lengths(n, [("x", x.len()), ("y", y.len())]);
         y.fill(T::zero());
         for (j, &x) in x.iter().enumerate() {
             let column = &self.as_slice()[j * n..(j + 1) * n];

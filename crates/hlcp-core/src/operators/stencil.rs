@@ -1,6 +1,6 @@
 use super::{
     Coefficients, Diagonal, Entries, FivePointView, LinearOperator, Rows, Varying,
-    view::{can_close, visit_neighbours},
+    view::{NAMES, can_close, visit_neighbours},
 };
 use crate::numbers::{Error, Scalar, all_finite};
 
@@ -93,9 +93,6 @@ impl<T: Scalar, L: AsRef<[T]> + Send + Sync> Direction for Entries<T, L> {
         }
     }
 }
-
-/// How errors name the directions.
-const NAMES: [&str; 5] = ["south", "west", "centre", "east", "north"];
 
 impl<C: Direction> FivePoint<C> {
     /// Returns the operator with the coefficients `[south, west, centre, east, north]` on a grid of

@@ -1,7 +1,7 @@
 use std::fmt;
 
 use super::{Diagonal, LinearOperator, Rows};
-use crate::numbers::{Error, Scalar};
+use crate::numbers::{Error, Scalar, assert_lengths};
 
 /// A tridiagonal operator whose rows are a function of their index.
 ///
@@ -84,7 +84,7 @@ impl<T: Scalar, F: Fn(usize) -> [T; 3] + Send + Sync> LinearOperator<T> for Trid
 
     fn apply(&self, x: &[T], y: &mut [T]) {
         let n = self.order;
-        assert_eq!((x.len(), y.len()), (n, n), "vectors of the operator's order");
+        assert_lengths(n, [("x", x.len()), ("y", y.len())]);
         for (i, y) in y.iter_mut().enumerate() {
             let [below, on, above] = (self.row)(i);
             *y = on * x[i];

@@ -1,5 +1,8 @@
 use super::Coefficients;
-use crate::numbers::{Error, Scalar};
+use crate::numbers::{Error, Scalar, assert_lengths};
+
+/// How errors and panics name the directions.
+pub(super) const NAMES: [&str; 5] = ["south", "west", "centre", "east", "north"];
 
 impl<T: Scalar> Coefficients<'_, T> {
     /// Adds `a x` to `y`, for a stretch of points that begins at point `from`.
@@ -49,9 +52,9 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     ///
     /// Unless each list of coefficients has `nx·ny` entries.
     pub fn new(nx: usize, ny: usize, coefficients: [Coefficients<'a, T>; 5]) -> Self {
-        for c in &coefficients {
+        for (name, c) in NAMES.into_iter().zip(&coefficients) {
             if let Coefficients::Each(values) = c {
-                assert_eq!(values.len(), nx * ny, "a coefficient for each point");
+                assert_lengths(nx * ny, [(name, values.len())]);
             }
         }
         Self { grid: Some([nx, ny]), coefficients, round: [false; 2] }
@@ -127,7 +130,7 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
 
     /// Overwrites `y` with the product with `x`, on an `nx × ny` grid.
     pub(crate) fn apply(&self, [nx, ny]: [usize; 2], x: &[T], y: &mut [T]) {
-        assert_eq!([x.len(), y.len()], [nx * ny; 2], "vectors of the grid's order");
+        assert_lengths(nx * ny, [("x", x.len()), ("y", y.len())]);
         for (j, y) in y.chunks_exact_mut(nx).enumerate() {
             self.product(nx, j, 0, x, [None; 2], y);
         }

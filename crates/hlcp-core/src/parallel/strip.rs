@@ -1,7 +1,7 @@
 use std::{ops::Range, sync::Arc};
 
 use super::Ranks;
-use crate::numbers::{Error, Part, Scalar, Stretches, Totals};
+use crate::numbers::{Error, Part, Scalar, Stretches, Totals, assert_lengths};
 
 /// The columns of a grid that one rank works on.
 ///
@@ -122,7 +122,7 @@ impl Strip {
     /// ```
     pub fn gather<T: Scalar>(&self, own: &[T]) -> Option<Vec<T>> {
         let [nx, ny] = self.whole;
-        assert_eq!(own.len(), self.columns().len() * ny, "an entry for each point");
+        assert_lengths(self.columns().len() * ny, [("own", own.len())]);
         if self.rank() > 0 {
             own.chunks(self.columns().len()).for_each(|row| self.ranks.send(0, &wide(row)));
             return None;

@@ -17,7 +17,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
     /// Unless `q` and `x` have length `n`; where ranks share the problem.
     #[doc(hidden)]
     pub fn solve_rows(&self, q: &[T], x: &mut [T], backward: bool) {
-        self.assert_orders([q.len(), x.len()]);
+        self.assert_orders([("q", q.len()), ("x", x.len())]);
         assert!(self.strip().is_none(), "rows are solved one after another on one rank");
         let (mut a, mut b) = (Visited::new(&self.a), Visited::new(&self.b));
         for k in 0..x.len() {

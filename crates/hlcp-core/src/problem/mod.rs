@@ -9,7 +9,10 @@ use std::{ops::Range, sync::Arc};
 
 use crate::{
     kernel::Sweep,
-    numbers::{Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, positive},
+    numbers::{
+        Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, assert_lengths,
+        positive,
+    },
     operators::{Diagonal, FivePointView, Identity, LinearOperator, Omega},
     parallel::{Claims, Shared, Strip, team, totals},
     rows::{Known, RowResidual},
@@ -356,7 +359,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Both are non-negative and `zᵢ rᵢ = 0` exactly, for every `x` of which `2|x|` is finite; an
     /// entry that overflows is infinite.
     pub fn solution_from_x(&self, x: &[T], z: &mut [T], r: &mut [T]) {
-        self.assert_orders([x.len(), z.len(), r.len()]);
+        self.assert_orders([("x", x.len()), ("z", z.len()), ("r", r.len())]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let portions = x.chunks(PORTION).zip(z.chunks_mut(PORTION)).zip(r.chunks_mut(PORTION));
         let portions = Claims::new(portions.enumerate());
@@ -394,7 +397,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn x_from_solution(&self, z: &[T], r: &[T], x: &mut [T]) {
-        self.assert_orders([z.len(), r.len(), x.len()]);
+        self.assert_orders([("z", z.len()), ("r", r.len()), ("x", x.len())]);
         let (z, r) = if self.exchanged { (r, z) } else { (z, r) };
         let half = self.gamma / (T::one() + T::one());
         for (i, x) in x.iter_mut().enumerate() {
@@ -420,7 +423,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn defect(&self, q: &[T], x: &[T], f: &mut [T], scratch: &mut Vec<T>) {
-        self.assert_orders([q.len(), x.len(), f.len()]);
+        self.assert_orders([("q", q.len()), ("x", x.len()), ("f", f.len())]);
         let (part, product) = halves(scratch, x.len());
         for (u, &x) in part.iter_mut().zip(x) {
             *u = x.abs() + x;
@@ -475,7 +478,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn residual(&self, q: &Rhs<'_, T>, z: &[T], r: &[T], scratch: &mut Vec<T>) -> Norms {
-        self.assert_orders([q.entries().len(), z.len(), r.len()]);
+        self.assert_orders([("q", q.entries().len()), ("z", z.len()), ("r", r.len())]);
         self.assert_whole(q);
         if let Ok(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
@@ -563,13 +566,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn dot(&self, u: &[T], v: &[T]) -> f64 {
-        self.assert_orders([u.len(), v.len()]);
+        self.assert_orders([("u", u.len()), ("v", v.len())]);
         self.total(|tally, at| tally.add_products(&u[at.clone()], &v[at])).sum
     }
 
     /// Returns the norms of a vector in units of a meter, divided by γ.
     pub(crate) fn measure(&self, meter: Meter, v: &[T], gamma: T) -> Norms {
-        self.assert_orders([v.len()]);
+        self.assert_orders([("v", v.len())]);
         meter.norms_of(self.total(|tally, at| tally.add(meter, &v[at])), gamma)
     }
 
@@ -586,8 +589,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         }
     }
 
-    pub(crate) fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {
-        assert_eq!(lengths, [self.order(); K], "vectors of the problem's order");
+    #[track_caller]
+    pub(crate) fn assert_orders<const K: usize>(&self, vectors: [(&str, usize); K]) {
+        assert_lengths(self.order(), vectors);
     }
 }
 

@@ -29,7 +29,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// seven products with each operator and `2n` numbers of `scratch`.
     #[doc(hidden)]
     pub fn estimated_rounding(&self, q: &Rhs<'_, T>, x: &[T], scratch: &mut Vec<T>) -> Norms {
-        self.assert_orders([q.entries().len(), x.len()]);
+        self.assert_orders([("q", q.entries().len()), ("x", x.len())]);
         let n = x.len();
         let (part, product) = halves(scratch, n);
         let mut terms = q.norms();
@@ -62,7 +62,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// of `r` and `z`.
     #[doc(hidden)]
     pub fn factor_norms(&self, x: &[T]) -> [Norms; 2] {
-        self.assert_orders([x.len()]);
+        self.assert_orders([("x", x.len())]);
         let (omega, gamma) = (self.omega().coefficients(), self.gamma());
         [true, false].map(|of_z| {
             Meter::measured(1.0, self.whole_order(), |meter| {
@@ -204,7 +204,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// Three ways to the rows, each at least twice as fast as the next: on 128 × 128 points 0.10 ms
     /// by the kernel, 0.49 ms over arrays and 1.01 ms by visits.
     fn sum_rows(&self, question: Question, q: &Rhs<'_, T>, x: &[T], meter: Meter) -> Option<Part> {
-        self.assert_orders([q.entries().len(), x.len()]);
+        self.assert_orders([("q", q.entries().len()), ("x", x.len())]);
         if let Ok(sweep) = self.sweep() {
             return Some(sweep.exact(question, q, x, meter));
         }

@@ -317,7 +317,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Aor<T> {
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
-        problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+        problem.assert_orders([("q", q.entries().len()), ("x", x.len()), ("y", y.len())]);
         problem.assert_whole(q);
         if let Some(fused) = self.fused(problem) {
             return fused.run(self.accelerated, self.relaxations(), q, x, y);

@@ -74,7 +74,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
-        problem.assert_orders([q.entries().len(), x.len(), y.len(), self.colours.order()]);
+        problem.assert_orders([("q", q.entries().len()), ("x", x.len()), ("y", y.len())]);
+        problem.assert_orders([("colours", self.colours.order())]);
         self.aor.walk(problem, Some(&self.colours), q, x, y, scratch)
     }
 }

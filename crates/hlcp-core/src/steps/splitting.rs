@@ -201,7 +201,7 @@ where
         y: &mut [T],
         scratch: &mut Vec<T>,
     ) -> Norms {
-        problem.assert_orders([q.entries().len(), x.len(), y.len()]);
+        problem.assert_orders([("q", q.entries().len()), ("x", x.len()), ("y", y.len())]);
         problem.assert_whole(q);
         problem.defect(q.entries(), x, y, scratch);
         let f = &mut scratch[..x.len()];

@@ -30,6 +30,12 @@ fn orders_that_differ_are_refused() {
 }
 
 #[test]
+#[should_panic(expected = "r has length 5, but it must have length 6, an entry for each unknown")]
+fn a_panic_names_the_vector_of_a_wrong_length() {
+    problem().solution_from_x(&[0.0; 6], &mut [0.0; 6], &mut [0.0; 5]);
+}
+
+#[test]
 fn empty_problems_are_refused() {
     for (nx, ny) in [(0, 3), (3, 0), (0, 0)] {
         assert_eq!(FivePoint::new(nx, ny, [1.0; 5]), Err(Error::Grid { nx, ny }));

@@ -8,7 +8,7 @@ mod newton;
 mod order;
 mod units;
 
-use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, check_row};
+use hlcp_core::{Error, Hlcp, Norms, Rows, Scalar, assert_lengths, check_row};
 
 pub(crate) use self::matrix::Lu;
 pub use self::newton::AmgNewton;
@@ -350,7 +350,7 @@ impl<T: Scalar> Amg<T> {
         (tolerance, limit): (f64, usize),
         clock: &mut Clock<'_>,
     ) -> Inner {
-        assert!([rhs.len(), y.len()] == [self.n; 2], "vectors of the problem's order");
+        assert_lengths(self.n, [("rhs", rhs.len()), ("y", y.len())]);
         self.set_up_within(jacobian, clock);
         y.fill(T::zero());
         if self.hierarchy.is_none() {

@@ -8,6 +8,7 @@ mod scaling;
 
 use hlcp_core::{
     Error, FivePoint, Hlcp, LinearOperator, Norms, Omega, Rhs, Scalar, Smoother, Strip, Transfer,
+    assert_lengths,
 };
 
 pub(crate) use self::scaling::{Scaling, exact_sweep};
@@ -164,7 +165,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
 
     /// Overwrites `x` with a start by nested iteration.
     fn nested(&mut self, q: &Rhs<'_, T>, x: &mut [T], clock: &mut Clock<'_>) {
-        self.assert_orders([q.entries().len(), x.len()]);
+        assert_lengths(self.problem.order(), [("q", q.entries().len()), ("x", x.len())]);
         // A cycle, four sweeps, and a cycle on grids that halve.
         self.taken += 2 * self.sweeps[0] + 4;
         let cycle = self.cycle;
@@ -194,10 +195,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Multigrid<T, A, B> {
             parallel,
         }
     }
-
-    fn assert_orders<const K: usize>(&self, lengths: [usize; K]) {
-        assert_eq!(lengths, [self.problem.order(); K], "vectors of the problem's order");
-    }
 }
 
 impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multigrid<T, A, B> {
@@ -226,7 +223,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Method<T> for Multig
     }
 
     fn step(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut Vec<T>, clock: &mut Clock<'_>) -> Norms {
-        self.assert_orders([q.entries().len(), x.len(), y.len()]);
+        let n = self.problem.order();
+        assert_lengths(n, [("q", q.entries().len()), ("x", x.len()), ("y", y.len())]);
         // Every kind of iteration begins with a pair of sweeps.
         let norms = if self.scaling.is_own() {
             self.equation(q).smooth_measured(q, x, y)

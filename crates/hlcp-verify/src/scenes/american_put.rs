@@ -1,4 +1,4 @@
-use hlcp_core::{Error, FivePoint, Identity, Scalar};
+use hlcp_core::{Error, FivePoint, Identity, Scalar, assert_lengths};
 
 use super::{check, positive};
 
@@ -114,7 +114,7 @@ impl AmericanPut {
     /// Unless `z` and `q` have the order of `A`.
     pub fn q<T: Scalar>(&self, k: usize, z: &[T], q: &mut [T]) {
         let n = self.order();
-        assert_eq!((z.len(), q.len()), (n, n), "vectors of the grid's order");
+        assert_lengths(n, [("z", z.len()), ("q", q.len())]);
         let [west, centre, east] = self.row();
         // A half step of L, by a row's neighbours.
         let half =
@@ -142,7 +142,7 @@ impl AmericanPut {
     /// Unless `z` has the order of `A`.
     pub fn price<T: Scalar>(&self, z: &[T], spot: f64) -> f64 {
         let n = self.order();
-        assert_eq!(z.len(), n, "a value for each point");
+        assert_lengths(n, [("z", z.len())]);
         let place = self.below() - 1.0 + spot.ln() / self.spacing();
         let nearest = place.round();
         if !(0.0..n as f64).contains(&nearest) {
@@ -174,7 +174,7 @@ impl AmericanPut {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn exercise<T: Scalar>(&self, z: &[T]) -> f64 {
-        assert_eq!(z.len(), self.order(), "a value for each point");
+        assert_lengths(self.order(), [("z", z.len())]);
         let waiting = z.iter().position(|&z| z > T::zero()).unwrap_or(self.below() as usize);
         ((waiting as f64 - self.below()) * self.spacing()).exp()
     }

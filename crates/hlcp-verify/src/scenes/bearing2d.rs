@@ -3,7 +3,7 @@ use std::{
     ops::Range,
 };
 
-use hlcp_core::{Error, Scalar};
+use hlcp_core::{Error, Scalar, assert_lengths};
 
 use super::{Columns, Grids, check, entries, operator, positive};
 
@@ -166,7 +166,7 @@ impl Bearing2d {
     /// assert!(near(scene.load(&[1.0, 0.0, 0.0]), [0.0, FRAC_PI_2]));
     /// ```
     pub fn load<T: Scalar>(&self, z: &[T]) -> [f64; 2] {
-        self.assert_order(z);
+        assert_lengths(self.nx * self.ny, [("z", z.len())]);
         let [hx, hy] = self.spacing();
         let mut load = [0.0; 2];
         for (k, &z) in z.iter().enumerate() {
@@ -238,8 +238,7 @@ impl Bearing2d {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn flows<T: Scalar>(&self, z: &[T], r: &[T]) -> [f64; 3] {
-        self.assert_order(z);
-        self.assert_order(r);
+        assert_lengths(self.nx * self.ny, [("z", z.len()), ("r", r.len())]);
         let ([nx, ny], hy) = ([self.nx, self.ny], self.spacing()[1]);
         let [mut drawn, mut returned, mut ends] = [0.0; 3];
         for j in 0..ny {
@@ -252,9 +251,5 @@ impl Bearing2d {
             ends += self.along(i) * (z[i].wide() + z[(ny - 1) * nx + i].wide());
         }
         [drawn, returned, ends]
-    }
-
-    fn assert_order<T>(&self, z: &[T]) {
-        assert_eq!(z.len(), self.nx * self.ny, "an entry for each point");
     }
 }

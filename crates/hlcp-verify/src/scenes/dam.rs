@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use hlcp_core::{Error, Scalar};
+use hlcp_core::{Error, Scalar, assert_lengths};
 
 use super::{Columns, Grids, check, entries, operator, positive};
 
@@ -181,7 +181,7 @@ impl Dam {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn discharge<T: Scalar>(&self, z: &[T]) -> f64 {
-        self.assert_order(z);
+        assert_lengths(self.nx * self.ny, [("z", z.len())]);
         let first = z.iter().step_by(self.nx).enumerate();
         first.map(|(j, z)| self.side(j) * (self.heads(j)[0] - z.wide())).sum()
     }
@@ -211,12 +211,8 @@ impl Dam {
     /// assert_eq!(dam.heights(&[1.0, 1.0, 0.5, 1.0, 0.0, 0.0, 0.0, 0.0]), [0.625, 0.5]);
     /// ```
     pub fn heights<T: Scalar>(&self, r: &[T]) -> Vec<f64> {
-        self.assert_order(r);
+        assert_lengths(self.nx * self.ny, [("r", r.len())]);
         let wet = |i: usize| r[i..].iter().step_by(self.nx).map(|r| 1.0 - r.wide()).sum::<f64>();
         (0..self.nx).map(|i| wet(i) * self.spacing()[1]).collect()
-    }
-
-    fn assert_order<T>(&self, v: &[T]) {
-        assert_eq!(v.len(), self.nx * self.ny, "a number for each cell");
     }
 }

@@ -1,6 +1,6 @@
 use std::{f64::consts::TAU, ops::Range};
 
-use hlcp_core::{Error, FivePoint, Identity, Scalar, Varying};
+use hlcp_core::{Error, FivePoint, Identity, Scalar, Varying, assert_lengths};
 
 use super::{Columns, check, entries, operator, positive};
 
@@ -129,7 +129,7 @@ impl JournalBearing {
     /// ```
     pub fn objective<T: Scalar>(&self, z: &[T]) -> f64 {
         let [nx, ny] = [self.nx, self.ny];
-        assert_eq!(z.len(), nx * ny, "a pressure for each point");
+        assert_lengths(nx * ny, [("z", z.len())]);
         // Zero on the boundary, which is where an index of 0 leads.
         let at = |i: usize, j: usize| {
             let inside = (1..=nx).contains(&i) && (1..=ny).contains(&j);

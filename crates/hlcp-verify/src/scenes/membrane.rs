@@ -1,6 +1,6 @@
 use std::{f64::consts::TAU, ops::Range};
 
-use hlcp_core::{Error, FivePoint, Identity, Scalar};
+use hlcp_core::{Error, FivePoint, Identity, Scalar, assert_lengths};
 
 use super::{Columns, Stencil, check, entries};
 
@@ -129,7 +129,7 @@ impl Membrane {
     /// assert_eq!(scene.membrane(&[0.5]), [4.1]);
     /// ```
     pub fn membrane<T: Scalar>(&self, z: &[T]) -> Vec<f64> {
-        assert_eq!(z.len(), self.m * self.m, "a distance for each inner node");
+        assert_lengths(self.m * self.m, [("z", z.len())]);
         let (height, sign) = (self.heights(), if self.spiral { 1.0 } else { -1.0 });
         let at = |(k, z): (usize, &T)| height(k % self.m + 1, k / self.m + 1) + sign * z.wide();
         z.iter().enumerate().map(at).collect()

@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use hlcp_core::{Error, FivePoint, Identity, Norms, Scalar};
+use hlcp_core::{Error, FivePoint, Identity, Norms, Scalar, assert_lengths};
 
 use super::{Columns, Stencil, check, entries};
 
@@ -120,7 +120,7 @@ impl Obstacle {
     /// ```
     pub fn errors<T: Scalar>(&self, z: &[T]) -> [f64; 2] {
         let inner = self.m - 2;
-        assert_eq!(z.len(), inner * inner, "a height for each inner node");
+        assert_lengths(inner * inner, [("z", z.len())]);
         let error = |(k, &z): (usize, &T)| {
             let [x, y] = self.node(k % inner + 1, k / inner + 1);
             (Self::dome(x, y) + z.wide() - Self::exact(x, y)).abs()

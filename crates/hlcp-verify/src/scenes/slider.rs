@@ -1,4 +1,4 @@
-use hlcp_core::{Error, Norms, Rows, Scalar, Tridiagonal};
+use hlcp_core::{Error, Norms, Rows, Scalar, Tridiagonal, assert_lengths};
 
 /// The paper's Example 3 in kind: the convergent–divergent slider of the lubrication literature.
 ///
@@ -118,7 +118,7 @@ impl Slider {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
-        self.assert_order(z);
+        assert_lengths(self.cells.saturating_sub(1), [("z", z.len())]);
         Norms::of(z).linf * Self::PRESSURE_UNIT
     }
 
@@ -136,15 +136,11 @@ impl Slider {
     /// assert_eq!(Slider { cells: 4 }.rupture(&[0.01, 0.02, 0.0]), 0.5 * Slider::LENGTH);
     /// ```
     pub fn rupture<T: Scalar>(&self, z: &[T]) -> f64 {
-        self.assert_order(z);
+        assert_lengths(self.cells.saturating_sub(1), [("z", z.len())]);
         if z.iter().any(|z| z.is_nan()) {
             return f64::NAN;
         }
         let nodes = z.iter().rposition(|&z| z > T::zero()).map_or(0, |i| i + 1);
         nodes as f64 / self.cells as f64 * Self::LENGTH
-    }
-
-    fn assert_order<T>(&self, z: &[T]) {
-        assert_eq!(z.len() + 1, self.cells, "a pressure for each inner node");
     }
 }

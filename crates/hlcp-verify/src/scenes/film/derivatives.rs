@@ -1,5 +1,7 @@
 //! How the rows and the figures of a film change with its data.
 
+use hlcp_core::assert_lengths;
+
 use super::{
     Film, Side, TimeStep,
     gates::{Frame, Gate, Passage, Place},
@@ -117,7 +119,8 @@ impl Film {
     /// ```
     pub fn rows_change(&self, z: &[f64], r: &[f64], change: &FilmChange) -> Vec<f64> {
         let n = z.len();
-        assert!(change.gap.is_empty() || change.gap.len() == n, "an entry for each cell");
+        let gaps = if change.gap.is_empty() { n } else { change.gap.len() };
+        assert_lengths(n, [("change.gap", gaps)]);
         let (mut y, frame, still) = (vec![0.0; n], self.frame(), vec![0.0; n]);
         let moved = Moved { z, r, dz: &still, dr: &still, change };
         self.gates(&frame, |axis, gate| {
@@ -292,7 +295,7 @@ impl Film {
     /// assert!((both[1] / both[0] - 1.0).abs() < 1e-15);
     /// ```
     pub fn storing(&self, r: &[f64], gap_rate: &[f64], r_rate: &[f64]) -> Vec<f64> {
-        assert_eq!([gap_rate.len(), r_rate.len()], [r.len(); 2], "an entry for each cell");
+        assert_lengths(r.len(), [("gap_rate", gap_rate.len()), ("r_rate", r_rate.len())]);
         let frame = self.frame();
         let rate = self.cell() / frame.flow;
         let stored = |k: usize| match frame.supply(&frame.cells, k) {

@@ -1,3 +1,5 @@
+use hlcp_core::assert_lengths;
+
 use super::{
     Film, TimeStep,
     gates::{Frame, Gate, Passage, Place},
@@ -109,7 +111,7 @@ impl Film {
     ///
     /// Unless `z` and `r` have an entry for each cell of a film that [`pose`](Self::pose) accepts.
     pub fn figures(&self, z: &[f64], r: &[f64], ambient: f64) -> FilmFigures {
-        assert_eq!([z.len(), r.len()], [self.gap.len(); 2], "an entry for each cell");
+        assert_lengths(self.gap.len(), [("z", z.len()), ("r", r.len())]);
         let frame = self.frame();
         let (nx, area, unit) = (self.nx, self.cell(), frame.pressure);
         let [mut load, mut power, mut broken] = [0.0; 3];

@@ -1,7 +1,7 @@
 //! What is proved of a film's figures: intervals from outward arithmetic, all the way from the
 //! numbers of the film and the certificate of its solution.
 
-use hlcp_core::Error;
+use hlcp_core::{Error, assert_lengths};
 use hlcp_methods::Clock;
 
 use super::{
@@ -276,7 +276,7 @@ impl Film {
         ambient: f64,
         modes: Option<[&[f64]; 2]>,
     ) -> ProvedFigures {
-        assert_eq!(certificate.sides.len(), self.gap.len(), "an unknown for each cell");
+        assert_lengths(self.gap.len(), [("certificate.sides", certificate.sides.len())]);
         let frame = self.frame();
         let unit = Interval::exactly(frame.pressure).reciprocal();
         let mut sides = [Total::default(); 4];
