@@ -224,6 +224,13 @@ fn way_out(what: &str, value: f64) -> &'static str {
         "diagonal of A" if value < 0.0 => {
             "; where that of B is negative too, change the sign of the row, of A, B and q alike"
         }
+        "diagonal of M" if value <= 0.0 => {
+            "; it is made of those of A and BΩ: a larger Ω helps where that of B is positive; elsewhere \
+             exchange rows or change their signs, of A, B and q alike"
+        }
+        "diagonal of M" | "1/diagonal of M" => {
+            "; scale the row, of A, B and q alike, or take another Ω"
+        }
         _ => "",
     }
 }

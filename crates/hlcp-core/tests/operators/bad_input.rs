@@ -91,6 +91,9 @@ fn diagonals_that_are_not_positive_are_refused_in_the_last_row_too() {
             is_not_positive(Omega::diagonal_ratio(0.7, a, b).unwrap_err(), (name, 4, bad));
         }
     }
+    let none = Hlcp::new(last(-2.0), even, Omega::Uniform(0.5)).unwrap();
+    let error = Mms::new(none, Jacobi).unwrap_err().to_string();
+    assert!(error.starts_with("diagonal of M[4] is 0,") && error.contains("a larger Ω"), "{error}");
 }
 
 #[test]
