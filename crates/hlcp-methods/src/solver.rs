@@ -67,7 +67,7 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     }
 
     /// Keeps the residuals of the first `iterates` iterates of each solve, in storage allocated
-    /// here.
+    /// here, or as it is needed where memory does not hold so many.
     ///
     /// ```
     /// use hlcp_methods::{Aor, FivePoint, Hlcp, Mms, Options, Solver};
@@ -79,7 +79,9 @@ impl<T: Scalar, M: Method<T>> Solver<T, M> {
     /// # Ok::<(), hlcp_methods::Error>(())
     /// ```
     pub fn with_history(self, iterates: usize) -> Self {
-        Self { history: Vec::with_capacity(iterates), history_limit: iterates, ..self }
+        let mut history = Vec::new();
+        let _ = history.try_reserve_exact(iterates);
+        Self { history, history_limit: iterates, ..self }
     }
 
     /// The residuals of the last solve's iterates, from the start on, as far as there was storage
