@@ -460,7 +460,8 @@ impl Named {
         }
     }
 
-    /// The method on `problem`; `AUTO` clones the operators, so give large ones by reference.
+    /// The method on `problem`; `AUTO` clones the operators, so give large ones by reference, and
+    /// those behind `dyn` by `Arc` or to [`on_dyn`](Self::on_dyn).
     ///
     /// # Errors
     ///
@@ -479,7 +480,7 @@ impl Named {
     pub fn on<'p, T, A, B>(&self, problem: Hlcp<T, A, B>) -> Result<BoxedMethod<'p, T, A, B>, Error>
     where
         T: Scalar,
-        A: Rows<T> + Clone + 'p,
+        A: Rows<T> + Clone + 'p, // not `Box<dyn Rows<T>>`: take `Arc`, or `on_dyn`
         B: Rows<T> + Clone + 'p,
     {
         let base = |problem| -> Result<BoxedMethod<'p, T, A, B>, Error> {

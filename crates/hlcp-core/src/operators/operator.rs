@@ -17,7 +17,7 @@ use crate::numbers::{Error, Scalar};
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a linear operator",
-    note = "implement `LinearOperator`, the order and the product",
+    note = "implement `LinearOperator`, the order and the product; share operators by `Arc`, not `Rc`",
     note = "matrices of nalgebra need the feature `nalgebra-sparse`"
 )]
 pub trait LinearOperator<T: Scalar>: Send + Sync {
@@ -161,7 +161,7 @@ pub trait LinearOperator<T: Scalar>: Send + Sync {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an operator that knows its diagonal",
-    note = "implement `Diagonal`, one diagonal entry",
+    note = "implement `Diagonal`, one diagonal entry; share operators by `Arc`, not `Rc`",
     note = "without it there is `Mms::with_splitting`, with an `Omega` of your own",
     note = "matrices of nalgebra need the feature `nalgebra-sparse`"
 )]
@@ -185,7 +185,7 @@ pub trait Diagonal<T: Scalar>: LinearOperator<T> {
 /// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not an operator that knows its rows",
-    note = "implement `Diagonal` and `Rows`, one row entry by entry",
+    note = "implement `Diagonal` and `Rows`, one row entry by entry; share operators by `Arc`, not `Rc`",
     note = "without rows there is `Mms::with_splitting`, which takes products alone",
     note = "matrices of nalgebra need the feature `nalgebra-sparse`"
 )]
