@@ -72,7 +72,7 @@ mod steps;
 #[doc(hidden)]
 pub use {
     kernel::{Smoother, Transfer},
-    numbers::{Compiled, all_finite, assert_lengths, number},
+    numbers::{Compiled, all_finite, assert_lengths, check_orders, number},
     operators::check_row,
 };
 

@@ -159,11 +159,8 @@ impl Limits {
 
 /// Refuses a tolerance that is negative or not finite.
 fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
-    if value >= 0.0 && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::Parameter { name, value, range: "finite and not negative" })
-    }
+    let wrong = Error::Parameter { name, value, range: "finite and not negative" };
+    if value >= 0.0 && value.is_finite() { Ok(value) } else { Err(wrong) }
 }
 
 /// What an elimination costs: bounds, whichever pivots are taken.

@@ -1,6 +1,6 @@
 use std::ops::ControlFlow;
 
-use hlcp_core::{Error, Rhs};
+use hlcp_core::{Error, Rhs, check_orders};
 
 use crate::{
     Limits, Method, Options, Outcome, Progress, Solver, Status,
@@ -49,10 +49,7 @@ pub fn solve_mixed<'o, S: Method<f32>, D: Method<f64>>(
     q: &[f64],
     options: impl Into<Options<'o, f64>>,
 ) -> Result<Outcome, Error> {
-    let [found, expected] = [single.x().len(), double.x().len()];
-    if found != expected {
-        return Err(Error::Order { what: "the problem in single precision", found, expected });
-    }
+    check_orders(double.x().len(), &[("the problem in single precision", single.x().len())])?;
     let begin = std::time::Instant::now();
     let Options { start, limits, mut observer } = options.into();
     let narrow = |v: &[f64]| v.iter().map(|&v| v as f32).collect::<Vec<_>>();

@@ -34,10 +34,9 @@ pub enum Status {
     /// Cause: the method does not contract for this pair, Ω and parameters, or an operator produces
     /// NaN. Remedy: a smaller α, another τ, or a method with a theorem for the pair.
     Diverged(Divergence),
-    /// The iterates came to rest, or moved by no more than rounding for
-    /// 1000 iterations without a smaller residual, or rounding hid their
-    /// residual: the iterates grew so large, or the residual so small, that it consists of
-    /// rounding.
+    /// The iterates came to rest, or moved by no more than rounding for 1000 iterations without a
+    /// smaller residual, or rounding hid their residual: the iterates grew so large, or the
+    /// residual so small, that it consists of rounding.
     ///
     /// Cause: the tolerance is below what the precision can reach, and
     /// [`backward_error`](Outcome::backward_error) tells that rounding is the reason; or the

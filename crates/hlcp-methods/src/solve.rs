@@ -1,6 +1,6 @@
 use std::fmt;
 
-use hlcp_core::{Compiled, Error, Hlcp, Rows, Scalar};
+use hlcp_core::{Compiled, Error, Hlcp, Rows, Scalar, check_orders};
 
 use crate::{Auto, NotConverged, Options, Outcome, Solver};
 
@@ -133,9 +133,7 @@ fn by_auto<T: Scalar>(
     options: Options<'_, T>,
 ) -> Result<Solution<T>, Error> {
     // Before anything walks the rows, of which there may be more than anybody meant.
-    if q.len() != a.order() {
-        return Err(Error::Order { what: "q", found: q.len(), expected: a.order() });
-    }
+    check_orders(a.order(), &[("q", q.len())])?;
     let mut solver = Solver::new(Auto::new(Hlcp::from_pair(a, b)?)?);
     let outcome = solver.solve(q, options)?;
     Ok(Solution { z: solver.z().to_vec(), r: solver.r().to_vec(), outcome })

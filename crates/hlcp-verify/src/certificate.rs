@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use hlcp_core::{Error, Rows, Scalar, all_finite, assert_lengths};
+use hlcp_core::{Error, Rows, Scalar, all_finite, assert_lengths, check_orders};
 use hlcp_methods::{Clock, Method};
 
 use crate::{
@@ -355,11 +355,7 @@ pub fn certify_box<T: Scalar>(
     [z, r]: [&[T]; 2],
 ) -> Result<Option<Certificate>, Error> {
     check(a, b, q, [z, r])?;
-    for (what, found) in [("lower", lower.len()), ("upper", upper.len())] {
-        if found != q.len() {
-            return Err(Error::Order { what, found, expected: q.len() });
-        }
-    }
+    check_orders(q.len(), &[("lower", lower.len()), ("upper", upper.len())])?;
     let sides = [lower.to_vec(), upper.to_vec()];
     Ok(holds(a, b, q, &sides).then(|| {
         let is_alone = holds_one(a, b, &sides);
@@ -503,12 +499,7 @@ fn check<T: Scalar>(
     [z, r]: [&[T]; 2],
 ) -> Result<(), Error> {
     check_pair(a, b)?;
-    let expected = a.order();
-    for (what, found) in [("q", q.len()), ("z", z.len()), ("r", r.len())] {
-        if found != expected {
-            return Err(Error::Order { what, found, expected });
-        }
-    }
+    check_orders(a.order(), &[("q", q.len()), ("z", z.len()), ("r", r.len())])?;
     [("q", q), ("z", z), ("r", r)].into_iter().try_for_each(|(what, v)| all_finite(what, v))
 }
 

@@ -1,6 +1,6 @@
 //! The comparison matrices of the theorems, row by row from the operators.
 
-use hlcp_core::{Error, Hlcp, Rows, Scalar};
+use hlcp_core::{Error, Hlcp, Rows, Scalar, check_orders};
 
 use crate::{
     perron::{Comparison, positive},
@@ -39,8 +39,7 @@ pub(crate) fn merge<T: Scalar>(
 pub(crate) fn check_pair<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Result<(), Error> {
     a.check("A")?;
     b.check("B")?;
-    let [found, expected] = [b.order(), a.order()];
-    if found == expected { Ok(()) } else { Err(Error::Order { what: "B", found, expected }) }
+    check_orders(a.order(), &[("B", b.order())])
 }
 
 /// Ω = D_A D_B⁻¹, rounded, if both diagonals are positive and so is it.

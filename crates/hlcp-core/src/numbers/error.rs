@@ -247,18 +247,19 @@ pub fn number(value: f64) -> String {
 #[track_caller]
 pub fn assert_lengths<const K: usize>(order: usize, vectors: [(&str, usize); K]) {
     for (what, found) in vectors {
-        assert!(
-            found == order,
-            "{what} has length {found}, but it must have length {order}, an entry for each unknown"
-        );
+        assert!(found == order, "{what} has length {found}, but it must have length {order}");
     }
+}
+
+/// Refuses what has another order than is expected.
+#[doc(hidden)]
+pub fn check_orders(expected: usize, orders: &[(&'static str, usize)]) -> Result<(), Error> {
+    let wrong = orders.iter().find(|(_, found)| *found != expected);
+    wrong.map_or(Ok(()), |&(what, found)| Err(Error::Order { what, found, expected }))
 }
 
 /// Refuses a parameter that is not positive and finite.
 pub(crate) fn positive(name: &'static str, value: f64) -> Result<(), Error> {
-    if value > 0.0 && value.is_finite() {
-        Ok(())
-    } else {
-        Err(Error::Parameter { name, value, range: "positive and finite" })
-    }
+    let wrong = Error::Parameter { name, value, range: "positive and finite" };
+    if value > 0.0 && value.is_finite() { Ok(()) } else { Err(wrong) }
 }

@@ -10,7 +10,7 @@ pub(crate) use self::{
     scalar::vectorised,
 };
 pub use self::{
-    error::{Error, assert_lengths, number},
+    error::{Error, assert_lengths, check_orders, number},
     norms::{Norms, Rhs, all_finite},
     scalar::{Compiled, Scalar},
 };

@@ -1,5 +1,5 @@
 use super::{LinearOperator, Rows};
-use crate::numbers::{Error, Scalar};
+use crate::numbers::{Error, Scalar, check_orders};
 
 /// Checks that what an operator tells of itself agrees: rows, product, diagonal and views.
 ///
@@ -81,17 +81,11 @@ pub fn check_operator<T: Scalar>(operator: &(impl Rows<T> + ?Sized)) -> Result<(
     }
     if let Some(view) = operator.as_five_point() {
         let [nx, ny] = view.grid().unwrap_or([n, 1]);
-        if nx.checked_mul(ny) != Some(n) {
-            let found = nx.saturating_mul(ny);
-            return Err(Error::Order { what: "the grid of as_five_point", found, expected: n });
-        }
+        check_orders(n, &[("the grid of as_five_point", nx.saturating_mul(ny))])?;
         is_product("the product of as_five_point", &mut |y| view.apply([nx, ny], &x, y))?;
     }
     if let Some(matrix) = operator.as_csr() {
-        if matrix.order() != n {
-            let found = matrix.order();
-            return Err(Error::Order { what: "the matrix of as_csr", found, expected: n });
-        }
+        check_orders(n, &[("the matrix of as_csr", matrix.order())])?;
         is_product("the product of as_csr", &mut |y| matrix.apply(&x, y))?;
     }
     Ok(())

@@ -1,5 +1,5 @@
 use super::{Diagonal, Entries};
-use crate::numbers::{Error, Scalar, positive};
+use crate::numbers::{Error, Scalar, check_orders, positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
 ///
@@ -55,9 +55,7 @@ impl<T: Scalar> Omega<T> {
         a.check("A")?;
         b.check("B")?;
         let n = a.order();
-        if b.order() != n {
-            return Err(Error::Order { what: "B", found: b.order(), expected: n });
-        }
+        check_orders(n, &[("B", b.order())])?;
         let ratio = |i| -> Result<T, Error> {
             let a = positive_entry("diagonal of A", i, a.diagonal_entry(i))?;
             let b = positive_entry("diagonal of B", i, b.diagonal_entry(i))?;
@@ -90,13 +88,11 @@ impl<T: Scalar> Omega<T> {
     pub(crate) fn check(&self, n: usize) -> Result<(), Error> {
         match self {
             Self::Uniform(omega) => positive("omega", omega.wide()),
-            Self::Each(omega) if omega.len() != n => {
-                Err(Error::Order { what: "omega", found: omega.len(), expected: n })
+            Self::Each(omega) => {
+                check_orders(n, &[("omega", omega.len())])?;
+                let mut entries = omega.iter().enumerate();
+                entries.try_for_each(|(i, &entry)| positive_entry("omega", i, entry).map(drop))
             }
-            Self::Each(omega) => omega
-                .iter()
-                .enumerate()
-                .try_for_each(|(i, &omega)| positive_entry("omega", i, omega).map(drop)),
         }
     }
 }
@@ -107,11 +103,8 @@ pub(crate) fn positive_entry<T: Scalar>(
     index: usize,
     value: T,
 ) -> Result<T, Error> {
-    if value > T::zero() && value.is_finite() {
-        Ok(value)
-    } else {
-        Err(Error::NotPositive { what, index, value: value.wide() })
-    }
+    let wrong = Error::NotPositive { what, index, value: value.wide() };
+    if value > T::zero() && value.is_finite() { Ok(value) } else { Err(wrong) }
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 use super::{FivePoint, Rows, Varying, stencil::points, view::places};
-use crate::numbers::{Error, Scalar};
+use crate::numbers::{Error, Scalar, check_orders};
 
 impl<T: Scalar> FivePoint<Varying<T>> {
     /// Returns the operator with the rows of another one, such as an assembled matrix, on a grid
@@ -33,10 +33,7 @@ impl<T: Scalar> FivePoint<Varying<T>> {
         operator: &(impl Rows<T> + ?Sized),
     ) -> Result<Self, Error> {
         let n = points::<T>(nx, ny)?;
-        if operator.order() != n {
-            let what = "the grid";
-            return Err(Error::Order { what, found: n, expected: operator.order() });
-        }
+        check_orders(operator.order(), &[("the grid", n)])?;
         // The first coefficient of each direction inside the grid, and whether all are the same.
         let mut known = [(None, true); 5];
         for k in 0..n {

@@ -2,7 +2,7 @@ use super::{
     Coefficients, Diagonal, Entries, FivePointView, LinearOperator, Rows, Varying,
     view::{NAMES, can_close, visit_neighbours},
 };
-use crate::numbers::{Error, Scalar, all_finite};
+use crate::numbers::{Error, Scalar, all_finite, check_orders};
 
 /// A five-point stencil on an `nx × ny` grid, zero outside it or [`periodic`](Self::periodic), with
 /// coefficients that are constant or vary from point to point.
@@ -121,10 +121,10 @@ impl<C: Direction> FivePoint<C> {
         for (what, direction) in NAMES.into_iter().zip(&coefficients) {
             match direction.coefficients() {
                 Coefficients::Uniform(value) => all_finite(what, &[value])?,
-                Coefficients::Each(values) if values.len() != n => {
-                    return Err(Error::Order { what, found: values.len(), expected: n });
+                Coefficients::Each(values) => {
+                    check_orders(n, &[(what, values.len())])?;
+                    all_finite(what, values)?;
                 }
-                Coefficients::Each(values) => all_finite(what, values)?,
             }
         }
         Ok(Self { nx, ny, coefficients, round: [false; 2] })

@@ -11,7 +11,7 @@ use crate::{
     kernel::Sweep,
     numbers::{
         Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, assert_lengths,
-        positive,
+        check_orders, positive,
     },
     operators::{Diagonal, FivePointView, Identity, LinearOperator, Omega},
     parallel::{Claims, Shared, Strip, team, totals},
@@ -134,16 +134,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         if n == 0 {
             return Err(Error::Empty { what: "A" });
         }
-        if b.order() != n {
-            return Err(Error::Order { what: "B", found: b.order(), expected: n });
-        }
+        check_orders(n, &[("B", b.order())])?;
         for (what, view) in
             [("the grid of A", a.as_five_point()), ("the grid of B", b.as_five_point())]
         {
-            if let Some([nx, ny]) = view.and_then(|view| view.grid())
-                && nx.checked_mul(ny) != Some(n)
-            {
-                return Err(Error::Order { what, found: nx.saturating_mul(ny), expected: n });
+            if let Some([nx, ny]) = view.and_then(|view| view.grid()) {
+                check_orders(n, &[(what, nx.saturating_mul(ny))])?;
             }
         }
         omega.check(n)?;
@@ -535,11 +531,8 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn check_vector(&self, what: &'static str, v: &[T]) -> Result<(), Error> {
-        self.agree(if v.len() == self.order() {
-            all_finite(what, v)
-        } else {
-            Err(Error::Order { what, found: v.len(), expected: self.order() })
-        })
+        let fits = check_orders(self.order(), &[(what, v.len())]);
+        self.agree(fits.and_then(|()| all_finite(what, v)))
     }
 
     /// Returns the norms of a vector of the problem's order, in one pass that threads share.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Hlcp;
 use crate::{
-    numbers::{Error, Rhs, Scalar},
+    numbers::{Error, Rhs, Scalar, check_orders},
     operators::{FivePointView, LinearOperator, Omega},
     parallel::{Shared, Strip},
 };
@@ -49,9 +49,7 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         let (n, [nx, ny]) = (self.order(), strip.grid());
         let views = [self.a.as_five_point(), self.b.as_five_point()];
         let fits = || {
-            if n != nx * ny {
-                return Err(Error::Order { what: "the strip", found: nx * ny, expected: n });
-            }
+            check_orders(n, &[("the strip", nx * ny)])?;
             if self.round() != [false; 2] {
                 let what = "a sweep over a grid that closes round";
                 return Err(Error::OneRank { what, ranks: strip.size() });

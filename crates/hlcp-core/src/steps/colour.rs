@@ -1,6 +1,6 @@
 use super::{Aor, Step};
 use crate::{
-    numbers::{Error, Norms, Rhs, Scalar},
+    numbers::{Error, Norms, Rhs, Scalar, check_orders},
     operators::Rows,
     problem::Hlcp,
     rows::Colours,
@@ -58,10 +58,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Step<T, A, B> for Multicolour<T> {
     /// rows have their colours here. Rows of one colour that are coupled in another problem are
     /// relaxed as Jacobi relaxes them.
     fn check(&self, problem: &Hlcp<T, A, B>) -> Result<(), Error> {
-        let (found, expected) = (self.colours.order(), problem.order());
-        if found != expected {
-            return Err(Error::Order { what: "the multicolour order", found, expected });
-        }
+        check_orders(problem.order(), &[("the multicolour order", self.colours.order())])?;
         problem.on_one_rank("a sweep in multicolour order")?;
         self.aor.check(problem)
     }

@@ -1,4 +1,4 @@
-use hlcp_core::{Error, FivePoint, Varying};
+use hlcp_core::{Error, FivePoint, Varying, check_orders};
 
 use super::{Grids, check};
 use gates::{Frame, Gate, Passage, Place};
@@ -433,13 +433,10 @@ impl Film {
 
     fn check(&self) -> Result<(), Error> {
         let n = self.nx.checked_mul(self.ny).filter(|&n| n > 0);
-        let expected = n.ok_or(Error::Grid { nx: self.nx, ny: self.ny })?;
-        let order = |what, found: usize| {
-            if found == expected { Ok(()) } else { Err(Error::Order { what, found, expected }) }
-        };
-        order("the gap", self.gap.len())?;
+        let n = n.ok_or(Error::Grid { nx: self.nx, ny: self.ny })?;
+        check_orders(n, &[("the gap", self.gap.len())])?;
         if self.viscosity.len() != 1 {
-            order("the viscosity", self.viscosity.len())?;
+            check_orders(n, &[("the viscosity", self.viscosity.len())])?;
         }
         for (what, list) in [("gap", &self.gap), ("viscosity", &self.viscosity)] {
             let bad = list.iter().position(|&v| !(v > 0.0 && v.is_finite()));
@@ -496,7 +493,7 @@ impl Film {
         }
         if let Some(step) = &self.step {
             super::positive("the duration of a time step", step.duration)?;
-            order("the oil", step.oil.len())?;
+            check_orders(n, &[("the oil", step.oil.len())])?;
             hlcp_core::all_finite("the oil", &step.oil)?;
             // An answer's content may lie below 0, by what its residual leaves.
             let negative = step.oil.iter().zip(&self.gap).find(|(oil, gap)| **oil < -1e-6 * **gap);
