@@ -220,6 +220,12 @@ fn every_family_is_solved_at_a_fair_price() {
     }
 }
 
+/// The first two problems of a family with at most 4000 unknowns, in double precision.
+fn small(family: &str) -> impl Iterator<Item = ([Box<dyn Rows<f64>>; 2], Vec<f64>)> {
+    let drawn = (1..).filter_map(move |seed| families::draw(family, seed));
+    drawn.map(|drawn| drawn.pose()).filter(|(_, q)| q.len() <= 4000).take(2)
+}
+
 /// Rows multiplied by 10^±6, unknowns by 10^±3, z and r exchanged, or all renumbered: the first two
 /// with at most 4000 unknowns of each family that draws sparse matrices converge, with 1.5 times
 /// the work that they take as they are at most in the geometric mean.
@@ -244,13 +250,8 @@ fn units_names_and_numbers_cost_little() {
         solve(&a, &b, &q).0.sweeps as f64
     };
     let sparse = families::NAMES.into_iter().filter(|name| !["dense", "single"].contains(name));
-    let small = |family| {
-        let drawn = (1..).filter_map(move |seed| families::draw(family, seed));
-        drawn.filter(|drawn| drawn.pose::<f64>().1.len() <= 4000).take(2)
-    };
     let mut logarithms = [(); 4].map(|()| vec![]);
-    for drawn in sparse.flat_map(small) {
-        let ([a, b], q) = drawn.pose::<f64>();
+    for ([a, b], q) in sparse.flat_map(small) {
         let (n, a, b) = (q.len(), Lists::of(&a), Lists::of(&b));
         let (ones, r, s, t) = (vec![1.0; n], powers(n, 6.0), powers(n, 3.0), powers(n, 3.0));
         let weighted: Vec<f64> = q.iter().zip(&r).map(|(q, r)| q * r).collect();
@@ -276,12 +277,8 @@ fn units_names_and_numbers_cost_little() {
 #[test]
 #[cfg(feature = "direct")]
 fn what_nothing_else_solves_is_eliminated() {
-    for family in families::LARGE {
-        let small = (1..).filter_map(|seed| families::draw(family, seed));
-        let small = small.map(|drawn| drawn.pose::<f64>()).filter(|(_, q)| q.len() <= 4000).take(2);
-        for ([a, b], q) in small {
-            let _ = solve(&a, &b, &q); // which must converge
-        }
+    for ([a, b], q) in families::LARGE.into_iter().flat_map(small) {
+        let _ = solve(&a, &b, &q); // which must converge
     }
 }
 

@@ -3,7 +3,7 @@
 #[path = "../../../tests/common/mod.rs"]
 mod common;
 
-use common::{Altered, problem};
+use common::{Altered, largest_difference, problem};
 use hlcp::{
     Aor, Error, Limits, Method, Mms, Options, Solver, Tolerance,
     ladder::{COLUMNS, TOLERANCES, ladder},
@@ -37,10 +37,9 @@ fn a_rung_is_a_solve_to_its_tolerance() {
             let outcome = solver.solve(&scene.q, Options::from_x(&start).limits(limits)).unwrap();
             assert_eq!((rung.tolerance, rung.half_steps), (tolerance, Some(outcome.sweeps)));
             assert_eq!(rung.reached, outcome.converged());
-            let pairs = solver.z().iter().chain(solver.r()).zip(scene.z.iter().chain(&scene.r));
-            let error =
-                pairs.fold(0.0, |most: f64, (found, known)| most.max((found - known).abs()));
-            assert_eq!(rung.error, error);
+            let pairs = [(solver.z(), &scene.z), (solver.r(), &scene.r)];
+            let [of_z, of_r] = pairs.map(|(found, known)| largest_difference(found, known));
+            assert_eq!(rung.error, of_z.max(of_r));
             let [least, median, most] = rung.seconds;
             assert!(0.0 <= least && least <= median && median <= most);
             let row = rung.row("disc, m = 12");

@@ -1,7 +1,7 @@
 //! Assembled rows are walked in place; it must lead where the walk over an operator's own rows
 //! does.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeSet};
 
 use hlcp_core::{
     Aor, Csr, DiagonalMatrix, Error, FivePoint, Hlcp, Identity, Index, LinearOperator, Multicolour,
@@ -10,7 +10,7 @@ use hlcp_core::{
 use nalgebra::DMatrix;
 use proptest::{collection::vec, prelude::*};
 
-use crate::common::Walked;
+use crate::common::{Lists, Walked, assembled};
 
 /// The entries that are not zero.
 fn csr<I: Index + TryFrom<usize, Error: std::fmt::Debug>>(
@@ -226,24 +226,14 @@ proptest! {
 
 /// A pair of order 20000 that is no grid, with rows of up to twelve entries.
 fn large() -> [Csr<'static, f64>; 2] {
-    [7_u64, 11].map(|seed| {
-        let (mut offsets, mut columns, mut values) = (vec![0_u32], vec![], vec![]);
-        for i in 0..20_000_u64 {
+    [7_usize, 11].map(|seed| {
+        let row = |i: usize| {
             let places = (0..6).map(|k| (i * seed + k * k * 3571 + k * i % 97) % 20_000);
-            let mut row: Vec<u64> = places.chain([i]).collect();
-            row.sort_unstable();
-            row.dedup();
-            for j in row {
-                columns.push(j as u32);
-                values.push(if j == i {
-                    9.0
-                } else {
-                    ((i * 31 + j * 17) % 13) as f64 / 13.0 - 0.5
-                });
-            }
-            offsets.push(columns.len() as u32);
-        }
-        Csr::new(offsets, columns, values).unwrap()
+            let entry = |j| if j == i { 9.0 } else { ((i * 31 + j * 17) % 13) as f64 / 13.0 - 0.5 };
+            let columns: BTreeSet<usize> = places.chain([i]).collect();
+            columns.into_iter().map(|j| (j, entry(j))).collect()
+        };
+        Csr::from_rows(&Lists((0..20_000).map(row).collect()))
     })
 }
 
@@ -278,8 +268,7 @@ fn what_is_no_grid_is_not_recognised() {
     assert!(recognise_grid(&grid, &identity).is_some());
     // One entry at the edge of the grid leads to the next row of points, or far away.
     for (row, column) in [(4, 5), (0, 19), (7, 13)] {
-        let mut matrix = DMatrix::zeros(20, 20);
-        (0..20).for_each(|i| grid.visit_row(i, &mut |j, a| matrix[(i, j)] = a));
+        let mut matrix = assembled(&grid);
         matrix[(row, column)] = 0.5;
         assert!(recognise_grid(&matrix, &identity).is_none());
         let error = FivePoint::from_rows(5, 4, &matrix).unwrap_err();
