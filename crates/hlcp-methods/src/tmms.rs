@@ -110,7 +110,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Tmms<T, A, B, Aor<T>, Aor<T>> {
     ///
     /// Those of [`Step::check`].
     pub fn mirrored(problem: Hlcp<T, A, B>, aor: Aor<T>) -> Result<Self, Error> {
-        Self::new(problem, aor.forward(), aor.backward())
+        // Either direction has the same pivots and rows.
+        problem.agree(aor.check(&problem))?;
+        let (first, second) = (aor.forward(), aor.backward());
+        Ok(Self { problem, first, second, sweeps: 0, scratch: Vec::new() })
     }
 }
 

@@ -1,4 +1,4 @@
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
+use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
     Clock, GROWTH, Method, Status, TridiagonalPart, Work,
@@ -209,10 +209,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// What the [`Aor`]'s [`check`](hlcp_core::Step::check) refuses.
+    /// Those of the method that it begins with.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
-        Aor::gauss_seidel().check(&problem)?;
         let is_line = !problem.any(!TridiagonalPart::is_all(&problem));
         let has_grid = problem.grid().is_ok();
         let order: &[AutoChoice] = match (is_line, has_grid) {
