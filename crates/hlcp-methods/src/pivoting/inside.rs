@@ -5,8 +5,8 @@ use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 use super::{Pivoting, of_column};
 
 /// The part of the way to the edge that a step inside takes at most, and μ over the square of the
-/// size of `x`, or the number of steps, that ends it. Chains of thousands of bodies in contact, with
-/// columns times 10^±3, take up to 88; after half of these, changes of signs do not end.
+/// size of `x`, or the number of steps, that ends it. Chains of thousands of bodies in contact take
+/// up to 88 with columns times 10^±3; after half of these, changes of signs do not end.
 const EDGE: f64 = 0.9999;
 const INSIDE: f64 = 1e-14;
 const STEPS: usize = 100;
