@@ -96,26 +96,27 @@ fn what_conducts_without_a_grid_goes_to_algebraic_multigrid() {
     let m = 70;
     let load = |k: usize| ((k % m) as f64 * 0.11).sin() * ((k / m) as f64 * 0.07).cos() - 0.2;
     let (b, q) = (Identity { order: m * m }, (0..m * m).map(load).collect::<Vec<f64>>());
-    for (earth, along) in
-        [(0.0, 1.0), (0.0, 0.3), (0.0, 0.03), (0.01, 1.0), (0.02, 0.1), (0.1, 0.02)]
-    {
+    let steps = [(0.0, 1.0), (0.0, 0.3), (0.0, 0.03), (0.01, 1.0), (0.02, 0.1), (0.1, 0.02)];
+    let grids = steps.map(|(earth, along)| {
         let row = [-1.0, -along, earth + 2.0 + 2.0 * along, -along, -1.0];
-        let a = Lists::of(&FivePoint::new(m, m, row).unwrap());
-        let (outcome, history) = solve(&a, &b, &q);
-        let amg = by("AMG", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
-        assert!(outcome.sweeps <= 2 * amg.sweeps, "{earth} {along}: {outcome} {history:?}");
-    }
+        Lists::of(&FivePoint::new(m, m, row).unwrap())
+    });
     // Across the grid at an angle, a fifth as much again couples with the other sign.
-    let mut a = Lists::of(&FivePoint::new(m, m, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap());
-    for (k, row) in a.0.iter_mut().enumerate() {
-        for (to, sign) in [(m + 1, -0.45), (m - 1, 0.45)] {
-            let [forth, back] = [k + to, k.wrapping_sub(to)];
-            row.extend([forth, back].iter().filter(|&&j| j < m * m).map(|&j| (j, sign)));
+    let mut tilted = grids[0].clone();
+    for (k, row) in tilted.0.iter_mut().enumerate() {
+        for (to, a) in [(m + 1, -0.45), (m - 1, 0.45)] {
+            let is_near = |j: &usize| *j < m * m && (j % m).abs_diff(k % m) == 1;
+            row.extend([k + to, k.wrapping_sub(to)].into_iter().filter(is_near).map(|j| (j, a)));
         }
     }
-    let (outcome, history) = solve(&a, &b, &q);
-    let amg = by("AMG", &a, &b).unwrap().solve(&q, Limits::default()).unwrap();
-    assert!(outcome.sweeps <= 2 * amg.sweeps, "{outcome} {history:?}");
+    let mut last = None;
+    for (k, a) in grids.iter().chain([&tilted]).enumerate() {
+        let (outcome, history) = solve(a, &b, &q);
+        let amg = by("AMG", a, &b).unwrap().solve(&q, Limits::default()).unwrap();
+        assert!(outcome.sweeps <= 2 * amg.sweeps, "{k}: {outcome} {history:?}");
+        last = history.last().map(|turn| turn.choice);
+    }
+    assert_eq!(last, Some(AutoChoice::AmgNewton));
 }
 
 /// Multipliers, each of which three unknowns of a membrane answer, anywhere: the first linear solve

@@ -118,7 +118,8 @@ impl Slider {
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
     pub fn peak<T: Scalar>(&self, z: &[T]) -> f64 {
-        assert_lengths(self.cells.saturating_sub(1), [("z", z.len())]);
+        // No vector fits no cells.
+        assert_lengths(self.cells.wrapping_sub(1), [("z", z.len())]);
         Norms::of(z).linf * Self::PRESSURE_UNIT
     }
 
@@ -136,7 +137,8 @@ impl Slider {
     /// assert_eq!(Slider { cells: 4 }.rupture(&[0.01, 0.02, 0.0]), 0.5 * Slider::LENGTH);
     /// ```
     pub fn rupture<T: Scalar>(&self, z: &[T]) -> f64 {
-        assert_lengths(self.cells.saturating_sub(1), [("z", z.len())]);
+        // No vector fits no cells.
+        assert_lengths(self.cells.wrapping_sub(1), [("z", z.len())]);
         if z.iter().any(|z| z.is_nan()) {
             return f64::NAN;
         }
