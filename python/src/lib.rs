@@ -322,7 +322,7 @@ impl<T: Real> Job<'_, T> {
             [first, ..] => Box::new(Mms::new(problem, step(first)).map_err(wrong)?),
             [] => return Err(wrong("a splitting is one function or two")),
         };
-        match self.settings.method.trim().to_ascii_uppercase().as_str() {
+        match self.settings.method.to_ascii_uppercase().as_str() {
             "AUTO" | "ANDERSON" => {
                 self.iterate(Anderson::new(plain, window.unwrap_or(10)).map_err(wrong)?)
             }

@@ -59,7 +59,7 @@ pub type DynRows<'p, T> = &'p (dyn Rows<T> + 'p);
 /// let typo = Named::parse("TMAR", Parameters::default()).unwrap_err();
 /// assert_eq!(typo.to_string(), "there is no method 'TMAR'; the closest name is 'TMAOR'");
 ///
-/// let newton: Named = " newton ".parse()?; // without parameters
+/// let newton: Named = "newton".parse()?; // without parameters
 /// assert_eq!(newton.to_string(), "NEWTON");
 /// # Ok::<(), hlcp_methods::NameError>(())
 /// ```
@@ -365,13 +365,13 @@ impl Named {
         TABLE.iter().map(|entry| entry.name.clone()).chain(beyond).collect()
     }
 
-    /// Looks up `name`, trimmed and in any case, and joins it with the parameters it leaves open.
+    /// Looks up `name`, in any case, and joins it with the parameters it leaves open.
     ///
     /// # Errors
     ///
     /// [`NameError`], with the name or the parameter that is wrong.
     pub fn parse(name: &str, given: Parameters<'_>) -> Result<Self, NameError> {
-        let name = name.trim().to_ascii_uppercase();
+        let name = name.to_ascii_uppercase();
         let beyond = BEYOND.iter().find(|(known, _)| *known == name);
         let kind = beyond.map(|(_, kind)| kind);
         if !matches!(kind, Some(Kind::Anderson { .. })) {
@@ -388,7 +388,7 @@ impl Named {
         if let (Kind::Anderson { window }, Some(given)) = (&mut kind, given.window) {
             *window = given;
         }
-        let base = match given.base.map(|base| base.trim().to_ascii_uppercase()) {
+        let base = match given.base.map(str::to_ascii_uppercase) {
             Some(base) => {
                 let entry = Entry::of(&base).ok_or(NameError::Base { base })?;
                 Some(entry.with(&given)?)
