@@ -196,7 +196,7 @@ impl SparseLu {
         });
         let begun = Instant::now();
         let (symbolic, bounds) = matrix.analyse()?;
-        let cost = cost(begun, bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
+        let cost = cost(begun, ANALYSIS, bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
         Ok((Self { matrix, symbolic: Some(symbolic), numeric: None }, cost))
     }
 
@@ -252,9 +252,15 @@ impl SparseLu {
 
 /// The cost of an elimination whose analysis began then: its multiplications beside walks over so
 /// many entries.
-pub(crate) fn cost(begun: Instant, multiplications: f64, entries: usize, bytes: f64) -> Cost {
-    let sweep = begun.elapsed().as_secs_f64() / ANALYSIS as f64;
-    let worth = ANALYSIS + (multiplications / (PER_ENTRY * entries as f64)) as usize;
+pub(crate) fn cost(
+    begun: Instant,
+    analysis: usize,
+    multiplications: f64,
+    entries: usize,
+    bytes: f64,
+) -> Cost {
+    let sweep = begun.elapsed().as_secs_f64() / analysis as f64;
+    let worth = analysis + (multiplications / (PER_ENTRY * entries as f64)) as usize;
     Cost { worth, seconds: sweep * worth as f64, bytes }
 }
 

@@ -123,6 +123,33 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         self.safeguard.take_up();
     }
 
+    /// Overwrites `y` with the answer of the columns of `A` alone, or of those of `B`, and of further
+    /// steps while they take off what rounding has left; returns whether its signs are theirs.
+    pub(crate) fn solve_on_side(
+        &mut self,
+        of_a: bool,
+        q: &Rhs<'_, T>,
+        y: &mut [T],
+        clock: &mut Clock<'_>,
+    ) -> bool {
+        // F is −γq here, but for what underflows.
+        self.at.fill(if of_a { T::zero() } else { -T::min_positive_value() });
+        let mut last = f64::INFINITY;
+        loop {
+            self.defects += 1;
+            let size = self.measure(q).l2;
+            if size <= clock.goal || 2.0 * size > last {
+                return true;
+            }
+            let forcing = forcing::<T>(size, clock.goal, false);
+            if self.correct(forcing, y, clock) != Some([0, 0]) {
+                return false;
+            }
+            last = size;
+            self.at.copy_from_slice(y);
+        }
+    }
+
     /// Measures F at `at`, where the next step is taken.
     fn measure(&mut self, q: &Rhs<'_, T>) -> Norms {
         measure(self.base.problem(), q, &self.at, &mut self.f, &mut self.krylov.scratch)

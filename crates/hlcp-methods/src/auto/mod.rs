@@ -17,13 +17,14 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// The method for people who do not want to choose one: several take turns, by the progress that
 /// they are measured to make.
 ///
-/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves.
+/// * Where `A` and `B` are tridiagonal it begins with [`Newton`] by direct inner solves, the first
+///   two of which try all columns of `A` and all of `B`.
 /// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
 ///   exactly, and with more in turn while two leave a hundredth of the residual: that is all where
-///   oil is but carried along, or matrices are triangular. Then it begins, on a grid of
-///   five-point operators, with [`AdaptiveSor`], which finds α as it goes; without one, with
-///   [`Anderson`]; and with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as
-///   of small full matrices.
+///   oil is but carried along, or matrices are triangular. Then it begins, on a grid of five-point
+///   operators, with [`AdaptiveSor`], which finds α as it goes; without one, with [`Anderson`]; and
+///   with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as of small full
+///   matrices, trees, and networks of pipes or roads.
 /// * The others of these wait, and [`Multigrid`] by F-cycles, if there are coarser grids, and
 ///   [`AmgNewton`].
 ///
@@ -107,8 +108,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// Two walks over the rows of `A` and `B` to begin with, three without a grid, and two for each
 /// sweep of the opening, one where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the
-/// method at work. Storage: `3n` numbers, `2n` of scratch, and of each method that has had a turn
-/// `n` and its own; `4n` for a while where sweeps from one side are tried.
+/// method at work. On a line two direct solves from afar, and elsewhere, where a row has five
+/// entries or fewer, an analysis of Cholesky's factors, before the first step. Storage: `3n`
+/// numbers, `2n` of scratch, and of each method that has had a turn `n` and its own; `4n` for a
+/// while where sweeps from one side are tried.
 ///
 /// # Convergence
 ///
@@ -167,8 +170,10 @@ pub struct Auto<T: Scalar, A, B> {
     /// residuals before the last two.
     opened: usize,
     opening: Option<(bool, [f64; 2])>,
-    /// True until a start from one side was tried, where no grid is known.
+    /// True until a start from one side was tried, where no grid is known or it is a line.
     has_sides: bool,
+    /// True until the factors of matrices with few entries were looked at.
+    may_be_net: bool,
     /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
     scaling: Option<Scaling<T>>,
     /// Where one of Newton's methods has come to rest, the work after which the others give up, and
@@ -252,6 +257,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             opened: 0,
             opening: None,
             has_sides: false,
+            may_be_net: alone && !is_line && !has_grid,
             last: None,
             stepped: false,
             scratch: vec![],
@@ -342,6 +348,44 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             }
         }
         false
+    }
+
+    /// Overwrites `y` with the answer of all columns of `A`, or of all of `B`, on a line, if its signs
+    /// are theirs and `x` is far from it; returns the residual of `x` then.
+    fn solve_on_one_side(
+        &mut self,
+        q: &Rhs<'_, T>,
+        x: &[T],
+        y: &mut [T],
+        clock: &mut Clock<'_>,
+    ) -> Option<Norms> {
+        self.has_sides = false;
+        self.opened += 1;
+        let norms = measure(&self.problem, q, x, y, &mut self.scratch);
+        let first = &mut self.candidates[self.at];
+        let Some(Worker::Newton(newton)) = &mut first.worker else { return None };
+        let is_cold = norms.l2 > ROUGH * q.norms().l2;
+        let is_solved =
+            is_cold && [true, false].iter().any(|&a| newton.solve_on_side(a, q, y, clock));
+        is_solved.then(|| {
+            first.iterations += 1;
+            norms
+        })
+    }
+
+    /// Lets elimination begin where factors are hardly more than the matrices.
+    fn begin_with_elimination(&mut self) {
+        let is_pivoting = |each: &Candidate<T, A, B>| each.choice == AutoChoice::Pivoting;
+        let at = self.candidates.iter().position(is_pivoting);
+        let pivoting = crate::Pivoting::without_fill(&self.problem);
+        if let (Some(at), Some(pivoting)) = (at, pivoting) {
+            self.shape.worth = pivoting.worth();
+            self.candidates[at] = Candidate::new(AutoChoice::Pivoting, self.shape);
+            self.candidates[at].worker = Some(Worker::Pivoting(Box::new(pivoting)));
+            self.at = at;
+            self.history.clear();
+            self.begin(at, None);
+        }
     }
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
@@ -552,7 +596,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let opens = !self.shape.is_line && can_open;
         (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
         let is_open = self.shape.is_plane && self.problem.round() == [false; 2];
-        self.has_sides = opens && !is_open && self.problem.strip().is_none();
+        let alone = self.problem.strip().is_none();
+        self.has_sides = (self.shape.is_line || opens && !is_open) && alone;
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.others = None;
@@ -641,7 +686,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             // It begins one from that of the others.
             let _ = self.others.get_or_insert(self.best);
         }
-        let opened = self.open(q, x, y);
+        let opened = if self.has_sides && self.shape.is_line {
+            self.solve_on_one_side(q, x, y, clock)
+        } else {
+            self.open(q, x, y)
+        };
+        if opened.is_none() && std::mem::take(&mut self.may_be_net) {
+            self.begin_with_elimination();
+        }
         let window = self.window();
         let rival = self.rival();
         let norms = opened.unwrap_or_else(|| {

@@ -60,6 +60,28 @@ fn almost_skew() -> RowMajor<'static, f64> {
     RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap()
 }
 
+/// A string that lies nowhere, though two thirds are pressed down, and the same with `z` and `r` exchanged.
+#[test]
+fn a_line_is_solved_at_once_where_all_unknowns_are_on_one_side() {
+    let n = 3000;
+    let string = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
+    let ground = FivePoint::new(n, 1, [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
+    for (a, b, sign) in [(string, ground, -1.0), (ground, string, 1.0)] {
+        let q: Vec<f64> =
+            (0..n).map(|i| if i / (n / 3) == 1 { 3.0 * sign } else { -sign }).collect();
+        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
+        let outcome = solver.solve(&q, crate::Limits::relative(1e-6)).unwrap();
+        // A look at the start and two solves, each with a step.
+        assert!(outcome.converged() && outcome.sweeps <= 15, "{outcome}");
+        let others = if sign < 0.0 { solver.r() } else { solver.z() };
+        assert!(others.iter().all(|&each| each == 0.0));
+        // Nor is it left for what rounding does to its residual.
+        let outcome = solver.solve(&q, crate::Limits::relative(1e-16)).unwrap();
+        let has_grown = |turn: &AutoTurn| turn.end == Some(AutoEnd::Growing);
+        assert!(!outcome.converged() && !solver.method().turns().iter().any(has_grown));
+    }
+}
+
 /// A second solve is to take the turns of the first, which has analysed an elimination.
 #[test]
 #[cfg(feature = "direct")]
@@ -78,6 +100,45 @@ fn a_restart_forgets_what_an_elimination_costs() {
         assert_ne!(prospects(&auto), before);
         auto.restart();
         assert_eq!(prospects(&auto), before);
+    }
+}
+
+/// Rows of springs that are joined at one end, and elsewhere by a spring to every so many points.
+#[test]
+#[cfg(feature = "direct")]
+fn elimination_begins_where_factors_hold_hardly_more_than_the_matrix() {
+    use AutoChoice::{Anderson, Pivoting};
+    let (m, one) = (40, Identity { order: 1600 });
+    let q: Vec<f64> = (0..m * m).map(|i| (0.1 * i as f64).sin() - 0.3).collect();
+    let cases = [(m, 1e-3, Pivoting), (3, 1e-3, Pivoting), (1, 1e-3, Anderson), (m, 1e3, Anderson)];
+    for (every, ground, choice) in cases {
+        let is_joined = |i: usize, j: usize| {
+            let [[x, y], [u, v]] = [i, j].map(|i| [i % m, i / m]);
+            y == v && x.abs_diff(u) == 1
+                || x == u && y.abs_diff(v) == 1 && (x == 0 || (x + 5 * y.min(v)) % every == 0)
+        };
+        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+        for i in 0..m * m {
+            let around = i.saturating_sub(m)..(i + m + 1).min(m * m);
+            let row: Vec<usize> = around.filter(|&j| i == j || is_joined(i, j)).collect();
+            let on = row.len() as f64 - 1.0 + ground;
+            values.extend(row.iter().map(|&j| if i == j { on } else { -1.0 }));
+            columns.extend(row);
+            offsets.push(columns.len());
+        }
+        let a = hlcp_core::Csr::<f64>::new(offsets, columns, values).unwrap();
+        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, one).unwrap()).unwrap());
+        let mut first = None;
+        for _ in 0..2 {
+            let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+            let turns = solver.method().turns();
+            assert!(
+                outcome.converged() && turns[0].choice == choice,
+                "{every} {turns:?} {outcome}"
+            );
+            let first = first.get_or_insert((solver.x().to_vec(), outcome.sweeps));
+            assert_eq!((solver.x(), outcome.sweeps), (&first.0[..], first.1));
+        }
     }
 }
 
@@ -110,8 +171,7 @@ fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
 #[test]
 #[cfg(feature = "direct")]
 fn elimination_goes_on_from_its_own_columns() {
-    let n: usize = 1200;
-    for seed in [59_u64, 66] {
+    for (n, seed) in [(1600_usize, 66_u64), (2000, 58)] {
         let mut state = seed;
         let mut noise = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -135,7 +195,7 @@ fn elimination_goes_on_from_its_own_columns() {
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
         let turns = solver.method().turns();
         let pivoting = turns.iter().filter(|turn| turn.choice == AutoChoice::Pivoting);
-        assert!(outcome.converged() && outcome.iterations < 1000, "{outcome}");
+        assert!(outcome.converged() && outcome.iterations < 2000, "{outcome}");
         assert_eq!(pivoting.count(), 3);
     }
 }

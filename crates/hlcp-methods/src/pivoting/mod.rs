@@ -19,6 +19,11 @@ const PATIENCE: [usize; 2] = [4, 64];
 const FEWER: f64 = 0.75;
 const FEW: usize = 100;
 
+/// The entries of A and B per row up to which Cholesky factors are looked at beforehand. Trees have
+/// four with a diagonal operator, networks of roads and pipes four to five, plane meshes eight.
+#[cfg(feature = "direct")]
+const FEW_ENTRIES: usize = 5;
+
 /// An elimination of full matrices that is worth no more sweeps than this is not to be improved on.
 pub(crate) const CHEAP: usize = 20;
 
@@ -62,9 +67,10 @@ pub(crate) const CHEAP: usize = 20;
 /// # Cost
 ///
 /// An iteration takes one factorisation and two solves with it, and an analysis where the pattern
-/// is not that of the one before, as it is inside. [`work`](Method::work) counts them in sweeps by
-/// what their analysis predicts. Sparse LU factors of a plane grid with 90,000 points take 0.35 s
-/// and 100 MB, those of a cube with 8000 points 0.15 s, on a core of 2020; a factorisation is not
+/// is not that of the one before, as it is inside; one order of elimination serves for all Cholesky
+/// factors where multiplications are few. [`work`](Method::work) counts them in sweeps by what
+/// their analysis predicts. Sparse LU factors of a plane grid with 90,000 points take 0.35 s and
+/// 100 MB, those of a cube with 8000 points 0.15 s, on a core of 2020; a factorisation is not
 /// interrupted by a time limit, nor begun where the analysis predicts that it would outlast it:
 /// [`Outcome::forgone`](crate::Outcome::forgone) has the numbers.
 ///
@@ -243,10 +249,31 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         problem.on_one_rank("elimination")?;
         Aor::gauss_seidel().check(&problem)?;
-        let (factors, cost) = Factors::new(&problem)?;
+        let factors = Factors::new(&problem)?;
+        Ok(Self::of(problem, factors))
+    }
+
+    /// The method where Cholesky factors are hardly more than the matrices, as those of trees and
+    /// of networks of pipes or roads.
+    #[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+    pub(crate) fn without_fill(problem: &Hlcp<T, A, B>) -> Option<Self>
+    where
+        A: Clone,
+        B: Clone,
+    {
+        #[cfg(feature = "direct")]
+        if entries(problem.a()) + entries(problem.b()) <= FEW_ENTRIES * problem.order() {
+            let (cholesky, cost) = Cholesky::for_problem(problem)?;
+            let factors = (Factors::Symmetric(Box::new(cholesky), None), cost);
+            return (cost.worth <= CHEAP).then(|| Self::of(problem.clone(), factors));
+        }
+        None
+    }
+
+    fn of(problem: Hlcp<T, A, B>, (factors, cost): (Factors<T>, Cost)) -> Self {
         let [n, a, b] = [problem.order(), entries(problem.a()), entries(problem.b())];
         let zeros = || vec![T::zero(); n];
-        Ok(Self {
+        Self {
             cost,
             x: zeros(),
             d: zeros(),
@@ -263,7 +290,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
             problem,
-        })
+        }
     }
 
     /// The work of an iteration, in sweeps.
