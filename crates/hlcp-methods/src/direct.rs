@@ -196,7 +196,7 @@ impl SparseLu {
         });
         let begun = Instant::now();
         let (symbolic, bounds) = matrix.analyse()?;
-        let cost = cost(begun, ANALYSIS, bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
+        let cost = cost(begun, [0, ANALYSIS], bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
         Ok((Self { matrix, symbolic: Some(symbolic), numeric: None }, cost))
     }
 
@@ -251,17 +251,17 @@ impl SparseLu {
 }
 
 /// The cost of an elimination whose analysis began then: its multiplications beside walks over so
-/// many entries.
+/// many entries, and the sweeps that else come before the first one and with each.
 pub(crate) fn cost(
     begun: Instant,
-    analysis: usize,
+    [before, each]: [usize; 2],
     multiplications: f64,
     entries: usize,
     bytes: f64,
 ) -> Cost {
-    let sweep = begun.elapsed().as_secs_f64() / analysis as f64;
-    let worth = analysis + (multiplications / (PER_ENTRY * entries as f64)) as usize;
-    Cost { worth, seconds: sweep * worth as f64, bytes }
+    let sweep = begun.elapsed().as_secs_f64() / before.max(each) as f64;
+    let worth = each + (multiplications / (PER_ENTRY * entries as f64)) as usize;
+    Cost { worth, before, seconds: sweep * worth as f64, bytes }
 }
 
 /// The error of factors with too many numbers.

@@ -166,8 +166,9 @@ fn not_negative(name: &'static str, value: f64) -> Result<f64, Error> {
 /// What an elimination costs: bounds, whichever pivots are taken.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cost {
-    /// The work in sweeps.
+    /// The work in sweeps, and that before the first one.
     pub(crate) worth: usize,
+    pub(crate) before: usize,
     /// The time; nothing where the order is small.
     pub(crate) seconds: f64,
     pub(crate) bytes: f64,

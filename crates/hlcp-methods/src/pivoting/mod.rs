@@ -189,7 +189,7 @@ impl<T: Scalar> Factors<T> {
                 unit: "rows",
             });
         }
-        let cost = Cost { worth: full, seconds: 0.0, bytes: 8.0 * (n * n) as f64 };
+        let cost = Cost { worth: full, before: 0, seconds: 0.0, bytes: 8.0 * (n * n) as f64 };
         Ok((Self::Full(Lu::zeros(n)), cost))
     }
 
@@ -454,7 +454,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     }
 
     fn work(&self) -> Option<Work> {
-        Some(Work::sweeps(self.steps * (self.cost.worth + 1)))
+        let before = if self.steps > 0 { self.cost.before } else { 0 };
+        Some(Work::sweeps(before + self.steps * (self.cost.worth + 1)))
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
