@@ -123,8 +123,9 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         self.safeguard.take_up();
     }
 
-    /// Overwrites `y` with the answer of the columns of `A` alone, or of those of `B`, and of further
-    /// steps while they take off what rounding has left; returns whether its signs are theirs.
+    /// Overwrites `y` with the answer of the columns of `A` alone, or of those of `B`, and of
+    /// further steps while they take off what rounding has left; returns whether its signs are
+    /// theirs.
     pub(crate) fn solve_on_side(
         &mut self,
         of_a: bool,

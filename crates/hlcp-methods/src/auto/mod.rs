@@ -350,8 +350,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         false
     }
 
-    /// Overwrites `y` with the answer of all columns of `A`, or of all of `B`, on a line, if its signs
-    /// are theirs and `x` is far from it; returns the residual of `x` then.
+    /// Overwrites `y` with the answer of all columns of `A`, or of all of `B`, on a line, if its
+    /// signs are theirs and `x` is far from it; returns the residual of `x` then.
     fn solve_on_one_side(
         &mut self,
         q: &Rhs<'_, T>,

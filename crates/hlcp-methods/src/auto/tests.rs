@@ -60,7 +60,8 @@ fn almost_skew() -> RowMajor<'static, f64> {
     RowMajor::new(n, (0..n * n).map(|k| entry(k / n, k % n)).collect::<Vec<_>>()).unwrap()
 }
 
-/// A string that lies nowhere, though two thirds are pressed down, and the same with `z` and `r` exchanged.
+/// A string that lies nowhere, though two thirds are pressed down, and the same with `z` and `r`
+/// exchanged.
 #[test]
 fn a_line_is_solved_at_once_where_all_unknowns_are_on_one_side() {
     let n = 3000;

@@ -189,7 +189,7 @@ fn a_strip_gets_multigrid() {
         let (outcome, solver) = solved(Auto::new(problem).unwrap(), &q);
         assert!(outcome.iterations <= 200 + 25, "{n}: {outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Multigrid);
-        // A defect and an inner iteration, which is four sweeps, in each step until there were 1000.
+        // A defect and an inner iteration, of four sweeps, in each step until there were 1000.
         let turn = solver.method().turns()[0];
         assert!(turn.choice == AutoChoice::Newton && turn.sweeps <= 1000 + 5, "{n}: {turn}");
         assert!(outcome.linear_iterations <= Some(250), "{n}: {outcome}");
