@@ -352,7 +352,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Overwrites `y` with the answer of all columns of `A`, or of all of `B`, on a line, if its
     /// signs are theirs and `x` is far from it; returns the residual of `x` then.
-    fn solve_on_one_side(
+    fn open_line(
         &mut self,
         q: &Rhs<'_, T>,
         x: &[T],
@@ -687,7 +687,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             let _ = self.others.get_or_insert(self.best);
         }
         let opened = if self.has_sides && self.shape.is_line {
-            self.solve_on_one_side(q, x, y, clock)
+            self.open_line(q, x, y, clock)
         } else {
             self.open(q, x, y)
         };
