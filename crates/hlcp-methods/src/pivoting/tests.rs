@@ -93,9 +93,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(10))]
 
     /// A grid of pipes with check valves, whose nodes leak a little: flows z and closing heads
-    /// r, and heads of any sign, by columns that are the same in A and B but for a factor. With
-    /// signs to be found for these, too, hundreds of steps do not end, nor do they with units of
-    /// which three rounds of sums leave traces.
+    /// r, and heads of any sign, by columns that are the same in A and B but for a factor. It takes
+    /// some forty steps; some fifty with signs to be found for the heads, too.
     #[test]
     #[cfg(feature = "direct")]
     fn free_unknowns_are_solved_for_beside_the_others(
@@ -148,7 +147,8 @@ proptest! {
         }
         let mut solver = Solver::new(Pivoting::new(problem).unwrap());
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
-        prop_assert!(outcome.converged() && outcome.iterations <= 100, "{outcome}");
+        // A hundred inside, and as many that change signs.
+        prop_assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
     }
 }
 
