@@ -259,6 +259,7 @@ pub(crate) fn cost(
     entries: usize,
     bytes: f64,
 ) -> Cost {
+    // The analysis is the first work of an elimination, or most of that of each.
     let sweep = begun.elapsed().as_secs_f64() / before.max(each) as f64;
     let worth = each + (multiplications / (PER_ENTRY * entries as f64)) as usize;
     Cost { worth, before, seconds: sweep * worth as f64, bytes }

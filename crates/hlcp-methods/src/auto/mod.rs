@@ -275,6 +275,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.candidates[self.at].choice
     }
 
+    /// The place of elimination among the methods, if it can be had.
+    fn pivoting(&self) -> Option<usize> {
+        self.candidates.iter().position(|each| each.choice == AutoChoice::Pivoting)
+    }
+
     /// Sets up a method, if it has not been.
     fn set_up(&mut self, at: usize) -> Result<(), Error> {
         let candidate = &mut self.candidates[at];
@@ -375,10 +380,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Lets elimination begin where factors are hardly more than the matrices.
     fn begin_with_elimination(&mut self) {
-        let is_pivoting = |each: &Candidate<T, A, B>| each.choice == AutoChoice::Pivoting;
-        let at = self.candidates.iter().position(is_pivoting);
         let pivoting = crate::Pivoting::without_fill(&self.problem);
-        if let (Some(at), Some(pivoting)) = (at, pivoting) {
+        if let (Some(at), Some(pivoting)) = (self.pivoting(), pivoting) {
             self.shape.worth = pivoting.worth();
             self.candidates[at] = Candidate::new(AutoChoice::Pivoting, self.shape);
             self.candidates[at].worker = Some(Worker::Pivoting(Box::new(pivoting)));
@@ -585,18 +588,14 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             let fresh = Candidate::new(candidate.choice, self.shape);
             *candidate = Candidate { worker, own: (own, f64::INFINITY), ..fresh };
         }
-        let pivots = |each: &Candidate<T, A, B>| {
-            each.choice == AutoChoice::Pivoting
-                && self.shape.worth <= pivoting::CHEAP
-                && !self.shape.is_line
-        };
-        self.at = self.candidates.iter().position(pivots).unwrap_or(0);
+        let pivots = self.shape.worth <= pivoting::CHEAP && !self.shape.is_line;
+        self.at = self.pivoting().filter(|_| pivots).unwrap_or(0);
         // Where ranks share a problem, fused sweeps alone are to be had.
-        let can_open = self.scaling.is_some() || self.problem.strip().is_none();
+        let alone = self.problem.strip().is_none();
+        let can_open = self.scaling.is_some() || alone;
         let opens = !self.shape.is_line && can_open;
         (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
         let is_open = self.shape.is_plane && self.problem.round() == [false; 2];
-        let alone = self.problem.strip().is_none();
         self.has_sides = (self.shape.is_line || opens && !is_open) && alone;
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);

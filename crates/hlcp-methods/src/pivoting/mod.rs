@@ -24,7 +24,7 @@ const FEW: usize = 100;
 #[cfg(feature = "direct")]
 const FEW_ENTRIES: usize = 5;
 
-/// An elimination of full matrices that is worth no more sweeps than this is not to be improved on.
+/// An elimination that is worth no more sweeps than this is not to be improved on.
 pub(crate) const CHEAP: usize = 20;
 
 /// Principal pivoting in blocks, that is Newton's method by exact elimination: the direct way.
