@@ -5,7 +5,7 @@ use hlcp_core::{Aor, Error, Hlcp, Rows, Scalar};
 use super::AutoChoice;
 use crate::{
     AdaptiveSor, AmgNewton, Anderson, Cycle, Method, Multigrid, Newton, Pivoting, Tmms,
-    TridiagonalPart, Work,
+    TridiagonalPart, Work, pivoting::least_worth,
 };
 
 /// The fused sweeps in the time of which others take what counts as one: of adaptive SOR on a
@@ -15,16 +15,82 @@ const FUSED: [f64; 2] = [4.0, 12.0];
 /// The facts of a problem that are known beforehand.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shape {
+    /// True if one process has all of it.
+    pub(super) is_alone: bool,
     /// True if the operators are tridiagonal.
     pub(super) is_line: bool,
-    /// True for a grid of more than one line.
+    /// True for a grid, and for one of more than one line.
+    pub(super) has_grid: bool,
     pub(super) is_plane: bool,
-    /// The sweeps that an elimination is worth at least.
+    /// The sweeps that an elimination is worth at least; `usize::MAX` if there is none.
     pub(super) worth: usize,
     /// True if all coefficients of a grid are constant.
     pub(super) is_constant: bool,
     /// True if entries beside the diagonal are positive.
     pub(super) is_mixed: bool,
+}
+
+impl Shape {
+    pub(super) fn of<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Self {
+        let is_alone = problem.strip().is_none();
+        let is_line = !problem.any(!TridiagonalPart::is_all(problem));
+        let has_grid = problem.grid().is_ok();
+        let is_plane = has_grid && !is_line;
+        let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
+            .iter()
+            .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
+        Self {
+            is_alone,
+            is_line,
+            has_grid,
+            is_plane,
+            worth: if is_alone { least_worth(problem) } else { usize::MAX },
+            is_constant: !problem.any(!is_constant),
+            is_mixed: !is_plane && is_mixed(problem),
+        }
+    }
+
+    /// The methods that may take turns, and the first of them first.
+    pub(super) fn choices(self) -> impl Iterator<Item = AutoChoice> {
+        use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
+        let order: &[AutoChoice] = match (self.is_line, self.has_grid) {
+            // Elimination is exact, and cycles find long fronts.
+            (true, _) => &[Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
+            (_, true) => &[Sor, Multigrid, AmgNewton, Anderson, Pivoting],
+            // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
+            _ => &[Anderson, AmgNewton, Sor, Pivoting],
+        };
+        order.iter().copied().filter(move |choice| match choice {
+            Multigrid => self.has_grid,
+            Pivoting => self.worth < usize::MAX,
+            AmgNewton | Newton => self.is_alone,
+            Sor | Anderson => true,
+        })
+    }
+}
+
+/// The part of the negative entries beside a diagonal that positive ones may be where rows conduct.
+/// Meshes have up to a third for obtuse angles, the square of a Laplacian on a plane has 0.375.
+const MIXED: f64 = 0.35;
+
+/// Returns whether the positive entries beside the diagonal of `A`, or of `B`, are more than that
+/// part of the negative ones, in the mean of the rows that have any.
+fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
+    fn of<T: Scalar>(operator: &impl Rows<T>) -> bool {
+        let mut parts = [0.0; 2];
+        for i in 0..operator.order() {
+            let mut sums = [0.0; 2];
+            operator.visit_row(i, &mut |j, a| {
+                if j != i {
+                    sums[usize::from(a > T::zero())] += a.abs().wide();
+                }
+            });
+            let all = (sums[0] + sums[1]).max(f64::MIN_POSITIVE);
+            parts.iter_mut().zip(sums).for_each(|(part, sum)| *part += sum / all);
+        }
+        parts[1] > MIXED * parts[0]
+    }
+    of(problem.a()) || of(problem.b())
 }
 
 impl AutoChoice {
@@ -35,7 +101,7 @@ impl AutoChoice {
     /// drawn at random, 165 in the median.
     pub(super) fn promise(
         self,
-        Shape { is_line, is_plane, is_constant, worth, is_mixed }: Shape,
+        Shape { is_line, is_plane, is_constant, worth, is_mixed, .. }: Shape,
     ) -> (f64, usize) {
         match self {
             Self::Sor if is_plane => (0.16, 16),

@@ -1,7 +1,7 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
-    Clock, GROWTH, Method, Status, TridiagonalPart, Work,
+    Clock, GROWTH, Method, Status, Work,
     method::measure,
     multigrid::{Scaling, exact_sweep},
     pivoting,
@@ -216,35 +216,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// Those of the method that it begins with.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
-        use AutoChoice::{AmgNewton, Anderson, Multigrid, Newton, Pivoting, Sor};
-        let is_line = !problem.any(!TridiagonalPart::is_all(&problem));
-        let has_grid = problem.grid().is_ok();
-        let order: &[AutoChoice] = match (is_line, has_grid) {
-            // Elimination is exact, and cycles find long fronts.
-            (true, _) => &[Newton, Multigrid, Sor, AmgNewton, Anderson, Pivoting],
-            (_, true) => &[Sor, Multigrid, AmgNewton, Anderson, Pivoting],
-            // Where rows are walked one by one, to mix some vectors costs little beside a sweep.
-            _ => &[Anderson, AmgNewton, Sor, Pivoting],
-        };
-        let alone = problem.strip().is_none();
-        let least_worth = if alone { pivoting::least_worth(&problem) } else { None };
-        let is_plane = has_grid && !is_line;
-        let is_mixed = !is_plane && is_mixed(&problem);
-        let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
-            .iter()
-            .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
-        let is_constant = !problem.any(!is_constant);
-        let worth = least_worth.unwrap_or(usize::MAX);
-        let shape = Shape { is_line, is_plane, is_constant, worth, is_mixed };
-        let possible = order.iter().filter(|&&choice| match choice {
-            Multigrid => has_grid,
-            Pivoting => least_worth.is_some(),
-            AmgNewton | Newton => alone,
-            Sor | Anderson => true,
-        });
+        let shape = Shape::of(&problem);
         let mut auto = Self {
             scaling: Scaling::of(&problem),
-            candidates: possible.map(|&choice| Candidate::new(choice, shape)).collect(),
+            candidates: shape.choices().map(|choice| Candidate::new(choice, shape)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
             middle: None,
@@ -257,7 +232,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             opened: 0,
             opening: None,
             has_sides: false,
-            may_be_net: alone && !is_line && !has_grid,
+            may_be_net: shape.is_alone && !shape.is_line && !shape.has_grid,
             last: None,
             stepped: false,
             scratch: vec![],
@@ -591,12 +566,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let pivots = self.shape.worth <= pivoting::CHEAP && !self.shape.is_line;
         self.at = self.pivoting().filter(|_| pivots).unwrap_or(0);
         // Where ranks share a problem, fused sweeps alone are to be had.
-        let alone = self.problem.strip().is_none();
-        let can_open = self.scaling.is_some() || alone;
-        let opens = !self.shape.is_line && can_open;
+        let Shape { is_alone, is_line, is_plane, .. } = self.shape;
+        let opens = !is_line && (self.scaling.is_some() || is_alone);
         (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
-        let is_open = self.shape.is_plane && self.problem.round() == [false; 2];
-        self.has_sides = (self.shape.is_line || opens && !is_open) && alone;
+        let is_open = is_plane && self.problem.round() == [false; 2];
+        self.has_sides = (is_line || opens && !is_open) && is_alone;
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.others = None;
@@ -784,30 +758,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         norms
     }
-}
-
-/// The part of the negative entries beside a diagonal that positive ones may be where rows conduct.
-/// Meshes have up to a third for obtuse angles, the square of a Laplacian on a plane has 0.375.
-const MIXED: f64 = 0.35;
-
-/// Returns whether the positive entries beside the diagonal of `A`, or of `B`, are more than that
-/// part of the negative ones, in the mean of the rows that have any.
-fn is_mixed<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
-    fn of<T: Scalar>(operator: &impl Rows<T>) -> bool {
-        let mut parts = [0.0; 2];
-        for i in 0..operator.order() {
-            let mut sums = [0.0; 2];
-            operator.visit_row(i, &mut |j, a| {
-                if j != i {
-                    sums[usize::from(a > T::zero())] += a.abs().wide();
-                }
-            });
-            let all = (sums[0] + sums[1]).max(f64::MIN_POSITIVE);
-            parts.iter_mut().zip(sums).for_each(|(part, sum)| *part += sum / all);
-        }
-        parts[1] > MIXED * parts[0]
-    }
-    of(problem.a()) || of(problem.b())
 }
 
 #[cfg(test)]

@@ -406,14 +406,12 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 }
 
 /// What an elimination is worth at least, in sweeps, as far as that is known without an analysis;
-/// nothing where it cannot be had.
-pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
-    problem: &Hlcp<T, A, B>,
-) -> Option<usize> {
+/// `usize::MAX` where it cannot be had.
+pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let least = worth(problem);
     #[cfg(feature = "direct")]
     let least = least.min(crate::direct::ANALYSIS);
-    (least < usize::MAX).then_some(least)
+    least
 }
 
 /// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
