@@ -19,9 +19,8 @@ pub(super) struct Shape {
     pub(super) is_alone: bool,
     /// True if the operators are tridiagonal.
     pub(super) is_line: bool,
-    /// True for a grid, and for one of more than one line.
+    /// True if there is a grid.
     pub(super) has_grid: bool,
-    pub(super) is_plane: bool,
     /// The sweeps that an elimination is worth at least; `usize::MAX` if there is none.
     pub(super) worth: usize,
     /// True if all coefficients of a grid are constant.
@@ -31,11 +30,11 @@ pub(super) struct Shape {
 }
 
 impl Shape {
+    /// Gathers those of a problem.
     pub(super) fn of<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Self {
         let is_alone = problem.strip().is_none();
         let is_line = !problem.any(!TridiagonalPart::is_all(problem));
         let has_grid = problem.grid().is_ok();
-        let is_plane = has_grid && !is_line;
         let is_constant = [problem.a().as_five_point(), problem.b().as_five_point()]
             .iter()
             .all(|view| view.as_ref().is_some_and(|view| view.constants().is_some()));
@@ -43,11 +42,15 @@ impl Shape {
             is_alone,
             is_line,
             has_grid,
-            is_plane,
             worth: if is_alone { least_worth(problem) } else { usize::MAX },
             is_constant: !problem.any(!is_constant),
-            is_mixed: !is_plane && is_mixed(problem),
+            is_mixed: (is_line || !has_grid) && is_mixed(problem),
         }
+    }
+
+    /// True for a grid of more than one line.
+    pub(super) fn is_plane(self) -> bool {
+        self.has_grid && !self.is_line
     }
 
     /// The methods that may take turns, and the first of them first.
@@ -99,10 +102,9 @@ impl AutoChoice {
     /// SOR at multigrid's promise takes ten digits in 230 sweeps, or 900 fused ones; algebraic
     /// multigrid takes 80 to 390 sweeps' worth of work for them on eight tenths of 260 problems
     /// drawn at random, 165 in the median.
-    pub(super) fn promise(
-        self,
-        Shape { is_line, is_plane, is_constant, worth, is_mixed, .. }: Shape,
-    ) -> (f64, usize) {
+    pub(super) fn promise(self, shape: Shape) -> (f64, usize) {
+        let Shape { is_line, is_constant, worth, is_mixed, .. } = shape;
+        let is_plane = shape.is_plane();
         match self {
             Self::Sor if is_plane => (0.16, 16),
             Self::Sor => (0.02, 24),
@@ -176,8 +178,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
     /// Takes in what a window has shown.
     pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
         let fused = match self.choice {
-            AutoChoice::Sor if shape.is_plane => FUSED[usize::from(shape.is_constant)],
-            AutoChoice::Multigrid if shape.is_plane && shape.is_constant => FUSED[1],
+            AutoChoice::Sor if shape.is_plane() => FUSED[usize::from(shape.is_constant)],
+            AutoChoice::Multigrid if shape.is_plane() && shape.is_constant => FUSED[1],
             _ => 1.0,
         };
         let most = self.most();

@@ -412,9 +412,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     fn rent(&self) -> usize {
         let is_new = |each: &&Candidate<T, A, B>| {
             let judged = each.rate > f64::NEG_INFINITY;
-            each.choice == AutoChoice::Pivoting && !judged && each.promise > 0.0
+            !judged && each.promise > 0.0
         };
-        self.candidates.iter().find(is_new).map_or(usize::MAX, |each| each.window / RENT)
+        let pivoting = self.pivoting().map(|at| &self.candidates[at]);
+        pivoting.filter(is_new).map_or(usize::MAX, |each| each.window / RENT)
     }
 
     /// The work after which the method at work is judged: its window, or what is left of the rent.
@@ -470,7 +471,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Returns whether the method at work goes on from the iterate that is kept.
     fn shares(&self) -> bool {
-        self.shape.is_plane && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid)
+        self.shape.is_plane() && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid)
     }
 
     /// Takes a smaller α where adaptive SOR has grown, which may do; on planes multigrid is the
@@ -566,10 +567,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let pivots = self.shape.worth <= pivoting::CHEAP && !self.shape.is_line;
         self.at = self.pivoting().filter(|_| pivots).unwrap_or(0);
         // Where ranks share a problem, fused sweeps alone are to be had.
-        let Shape { is_alone, is_line, is_plane, .. } = self.shape;
+        let Shape { is_alone, is_line, .. } = self.shape;
         let opens = !is_line && (self.scaling.is_some() || is_alone);
         (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
-        let is_open = is_plane && self.problem.round() == [false; 2];
+        let is_open = self.shape.is_plane() && self.problem.round() == [false; 2];
         self.has_sides = (is_line || opens && !is_open) && is_alone;
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
