@@ -113,6 +113,10 @@ const ROUNDED: f64 = 1e-11;
 /// A load of so many times what films carry whose walls nearly meet is beyond them.
 const BEYOND: f64 = 1.25;
 
+/// Gaps of cells side by side that are so many times apart where the film is narrowest do not
+/// resolve it.
+const STEEP: f64 = 1.5;
+
 /// Where a search begins when the first place has led nowhere: sizes and angles from there, and
 /// rises and slopes.
 const RINGS: [[f64; 3]; 8] = [
@@ -308,6 +312,7 @@ impl Bearing {
         };
         let narrow = || wanted.narrow(|at| open(at).is_some());
         let is_beyond = || load.force > BEYOND * largest.get();
+        let is_resolved = |at: &[f64]| open(at).is_some_and(|film| is_resolved(&film));
         let (mut is_first, mut failed) = (true, 0);
         let film = |at: &[f64]| -> Result<_, FilmError> {
             if !std::mem::take(&mut is_first) {
@@ -340,7 +345,7 @@ impl Bearing {
             };
             Ok(Some((off, Some(wanted.slopes(&forces, &slopes)))))
         };
-        let (nearest, tried) = equilibrium(&starts, narrow, film, is_beyond)?;
+        let (nearest, tried) = equilibrium(&starts, narrow, film, is_beyond, is_resolved)?;
         let found = nearest.as_ref().is_some_and(Point::is_found);
         let off = nearest.as_ref().map_or(0.0, |nearest| nearest.off.norm() * wanted.size());
         let nearest_at =
@@ -351,4 +356,11 @@ impl Bearing {
         let (films, forces) = ([tried + failed, failed], [least, largest.get()]);
         Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at })
     }
+}
+
+/// Returns whether gaps along x change little from cell to cell where the film is narrowest.
+fn is_resolved(film: &Film) -> bool {
+    let least = film.gap.iter().copied().fold(f64::INFINITY, f64::min);
+    let is_steep = |pair: &[f64]| pair.contains(&least) && pair[0].max(pair[1]) > STEEP * least;
+    !film.gap.chunks(film.nx).any(|row| row.windows(2).any(is_steep))
 }
