@@ -6,7 +6,7 @@ use crate::{
     common::names,
     oracle::solutions,
     problems::{Case, grown},
-    runs::{Fault, Precision, runs},
+    runs::{Fault, Precision, Run, runs},
 };
 
 /// The counts of one method in one precision.
@@ -29,20 +29,36 @@ pub(crate) struct Tally {
     pub(crate) examples: Vec<String>,
 }
 
+/// The runs of all methods on one problem, which has so many basic solutions.
+pub(crate) struct Attacked {
+    seed: u64,
+    case: Case,
+    found: usize,
+    runs: Vec<(String, [(Precision, Vec<Run>); 2])>,
+}
+
+/// Runs all methods on the problem of a seed.
+pub(crate) fn attack(seed: u64) -> Attacked {
+    let case = grown(seed);
+    let found = solutions(&case.a, &case.b, &case.q).len();
+    let of = |name: &str| {
+        [Precision::Single, Precision::Double].map(|of| (of, runs(&case, of, name, found > 0)))
+    };
+    let runs = names().map(|name| (name.clone(), of(&name))).collect();
+    Attacked { seed, case, found, runs }
+}
+
 impl Tally {
     pub(crate) fn runs(&self) -> usize {
         self.by_method.values().map(|counts| counts.runs).sum()
     }
 
-    pub(crate) fn attack(&mut self, seed: u64) {
-        let case = grown(seed);
-        let found = solutions(&case.a, &case.b, &case.q).len();
+    pub(crate) fn count(&mut self, Attacked { seed, case, found, runs }: Attacked) {
         self.problems += 1;
         self.unsolvable += usize::from(found == 0);
         self.several += usize::from(found > 1);
-        for name in names() {
-            for precision in [Precision::Single, Precision::Double] {
-                let runs = runs(&case, precision, &name, found > 0);
+        for (name, both) in runs {
+            for (precision, runs) in both {
                 let counts = self.by_method.entry((name.clone(), precision)).or_default();
                 for (run, start) in runs.into_iter().zip(&case.starts) {
                     counts.runs += 1;

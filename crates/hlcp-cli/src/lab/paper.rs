@@ -30,11 +30,12 @@ Examples:
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
-    /// m = 128 and N = 50 alone, and no more solves of each than --repeats
+    /// m = 128 and N = 50 alone, each solved once or --repeats times
     #[arg(long)]
     quick: bool,
     /// The least number of solves behind a time; short ones are repeated for a tenth of a second
-    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, default_value = "5", default_value_if("quick", "true", "1"))]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..))]
     repeats: u16,
     /// The folder for tables.txt, tables.md and a CSV file for each table
     #[arg(long)]

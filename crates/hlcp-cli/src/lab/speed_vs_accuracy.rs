@@ -77,7 +77,7 @@ pub(super) fn half_steps(run: &Run) -> Option<usize> {
 
 /// The problems that all methods run on.
 fn problems(quick: bool) -> Vec<Own> {
-    let [m, disc, cells, film] = if quick { [32, 24, 24, 24] } else { [512, 128, 100, 63] };
+    let [m, disc, cells, film] = if quick { [16, 12, 12, 12] } else { [512, 128, 100, 63] };
     let paper = |symmetric, generic| example(symmetric, m, [4.0, 4.0], generic);
     vec![
         paper(true, false),

@@ -90,7 +90,7 @@ const COLUMNS: &str =
 
 pub(crate) fn run(Arguments { charts, own }: &Arguments) -> Fallible<()> {
     let Charts { quick, out, .. } = charts;
-    let plane = if *quick { Plane::new(4) } else { Plane::new(10) };
+    let plane = if *quick { Plane::new(2) } else { Plane::new(10) };
     let is_own = own.is_asked();
     let (maps, name) = match is_own {
         true => (vec![(own.file(), own.clone())], format!("stability-map{}", own.options())),

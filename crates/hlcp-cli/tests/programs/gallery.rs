@@ -41,8 +41,8 @@ fn each_problem_of_ones_own_has_a_map() {
         let svg = read(&format!("{name}.svg"));
         assert!(svg.contains(&format!("example1, m = {m}, mu = 4")), "{svg}");
         assert!(svg.contains(&format!("hlcp stability-map --scene example1 --m {m} --mu 4")));
-        // Three methods with two βs in two precisions, α and τ from 0.25 to 2 by 0.25.
-        assert_eq!(read(&format!("{name}.csv")).lines().count(), 1 + 3 * 2 * 2 * 8 * 8);
+        // Three methods with two βs in two precisions, α and τ from 0.5 to 2 by 0.5.
+        assert_eq!(read(&format!("{name}.csv")).lines().count(), 1 + 3 * 2 * 2 * 4 * 4);
     }
     let mut names: Vec<_> = fs::read_dir(&folder.0)
         .unwrap()
@@ -98,8 +98,8 @@ const COLUMNS: &str = "problem,series,tolerance,true error,seconds min,seconds m
 fn measurements_of_ones_own_are_on_the_charts() {
     let folder = Folder::new("added");
     // Faster than all others on the one problem, far slower on the other.
-    let rows = "\"Example 1 (4, 4), m = 32, 0/1\",mine,1e-2,3e-3,1e-6,2e-6,4e-6,7,true\n\
-                \"slider, N = 24\",mine,1e-2,3e-3,1000,2000,4000,,true\n";
+    let rows = "\"Example 1 (4, 4), m = 16, 0/1\",mine,1e-2,3e-3,1e-6,2e-6,4e-6,7,true\n\
+                \"slider, N = 12\",mine,1e-2,3e-3,1000,2000,4000,,true\n";
     let file = folder.write("mine.csv", format!("{COLUMNS}{rows}"));
     let run = |options: &str| {
         let mut command = hlcp("speed-vs-accuracy", &format!("--quick {options} --out"));
@@ -134,9 +134,9 @@ fn measurements_that_fit_no_chart_are_refused_with_their_line() {
             "there is no problem 'slider' here; they are Example 1 (4",
         ),
         ("mine,1,1,1,1,1,1,true", "8 columns where there must be 9"),
-        ("\"slider, N = 24\",mine,1,-1,1,1,1,1,true", "true error is '-1', not a number of 0"),
-        ("\"slider, N = 24\",mine,1,1,1,nan,1,1,true", "seconds median is 'nan'"),
-        ("\"slider, N = 24\",mine,1,1,1,1,1,1,yes", "reached must be true or false"),
+        ("\"slider, N = 12\",mine,1,-1,1,1,1,1,true", "true error is '-1', not a number of 0"),
+        ("\"slider, N = 12\",mine,1,1,1,nan,1,1,true", "seconds median is 'nan'"),
+        ("\"slider, N = 12\",mine,1,1,1,1,1,1,yes", "reached must be true or false"),
     ] {
         folder.write("mine.csv", format!("{COLUMNS}{row}\n"));
         let added = "--quick --out nowhere --add mine.csv";
