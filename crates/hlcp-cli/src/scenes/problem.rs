@@ -97,7 +97,7 @@ impl<T: Scalar> Problem<T> {
     }
 }
 
-type Posable<'p, T> = Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>;
+pub(crate) type Posable<'p, T> = Hlcp<T, DynRows<'p, T>, DynRows<'p, T>>;
 pub(crate) type Boxed<'p, T> = BoxedMethod<'p, T, DynRows<'p, T>, DynRows<'p, T>>;
 
 type Posing<T> = Result<Problem<T>, hlcp_core::Error>;

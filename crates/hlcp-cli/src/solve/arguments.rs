@@ -1,13 +1,13 @@
 //! The command line, and what it can be refused for before anything is read or solved.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::{
     Args, ValueEnum,
     builder::{PossibleValuesParser, TypedValueParser},
 };
 use hlcp::files;
-use hlcp_methods::{Norm, Parameters};
+use hlcp_methods::{Limits, Norm, Parameters, Tolerance};
 
 use crate::scenes::{Files, Given};
 
@@ -220,6 +220,25 @@ impl Arguments {
         let Self { alpha, beta, alpha2, beta2, .. } = *self;
         let (base, window) = (self.base.as_deref(), self.window.map(usize::from));
         Parameters { alpha, beta, alpha2, beta2, base, window }
+    }
+
+    /// True if a file has the iterate to begin with.
+    pub(crate) fn has_start(&self) -> bool {
+        self.x0.is_some() || self.z0.is_some()
+    }
+
+    pub(crate) fn limits(&self) -> Result<Limits, String> {
+        let (tolerance, rounding) = match (self.tol, self.rtol) {
+            (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
+            (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
+            (None, None) if self.files.a.is_some() => (Tolerance::Relative(1e-10), None),
+            (None, None) => (self.given.scene.limits().tolerance, None),
+        };
+        // Thirty years are no limit, and more may be too much for a clock.
+        let time = self.max_seconds.filter(|&time| time.is_nan() || time < 1e9);
+        let time = time.map(Duration::try_from_secs_f64).transpose();
+        let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
+        Ok(Limits { tolerance, rounding, norm: self.norm, iterations: self.max_iterations, time })
     }
 
     pub(crate) fn precisions(&self) -> Vec<Precision> {

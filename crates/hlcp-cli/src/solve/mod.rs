@@ -3,14 +3,7 @@
 mod arguments;
 mod report;
 
-use std::{
-    borrow::Cow,
-    error::Error,
-    ops::ControlFlow,
-    path::Path,
-    sync::Arc,
-    time::{Duration, Instant},
-};
+use std::{borrow::Cow, error::Error, ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
 pub(crate) use arguments::Arguments;
 use arguments::Precision;
@@ -18,17 +11,15 @@ use hlcp::market;
 #[cfg(feature = "mpi")]
 use hlcp_core::World;
 use hlcp_core::{Ranks, Scalar, Strip};
-use hlcp_methods::{
-    Clock, Limits, NameError, Named, Options, Outcome, Progress, Solver, Tolerance,
-};
-use hlcp_verify::{Certificate, Convergence, certify_by, certify_within, convergence_within};
-use serde_json::json;
+use hlcp_methods::{Clock, Limits, NameError, Named, Options, Outcome, Progress, Solver};
+use hlcp_verify::{certify_by, certify_within};
+use report::Answer;
 
 use crate::{
     memory, print,
     progress::Way,
     say,
-    scenes::{Boxed, Given, Pose, Problem, distance, goal},
+    scenes::{Boxed, Given, Posable, Pose, Problem, distance, goal},
 };
 
 /// Solves what was asked for with the other processes that `mpirun` has started, of which the first
@@ -42,7 +33,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     run_on(arguments, Some(&ranks)).or_else(|error| {
         // The others may have had no error, and wait; or have the same, which the first says.
-        std::thread::sleep(Duration::from_millis(if ranks.rank() == 0 { 0 } else { 800 }));
+        std::thread::sleep(std::time::Duration::from_millis(if ranks.rank() == 0 {
+            0
+        } else {
+            800
+        }));
         say(format!("error: {error}"));
         world.end_all(1)
     })
@@ -68,7 +63,8 @@ struct Run<'r> {
     arguments: &'r Arguments,
     name: &'r str,
     methods: Vec<Named>,
-    rows: usize,
+    /// True until the table has its head.
+    is_headless: bool,
     all_converged: bool,
     strip: Option<Strip>,
 }
@@ -100,7 +96,7 @@ fn solve(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, 
     }
     let name = if arguments.files.a.is_some() { "file" } else { scene.name };
     let strip = ranks.map(|ranks| strip(arguments, ranks)).transpose()?;
-    let mut run = Run { arguments, name, methods, rows: 0, all_converged: true, strip };
+    let mut run = Run { arguments, name, methods, is_headless: true, all_converged: true, strip };
     for precision in arguments.precisions() {
         match precision {
             Precision::F64 => run.solve(precision, &run.problem(scene.wide)?)?,
@@ -171,6 +167,33 @@ impl Run<'_> {
         Ok(report::Proved::new(&exact, found, clock)?)
     }
 
+    /// The problem with what the options say of it, and the start.
+    fn posed<'p, T: Scalar>(
+        &self,
+        given: &'p Problem<T>,
+    ) -> Result<(Posable<'p, T>, Vec<T>), Box<dyn Error>> {
+        let arguments = self.arguments;
+        let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
+        let posed =
+            given.hlcp(to(arguments.tau)?).map_err(|error| arguments.files.explained(error))?;
+        let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
+        if let Some(strip) = &self.strip {
+            problem = problem.shared_by(strip)?;
+        }
+        let mut x0 = match &arguments.x0 {
+            Some(path) => self.read_part(path, given)?,
+            None => vec![T::one(); given.q.len()],
+        };
+        if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
+            let [z, r] = [self.read_part(z, given)?, self.read_part(r, given)?];
+            problem.x_from_solution(&z, &r, &mut x0);
+        }
+        if arguments.threads > 1 {
+            problem = problem.in_parallel();
+        }
+        Ok((problem, x0))
+    }
+
     /// Whether this is the only process, or the one that prints.
     fn is_first(&self) -> bool {
         self.strip.as_ref().is_none_or(|strip| strip.rank() == 0)
@@ -216,45 +239,22 @@ impl Run<'_> {
         given: &Problem<T>,
     ) -> Result<(), Box<dyn Error>> {
         let arguments = self.arguments;
-        let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let (tolerance, rounding) = match (arguments.tol, arguments.rtol) {
-            (Some(tolerance), _) => (Tolerance::Absolute(tolerance), Some(0.0)),
-            (None, Some(tolerance)) => (Tolerance::Relative(tolerance), Some(0.0)),
-            (None, None) if arguments.files.a.is_some() => (Tolerance::Relative(1e-10), None),
-            (None, None) => (arguments.given.scene.limits().tolerance, None),
-        };
-        let (iterations, time) = (arguments.max_iterations, arguments.max_seconds);
-        // Thirty years are no limit, and more may be too much for a clock.
-        let time = time.filter(|&time| time.is_nan() || time < 1e9);
-        let time = time.map(Duration::try_from_secs_f64).transpose();
-        let time = time.map_err(|_| "--max-seconds must be a number of seconds, 0 or more")?;
-        let limits = Limits { tolerance, rounding, norm: arguments.norm, iterations, time };
-        let posed =
-            given.hlcp(to(arguments.tau)?).map_err(|error| arguments.files.explained(error))?;
-        let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
-        if let Some(strip) = &self.strip {
-            problem = problem.shared_by(strip)?;
-        }
-        let is_given = arguments.x0.is_some() || arguments.z0.is_some();
-        let mut x0 = match &arguments.x0 {
-            Some(path) => self.read_part(path, given)?,
-            None => vec![T::one(); given.q.len()],
-        };
-        if let (Some(z), Some(r)) = (&arguments.z0, &arguments.r0) {
-            let [z, r] = [self.read_part(z, given)?, self.read_part(r, given)?];
-            problem.x_from_solution(&z, &r, &mut x0);
-        }
-        if arguments.threads > 1 {
-            problem = problem.in_parallel();
-        }
+        let limits = arguments.limits()?;
+        let (problem, mut x0) = self.posed(given)?;
         let mut alone = arguments.threads > 1 && self.is_first() && !problem.has_shared_sweeps();
+        let on = |method: &Named| {
+            method.on_dyn(problem.clone()).map_err(|error| arguments.files.explained(error))
+        };
+        // None is refused after another has taken its time.
+        for method in self.methods.iter().skip(1) {
+            on(method)?;
+        }
         for method in &self.methods {
-            if arguments.files.a.is_some() && !is_given {
+            if arguments.files.a.is_some() && !arguments.has_start() {
                 // The paper begins with ones; from 0 a file in other units takes the same steps.
                 x0.fill(if method.first().is_some() { T::one() } else { T::zero() });
             }
-            let posed = method.on_dyn(problem.clone());
-            let mut solver = Solver::new(posed.map_err(|error| arguments.files.explained(error))?);
+            let mut solver = Solver::new(on(method)?);
             if std::mem::take(&mut alone) {
                 say("note: --threads does not speed up the sweeps of this problem, which are \
                      shared on grids of 16384 points or more");
@@ -266,20 +266,18 @@ impl Run<'_> {
             }
             solves.sort_by_key(|outcome| outcome.elapsed);
             let outcome = &solves[solves.len() / 2];
+            self.all_converged &= outcome.converged();
             let found = [solver.z(), solver.r()];
             let error = given.known.as_ref().map(|known| distance(found, known));
             let error = error.map(|error| problem.largest([error])[0]);
             // Proofs have what the solve has left of its time.
-            let left = time.map(|time| time.saturating_sub(outcome.elapsed));
+            let left = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
             let begun = Instant::now();
             let mut is_late = || left.is_some_and(|left| begun.elapsed() >= left);
             let clock = &mut Clock::new(&mut is_late);
             let proved = || self.certified(given, &q, &mut solver, clock);
             let certificate = arguments.certify.then(proved).transpose()?;
-            let Some([z, r]) = self.gathered(given, &solver) else {
-                self.all_converged &= outcome.converged();
-                continue;
-            };
+            let Some([z, r]) = self.gathered(given, &solver) else { continue };
             let figures = (given.figures)(&z, &r);
             // Before anything is printed, because a reader that goes away ends the program.
             let outputs = [(&arguments.out_z, &z), (&arguments.out_r, &r)];
@@ -288,51 +286,16 @@ impl Run<'_> {
                 .filter_map(|(path, vector)| Some((path.as_deref()?, &vector[..])))
                 .collect();
             market::write_vectors(&outputs)?;
+            let answer = Answer { method, precision, outcome, error, figures, certificate };
             if arguments.json {
-                let mut object =
-                    report::object(self, self.order(given), method, precision, outcome, error);
-                for (key, value) in figures {
-                    object[key] = value.into();
-                }
-                if let Some(certificate) = &certificate {
-                    object["certified_error_bound"] =
-                        json!(certificate.certificate.as_ref().ok().map(Certificate::error));
-                    object["certificate"] = report::certificate_object(given, certificate);
-                }
-                print::line(&object)?;
-            } else {
-                if self.rows == 0 {
-                    report::head(self, self.order(given))?;
-                }
-                report::row(method, precision, outcome, error)?;
-                if let Some(forgone) = outcome.forgone.filter(|_| !outcome.converged()) {
-                    say(format!("note: {forgone}"));
-                }
-                if let Some(advice) = report::advice(&method.to_string(), outcome) {
-                    say(format!("note: {method} did not converge; {advice}"));
-                }
-                let is_figure = outcome.converged();
-                let unsettled =
-                    if is_figure { "" } else { " (not converged: no figure of the scene)" };
-                for (key, value) in &figures {
-                    print::line(format_args!("          {key} {value:.6e}{unsettled}"))?;
-                }
-                if let Some(certificate) = &certificate {
-                    let steps = method.steps(&problem)?;
-                    let found = steps.map(|steps| convergence_within(&problem, &steps, clock));
-                    let not = "convergence: not proved, because";
-                    print::line(match found {
-                        Some(Convergence::NotProved(_)) if clock.is_up() => {
-                            format!("  {not} the time limit was reached")
-                        }
-                        Some(found) => format!("  {found}"),
-                        None => format!("  {not} the check does not cover the method"),
-                    })?;
-                    report::certificate(given, certificate)?;
-                }
+                print::line(report::object(self, given, &answer))?;
+                continue;
             }
-            self.rows += 1;
-            self.all_converged &= outcome.converged();
+            if std::mem::take(&mut self.is_headless) {
+                report::head(self, self.order(given))?;
+            }
+            let proof = arguments.certify.then(|| report::convergence(method, &problem, clock));
+            report::words(given, &answer, proof.transpose()?)?;
         }
         Ok(())
     }

@@ -2,34 +2,46 @@
 
 use std::io;
 
-use hlcp_core::{Scalar, number};
+use hlcp_core::{Hlcp, Rows, Scalar, number};
 use hlcp_methods::{Clock, Forecast, Named, Outcome, Status};
-use hlcp_verify::{Branch, Certificate, Disproof, Refusal, Uniqueness, uniqueness_within};
+use hlcp_verify::{
+    Branch, Certificate, Convergence, Disproof, Refusal, Uniqueness, convergence_within,
+    uniqueness_within,
+};
 use serde_json::{Value, json};
 
 use super::{
     Run,
     arguments::{Arguments, Precision},
 };
-use crate::{print, scenes::Problem};
+use crate::{print, say, scenes::Problem};
 
-pub(crate) fn object(
-    Run { arguments, name: scene, .. }: &Run<'_>,
-    order: usize,
-    method: &Named,
-    precision: Precision,
-    outcome: &Outcome,
-    error: Option<f64>,
+/// An answer with what is known of it.
+pub(crate) struct Answer<'s> {
+    pub(crate) method: &'s Named,
+    pub(crate) precision: Precision,
+    pub(crate) outcome: &'s Outcome,
+    /// The largest distance from a known solution.
+    pub(crate) error: Option<f64>,
+    pub(crate) figures: Vec<(&'static str, f64)>,
+    pub(crate) certificate: Option<Proved>,
+}
+
+pub(crate) fn object<T: Scalar>(
+    run: &Run<'_>,
+    given: &Problem<T>,
+    Answer { method, precision, outcome, error, figures, certificate }: &Answer<'_>,
 ) -> Value {
+    let Run { arguments, name: scene, .. } = run;
     let Outcome { status, iterations, sweeps, elapsed, residual, .. } = outcome;
     let forecast = |Forecast { seconds, bytes, left, .. }| {
         let left = left.as_secs_f64();
         json!({ "seconds": seconds, "bytes": bytes, "left": left })
     };
     let [alpha, beta] = method.first().map_or([None; 2], |pair| pair.map(Some));
-    json!({
+    let mut object = json!({
         "scene": scene,
-        "n": order,
+        "n": run.order(given),
         "method": method.to_string(),
         "alpha": alpha,
         "beta": beta,
@@ -49,7 +61,16 @@ pub(crate) fn object(
         "error_linf": error,
         "objective": null,
         "seconds": elapsed.as_secs_f64(),
-    })
+    });
+    for (key, value) in figures {
+        object[key] = (*value).into();
+    }
+    if let Some(proved) = certificate {
+        object["certified_error_bound"] =
+            json!(proved.certificate.as_ref().ok().map(Certificate::error));
+        object["certificate"] = certificate_object(given, proved);
+    }
+    object
 }
 
 pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::Result<()> {
@@ -68,11 +89,12 @@ pub(crate) fn head(Run { arguments, name, .. }: &Run<'_>, order: usize) -> io::R
     )
 }
 
-pub(crate) fn row(
-    method: &Named,
-    precision: Precision,
-    outcome: &Outcome,
-    error: Option<f64>,
+/// Prints a row of the table, with what is to be said of it below; `convergence` is what theorems
+/// say of the method.
+pub(crate) fn words<T>(
+    given: &Problem<T>,
+    Answer { method, precision, outcome, error, figures, certificate }: &Answer<'_>,
+    convergence: Option<String>,
 ) -> io::Result<()> {
     let Outcome { status, iterations, sweeps, elapsed, residual, relative, .. } = outcome;
     let seconds = elapsed.as_secs_f64();
@@ -83,7 +105,42 @@ pub(crate) fn row(
         residual.linf,
         relative.l2,
         error.map_or("unknown".into(), |error| format!("{error:.2e}"))
-    ))
+    ))?;
+    if let Some(forgone) = outcome.forgone.filter(|_| !outcome.converged()) {
+        say(format!("note: {forgone}"));
+    }
+    if let Some(advice) = advice(&method.to_string(), outcome) {
+        say(format!("note: {method} did not converge; {advice}"));
+    }
+    let unsettled =
+        if outcome.converged() { "" } else { " (not converged: no figure of the scene)" };
+    for (key, value) in figures {
+        print::line(format_args!("          {key} {value:.6e}{unsettled}"))?;
+    }
+    convergence.map_or(Ok(()), |found| print::line(format_args!("  {found}")))?;
+    certificate.as_ref().map_or(Ok(()), |proved| words_of_certificate(given, proved))
+}
+
+/// What theorems say of a method's convergence.
+pub(crate) fn convergence<T, A, B>(
+    method: &Named,
+    problem: &Hlcp<T, A, B>,
+    clock: &mut Clock<'_>,
+) -> Result<String, hlcp_core::Error>
+where
+    T: Scalar,
+    A: Rows<T>,
+    B: Rows<T>,
+{
+    let not = "convergence: not proved, because";
+    let steps = method.steps(problem)?;
+    Ok(match steps.map(|steps| convergence_within(problem, &steps, clock)) {
+        Some(Convergence::NotProved(_)) if clock.is_up() => {
+            format!("{not} the time limit was reached")
+        }
+        Some(found) => found.to_string(),
+        None => format!("{not} the check does not cover the method"),
+    })
 }
 
 /// What may help a solve by this method that did not converge.
@@ -139,7 +196,7 @@ impl Proved {
     }
 }
 
-pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
+fn words_of_certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result<()> {
     let unique = match &found.uniqueness {
         Some(found) => found.to_string(),
         None => format!("not looked at beyond {SEARCHED} unknowns"),
@@ -164,7 +221,7 @@ pub(crate) fn certificate<T>(problem: &Problem<T>, found: &Proved) -> io::Result
     Ok(())
 }
 
-pub(crate) fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
+fn certificate_object<T>(problem: &Problem<T>, found: &Proved) -> Value {
     let unique = found.uniqueness.as_ref().is_some_and(Uniqueness::is_proved);
     let disproof = match &found.uniqueness {
         Some(Uniqueness::Refuted(Disproof { m_matrix, v, other, u })) => {
