@@ -110,7 +110,8 @@ class BearingResult(FilmResult):
         What leaves the film, in m^3/s: what flows out at sides (side leakage), whatever flows in
         elsewhere on the same side, and what supplies draw.
     temperature_rise : float
-        How much warmer the oil leaves if it takes all of the power with it, in K.
+        How much warmer the oil leaves if it takes all of the power with it, in K. What supplies
+        pump warms it further, by their pressure over density times specific heat.
     reynolds, laminar : float
         The Reynolds number of shear, with the clearance of a journal or the mean gap of a pad, and
         that up to which it is laminar.

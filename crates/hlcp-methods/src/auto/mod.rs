@@ -1,7 +1,7 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
-    Clock, GROWTH, Method, Status, Work,
+    Clock, Method, Status, Work,
     method::measure,
     multigrid::{Scaling, exact_sweep},
     pivoting,
@@ -704,7 +704,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         self.see(residual);
         // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
         let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
-        let bound = self.scale * if is_pivoted { 0.1 * GROWTH } else { GROWN };
+        let bound = self.scale * if is_pivoted { pivoting::FAR } else { GROWN };
         if opened.is_some() {
             return norms;
         }

@@ -2,7 +2,9 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
 
-use crate::{Clock, Method, Work, amg::Lu, limits::Cost, method::measure, safeguard::ROUGH};
+use crate::{
+    Clock, GROWTH, Method, Work, amg::Lu, limits::Cost, method::measure, safeguard::ROUGH,
+};
 #[cfg(feature = "direct")]
 use crate::{cholesky::Cholesky, direct::SparseLu};
 use inside::Interior;
@@ -26,6 +28,9 @@ const FEW_ENTRIES: usize = 5;
 
 /// An elimination that is worth no more sweeps than this is not to be improved on.
 pub(crate) const CHEAP: usize = 20;
+
+/// Columns that are all but singular leave no digits: the residual is this many times ‖q‖, or more.
+pub(crate) const FAR: f64 = 0.1 * GROWTH;
 
 /// Principal pivoting in blocks, that is Newton's method by exact elimination: the direct way.
 ///
@@ -55,7 +60,8 @@ pub(crate) const CHEAP: usize = 20;
 /// The first columns are those of the start, and then, before it goes through the interior, all of
 /// that one of `A` and `B` that has more entries; at once those where the start's residual is above
 /// a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
-/// grow does so by a point in each step.
+/// grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as columns do
+/// that are all but singular, is not taken, and the next way begins.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
@@ -453,7 +459,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
 
     fn work(&self) -> Option<Work> {
         let before = if self.steps > 0 { self.cost.before } else { 0 };
-        Some(Work::sweeps(before + self.steps * (self.cost.worth + 1)))
+        Some(Work::sweeps(before + self.steps * (self.cost.worth + 2)))
     }
 
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
@@ -474,11 +480,12 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             }
             self.pivot(q, x, y);
         }
-        let is_finite = y.iter().all(|y| y.is_finite());
-        if !is_finite {
+        let led = self.residual(q, y).expect("it is measured").l2;
+        let has_digits = led.is_finite() && led <= FAR * q.norms().l2;
+        if !has_digits {
             y.copy_from_slice(x);
         }
-        if self.patience == 0 || !is_finite {
+        if self.patience == 0 || !has_digits {
             match self.way {
                 Way::Start => (self.way, self.fewest) = (Way::Whole, usize::MAX),
                 Way::Whole => {

@@ -54,6 +54,34 @@ fn a_matrix_that_is_almost_skew_is_solved() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(20))]
 
+    /// The columns of A and of some signs are singular but for a diagonal of next to nothing. What
+    /// they lead to has no digits, and is not taken.
+    #[test]
+    fn what_is_skew_but_for_next_to_nothing_does_not_diverge(
+        upper in vec((0_usize..60, 0_usize..60, -1.0..1.0), 180),
+        planted in vec((any::<bool>(), 0.1..1.0), 60),
+        digits in 6..14_i32,
+    ) {
+        let n = planted.len();
+        let mut a = vec![0.0; n * n];
+        for (i, j, entry) in upper {
+            a[i * n + j] += entry;
+            a[j * n + i] -= entry;
+        }
+        (0..n).for_each(|i| a[i * n + i] = 10.0_f64.powi(-digits));
+        let [z, r] = [true, false].map(|side| {
+            let of = |&(is_z, size): &(bool, f64)| if is_z == side { size } else { 0.0 };
+            planted.iter().map(of).collect::<Vec<f64>>()
+        });
+        let row = |i: usize| (0..n).map(|j| a[i * n + j] * z[j]).sum::<f64>();
+        let q: Vec<f64> = (0..n).map(|i| r[i] - row(i)).collect();
+        let a = RowMajor::new(n, a).unwrap();
+        let mut solver = Solver::new(Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap());
+        let limits = crate::Limits { iterations: 200, ..crate::Limits::default() };
+        let outcome = solver.solve(&q, limits).unwrap();
+        prop_assert!(!matches!(outcome.status, crate::Status::Diverged(_)), "{outcome}");
+    }
+
     /// Newton's method goes round, and the way through the interior ends within its 50 steps
     /// and some changes of signs, whatever rows, z and r are multiplied by, and whichever of
     /// the two is z.

@@ -18,8 +18,8 @@ fn example(
     problem(tau, scene.a, scene.b)
 }
 
-/// Table 2, which truncates, at m = 128, as its digits are the same for 256 and 512: the brackets lie inside the printed digits, and prove the bound above
-/// 1 at μ = ν = 0.
+/// Table 2, which truncates, at m = 128, as its digits are the same for 256 and 512: the brackets
+/// lie inside the printed digits, and prove the bound above 1 at μ = ν = 0.
 #[test]
 fn table_2_of_the_paper() {
     let printed = [

@@ -54,7 +54,7 @@ pub struct Derived {
     /// elsewhere on the same side, and what supplies draw.
     pub leakage: f64,
     /// How much warmer the oil leaves if it takes all of the power with it, in K; infinite if none
-    /// leaves.
+    /// leaves. What supplies pump warms it further, by their pressure over ρc.
     pub temperature_rise: f64,
     /// The Reynolds number of shear, with the clearance of a journal and the mean gap of anything
     /// else.

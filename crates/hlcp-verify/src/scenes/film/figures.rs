@@ -15,6 +15,8 @@ use super::{
 /// // μU/h on both walls
 /// assert!((figures.friction[0] - 0.04 * 3.0 / 1e-5 * 2e-4).abs() < 1e-12);
 /// assert_eq!((figures.load, figures.friction[1]), (0.0, figures.friction[0]));
+/// // All but one cell is full, but for rounding.
+/// assert_eq!(film.figures(&[0.0; 2], &[0.7, 1e-12], 0.0).broken_share, 0.5);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -44,7 +46,7 @@ pub struct FilmFigures {
     pub peak: f64,
     /// The least gap in the middle of a cell, in m.
     pub least_gap: f64,
-    /// The part of the area in which the film is broken.
+    /// The part of the area in which the film is broken: lacks more of its oil than rounding takes.
     pub broken_share: f64,
     /// The least film content, which is below 0 in an answer that is no film.
     pub least_content: f64,
@@ -66,6 +68,9 @@ pub struct FilmFigures {
 const FED: f64 = 2e-8;
 const NO_CONTENT: f64 = -1e-9;
 const OFF_BALANCE: f64 = 3e-4;
+
+/// A cell that lacks no more of its oil is full but for rounding.
+const WHOLE: f64 = 1e-9;
 
 impl FilmFigures {
     /// Returns what makes the figures uncertain although the solve converged: circles that are
@@ -114,7 +119,7 @@ impl Film {
         assert_lengths(self.gap.len(), [("z", z.len()), ("r", r.len())]);
         let frame = self.frame();
         let (nx, area, unit) = (self.nx, self.cell(), frame.pressure);
-        let [mut load, mut power, mut broken] = [0.0; 3];
+        let ([mut load, mut power], mut broken) = ([0.0; 2], 0_usize);
         let (mut moments, mut friction, mut void) = ([0.0; 2], [0.0; 2], 0.0);
         let slip = self.speeds[0] - self.speeds[1];
         let mut peak = 0.0_f64;
@@ -130,8 +135,8 @@ impl Film {
             friction.iter_mut().for_each(|friction| *friction += shear * (1.0 - r[k]));
             void += shear * r[k];
             peak = peak.max(unit * z[k]);
+            broken += usize::from(r[k] > WHOLE);
             if r[k] > 0.0 {
-                broken += 1.0 / z.len() as f64;
                 circles[k / nx].1 = true;
             }
         }
@@ -198,7 +203,7 @@ impl Film {
             stored,
             peak: self.cavitation + peak,
             least_gap: self.least_gap(),
-            broken_share: broken,
+            broken_share: broken as f64 / z.len() as f64,
             least_content: r.iter().fold(f64::INFINITY, |least, r| least.min(1.0 - r)),
             // Of a dry film rounding goes round.
             feed: if self.is_ring() && round > 1e-9 * full {
