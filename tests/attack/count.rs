@@ -34,17 +34,20 @@ pub(crate) struct Attacked {
     seed: u64,
     case: Case,
     found: usize,
-    runs: Vec<(String, [(Precision, Vec<Run>); 2])>,
+    runs: Vec<(String, Precision, Vec<Run>)>,
 }
 
 /// Runs all methods on the problem of a seed.
 pub(crate) fn attack(seed: u64) -> Attacked {
     let case = grown(seed);
     let found = solutions(&case.a, &case.b, &case.q).len();
-    let of = |name: &str| {
-        [Precision::Single, Precision::Double].map(|of| (of, runs(&case, of, name, found > 0)))
-    };
-    let runs = names().map(|name| (name.clone(), of(&name))).collect();
+    let both = [Precision::Single, Precision::Double];
+    let all = names().flat_map(|name| both.map(|precision| (name.clone(), precision)));
+    let runs = all.map(|(name, precision)| {
+        let runs = runs(&case, precision, &name, found > 0);
+        (name, precision, runs)
+    });
+    let runs = runs.collect();
     Attacked { seed, case, found, runs }
 }
 
@@ -57,24 +60,22 @@ impl Tally {
         self.problems += 1;
         self.unsolvable += usize::from(found == 0);
         self.several += usize::from(found > 1);
-        for (name, both) in runs {
-            for (precision, runs) in both {
-                let counts = self.by_method.entry((name.clone(), precision)).or_default();
-                for (run, start) in runs.into_iter().zip(&case.starts) {
-                    counts.runs += 1;
-                    counts.converged += usize::from(run.converged);
-                    counts.worst = counts.worst.max(run.over_asked);
-                    for (fault, detail) in run.faults {
-                        let count = counts.faults.entry(fault).or_default();
-                        *count += 1;
-                        if *count == 1 {
-                            let case = Case { starts: vec![start.clone()], ..case.clone() };
-                            // As an expression for a test.
-                            let case = format!("{case:?}").replace('[', "vec![");
-                            self.examples.push(format!(
-                                "{fault:?}, {name:?}, {precision:?}, seed {seed}: {detail}\n    {case}"
-                            ));
-                        }
+        for (name, precision, runs) in runs {
+            let counts = self.by_method.entry((name.clone(), precision)).or_default();
+            for (run, start) in runs.into_iter().zip(&case.starts) {
+                counts.runs += 1;
+                counts.converged += usize::from(run.converged);
+                counts.worst = counts.worst.max(run.over_asked);
+                for (fault, detail) in run.faults {
+                    let count = counts.faults.entry(fault).or_default();
+                    *count += 1;
+                    if *count == 1 {
+                        let case = Case { starts: vec![start.clone()], ..case.clone() };
+                        // As an expression for a test.
+                        let case = format!("{case:?}").replace('[', "vec![");
+                        self.examples.push(format!(
+                            "{fault:?}, {name:?}, {precision:?}, seed {seed}: {detail}\n    {case}"
+                        ));
                     }
                 }
             }
