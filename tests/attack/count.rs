@@ -43,12 +43,11 @@ pub(crate) fn attack(seed: u64) -> Attacked {
     let found = solutions(&case.a, &case.b, &case.q).len();
     let both = [Precision::Single, Precision::Double];
     let all = names().flat_map(|name| both.map(|precision| (name.clone(), precision)));
-    let runs = all.map(|(name, precision)| {
+    let runs_of = |(name, precision): (String, Precision)| {
         let runs = runs(&case, precision, &name, found > 0);
         (name, precision, runs)
-    });
-    let runs = runs.collect();
-    Attacked { seed, case, found, runs }
+    };
+    Attacked { seed, runs: all.map(runs_of).collect(), case, found }
 }
 
 impl Tally {

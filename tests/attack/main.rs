@@ -41,12 +41,12 @@ const BATCH: usize = 64;
 fn every_method_tells_the_truth() {
     let (first, wanted) = (asked("HLCP_ATTACK_SEED", SEED), asked("HLCP_ATTACK_RUNS", RUNS));
     let mut tally = Tally::default();
-    let mut seed = first;
+    let (mut seed, batch) = (first, wanted.min(BATCH) as u64);
     while tally.runs() < wanted {
-        let seeds = (0..wanted.min(BATCH) as u64).into_par_iter();
-        let batch: Vec<_> = seeds.map(|k| attack(seed.wrapping_add(k))).collect();
-        batch.into_iter().for_each(|attacked| tally.count(attacked));
-        seed = seed.wrapping_add(BATCH as u64);
+        let seeds = (0..batch).into_par_iter().map(|k| seed.wrapping_add(k));
+        let attacked: Vec<_> = seeds.map(attack).collect();
+        attacked.into_iter().for_each(|each| tally.count(each));
+        seed = seed.wrapping_add(batch);
     }
     println!("{tally}");
     assert!(tally.examples.is_empty(), "from seed {first}:\n{}", tally.examples.join("\n"));

@@ -33,11 +33,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
     }
     run_on(arguments, Some(&ranks)).or_else(|error| {
         // The others may have had no error, and wait; or have the same, which the first says.
-        std::thread::sleep(std::time::Duration::from_millis(if ranks.rank() == 0 {
-            0
-        } else {
-            800
-        }));
+        let wait = if ranks.rank() == 0 { 0 } else { 800 };
+        std::thread::sleep(std::time::Duration::from_millis(wait));
         say(format!("error: {error}"));
         world.end_all(1)
     })

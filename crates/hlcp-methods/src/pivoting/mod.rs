@@ -72,13 +72,14 @@ pub(crate) const FAR: f64 = 0.1 * GROWTH;
 ///
 /// # Cost
 ///
-/// An iteration takes one factorisation and two solves with it, and an analysis where the pattern
-/// is not that of the one before, as it is inside; one order of elimination serves for all Cholesky
-/// factors where multiplications are few. [`work`](Method::work) counts them in sweeps by what
-/// their analysis predicts. Sparse LU factors of a plane grid with 90,000 points take 0.35 s and
-/// 100 MB, those of a cube with 8000 points 0.15 s, on a core of 2020; a factorisation is not
-/// interrupted by a time limit, nor begun where the analysis predicts that it would outlast it:
-/// [`Outcome::forgone`](crate::Outcome::forgone) has the numbers.
+/// An iteration takes one factorisation, two solves with it and two residuals, of where it sets out
+/// and where it leads, and an analysis where the pattern is not that of the one before, as it is
+/// inside; one order of elimination serves for all Cholesky factors where multiplications are few.
+/// [`work`](Method::work) counts them in sweeps by what their analysis predicts. Sparse LU factors
+/// of a plane grid with 90,000 points take 0.35 s and 100 MB, those of a cube with 8000 points
+/// 0.15 s, on a core of 2020; a factorisation is not interrupted by a time limit, nor begun where
+/// the analysis predicts that it would outlast it: [`Outcome::forgone`](crate::Outcome::forgone)
+/// has the numbers.
 ///
 /// # Convergence
 ///
