@@ -34,9 +34,9 @@ const ROUNDINGS: f64 = 16.0;
 const SET_UP: usize = 45;
 const EACH: usize = 15;
 
-/// The factors of the matrix with the columns `(1 + d)A` and `(1 − d)BΩ`, summed, where one of `A`
-/// and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers: as
-/// in linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
+/// The factors of the matrix with the columns of `A` and `BΩ` times weights, summed, where one of
+/// `A` and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers:
+/// as in linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
 /// multiplied by.
 ///
 /// With the diagonal `D`, the other operator `C`, the divisors `G`, `M = G⁻¹C` and the factors `c`
@@ -155,14 +155,15 @@ impl Cholesky {
         })
     }
 
-    /// Factorises the matrix of the columns that `d` chooses, if that is possible.
+    /// Factorises the matrix of the columns of `A` and `BΩ` times their weights, summed, if that is
+    /// possible.
     pub(crate) fn factorise<T: Scalar, A: Rows<T>, B: Rows<T>>(
         &mut self,
         problem: &Hlcp<T, A, B>,
-        d: &[T],
+        weights: &[[T; 2]],
     ) {
-        for (j, d) in d.iter().map(|d| d.wide()).enumerate() {
-            let factors = [1.0 + d, (1.0 - d) * problem.omega().entry(j).wide()];
+        for (j, [a, b]) in weights.iter().enumerate() {
+            let factors = [a.wide(), b.wide() * problem.omega().entry(j).wide()];
             let [c, e] = if self.of_b { [factors[1], factors[0]] } else { factors };
             (self.c[j], self.e[j]) = (c, self.diagonal[j] * e);
         }
@@ -312,8 +313,8 @@ mod tests {
 
     proptest! {
         /// Springs of both signs on ground that is stiffer, rows and both unknowns multiplied by
-        /// anything, the diagonal either operator, against dense elimination of the columns as `d`
-        /// adds them.
+        /// anything, the diagonal either operator, against dense elimination of the columns as the
+        /// weights 1 + d and 1 − d add them.
         #[test]
         fn factors_solve_with_any_columns(
             bonds in (1..20_usize).prop_flat_map(|n| vec((0..n, 0..n, -1.0..1.0_f64), 2 * n)),
@@ -353,14 +354,16 @@ mod tests {
             });
             let rhs: Vec<f64> = (0..n).map(|i| rhs[i] * 10_f64.powi(factors[i])).collect();
             let mut y = vec![f64::NAN; n];
-            cholesky.factorise(&problem, &d[..n]);
+            let weights = |side: f64| -> Vec<[f64; 2]> {
+                d[..n].iter().map(|d| [1.0 + side * d, 1.0 - side * d]).collect()
+            };
+            cholesky.factorise(&problem, &weights(1.0));
             cholesky.solve(&rhs, &mut y);
             // What was factorised between, of this pattern or another one, leaves no trace.
             for side in [1.0, -1.0] {
-                let between: Vec<f64> = d[..n].iter().map(|d| side * d).collect();
                 let mut again = vec![f64::NAN; n];
-                cholesky.factorise(&problem, &between);
-                cholesky.factorise(&problem, &d[..n]);
+                cholesky.factorise(&problem, &weights(side));
+                cholesky.factorise(&problem, &weights(1.0));
                 cholesky.solve(&rhs, &mut again);
                 prop_assert_eq!(&again, &y);
             }
@@ -405,11 +408,11 @@ mod tests {
         let saddle = problem(of([1.0, 3.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0]), one);
         let (mut cholesky, _) = Cholesky::for_problem(&saddle).unwrap();
         let mut y = [0.0_f64; 3];
-        cholesky.factorise(&saddle, &[1.0, 1.0, -1.0]);
+        cholesky.factorise(&saddle, &[[2.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
         cholesky.solve(&[1.0; 3], &mut y);
         assert!(y.iter().all(|y| y.is_nan()));
         // Without one of the two that make it indefinite, A₂₂ z₂ = 1, r₁ = 3 z₂ − 1, in halves.
-        cholesky.factorise(&saddle, &[-1.0, 1.0, -1.0]);
+        cholesky.factorise(&saddle, &[[0.0, 2.0], [2.0, 0.0], [0.0, 2.0]]);
         cholesky.solve(&[1.0; 3], &mut y);
         assert_abs_diff_eq!(&y[..], &[-1.0, 0.5, 0.5][..], epsilon = 1e-15);
     }

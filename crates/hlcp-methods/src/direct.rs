@@ -67,6 +67,7 @@ pub(crate) const BLOCKS: SupernodalThreshold = SupernodalThreshold(0.3);
 #[derive(Debug, Clone)]
 pub struct SparseLu {
     matrix: Transposed,
+    units: Vec<f64>,
     /// The analysis of the pattern, if it has been made, and the factors, if there are any.
     symbolic: Option<SymbolicLu<usize>>,
     numeric: Option<NumericLu<usize, f64>>,
@@ -110,6 +111,21 @@ impl Transposed {
     /// The entries of row `i`, with their columns.
     pub(crate) fn row(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         (self.starts[i]..self.starts[i + 1]).map(|at| (self.columns[at], self.values[at]))
+    }
+
+    /// Brings the largest entry of each column between 1 and 2; returns the powers of two.
+    fn scale_columns(&mut self) -> Vec<f64> {
+        let mut units = vec![0.0_f64; self.starts.len() - 1];
+        for (&j, a) in self.columns.iter().zip(&self.values) {
+            units[j] = units[j].max(a.abs());
+        }
+        let power =
+            |largest: f64| if largest.is_normal() { (-largest.log2().floor()).exp2() } else { 1.0 };
+        units.iter_mut().for_each(|unit| *unit = power(*unit));
+        for (&j, a) in self.columns.iter().zip(&mut self.values) {
+            *a *= units[j];
+        }
+        units
     }
 
     pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
@@ -175,7 +191,7 @@ impl SparseLu {
     ) -> Result<Self, Error> {
         let mut matrix = Transposed::default();
         matrix.fill(n, |i, each| row(i, &mut |j, a| each(j, a.wide())));
-        let mut lu = Self { matrix, symbolic: None, numeric: None };
+        let mut lu = Self { matrix, units: vec![], symbolic: None, numeric: None };
         lu.numeric = lu.factors()?;
         Ok(lu)
     }
@@ -197,7 +213,7 @@ impl SparseLu {
         let begun = Instant::now();
         let (symbolic, bounds) = matrix.analyse()?;
         let cost = cost(begun, [0, ANALYSIS], bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
-        Ok((Self { matrix, symbolic: Some(symbolic), numeric: None }, cost))
+        Ok((Self { matrix, units: vec![], symbolic: Some(symbolic), numeric: None }, cost))
     }
 
     /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`, if that
@@ -222,6 +238,7 @@ impl SparseLu {
         };
         let need = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
         let Ok(mut room) = MemBuffer::try_new(need) else { return Ok(None) };
+        self.units = self.matrix.scale_columns();
         let matrix = SparseColMatRef::new(self.matrix.pattern(), &self.matrix.values);
         let (stack, settings) = (MemStack::new(&mut room), Default::default());
         let done = symbolic.factorize_numeric_lu(&mut numeric, matrix, Par::Seq, stack, settings);
@@ -246,7 +263,7 @@ impl SparseLu {
         let lu = LuRef::new_unchecked(symbolic, numeric);
         let stack = MemStack::new(&mut room);
         lu.solve_transpose_in_place_with_conj(faer::Conj::No, x.as_mut(), Par::Seq, stack);
-        y.iter_mut().enumerate().for_each(|(i, y)| *y = T::of(x[(i, 0)]));
+        y.iter_mut().enumerate().for_each(|(i, y)| *y = T::of(self.units[i] * x[(i, 0)]));
     }
 }
 

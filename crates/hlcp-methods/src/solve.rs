@@ -59,7 +59,7 @@ impl<T> fmt::Display for Solution<T> {
 /// # Errors
 ///
 /// [`Error::Order`] when `b` or `q` does not fit `a`; [`Error::NotPositive`] for the first diagonal
-/// entry that is not positive; [`Error::NotFinite`] for the first entry that is NaN or infinite. An
+/// entry that is negative; [`Error::NotFinite`] for the first entry that is NaN or infinite. An
 /// iteration that does not converge is no error: read `outcome`.
 ///
 /// # Cost

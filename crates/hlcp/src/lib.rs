@@ -2,9 +2,9 @@
 //! `A z − B r + q = 0`. One name for what programs need: the problem, its methods, proofs about its
 //! answers, lubricating films, and files.
 //!
-//! Take it for contact, obstacles, lubricating films that cavitate, seepage and American options:
-//! two operators with positive diagonals, as matrices or as products alone. It has no nonlinear
-//! problems and no bounds on both sides of an unknown.
+//! Take it for contact, obstacles, lubricating films that cavitate, seepage, American options and
+//! convex quadratic programs: two operators without negative entries on the diagonals, as matrices
+//! or as products alone. It has no nonlinear problems and no bounds on both sides of an unknown.
 //!
 //! ```
 //! use hlcp::{FivePoint, certify, solve};

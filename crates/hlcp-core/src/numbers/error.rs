@@ -215,18 +215,18 @@ pub enum Error {
 fn way_out(what: &str, value: f64) -> &'static str {
     match what {
         "diagonal of A" | "diagonal of B" if value == 0.0 => {
-            "; exchange rows, of A, B and q alike, if that leaves both diagonals positive (where B = I \
-             it cannot; Lemke's method may solve such a problem)"
+            "; AUTO and PIVOTING need no such pivots"
         }
         "diagonal of B" if value < 0.0 => {
             "; the problem is A z − B r + q = 0, so that of A z + B r + q = 0 takes −B"
         }
         "diagonal of A" if value < 0.0 => {
-            "; where that of B is negative too, change the sign of the row, of A, B and q alike"
+            "; where that of B is negative too, change the sign of the row, of A, B and q alike; \
+             elsewhere give Ω yourself, for PIVOTING and AUTO"
         }
         "diagonal of M" if value <= 0.0 => {
             "; it is made of those of A and BΩ: a larger Ω helps where that of B is positive; elsewhere \
-             exchange rows or change their signs, of A, B and q alike"
+             exchange rows or change their signs, of A, B and q alike, or take PIVOTING or AUTO"
         }
         "diagonal of M" | "1/diagonal of M" => {
             "; scale the row, of A, B and q alike, or take another Ω"

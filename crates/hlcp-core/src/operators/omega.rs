@@ -1,4 +1,4 @@
-use super::{Diagonal, Entries};
+use super::{Entries, Rows};
 use crate::numbers::{Error, Scalar, check_orders, positive};
 
 /// The positive diagonal matrix Ω of the modulus equation.
@@ -29,41 +29,55 @@ impl<T: Scalar> Omega<T> {
     ///
     /// One number when the ratio is the same in every row, so a pair of constant stencils stores no
     /// vector. For τ ≥ 1 no entry is below the ratio of the diagonals as a real number, which
-    /// Theorem 2 of the paper asks for: one rounded down gives way to the next number up.
+    /// Theorem 2 of the paper asks for: one rounded down gives way to the next number up. Where a
+    /// diagonal has a zero, as those of the conditions of Karush, Kuhn and Tucker do, the largest
+    /// entries of both rows take the place of theirs on the diagonal; if one of these is zero, too,
+    /// the ratio is 1.
     ///
     /// # Errors
     ///
     /// [`Error::Parameter`] for τ; what [`check`](crate::LinearOperator::check) of `a` or `b`
     /// refuses; [`Error::Order`] when `a` and `b` differ in order, [`Error::Empty`] when they have
-    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b`, or the first ratio,
-    /// that is zero, negative or not finite.
+    /// none; [`Error::NotPositive`] for the first diagonal entry of `a` or `b` that is negative or
+    /// not finite, or the first ratio that is not positive and finite.
     ///
     /// ```
-    /// use hlcp_core::{FivePoint, Omega};
+    /// use hlcp_core::{FivePoint, Identity, Omega, RowMajor};
     ///
     /// let a = FivePoint::new(4, 4, [-1.0, -1.0, 6.0, -1.0, -1.0])?;
     /// let b = FivePoint::new(4, 4, [0.0, -1.0, 4.0, -1.0, 0.0])?;
     /// assert_eq!(Omega::diagonal_ratio(0.8, &a, &b)?, Omega::Uniform(0.8 * 1.5));
+    ///
+    /// // Minimise x²: 2x − 3λ = r₁ with 3x ≥ 1.
+    /// let a = RowMajor::new(2, vec![2.0, -3.0, 3.0, 0.0])?;
+    /// let omega = Omega::diagonal_ratio(1.0, &a, &Identity { order: 2 })?;
+    /// assert_eq!(omega, Omega::Each(vec![2.0, 3.0]));
     /// # Ok::<(), hlcp_core::Error>(())
     /// ```
-    pub fn diagonal_ratio(
-        tau: T,
-        a: &impl Diagonal<T>,
-        b: &impl Diagonal<T>,
-    ) -> Result<Self, Error> {
+    pub fn diagonal_ratio(tau: T, a: &impl Rows<T>, b: &impl Rows<T>) -> Result<Self, Error> {
         positive("tau", tau.wide())?;
         a.check("A")?;
         b.check("B")?;
         let n = a.order();
         check_orders(n, &[("B", b.order())])?;
+        let diagonals = |i| [a.diagonal_entry(i), b.diagonal_entry(i)];
         let ratio = |i| -> Result<T, Error> {
-            let a = positive_entry("diagonal of A", i, a.diagonal_entry(i))?;
-            let b = positive_entry("diagonal of B", i, b.diagonal_entry(i))?;
-            let mut omega = tau * (a / b);
+            let [of_a, of_b] = diagonals(i);
+            for (what, entry) in [("diagonal of A", of_a), ("diagonal of B", of_b)] {
+                if entry != T::zero() {
+                    positive_entry(what, i, entry)?;
+                }
+            }
+            if of_a == T::zero() || of_b == T::zero() {
+                let [a, b] = [largest(a, i), largest(b, i)];
+                let is_any = a > T::zero() && b > T::zero();
+                return positive_entry("omega", i, if is_any { tau * (a / b) } else { tau });
+            }
+            let mut omega = tau * (of_a / of_b);
             // In a unit in which the difference does not underflow.
-            let unit = if a.wide() < 1e-280 { f64::powi(2.0, 400) } else { 1.0 };
-            let is_short =
-                |omega: T| (unit * omega.wide()).mul_add(b.wide(), -unit * a.wide()) < 0.0;
+            let [a, b] = [of_a.wide(), of_b.wide()];
+            let unit = if a < 1e-280 { f64::powi(2.0, 400) } else { 1.0 };
+            let is_short = |omega: T| (unit * omega.wide()).mul_add(b, -unit * a) < 0.0;
             while tau >= T::one() && is_short(omega) {
                 // The next number up: between 0.6 and 1.3 units in the last place are added.
                 let least = T::min_positive_value() * T::epsilon();
@@ -74,10 +88,10 @@ impl<T: Scalar> Omega<T> {
         if n == 0 {
             return Err(Error::Empty { what: "A" });
         }
-        let (first, diagonals) = (ratio(0)?, |i| (a.diagonal_entry(i), b.diagonal_entry(i)));
-        let of_first = diagonals(0);
+        let (first, of_first) = (ratio(0)?, diagonals(0));
         for i in 1..n {
-            if diagonals(i) != of_first && ratio(i)? != first {
+            let is_same = diagonals(i) == of_first && !of_first.contains(&T::zero());
+            if !is_same && ratio(i)? != first {
                 return (0..n).map(ratio).collect::<Result<_, _>>().map(Self::Each);
             }
         }
@@ -95,6 +109,13 @@ impl<T: Scalar> Omega<T> {
             }
         }
     }
+}
+
+/// Returns the largest size of an entry in row `i`.
+fn largest<T: Scalar>(operator: &impl Rows<T>, i: usize) -> T {
+    let mut largest = T::zero();
+    operator.visit_row(i, &mut |_, a| largest = largest.max(a.abs()));
+    largest
 }
 
 /// Returns the entry, unless it is zero, negative or not finite.

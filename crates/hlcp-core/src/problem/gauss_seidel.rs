@@ -10,7 +10,7 @@ use crate::{
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
     /// Overwrites `x` by a sweep of the nonlinear Gauss–Seidel method, forward or backward: each
     /// row of `F(x) = (A + BΩ)x + (A − BΩ)|x| + γq` in turn is solved for its own unknown, on one
-    /// thread. A pivot that is zero makes an entry that is not finite.
+    /// thread. Where the pivot is zero the unknown stays.
     ///
     /// # Panics
     ///
@@ -32,7 +32,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
                 if j == i { (t, b) } else { (t - b * (x[j].abs() - x[j]), own) }
             });
             let pivot = if t <= T::zero() { of_a } else { of_b };
-            x[i] = -t / (pivot + pivot);
+            if pivot != T::zero() {
+                x[i] = -t / (pivot + pivot);
+            }
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::{
         Error, Meter, Norms, Part, Rhs, Scalar, Stretches, Tally, all_finite, assert_lengths,
         check_orders, positive,
     },
-    operators::{Diagonal, FivePointView, Identity, LinearOperator, Omega},
+    operators::{FivePointView, Identity, LinearOperator, Omega, Rows},
     parallel::{Claims, Shared, Strip, team, totals},
     rows::{Known, RowResidual},
 };
@@ -76,13 +76,14 @@ pub struct Hlcp<T, A, B> {
     shared: Option<Arc<Shared<T>>>,
 }
 
-impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
-    /// Poses the linear complementarity problem LCP(A, q), that is B = I, with Ω = D_A and γ = 1.
+impl<T: Scalar, A: Rows<T>> Hlcp<T, A, Identity> {
+    /// Poses the linear complementarity problem LCP(A, q), that is B = I, with Ω = D_A and γ = 1;
+    /// zeros of the diagonal give way to the largest entries of their rows.
     ///
     /// # Errors
     ///
     /// [`Error::Empty`] for order 0; [`Error::NotPositive`] for the first diagonal entry that is
-    /// not positive and finite.
+    /// negative or not finite.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Omega};
@@ -98,8 +99,9 @@ impl<T: Scalar, A: Diagonal<T>> Hlcp<T, A, Identity> {
     }
 }
 
-impl<T: Scalar, A: Diagonal<T>, B: Diagonal<T>> Hlcp<T, A, B> {
-    /// Poses the problem for all `q`, with Ω = D_A D_B⁻¹ and γ = 1.
+impl<T: Scalar, A: Rows<T>, B: Rows<T>> Hlcp<T, A, B> {
+    /// Poses the problem for all `q`, with γ = 1 and the Ω = D_A D_B⁻¹ of
+    /// [`Omega::diagonal_ratio`].
     ///
     /// # Errors
     ///

@@ -80,16 +80,23 @@ fn numbers_that_are_not_finite_are_refused() {
 }
 
 #[test]
-fn diagonals_that_are_not_positive_are_refused_in_the_last_row_too() {
+fn diagonals_that_are_negative_or_not_finite_are_refused_in_the_last_row_too() {
     let last = |value: f64| DMatrix::from_diagonal(&dvector![2.0, 2.0, 2.0, 2.0, value]);
     let even = DMatrix::from_diagonal_element(5, 5, 4.0);
     let omega = Omega::diagonal_ratio(1.5, &last(3.0), &even).unwrap();
     assert_eq!(omega, Omega::Each(vec![0.75, 0.75, 0.75, 0.75, 1.125]));
-    for bad in [0.0, -2.0, f64::NAN, f64::INFINITY] {
+    for bad in [-2.0, f64::NAN, f64::INFINITY] {
         let spoilt = last(bad);
         for (a, b, name) in [(&spoilt, &even, "diagonal of A"), (&even, &spoilt, "diagonal of B")] {
             is_not_positive(Omega::diagonal_ratio(0.7, a, b).unwrap_err(), (name, 4, bad));
         }
+    }
+    // Largest entries take the place of zeros on a diagonal, and the other's that of a row of zeros.
+    for (off, omega) in [(0.0, 0.7), (-6.0, 1.05)] {
+        let mut zero = last(0.0);
+        zero[(4, 1)] = off;
+        let each = |omega| Omega::Each(vec![0.35, 0.35, 0.35, 0.35, omega]);
+        assert_eq!(Omega::diagonal_ratio(0.7, &zero, &even).unwrap(), each(omega));
     }
     let none = Hlcp::new(last(-2.0), even, Omega::Uniform(0.5)).unwrap();
     let error = Mms::new(none, Jacobi).unwrap_err().to_string();

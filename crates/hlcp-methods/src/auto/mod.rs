@@ -214,7 +214,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     ///
     /// # Errors
     ///
-    /// Those of the method that it begins with.
+    /// Those of the method that it would begin with, if none can be set up.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let shape = Shape::of(&problem);
         let mut auto = Self {
@@ -241,7 +241,16 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             problem,
         };
         auto.restart();
-        auto.set_up(auto.at)?;
+        // Elimination needs no pivots on the diagonal, but the others do.
+        let mut refused = None;
+        while let Err(error) = auto.set_up(auto.at) {
+            let error = refused.get_or_insert(error);
+            auto.candidates.remove(auto.at);
+            if auto.candidates.is_empty() {
+                return Err(error.clone());
+            }
+            auto.restart();
+        }
         Ok(auto)
     }
 
@@ -741,12 +750,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
-            // What is far behind the others is better begun from theirs, unless that tells nothing,
-            // as of columns that elimination still changes.
-            let goes_on = match &self.candidates[at].worker {
-                Some(Worker::Pivoting(pivoting)) => pivoting.has_patience(),
-                worker => matches!(worker, Some(Worker::Anderson(_))),
-            };
+            // What is far behind the others is better begun from theirs, but not Anderson's.
+            let goes_on = self.candidates[at].choice == AutoChoice::Anderson;
             let is_behind = GAIN * residual > self.kept_residual && !goes_on;
             self.leave(at, if grown || is_behind { &[] } else { y });
         }

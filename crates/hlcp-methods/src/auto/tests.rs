@@ -166,37 +166,3 @@ fn an_elimination_that_is_not_begun_leaves_the_time_to_others() {
     }
     panic!("no elimination was thought of: {:?}", auto.turns());
 }
-
-/// Fits convex functions to noise: elimination takes more steps than its first turn has, and goes
-/// on from the columns that it was left at, however large their residual is.
-#[test]
-#[cfg(feature = "direct")]
-fn elimination_goes_on_from_its_own_columns() {
-    for (n, seed) in [(1600_usize, 66_u64), (2000, 58)] {
-        let mut state = seed;
-        let mut noise = || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-        };
-        let wave = |k: usize| (9.0 * (2.0 * k as f64 / (n + 1) as f64 - 1.0)).sin();
-        let y: Vec<f64> = (0..n + 2).map(|k| 0.3 * wave(k) + 0.4 * noise()).collect();
-        let q: Vec<f64> = y.windows(3).map(|y| y[0] - 2.0 * y[1] + y[2]).collect();
-        let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-        for i in 0..n {
-            let band = (i.saturating_sub(2)..n.min(i + 3)).map(|j| (j, i.abs_diff(j)));
-            band.for_each(|(j, distance)| {
-                columns.push(j);
-                values.push([6.0, -4.0, 1.0][distance]);
-            });
-            offsets.push(columns.len());
-        }
-        let a = hlcp_core::Csr::<f64>::new(offsets, columns, values).unwrap();
-        let problem = Hlcp::from_pair(&a, Identity { order: n }).unwrap();
-        let mut solver = crate::Solver::new(Auto::new(problem).unwrap());
-        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
-        let turns = solver.method().turns();
-        let pivoting = turns.iter().filter(|turn| turn.choice == AutoChoice::Pivoting);
-        assert!(outcome.converged() && outcome.iterations < 2000, "{outcome}");
-        assert_eq!(pivoting.count(), 3);
-    }
-}

@@ -4,17 +4,27 @@ use hlcp_core::{Hlcp, Rhs, Rows, Scalar};
 
 use super::{Pivoting, of_column};
 
-/// The part of the way to the edge that a step inside takes at most, and μ over the square of the
-/// size of `x`, or the number of steps, that ends it. Chains of thousands of bodies in contact take
-/// up to 88 with columns times 10^±3; after half of these, changes of signs do not end.
+/// The part of the way to the edge that a step inside takes at most, and the number of steps, or μ
+/// over the square of the size of `z` and `r`, that ends it: which of the two is zero may show only
+/// where μ is rounding, as on plates and beams. Chains of thousands of bodies in contact take up to
+/// 88 with columns times 10^±3. Where μ is 10⁻¹⁰ and grows tenfold, rounding ends it.
 const EDGE: f64 = 0.9999;
-const INSIDE: f64 = 1e-14;
 const STEPS: usize = 100;
+const INSIDE: f64 = 1e-24;
+const ROUNDED: f64 = 1e-10;
+
+/// Where one of the first steps goes no further than a tenth of its way, and μ has not fallen to
+/// that, `z` and `r` are multiplied by ten: solutions of nearly singular problems are large.
+const SHORT: f64 = 0.1;
+const FIRST: usize = 12;
 
 /// The rounds that bring rows and columns to one size: without overrelaxation, and all; and its
-/// factor. Along a chain of thousands the traces of units from 10⁻³ to 10³ are few then.
+/// factor. Along a chain of thousands the traces of units from 10⁻³ to 10³ are few then. Sums of
+/// rows are right to a tenth in the end, or units have no bounds, as blocks of zeros make them:
+/// then those of the first rounds serve.
 const ROUNDS: [usize; 2] = [3, 30];
 const OVER: f64 = 1.8;
+const OFF: f64 = 1.15;
 
 /// A point with `z, r > 0`, both in units of γ, and `r` of Ω, too; free unknowns have any `z` and
 /// `r = 0`. The first ones are the units of the columns, so that μ is 1.
@@ -30,16 +40,16 @@ pub(super) struct Interior<T> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
-    /// Sets out from where both unknowns have, in units of their columns, twice the mean size of
-    /// `x`, or of what `q` alone makes of them.
+    /// Sets out from where both unknowns have, in units of their columns, the mean size of `q` in
+    /// those of rows, or twice that of `x` if that is more.
     pub(super) fn enter(&mut self, q: &Rhs<'_, T>, x: &[T]) {
         let problem = &self.problem;
-        let units = units(problem);
-        let mut size = 2.0 * mean_size(|i| x[i], &units);
-        if !size.is_normal() {
-            let of_q = |i: usize| problem.q_factor() * q.entries()[i];
-            size = 2.0 * mean_size(|i| -of_q(i) / problem.a().diagonal_entry(i), &units);
-        }
+        let (of_rows, units) = units(problem);
+        let of_q = q.entries().iter().zip(of_rows).map(|(q, unit)| q.wide().abs() * unit);
+        let of_q = problem.gamma().wide() * of_q.sum::<f64>();
+        let in_units = |i: usize| (x[i] / units[0][i]).max(-x[i] / units[1][i]).wide();
+        let of_x = 2.0 * (0..x.len()).map(in_units).sum::<f64>();
+        let size = of_q.max(of_x) / problem.order() as f64;
         let [z, r] = units.each_ref().map(|units| {
             let bound = |(&unit, &free): (&T, &T)| if free > T::zero() { T::zero() } else { unit };
             units.iter().zip(&self.free).map(bound).collect()
@@ -50,13 +60,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// Takes a step inside, and overwrites `y` with what is closest to it on the edge.
     pub(super) fn step_inside(&mut self, q: &Rhs<'_, T>, inside: Interior<T>, y: &mut [T]) {
         let Interior { mut z, mut r, units, size, left } = inside;
-        let Self { problem, d, f, scratch, factors, free, x: s, .. } = self;
-        let (n, factor) = (y.len(), problem.q_factor() / size);
-        let is_bound = |i: usize| free[i] == T::zero();
-        for (i, d) in d.iter_mut().enumerate() {
-            *d = if is_bound(i) { (z[i] - r[i]) / (z[i] + r[i]) } else { T::one() };
-        }
-        factors.factorise(problem, d);
+        let Self { problem, f, scratch, factors, free, x: s, .. } = self;
+        let n = y.len();
+        let (is_bound, two) = (|i: usize| free[i] == T::zero(), T::of(2.0));
+        let weight = |v: T, i: usize| (v + v) / (z[i] + r[i]);
+        let of =
+            |i| if is_bound(i) { [z[i], r[i]].map(|v| weight(v, i)) } else { [two, T::zero()] };
+        let weights: Vec<_> = (0..n).map(of).collect();
+        factors.factorise(problem, &weights);
         self.steps += 1;
         // zᵢ Δrᵢ + rᵢ Δzᵢ = cᵢ, the right-hand side of the second equation.
         let mut c: Vec<T> = z.iter().zip(&r).map(|(&z, &r)| -z * r).collect();
@@ -78,16 +89,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             problem.b().apply(part, product);
             problem.a().apply(&z, f);
             for ((f, &product), &q) in f.iter_mut().zip(&*product).zip(q.entries()) {
-                *f = product - *f - factor * q;
+                *f = product - *f - problem.q_factor() / size * q;
             }
             factors.solve(f, s);
             for i in 0..n {
+                dz[i] = weights[i][0] * s[i];
                 if is_bound(i) {
-                    // 1 + d without cancellation.
-                    dz[i] = s[i] * (z[i] + z[i]) / (z[i] + r[i]);
                     dr[i] = (c[i] - r[i] * dz[i]) / z[i];
-                } else {
-                    dz[i] = s[i] + s[i];
                 }
             }
             let ways = [(&z, &dz), (&r, &dr)].map(|(v, dv)| {
@@ -106,42 +114,37 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
                 }
             }
         }
-        let length = T::of(length);
-        for i in 0..n {
-            // The one of the two that is zero in the end shrinks faster (Tapia).
-            let is_active = dz[i] * r[i] >= dr[i] * z[i];
-            z[i] += length * dz[i];
-            r[i] += length * dr[i];
-            let x = if is_active || !is_bound(i) { of_column(z[i], free[i]) } else { -r[i] };
-            y[i] = x * size / T::of(2.0);
-        }
         self.fewest = usize::MAX;
-        // Signs that are wrong may have led to a first x that is larger by many powers of ten.
-        let reached = 2.0 * mean_size(|i| y[i], &units) / size.wide();
-        let goes_on = left > 1
-            && mean(&z, &r) > INSIDE * reached * reached
-            && y.iter().all(|y| y.is_finite());
-        self.interior = goes_on.then_some(Interior { z, r, units, size, left: left - 1 });
+        let part = T::of(length);
+        for i in 0..n {
+            z[i] += part * dz[i];
+            r[i] += part * dr[i];
+        }
+        let after = mean(&z, &r);
+        let in_units = |i: usize| (z[i] / units[0][i]).max(r[i] / units[1][i]).wide();
+        let reached = ((0..n).map(in_units).sum::<f64>() / n as f64).powi(2);
+        if before <= ROUNDED * reached && after >= 10.0 * before {
+            return;
+        }
+        for i in 0..n {
+            let is_above = z[i] * units[1][i] >= r[i] * units[0][i];
+            let x = if is_above || !is_bound(i) { of_column(z[i], free[i]) } else { -r[i] };
+            y[i] = x * size / two;
+        }
+        if left > 1 && after > INSIDE * reached && y.iter().all(|y| y.is_finite()) {
+            let is_small = length < SHORT && before >= SHORT && left > STEPS - FIRST;
+            let size = if is_small { T::of(10.0) * size } else { size };
+            self.interior = Some(Interior { z, r, units, size, left: left - 1 });
+        }
     }
 }
 
-/// Returns the mean size of a vector of the modulus, in units of the two columns that each entry
-/// may be of.
-fn mean_size<T: Scalar>(x: impl Fn(usize) -> T, [of_z, of_r]: &[Vec<T>; 2]) -> f64 {
-    let units = of_z.iter().zip(of_r).map(|(z, r)| [z.wide(), r.wide()]);
-    let sizes = units.enumerate().map(|(i, [of_z, of_r])| {
-        let x = x(i).wide();
-        (x / of_z).max(-x / of_r)
-    });
-    sizes.sum::<f64>() / of_z.len() as f64
-}
-
-/// Units of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B have the sum 1
-/// and the rows 2, with units of rows (Sinkhorn and Knopp). What rows, `z` and `r` are multiplied
+/// Units of rows, and of `z` and `r`, of γ and of Ω as those are, in which the columns of A and B
+/// have the sum 1 and the rows 2 (Sinkhorn and Knopp). What rows, `z` and `r` are multiplied
 /// by leaves no other trace in the end (`docs/theory.md`, "Units"). Rows and columns take turns,
 /// overrelaxed (A. Thibault, L. Chizat, C. Dossal and N. Papadakis, *Overrelaxed Sinkhorn–Knopp
 /// algorithm for regularized optimal transport*, Algorithms 14, 2021).
-fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> [Vec<T>; 2] {
+fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> (Vec<f64>, [Vec<T>; 2]) {
     let n = problem.order();
     let mut rows = vec![vec![]; n];
     for (i, row) in rows.iter_mut().enumerate() {
@@ -151,18 +154,30 @@ fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> [Vec<T>;
         });
     }
     let [mut of_rows, mut of_columns] = [n, 2 * n].map(|len| vec![1.0_f64; len]);
+    let (mut first, mut off) = (None, 0.0_f64);
     for round in 0..ROUNDS[1] {
         let over = if round < ROUNDS[0] { 1.0 } else { OVER };
+        if round == ROUNDS[0] {
+            first = Some([of_rows.clone(), of_columns.clone()]);
+        }
         let mut sums = vec![0.0; 2 * n];
+        off = 0.0;
         for (row, of_row) in rows.iter().zip(&mut of_rows) {
             let sum: f64 = row.iter().map(|&(j, size)| size * of_columns[j]).sum();
-            *of_row *= (sum * *of_row / 2.0).powf(-over);
+            let part = sum * *of_row / 2.0;
+            off = off.max(part).max(part.recip());
+            *of_row *= part.powf(-over);
             row.iter().for_each(|&(j, size)| sums[j] += size * *of_row);
         }
-        for (of_column, sum) in of_columns.iter_mut().zip(sums) {
+        // A column of zeros keeps its unit.
+        for (of_column, sum) in of_columns.iter_mut().zip(sums).filter(|(_, sum)| *sum > 0.0) {
             *of_column *= (sum * *of_column).powf(-over);
         }
     }
+    if off > OFF {
+        [of_rows, of_columns] = first.unwrap_or([of_rows, of_columns]);
+    }
     let units = |of: &[f64]| of.iter().map(|&of| T::of(of)).collect();
-    [units(&of_columns[..n]), units(&of_columns[n..])]
+    let columns = [units(&of_columns[..n]), units(&of_columns[n..])];
+    (of_rows, columns)
 }

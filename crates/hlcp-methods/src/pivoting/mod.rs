@@ -1,6 +1,6 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use hlcp_core::{Aor, Error, Hlcp, Norms, Rhs, Rows, Scalar, Step};
+use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar, check_row};
 
 use crate::{
     Clock, GROWTH, Method, Work, amg::Lu, limits::Cost, method::measure, safeguard::ROUGH,
@@ -32,6 +32,9 @@ pub(crate) const CHEAP: usize = 20;
 /// Columns that are all but singular leave no digits: the residual is this many times ‖q‖, or more.
 pub(crate) const FAR: f64 = 0.1 * GROWTH;
 
+/// An `x` with a residual of more than this many times ‖q‖ tells nothing of a solution's size.
+const NEAR: f64 = 1e3;
+
 /// Principal pivoting in blocks, that is Newton's method by exact elimination: the direct way.
 ///
 /// One iteration solves `J x = −γq` for the columns that some signs select, by exact factors, and
@@ -48,20 +51,29 @@ pub(crate) const FAR: f64 = 0.1 * GROWTH;
 /// first with σ = 0 and without the product, for Δz′ and Δr′, and then with σ = (μ′/μ)³, where μ′
 /// is what the first would leave; both by one factorisation. uᵢ is the product of the units of zᵢ
 /// and rᵢ in which the columns of (A, B) have about one sum, and so have the rows, and the first z
-/// and r have one size in these units: the steps depend little on what rows, z and r are multiplied
-/// by, and not on which of the two is called z. A front that moves by a point with each change of
-/// signs is found in some twenty steps, the last of which leaves μ at 10⁻¹⁴ of the square of the
-/// size of x. Then signs are changed again; if that leads nowhere, the last wrong one alone, until
+/// and r have one size in these units, ten times as large after each of the first steps that is
+/// short: the steps depend little on what rows, z and r are multiplied by, and not on which of the
+/// two is called z. A front that moves by a point with each change of signs is found in some twenty
+/// steps. Then signs are changed again; if that leads nowhere, the last wrong one alone, until
 /// there are fewer, or the same ones again, which is rounding's doing and the end.
 ///
 /// An unknown whose columns in `A` and `B` are the same but for a positive factor is free: either
 /// column serves, and its sign is never wrong. Equations and unknowns of any sign are such.
+///
+/// Diagonals may have zeros: quadratic programs, minimise xᵀHx/2 + cᵀx with x ≥ 0 and Gx ≥ h, are
+/// such problems with A = (H, −Gᵀ; G, 0), B = I, q = (c, −h) and z = (x, λ), λ the multipliers of
+/// Gx ≥ h. That of an equation is free: its column of B is that of A.
 ///
 /// The first columns are those of the start, and then, before it goes through the interior, all of
 /// that one of `A` and `B` that has more entries; at once those where the start's residual is above
 /// a tenth of ‖q‖. From there a matrix that conducts sees all wrong signs, while a front that is to
 /// grow does so by a point in each step. A step that leads to 10¹⁵ times ‖q‖ or more, as columns do
 /// that are all but singular, is not taken, and the next way begins.
+///
+/// Where the interior leaves signs, solutions may not be unique, as of matrices GGᵀ with few
+/// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which
+/// comes to a solution nearby as the proximal point method does. Once a step does not halve the
+/// residual, the columns alone serve, and if these are singular, the shares again.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
@@ -98,7 +110,9 @@ pub(crate) const FAR: f64 = 0.1 * GROWTH;
 /// S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optim. 2
 /// (1992), here for two matrices; R. Sinkhorn and P. Knopp, *Concerning nonnegative matrices and
 /// doubly stochastic matrices*, Pacific J. Math. 21 (1967); R. Sznajder and M. S. Gowda,
-/// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995).
+/// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995); R. T.
+/// Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14
+/// (1976).
 ///
 /// ```
 /// use hlcp_core::{Hlcp, Identity, Omega, RowMajor};
@@ -115,7 +129,7 @@ pub(crate) const FAR: f64 = 0.1 * GROWTH;
 #[derive(Debug, Clone)]
 pub struct Pivoting<T, A, B> {
     problem: Hlcp<T, A, B>,
-    /// The last answer, and d for the columns it was solved with: 1 or −1, or between inside.
+    /// The last answer, and d for the columns it was solved with: 1 of A, −1 of BΩ.
     x: Vec<T>,
     d: Vec<T>,
     factors: Factors<T>,
@@ -132,6 +146,10 @@ pub struct Pivoting<T, A, B> {
     /// that, so that it is free; 0 of others.
     free: Vec<T>,
     interior: Option<Interior<T>>,
+    /// Whether each column takes a share of the other one, and whether without it they have lost
+    /// their digits.
+    shares: bool,
+    is_singular: bool,
     f: Vec<T>,
     scratch: Vec<T>,
     steps: usize,
@@ -200,17 +218,17 @@ impl<T: Scalar> Factors<T> {
         Ok((Self::Full(Lu::zeros(n)), cost))
     }
 
-    /// Factorises the matrix with the columns `(1 + d)A` and `(1 − d)BΩ`, summed.
-    fn factorise<A: Rows<T>, B: Rows<T>>(&mut self, problem: &Hlcp<T, A, B>, d: &[T]) {
+    /// Factorises the matrix of the columns of `A` and `BΩ` times their weights, summed.
+    fn factorise<A: Rows<T>, B: Rows<T>>(&mut self, problem: &Hlcp<T, A, B>, weights: &[[T; 2]]) {
         let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
             let some = |j: usize, weight: T, a: T, each: &mut dyn FnMut(usize, T)| {
                 if weight != T::zero() {
                     each(j, weight * a);
                 }
             };
-            problem.a().visit_row(i, &mut |j, a| some(j, T::one() + d[j], a, each));
+            problem.a().visit_row(i, &mut |j, a| some(j, weights[j][0], a, each));
             problem.b().visit_row(i, &mut |j, b| {
-                some(j, (T::one() - d[j]) * problem.omega().entry(j), b, each);
+                some(j, weights[j][1] * problem.omega().entry(j), b, each);
             });
         };
         match self {
@@ -219,11 +237,11 @@ impl<T: Scalar> Factors<T> {
             Self::Sparse(lu) => lu.factorise(row),
             #[cfg(feature = "direct")]
             Self::Symmetric(cholesky, pivots) => {
-                cholesky.factorise(problem, d);
+                cholesky.factorise(problem, weights);
                 if !cholesky.has_factors() {
                     let others = || Self::with_pivots(problem).ok().map(|(of, _)| Box::new(of));
                     *pivots = pivots.take().or_else(others);
-                    pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, d));
+                    pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, weights));
                 }
             }
         }
@@ -251,11 +269,14 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     ///
     /// [`Error::TooLarge`] where sparse factors might take more than 4 GB, whichever columns are
     /// chosen and pivots are taken; beyond an order of 500 without the feature `direct`.
-    /// [`Error::OneRank`] for a problem that ranks share, and what the [`check`](Step::check) of
-    /// [`Aor`] refuses.
+    /// [`Error::OneRank`] for a problem that ranks share; [`Error::NotFinite`] for the first row of
+    /// `A` or `B` that holds NaN or an infinite number.
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         problem.on_one_rank("elimination")?;
-        Aor::gauss_seidel().check(&problem)?;
+        for i in 0..problem.order() {
+            check_row("row of A", problem.a(), i)?;
+            check_row("row of B", problem.b(), i)?;
+        }
         let factors = Factors::new(&problem)?;
         Ok(Self::of(problem, factors))
     }
@@ -293,6 +314,8 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             whole: if a < b { -T::one() } else { T::one() },
             free: free(&problem),
             interior: None,
+            shares: false,
+            is_singular: false,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
@@ -305,11 +328,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         self.cost.worth
     }
 
-    /// Returns whether steps may still change several signs.
-    pub(crate) fn has_patience(&self) -> bool {
-        self.patience > 0 || self.interior.is_some()
-    }
-
     /// Returns whether the columns of the last step came out with the signs that chose them.
     pub(crate) fn has_right_signs(&self) -> bool {
         self.fewest == 0
@@ -318,7 +336,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// Chooses the columns of the next step from `x`; whether they are others than before, or
     /// `None` where single changes come back to them, which is rounding's doing.
     fn choose(&mut self, x: &[T]) -> Option<bool> {
-        let sign = |x: T| if x >= T::zero() { T::one() } else { -T::one() };
         if self.fewest == usize::MAX || x != self.x {
             let whole = (self.way == Way::Whole).then_some(self.whole);
             for ((d, &x), &free) in self.d.iter_mut().zip(x).zip(&self.free) {
@@ -327,7 +344,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             (self.fewest, self.patience, self.since) = (x.len() + 1, PATIENCE[0], 0);
             return Some(true);
         }
-        let is_wrong = |x: T, d: T, free: T| free == T::zero() && sign(x) != d;
         let signs = x.iter().zip(&self.d).zip(&self.free);
         let count = signs.filter(|&((&x, &d), &free)| is_wrong(x, d, free)).count();
         if count as f64 <= FEWER * self.fewest as f64 {
@@ -367,10 +383,23 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Some(are_new) = self.choose(x) else { return };
         if are_new {
             self.steps += 1;
-            self.factors.factorise(&self.problem, &self.d);
-            let factor = self.problem.q_factor();
-            self.f.iter_mut().zip(q.entries()).for_each(|(f, &q)| *f = factor * q);
-            y.fill(T::zero());
+            let share = if self.shares { T::epsilon().sqrt() } else { T::zero() };
+            let two = T::of(2.0);
+            let of =
+                |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
+            let weights: Vec<_> = self.d.iter().map(of).collect();
+            self.factors.factorise(&self.problem, &weights);
+            if self.way == Way::Inside {
+                // What solves the equations is not unique: the least change is.
+                for ((y, &d), &free) in y.iter_mut().zip(&self.d).zip(&self.free) {
+                    *y = if is_wrong(*y, d, free) { T::zero() } else { *y };
+                }
+                let _ = measure(&self.problem, q, y, &mut self.f, &mut self.scratch);
+            } else {
+                let factor = self.problem.q_factor();
+                self.f.iter_mut().zip(q.entries()).for_each(|(f, &q)| *f = factor * q);
+                y.fill(T::zero());
+            }
         }
         // Where no sign is wrong this takes off what rounding has left.
         self.factors.solve(&self.f, &mut self.x);
@@ -383,6 +412,16 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 }
 
+/// Returns the d of the column that `x` is of.
+fn sign<T: Scalar>(x: T) -> T {
+    if x >= T::zero() { T::one() } else { -T::one() }
+}
+
+/// Returns whether `x` is of the other column than d chooses, and not free.
+fn is_wrong<T: Scalar>(x: T, d: T, free: T) -> bool {
+    free == T::zero() && sign(x) != d
+}
+
 /// Returns `x` of an unknown that is `w` times the column of A, if it is free.
 fn of_column<T: Scalar>(w: T, free: T) -> T {
     if free > T::zero() && w < T::zero() { w * free } else { w }
@@ -392,9 +431,16 @@ fn of_column<T: Scalar>(w: T, free: T) -> T {
 /// others.
 fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
     let (a, b, omega) = (problem.a(), problem.b(), problem.omega());
-    let each = |j: usize| a.diagonal_entry(j) / (b.diagonal_entry(j) * omega.entry(j));
-    let mut factors: Vec<T> = (0..problem.order()).map(each).collect();
-    let mut rest = vec![T::zero(); factors.len()];
+    let [mut factors, mut rest] = [(); 2].map(|()| vec![T::zero(); problem.order()]);
+    for i in 0..factors.len() {
+        a.visit_row(i, &mut |j, a| rest[j] = a);
+        b.visit_row(i, &mut |j, b| {
+            if factors[j] == T::zero() && b != T::zero() {
+                factors[j] = (rest[j] / (b * omega.entry(j))).max(T::zero());
+            }
+        });
+        a.visit_row(i, &mut |j, _| rest[j] = T::zero());
+    }
     for i in 0..factors.len() {
         let scaled = |j: usize, b: T, factors: &[T]| b * omega.entry(j) * factors[j];
         a.visit_row(i, &mut |j, a| rest[j] += a);
@@ -452,6 +498,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     fn restart(&mut self) {
         (self.fewest, self.steps) = (usize::MAX, 0);
         (self.interior, self.way) = (None, Way::Start);
+        (self.shares, self.is_singular) = (false, false);
     }
 
     fn has_memory(&self) -> bool {
@@ -473,6 +520,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         if clock.is_up() || !clock.has_time_for(self.cost) {
             return norms;
         }
+        let was_inside = self.interior.is_some();
         if let Some(inside) = self.interior.take() {
             self.step_inside(q, inside, y);
         } else {
@@ -482,19 +530,29 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
             self.pivot(q, x, y);
         }
         let led = self.residual(q, y).expect("it is measured").l2;
-        let has_digits = led.is_finite() && led <= FAR * q.norms().l2;
+        let most = if self.fewest == 0 { ROUGH } else { FAR };
+        let has_digits = led.is_finite() && led <= most * q.norms().l2;
         if !has_digits {
             y.copy_from_slice(x);
         }
-        if self.patience == 0 || !has_digits {
-            match self.way {
-                Way::Start => (self.way, self.fewest) = (Way::Whole, usize::MAX),
-                Way::Whole => {
-                    self.way = Way::Inside;
-                    self.enter(q, y);
-                }
-                Way::Inside => {}
+        match self.way {
+            Way::Start if self.patience == 0 || !has_digits => {
+                (self.way, self.fewest) = (Way::Whole, usize::MAX);
             }
+            Way::Whole if self.patience == 0 || !has_digits => {
+                self.way = Way::Inside;
+                let tells = has_digits && led <= NEAR * q.norms().l2;
+                self.enter(q, if tells { y } else { &[] });
+            }
+            Way::Inside if was_inside => self.shares = self.interior.is_none(),
+            Way::Inside if self.shares && !self.is_singular && led > 0.5 * norms.l2 => {
+                y.copy_from_slice(x);
+                (self.shares, self.fewest) = (false, usize::MAX);
+            }
+            Way::Inside if !self.shares && !has_digits => {
+                (self.shares, self.is_singular, self.fewest) = (true, true, usize::MAX);
+            }
+            _ => {}
         }
         norms
     }

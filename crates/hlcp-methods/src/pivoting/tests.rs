@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
+use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
@@ -114,6 +115,75 @@ proptest! {
         let found =
             if swap { iterations(&b, &a, &load(-1.0)) } else { iterations(&a, &b, &load(1.0)) };
         prop_assert!(found.0 && found.1 <= 60, "{found:?}");
+    }
+}
+
+/// So many numbers, of which four fifths are zero.
+fn sparse(count: usize) -> impl Strategy<Value = Vec<f64>> {
+    vec(prop_oneof![4 => Just(0.0), 1 => -1.0..1.0_f64], count)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(30))]
+
+    /// Minimises xᵀHx/2 + cᵀx with x ≥ 0, of H = FFᵀ with few columns or none, that is a linear
+    /// program, under constraints whose slack or multiplier is planted; the first ones are
+    /// equations, with free multipliers. Diagonals have zeros, those of the equations both.
+    #[test]
+    fn programs_with_constraints_are_solved(
+        (columns, equations) in (0..20_usize, 0..5_usize),
+        (of_factor, of_constraints) in (sparse(40 * 20), sparse(30 * 40)),
+        planted in vec((any::<bool>(), 0.1..1.0_f64), 70),
+        powers in vec(-3..=3_i32, 70),
+    ) {
+        let (n, size) = (40, planted.len());
+        let factor = DMatrix::from_column_slice(n, columns, &of_factor[..n * columns]);
+        let constraints = DMatrix::from_column_slice(size - n, n, &of_constraints);
+        let mut a = DMatrix::zeros(size, size);
+        a.view_mut((0, 0), (n, n)).copy_from(&(&factor * factor.transpose()));
+        a.view_mut((0, n), (n, size - n)).copy_from(&-constraints.transpose());
+        a.view_mut((n, 0), (size - n, n)).copy_from(&constraints);
+        let mut b = DMatrix::identity(size, size);
+        for j in n..n + equations {
+            b.set_column(j, &a.column(j));
+        }
+        let of = |side: bool| {
+            DVector::from_fn(size, |i, _| if planted[i].0 == side { planted[i].1 } else { 0.0 })
+        };
+        let mut q = &b * of(false) - &a * of(true);
+        for (i, power) in powers.into_iter().enumerate() {
+            let unit = 10_f64.powi(power);
+            a.row_mut(i).scale_mut(unit);
+            b.row_mut(i).scale_mut(unit);
+            q[i] *= unit;
+        }
+        let problem = Hlcp::from_pair(&a, &b).unwrap();
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
+        let auto = crate::solve(&a, &b, q.as_slice()).unwrap();
+        prop_assert!(auto.converged(), "{auto}");
+    }
+
+    /// GGᵀ with few columns, and a skew part: solutions are many, all columns singular.
+    #[test]
+    fn one_of_many_solutions_is_found(
+        (of_factor, of_skew) in (sparse(60 * 20), sparse(60 * 60)),
+        (columns, skew) in (1..20_usize, 0..2_u8),
+        planted in vec((any::<bool>(), 0.1..1.0_f64), 60),
+    ) {
+        let n = planted.len();
+        let factor = DMatrix::from_column_slice(n, columns, &of_factor[..n * columns]);
+        let part = f64::from(skew) * DMatrix::from_column_slice(n, n, &of_skew);
+        let a = &factor * factor.transpose() + &part - part.transpose();
+        let of = |side: bool| {
+            DVector::from_fn(n, |i, _| if planted[i].0 == side { planted[i].1 } else { 0.0 })
+        };
+        let q = of(false) - &a * of(true);
+        let problem = Hlcp::lcp(&a).unwrap();
+        let mut solver = Solver::new(Pivoting::new(problem).unwrap());
+        let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
+        prop_assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
     }
 }
 
