@@ -187,7 +187,8 @@ def solve(
         own: the method is then "MMS", or "TMMS" for two functions, or by default "ANDERSON" on
         it.
     tau : float
-        Omega = tau diag(A) / diag(B); 1 without it.
+        Omega = tau diag(A) / diag(B); 1 without it. Where one of the two is zero, the largest
+        entries of its row in A and in B take their place.
     omega : float or array_like with n entries
         The diagonal of Omega, instead of tau.
     x0, z0, r0 : array_like with n entries
@@ -238,6 +239,11 @@ def solve(
     >>> result = hlcp.solve(A, None, [-2.0, 5.0, -6.0])
     >>> print(result.z.round(9), result.r.round(9), result.status.name)
     [0.5 0.  1.5] [0. 3. 0.] CONVERGED
+
+    The least x'x / 2 with x >= 0 and x[0] + x[1] >= 1, and its multiplier:
+
+    >>> hlcp.solve(np.array([[1, 0, -1], [0, 1, -1], [1, 1, 0]]), None, [0.0, 0.0, -1.0]).z
+    array([0.5, 0.5, 0.5])
     """
     return _solve(_Pair(A, B), q, method=method, alpha=alpha, beta=beta, alpha2=alpha2,
                   beta2=beta2, base=base, window=window, splitting=splitting, tau=tau, omega=omega,

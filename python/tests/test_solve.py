@@ -189,6 +189,22 @@ def test_not_converging_raises_nothing():
     assert result.status is Status.CYCLING and "period 2" in result.message
 
 
+@pytest.mark.parametrize("equations", [0, 3])
+def test_a_quadratic_program_has_zeros_on_its_diagonals(equations):
+    rng = np.random.default_rng()
+    n, m = 300, 60
+    G = sp.random_array((m, n), density=0.05, rng=rng, data_sampler=rng.standard_normal)
+    A = sp.block_array([[sp.eye_array(n), -G.T], [G, None]], format="csr")
+    B = sp.eye_array(n + m, format="lil")
+    B[:, n:n + equations] = A[:, [*range(n, n + equations)]]
+    x, side = rng.uniform(0.1, 1, n + m), rng.random(n + m) < 0.5
+    q = B @ np.where(side, 0, x) - A @ np.where(side, x, 0)
+    result = hlcp.solve(A, B, q)
+    assert result, result.message
+    # The minimiser is unique, though the multipliers may not be.
+    assert np.allclose(result.z[:n], np.where(side, x, 0)[:n], atol=1e-6)
+
+
 def test_tau_and_omega_are_the_same_diagonal():
     A, B, q, *_ = scenes.bearing2d(15, 7)
     omega = 0.8 * A.tocsr().diagonal() / B.tocsr().diagonal()

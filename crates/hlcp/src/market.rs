@@ -75,9 +75,7 @@ pub fn read_matrix<T: Scalar>(path: &Path) -> Result<Csr<'static, T>, FileError>
         return Err(lines.fault(format!("{entries} entries are more than are read, 2³¹")));
     }
     if entries < rows {
-        return Err(lines.fault(format!(
-            "{rows} rows have {entries} entries, but each needs a positive one on the diagonal"
-        )));
+        return Err(lines.fault(format!("{rows} rows have {entries} entries, but each needs one")));
     }
     let mut triplets = Vec::with_capacity(if symmetric { 2 * entries } else { entries });
     for k in 0..entries {
