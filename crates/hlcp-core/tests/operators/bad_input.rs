@@ -91,7 +91,7 @@ fn diagonals_that_are_negative_or_not_finite_are_refused_in_the_last_row_too() {
             is_not_positive(Omega::diagonal_ratio(0.7, a, b).unwrap_err(), (name, 4, bad));
         }
     }
-    // Largest entries take the place of zeros on a diagonal, and the other's that of a row of zeros.
+    // Largest entries take the place of zeros on a diagonal; where a row has none, the ratio is 1.
     for (off, omega) in [(0.0, 0.7), (-8.0, 1.4)] {
         let mut zero = last(0.0);
         zero[(4, 1)] = off;
