@@ -60,14 +60,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     /// Takes a step inside, and overwrites `y` with what is closest to it on the edge.
     pub(super) fn step_inside(&mut self, q: &Rhs<'_, T>, inside: Interior<T>, y: &mut [T]) {
         let Interior { mut z, mut r, units, size, left } = inside;
-        let Self { problem, f, scratch, factors, free, x: s, .. } = self;
+        let Self { problem, weights, f, scratch, factors, free, x: s, .. } = self;
         let n = y.len();
         let (is_bound, two) = (|i: usize| free[i] == T::zero(), T::of(2.0));
         let weight = |v: T, i: usize| (v + v) / (z[i] + r[i]);
         let of =
             |i| if is_bound(i) { [z[i], r[i]].map(|v| weight(v, i)) } else { [two, T::zero()] };
-        let weights: Vec<_> = (0..n).map(of).collect();
-        factors.factorise(problem, &weights);
+        weights.clear();
+        weights.extend((0..n).map(of));
+        factors.factorise(problem, weights);
         self.steps += 1;
         // zᵢ Δrᵢ + rᵢ Δzᵢ = cᵢ, the right-hand side of the second equation.
         let mut c: Vec<T> = z.iter().zip(&r).map(|(&z, &r)| -z * r).collect();

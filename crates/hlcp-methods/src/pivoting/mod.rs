@@ -132,6 +132,8 @@ pub struct Pivoting<T, A, B> {
     /// The last answer, and d for the columns it was solved with: 1 of A, −1 of BΩ.
     x: Vec<T>,
     d: Vec<T>,
+    /// What the columns of A and BΩ are multiplied by.
+    weights: Vec<[T; 2]>,
     factors: Factors<T>,
     /// The fewest signs that came out wrong, and the steps left to come to fewer.
     fewest: usize,
@@ -262,7 +264,7 @@ impl<T: Scalar> Factors<T> {
 }
 
 impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
-    /// The method on a problem; `3n` numbers, `3n` of scratch and room for the factors, which the
+    /// The method on a problem; `5n` numbers, `3n` of scratch and room for the factors, which the
     /// first iteration takes up.
     ///
     /// # Errors
@@ -305,6 +307,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             cost,
             x: zeros(),
             d: zeros(),
+            weights: Vec::with_capacity(n),
             factors,
             fewest: usize::MAX,
             patience: 0,
@@ -387,8 +390,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let two = T::of(2.0);
             let of =
                 |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
-            let weights: Vec<_> = self.d.iter().map(of).collect();
-            self.factors.factorise(&self.problem, &weights);
+            self.weights.clear();
+            self.weights.extend(self.d.iter().map(of));
+            self.factors.factorise(&self.problem, &self.weights);
             if self.way == Way::Inside {
                 // What solves the equations is not unique: the least change is.
                 for ((y, &d), &free) in y.iter_mut().zip(&self.d).zip(&self.free) {
