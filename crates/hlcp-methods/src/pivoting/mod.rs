@@ -167,6 +167,8 @@ enum Way {
     Whole,
     /// Through the interior, and from the signs there.
     Inside,
+    /// None is left.
+    Over,
 }
 
 /// The factors of J(x), and room for the next ones.
@@ -337,8 +339,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 
     /// Chooses the columns of the next step from `x`; whether they are others than before, or
-    /// `None` where single changes come back to them, which is rounding's doing.
+    /// `None` where single changes come back to them, which is rounding's doing, or no way is left.
     fn choose(&mut self, x: &[T]) -> Option<bool> {
+        if self.way == Way::Over {
+            return None;
+        }
         if self.fewest == usize::MAX || x != self.x {
             let whole = (self.way == Way::Whole).then_some(self.whole);
             for ((d, &x), &free) in self.d.iter_mut().zip(x).zip(&self.free) {
@@ -353,7 +358,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_long = match self.way {
                 Way::Start => false,
                 Way::Whole => count <= x.len() / FEW,
-                Way::Inside => true,
+                Way::Inside | Way::Over => true,
             };
             (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);
         } else {
@@ -362,10 +367,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let signs = signs.finish();
             // Signs that come again do so for ever (Brent's way to find that with little memory).
             let is_circle = self.since > 0 && signs == self.seen;
-            if is_circle && self.patience == 0 {
+            let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
+            // Where columns are singular, nothing bounds single changes.
+            if patience == 0 && (self.is_singular || is_circle && self.patience == 0) {
                 return None;
             }
-            let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
             // Single changes may come once to what changes of several came to.
             let goes_on = (patience > 0) == (self.patience > 0);
             (self.patience, self.since) = (patience, if goes_on { self.since + 1 } else { 1 });
@@ -553,6 +559,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 y.copy_from_slice(x);
                 (self.shares, self.fewest) = (false, usize::MAX);
             }
+            Way::Inside if self.is_singular && !has_digits => self.way = Way::Over,
             Way::Inside if !self.shares && !has_digits => {
                 (self.shares, self.is_singular, self.fewest) = (true, true, usize::MAX);
             }

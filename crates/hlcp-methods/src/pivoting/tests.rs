@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use hlcp_core::{Csr, Identity, Omega, RowMajor, Tridiagonal};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, dmatrix};
 use proptest::{collection::vec, prelude::*};
 
 use super::*;
@@ -247,6 +247,23 @@ proptest! {
         let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
         // A hundred inside, and as many that change signs.
         prop_assert!(outcome.converged() && outcome.iterations <= 200, "{outcome}");
+    }
+}
+
+/// −r = 1; x₁ + x₂ ≥ 1 and ≤ −0.5; the least −x.
+#[test]
+fn programs_without_a_solution_come_to_an_end() {
+    let infeasible = dmatrix![
+        1.0, 0.0, -1.0, 1.0; 0.0, 1.0, -1.0, 1.0; 1.0, 1.0, 0.0, 0.0; -1.0, -1.0, 0.0, 0.0
+    ];
+    for (a, q) in [
+        (dmatrix![0.0], vec![-1.0]),
+        (infeasible, vec![0.0, 0.0, -1.0, -0.5]),
+        (dmatrix![0.0, -1.0; 1.0, 0.0], vec![-1.0, 1.0]),
+    ] {
+        let mut solver = Solver::new(Pivoting::new(Hlcp::lcp(&a).unwrap()).unwrap());
+        let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+        assert!(outcome.status == crate::Status::Stagnated && outcome.iterations < 50, "{outcome}");
     }
 }
 
