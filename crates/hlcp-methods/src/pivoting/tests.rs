@@ -154,7 +154,7 @@ fn nearly_all_are_solved<S: Strategy>(
     assert!(solved >= 112, "{solved} of 120");
 }
 
-/// Minimises xᵀHx/2 + cᵀx with x ≥ 0, of H = FFᵀ with few columns or none, that is a linear program,
+/// Minimises xᵀHx/2 + cᵀx with x ≥ 0, of H = FFᵀ with few columns or none (a linear program),
 /// under constraints whose slack or multiplier is planted; the first ones are equations, with free
 /// multipliers. Diagonals have zeros, those of the equations both.
 #[test]
