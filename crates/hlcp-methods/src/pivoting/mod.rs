@@ -148,10 +148,6 @@ pub struct Pivoting<T, A, B> {
     /// that, so that it is free; 0 of others.
     free: Vec<T>,
     interior: Option<Interior<T>>,
-    /// Whether each column takes a share of the other one, and whether without it they have lost
-    /// their digits.
-    shares: bool,
-    is_singular: bool,
     f: Vec<T>,
     scratch: Vec<T>,
     steps: usize,
@@ -165,8 +161,14 @@ enum Way {
     Start,
     /// From the columns of the operator that couples more.
     Whole,
-    /// Through the interior, and from the signs there.
+    /// Through the interior.
     Inside,
+    /// From the signs there, each column with a share of the other one.
+    Shared,
+    /// From those, without shares.
+    Alone,
+    /// With shares again, as columns alone are singular.
+    Singular,
     /// None is left.
     Over,
 }
@@ -319,8 +321,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             whole: if a < b { -T::one() } else { T::one() },
             free: free(&problem),
             interior: None,
-            shares: false,
-            is_singular: false,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
             steps: 0,
@@ -358,7 +358,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_long = match self.way {
                 Way::Start => false,
                 Way::Whole => count <= x.len() / FEW,
-                Way::Inside | Way::Over => true,
+                _ => true,
             };
             (self.fewest, self.patience, self.since) = (count, PATIENCE[usize::from(is_long)], 0);
         } else {
@@ -369,7 +369,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_circle = self.since > 0 && signs == self.seen;
             let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
             // Where columns are singular, nothing bounds single changes.
-            if patience == 0 && (self.is_singular || is_circle && self.patience == 0) {
+            if patience == 0 && (self.way == Way::Singular || is_circle && self.patience == 0) {
                 return None;
             }
             // Single changes may come once to what changes of several came to.
@@ -392,15 +392,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Some(are_new) = self.choose(x) else { return };
         if are_new {
             self.steps += 1;
-            let share = if self.shares { T::epsilon().sqrt() } else { T::zero() };
-            let two = T::of(2.0);
+            let (two, shares) = (T::of(2.0), matches!(self.way, Way::Shared | Way::Singular));
+            let share = if shares { T::epsilon().sqrt() } else { T::zero() };
             let of =
                 |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
             self.weights.clear();
             self.weights.extend(self.d.iter().map(of));
             self.factors.factorise(&self.problem, &self.weights);
-            if self.way == Way::Inside {
-                // What solves the equations is not unique: the least change is.
+            if shares || self.way == Way::Alone {
+                // What solves the equations may not be unique: the least change is.
                 for ((y, &d), &free) in y.iter_mut().zip(&self.d).zip(&self.free) {
                     *y = if is_wrong(*y, d, free) { T::zero() } else { *y };
                 }
@@ -508,7 +508,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
     fn restart(&mut self) {
         (self.fewest, self.steps) = (usize::MAX, 0);
         (self.interior, self.way) = (None, Way::Start);
-        (self.shares, self.is_singular) = (false, false);
     }
 
     fn has_memory(&self) -> bool {
@@ -530,7 +529,6 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         if clock.is_up() || !clock.has_time_for(self.cost) {
             return norms;
         }
-        let was_inside = self.interior.is_some();
         if let Some(inside) = self.interior.take() {
             self.step_inside(q, inside, y);
         } else {
@@ -554,15 +552,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 let tells = has_digits && led <= NEAR * q.norms().l2;
                 self.enter(q, if tells { y } else { &[] });
             }
-            Way::Inside if was_inside => self.shares = self.interior.is_none(),
-            Way::Inside if self.shares && !self.is_singular && led > 0.5 * norms.l2 => {
+            Way::Inside if self.interior.is_none() => self.way = Way::Shared,
+            Way::Shared if led > 0.5 * norms.l2 => {
                 y.copy_from_slice(x);
-                (self.shares, self.fewest) = (false, usize::MAX);
+                (self.way, self.fewest) = (Way::Alone, usize::MAX);
             }
-            Way::Inside if self.is_singular && !has_digits => self.way = Way::Over,
-            Way::Inside if !self.shares && !has_digits => {
-                (self.shares, self.is_singular, self.fewest) = (true, true, usize::MAX);
-            }
+            Way::Alone if !has_digits => (self.way, self.fewest) = (Way::Singular, usize::MAX),
+            Way::Singular if !has_digits => self.way = Way::Over,
             _ => {}
         }
         norms
