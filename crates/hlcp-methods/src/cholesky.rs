@@ -80,8 +80,7 @@ impl Cholesky {
     ) -> Option<(Self, Cost)> {
         let (begun, n) = (Instant::now(), problem.order());
         let of = |mut diagonal: Vec<f64>, of_b: bool| {
-            let mut matrix = Transposed::default();
-            matrix.fill(n, |i, each| {
+            let mut matrix = Transposed::of(n, |i, each| {
                 let mut see = |j, a: T| {
                     if a != T::zero() {
                         each(j, a.wide() / diagonal[i]);
@@ -146,13 +145,15 @@ impl Cholesky {
         let Self { some, matrix, c, e, upper, .. } = self;
         let mut place = vec![usize::MAX; c.len()];
         some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        upper.fill(some.len(), |at, each| {
+        let before = std::mem::take(upper);
+        *upper = Transposed::of(some.len(), |at, each| {
             let j = some[at];
             // Places that are not in use are beyond it.
             let left = matrix.row(j).filter(|&(i, _)| place[i] <= at);
             left.for_each(|(i, a)| each(place[i], a));
             each(at, e[j] / c[j]);
-        })
+        });
+        upper.is_like(&before)
     }
 
     /// Factorises the matrix of the columns of `A` and `BΩ` times their weights, summed, if that is

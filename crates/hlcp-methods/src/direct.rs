@@ -33,6 +33,10 @@ pub(crate) const ANALYSIS: usize = 60;
 /// 1.1 times the time.
 pub(crate) const BLOCKS: SupernodalThreshold = SupernodalThreshold(0.3);
 
+/// The most entries of a column that is not split, but for other long ones. 16 to 256 take 0.9 to 2
+/// times the time for planes, lines and diagonals with 1 to 30 full columns.
+const LONG: usize = 64;
+
 /// Sparse LU factors of a matrix that is given by rows, in double precision.
 ///
 /// It is the direct solver of [`Pivoting`](crate::Pivoting), for linear systems that a solution
@@ -42,14 +46,16 @@ pub(crate) const BLOCKS: SupernodalThreshold = SupernodalThreshold(0.3);
 ///
 /// The factors may hold many more numbers than the matrix: 100 MB for a plane grid with 90,000
 /// points, which takes 0.35 s on a core of 2020. They are refused before they are computed where
-/// they might take more than 4 GB, whichever pivots are taken.
+/// they might take more than 4 GB, whichever pivots are taken. A full row or column, such as an
+/// integral's or a multiplier's, costs about a hundred numbers for each row.
 ///
 /// # Source
 ///
 /// The order of the columns: T. A. Davis, J. R. Gilbert, S. I. Larimore and E. G. Ng, *A column
 /// approximate minimum degree ordering algorithm*, ACM TOMS 30 (2004). The bounds: J. R. Gilbert,
 /// X. S. Li, E. G. Ng and B. W. Peyton, *Computing row and column counts for sparse QR and LU
-/// factorization*, BIT 41 (2001).
+/// factorization*, BIT 41 (2001). Long columns: R. J. Vanderbei, *Splitting dense columns in sparse
+/// linear systems*, Linear Algebra Appl. 152 (1991), here along the order of the other ones.
 ///
 /// ```
 /// use hlcp_methods::{FivePoint, LinearOperator, Rows, SparseLu};
@@ -67,6 +73,8 @@ pub(crate) const BLOCKS: SupernodalThreshold = SupernodalThreshold(0.3);
 #[derive(Debug, Clone)]
 pub struct SparseLu {
     matrix: Transposed,
+    /// The rows in the order in which long columns are split.
+    order: Vec<usize>,
     units: Vec<f64>,
     /// The analysis of the pattern, if it has been made, and the factors, if there are any.
     symbolic: Option<SymbolicLu<usize>>,
@@ -82,15 +90,10 @@ pub(crate) struct Transposed {
 }
 
 impl Transposed {
-    /// Overwrites the matrix with that of order `n` whose entries `row(i, each)` calls `each` with;
-    /// what comes for one column is summed. Returns whether the pattern is that of before.
-    pub(crate) fn fill(
-        &mut self,
-        n: usize,
-        mut row: impl FnMut(usize, &mut dyn FnMut(usize, f64)),
-    ) -> bool {
-        let before = std::mem::take(self);
-        self.starts.push(0);
+    /// The matrix of order `n` whose entries `row(i, each)` calls `each` with; what comes for one
+    /// column is summed.
+    pub(crate) fn of(n: usize, mut row: impl FnMut(usize, &mut dyn FnMut(usize, f64))) -> Self {
+        let mut matrix = Self { starts: vec![0], ..Self::default() };
         let mut line: Vec<(usize, f64)> = vec![];
         for i in 0..n {
             line.clear();
@@ -101,11 +104,16 @@ impl Transposed {
                 kept.1 += if same { next.1 } else { 0.0 };
                 same
             });
-            self.columns.extend(line.iter().map(|entry| entry.0));
-            self.values.extend(line.iter().map(|entry| entry.1));
-            self.starts.push(self.columns.len());
+            matrix.columns.extend(line.iter().map(|entry| entry.0));
+            matrix.values.extend(line.iter().map(|entry| entry.1));
+            matrix.starts.push(matrix.columns.len());
         }
-        self.starts == before.starts && self.columns == before.columns
+        matrix
+    }
+
+    /// Returns whether the patterns of both are the same.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        self.starts == other.starts && self.columns == other.columns
     }
 
     /// The entries of row `i`, with their columns.
@@ -126,6 +134,64 @@ impl Transposed {
             *a *= units[j];
         }
         units
+    }
+
+    /// Returns which columns are long, and the most rows of a part of these. With `k` full columns
+    /// `k` links lead from the rows of a part to those before and to those after, so that as many
+    /// rows hide what these cost.
+    fn long(&self) -> (Vec<bool>, usize) {
+        let mut counts = vec![0; self.starts.len() - 1];
+        self.columns.iter().for_each(|&j| counts[j] += 1);
+        let entries: usize = counts.iter().filter(|&&count| count > LONG).sum();
+        let most = LONG + 2 * entries / counts.len().max(1);
+        (counts.into_iter().map(|count| count > most).collect(), most)
+    }
+
+    /// Returns the rows in an order of elimination that leaves long columns out; nothing where no
+    /// column is long.
+    fn order(&self) -> Result<Vec<usize>, Error> {
+        let (long, _) = self.long();
+        if !long.contains(&true) {
+            return Ok(vec![]);
+        }
+        let others = Self::of(long.len(), |i, each| {
+            self.row(i).filter(|&(j, _)| !long[j]).for_each(|(j, a)| each(j, a));
+        });
+        Ok(others.analyse()?.0.col_perm().arrays().0.to_vec())
+    }
+
+    /// Returns the matrix with long columns split, along rows in that order: each part has an
+    /// unknown for itself, and a row that says it is the one before.
+    fn split(mut self, order: &[usize]) -> Self {
+        let (long, most) = self.long();
+        let n = long.len();
+        let (mut parts, mut links): (Vec<_>, _) = ((0..n).map(|j| (j, 0)).collect(), vec![]);
+        for &i in order {
+            for j in &mut self.columns[self.starts[i]..self.starts[i + 1]] {
+                if long[*j] {
+                    let (part, rows) = &mut parts[*j];
+                    if *rows == most {
+                        let next = n + links.len();
+                        links.push([*part, next]);
+                        (*part, *rows) = (next, 0);
+                    }
+                    *rows += 1;
+                    *j = *part;
+                }
+            }
+        }
+        if links.is_empty() {
+            return self;
+        }
+        Self::of(n + links.len(), |i, each| {
+            if i < n {
+                self.row(i).for_each(|(j, a)| each(j, a));
+            } else {
+                let [before, part] = links[i - n];
+                each(before, 1.0);
+                each(part, -1.0);
+            }
+        })
     }
 
     pub(crate) fn pattern(&self) -> SymbolicSparseColMatRef<'_, usize> {
@@ -189,10 +255,16 @@ impl SparseLu {
         n: usize,
         mut row: impl FnMut(usize, &mut dyn FnMut(usize, T)),
     ) -> Result<Self, Error> {
-        let mut matrix = Transposed::default();
-        matrix.fill(n, |i, each| row(i, &mut |j, a| each(j, a.wide())));
-        let mut lu = Self { matrix, units: vec![], symbolic: None, numeric: None };
-        lu.numeric = lu.factors()?;
+        let matrix = Transposed::of(n, |i, each| row(i, &mut |j, a| each(j, a.wide())));
+        let order = matrix.order()?;
+        let mut lu = Self {
+            matrix: Transposed::default(),
+            order,
+            units: vec![],
+            symbolic: None,
+            numeric: None,
+        };
+        lu.numeric = lu.factors(matrix)?;
         Ok(lu)
     }
 
@@ -205,40 +277,46 @@ impl SparseLu {
     pub(crate) fn for_problem<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem: &Hlcp<T, A, B>,
     ) -> Result<(Self, Cost), Error> {
-        let mut matrix = Transposed::default();
-        matrix.fill(problem.order(), |i, each| {
+        let matrix = Transposed::of(problem.order(), |i, each| {
             problem.a().visit_row(i, &mut |j, _| each(j, 0.0));
             problem.b().visit_row(i, &mut |j, _| each(j, 0.0));
         });
+        let order = matrix.order()?;
+        let matrix = matrix.split(&order);
         let begun = Instant::now();
         let (symbolic, bounds) = matrix.analyse()?;
         let cost = cost(begun, [0, ANALYSIS], bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
-        Ok((Self { matrix, units: vec![], symbolic: Some(symbolic), numeric: None }, cost))
+        Ok((Self { matrix, order, units: vec![], symbolic: Some(symbolic), numeric: None }, cost))
     }
 
     /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`, if that
     /// is possible, but for pivots of zero.
     pub(crate) fn factorise<T: Scalar>(
         &mut self,
+        n: usize,
         mut row: impl FnMut(usize, &mut dyn FnMut(usize, T)),
     ) {
-        let order = self.matrix.starts.len() - 1;
-        if !self.matrix.fill(order, |i, each| row(i, &mut |j, a| each(j, a.wide()))) {
-            self.symbolic = None;
-        }
-        self.numeric = self.factors().ok().flatten();
+        let matrix = Transposed::of(n, |i, each| row(i, &mut |j, a| each(j, a.wide())));
+        self.numeric = self.factors(matrix).ok().flatten();
     }
 
     /// The factors, in the memory of those before, unless memory or a pivot is missing.
-    fn factors(&mut self) -> Result<Option<NumericLu<usize, f64>>, Error> {
-        let mut numeric = self.numeric.take().unwrap_or_default();
+    fn factors(&mut self, mut matrix: Transposed) -> Result<Option<NumericLu<usize, f64>>, Error> {
+        self.units = matrix.scale_columns();
+        let matrix = matrix.split(&self.order);
+        if !matrix.is_like(&self.matrix) {
+            self.symbolic = None;
+        }
+        // Factors of another order leave no room for these.
+        let is_of_order = matrix.starts.len() == self.matrix.starts.len();
+        let mut numeric = self.numeric.take().filter(|_| is_of_order).unwrap_or_default();
+        self.matrix = matrix;
         let symbolic = match &mut self.symbolic {
             Some(symbolic) => symbolic,
             symbolic => symbolic.insert(self.matrix.analyse()?.0),
         };
         let need = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
         let Ok(mut room) = MemBuffer::try_new(need) else { return Ok(None) };
-        self.units = self.matrix.scale_columns();
         let matrix = SparseColMatRef::new(self.matrix.pattern(), &self.matrix.values);
         let (stack, settings) = (MemStack::new(&mut room), Default::default());
         let done = symbolic.factorize_numeric_lu(&mut numeric, matrix, Par::Seq, stack, settings);
@@ -256,8 +334,9 @@ impl SparseLu {
             y.fill(T::nan());
             return;
         };
-        assert_lengths(symbolic.ncols(), [("rhs", rhs.len()), ("y", y.len())]);
-        let mut x = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i].wide());
+        assert_lengths(self.units.len(), [("rhs", rhs.len()), ("y", y.len())]);
+        let mut x = Mat::zeros(symbolic.ncols(), 1);
+        rhs.iter().enumerate().for_each(|(i, rhs)| x[(i, 0)] = rhs.wide());
         let mut room =
             MemBuffer::new(symbolic.solve_transpose_in_place_scratch::<f64>(1, Par::Seq));
         let lu = LuRef::new_unchecked(symbolic, numeric);
@@ -291,7 +370,7 @@ fn too_large(needed: f64) -> Error {
 mod tests {
     use approx::assert_abs_diff_eq;
     use hlcp_core::{FivePoint, Identity, Omega};
-    use proptest::prelude::*;
+    use proptest::{collection::vec, prelude::*};
 
     use super::*;
 
@@ -319,12 +398,11 @@ mod tests {
         #[test]
         fn the_analysis_bounds_every_elimination(
             n in 1..15_usize,
-            entries in prop::collection::vec((0..15_usize, 0..15_usize), 0..60),
-            picks in prop::collection::vec(any::<prop::sample::Index>(), 15),
+            entries in vec((0..15_usize, 0..15_usize), 0..60),
+            picks in vec(any::<prop::sample::Index>(), 15),
         ) {
-            let mut matrix = Transposed::default();
             let off = |i: usize| entries.iter().filter(move |&&(row, j)| row == i && j < n);
-            matrix.fill(n, |i, each| {
+            let matrix = Transposed::of(n, |i, each| {
                 each(i, 1.0);
                 off(i).for_each(|&(_, j)| each(j, 1.0));
             });
@@ -344,39 +422,101 @@ mod tests {
 
     #[test]
     fn factors_solve_what_was_factorised() {
-        let n = 60;
+        let n = 200;
         let row = |i: usize, each: &mut dyn FnMut(usize, f64)| {
-            // Not symmetric, with small pivots, and column 7 twice.
+            // Not symmetric, with small pivots, and column 7 long, and twice in each row.
             let entries =
                 [(i, 1e-3), ((i + 1) % n, 2.0), ((3 * i + 5) % n, -1.0), (7, 0.25), (7, 0.25)];
             entries.iter().for_each(|&(j, a)| each(j, a));
         };
         let grid = FivePoint::new(n, 1, [0.0, -1.0, 2.0, -1.0, 0.0]).unwrap();
         let problem = Hlcp::new(grid, Identity { order: n }, Omega::Uniform(1.0)).unwrap();
-        let (mut lu, cost) = SparseLu::for_problem(&problem).unwrap();
+        let (_, cost) = SparseLu::for_problem(&problem).unwrap();
         assert!((ANALYSIS..ANALYSIS + 20).contains(&cost.worth), "{cost:?}");
-        lu.factorise(row);
+        let mut lu = SparseLu::of(n, row).unwrap();
         let x: Vec<f64> = (0..n).map(|i| (i as f64).sin()).collect();
         let mut rhs = vec![0.0; n];
         (0..n).for_each(|i| row(i, &mut |j, a| rhs[i] += a * x[j]));
         let mut y = vec![0.0; n];
         lu.solve(&rhs, &mut y);
         assert_abs_diff_eq!(&y[..], &x[..], epsilon = 1e-9);
-        // The same pattern again, and another one between, leave no trace.
+        // The same pattern again, and others between, leave no trace.
         let mut again = vec![0.0; n];
         SparseLu::of(n, row).unwrap().solve(&rhs, &mut again);
         assert_eq!(again, y);
-        lu.factorise(|i, each| row(i, &mut |j, a| each(j, 2.0 * a)));
+        lu.factorise(n, |i, each| row(i, &mut |j, a| each(j, 2.0 * a)));
         for _ in 0..2 {
-            lu.factorise(row);
+            lu.factorise(n, row);
             lu.solve(&rhs, &mut again);
             assert_eq!(again, y);
-            lu.factorise(|i, each: &mut dyn FnMut(usize, f64)| each((i + 1) % n, 3.0));
+            // One with a long column, and one without.
+            for long in [1.0, 0.0] {
+                lu.factorise(n, |i, each: &mut dyn FnMut(usize, f64)| {
+                    each(i, 4.0);
+                    if i != 7 && long != 0.0 {
+                        each(7, long);
+                    }
+                });
+                lu.solve(&rhs, &mut again);
+                let others = |i: usize| if i == 7 { 0.0 } else { long * rhs[7] / 4.0 };
+                assert!((0..n).all(|i| again[i] == (rhs[i] - others(i)) / 4.0));
+            }
         }
         // A row of zeros has no pivot: what comes is not finite, or there are no factors.
-        lu.factorise(|i, each: &mut dyn FnMut(usize, f64)| each(i, if i == 9 { 0.0 } else { 1.0 }));
+        lu.factorise(n, |i, each: &mut dyn FnMut(usize, f64)| {
+            each(i, if i == 9 { 0.0 } else { 1.0 })
+        });
         lu.solve(&rhs, &mut y);
         assert!(!y.iter().all(|y| y.is_finite()));
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Lines and rings with a few full rows and columns, renumbered and with any units: a part
+        /// of a column costs its rows and what leads to its neighbours, for each of the rows.
+        #[test]
+        fn full_columns_cost_what_their_parts_do(
+            (places, parts) in (1000..3000_usize).prop_flat_map(|n| {
+                (Just(Vec::from_iter(0..n)).prop_shuffle(), vec(0.0..1.0_f64, n))
+            }),
+            k in 1..6_usize,
+            units in vec(-3..4_i32, 10),
+        ) {
+            let n = places.len();
+            let unit = |i: usize| 10.0_f64.powi(units[i % 10]);
+            let mut rows = vec![vec![]; n];
+            let mut add = |i: usize, j: usize, a: f64| {
+                rows[places[i]].push((places[j], unit(i) * unit(j + 3) * a));
+            };
+            for (i, part) in parts.into_iter().enumerate() {
+                add(i, i, 3.0 + part);
+                add(i, (i + 1) % n, -1.0);
+                add(i, (i + n - 1) % n, part - 1.0);
+                for full in (0..k).map(|full| full * (n / k)) {
+                    add(i, full, part);
+                    add(full, i, part - 0.5);
+                }
+            }
+            let row = |i: usize, each: &mut dyn FnMut(usize, f64)| {
+                rows[i].iter().for_each(|&(j, a)| each(j, a));
+            };
+            let rhs: Vec<f64> = (0..n).map(|i| unit(i) * (i as f64).sin()).collect();
+            let mut y = vec![0.0; n];
+            let lu = SparseLu::of(n, row).unwrap();
+            lu.solve(&rhs, &mut y);
+            for (row, rhs) in rows.iter().zip(rhs) {
+                let terms = row.iter().map(|&(j, a)| a * y[j]);
+                let size: f64 = terms.clone().map(f64::abs).sum();
+                prop_assert!((terms.sum::<f64>() - rhs).abs() <= 1e-9 * size);
+            }
+            // Of a part with p rows a row leaves p/2 numbers in each factor in the mean, and those
+            // of 2k links, k rows and what the line goes on with; a link those of 4k others.
+            let numbers = lu.matrix.analyse().unwrap().1[0];
+            let most = LONG + 2 * k;
+            let links = k * n.div_ceil(most);
+            prop_assert!(numbers <= (n * (most + 6 * k + 6) + links * 8 * k) as f64, "{numbers}");
+        }
     }
 
     #[test]

@@ -240,7 +240,7 @@ impl<T: Scalar> Factors<T> {
         match self {
             Self::Full(lu) => lu.factorise(row),
             #[cfg(feature = "direct")]
-            Self::Sparse(lu) => lu.factorise(row),
+            Self::Sparse(lu) => lu.factorise(problem.order(), row),
             #[cfg(feature = "direct")]
             Self::Symmetric(cholesky, pivots) => {
                 cholesky.factorise(problem, weights);
