@@ -9,7 +9,7 @@
 //! A dominant matrix needs one walk and no storage. The search for another `d` stores the matrix;
 //! the check of what it finds is one walk again.
 
-use std::{cmp::Ordering, fmt};
+use std::fmt;
 
 use hlcp_core::{Error, Rows, Scalar};
 use hlcp_methods::Clock;
@@ -18,7 +18,7 @@ use crate::{
     comparison::{Modulus, check_pair, visit},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
-    rounding::{Interval, sign},
+    rounding::Interval,
 };
 
 /// The answer to a question about a problem.
@@ -133,29 +133,6 @@ pub fn is_z<T: Scalar>(a: &impl Rows<T>) -> Answer {
         return Answer::Yes(());
     }
     all_entries(a, |row, column, a| row == column || a <= 0.0)
-}
-
-/// Returns whether `|aᵢᵢ| > Σ_{j≠i} |aᵢⱼ|` in every row.
-///
-/// ```
-/// use hlcp_core::FivePoint;
-/// use hlcp_verify::classes::{Answer, Failure, is_strictly_dominant};
-///
-/// let a = FivePoint::new(3, 1, [0.0, -1.0, 2.0, 1.0, 0.0])?;
-/// assert_eq!(is_strictly_dominant::<f64>(&a), Answer::No(Failure::Entry { row: 1, column: 1 }));
-/// # Ok::<(), hlcp_core::Error>(())
-/// ```
-pub fn is_strictly_dominant<T: Scalar>(a: &impl Rows<T>) -> Answer {
-    let (comparison, mut g) = (Modulus(a), vec![]);
-    for row in 0..a.order() {
-        let d = comparison.row(0, row, &mut g);
-        match sign([(d, 1.0)].into_iter().chain(g.iter().map(|&(_, g)| (-g, 1.0)))) {
-            Some(Ordering::Greater) => {}
-            Some(_) => return Answer::No(Failure::Entry { row, column: row }),
-            None => return Answer::Undecided,
-        }
-    }
-    Answer::Yes(())
 }
 
 /// Returns whether ⟨A⟩ is a nonsingular M-matrix; yes with a `d > 0` such that `⟨A⟩d > 0`.

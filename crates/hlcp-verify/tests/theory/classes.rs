@@ -4,7 +4,7 @@ use crate::{any_pair, comparison, uniqueness::determinant};
 use hlcp_core::{Error, Identity};
 use hlcp_verify::{
     Slider,
-    classes::{Answer, Failure, has_w_property, is_h_plus, is_m, is_strictly_dominant, is_z},
+    classes::{Answer, Failure, has_w_property, is_h_plus, is_m, is_z},
     uniqueness,
 };
 use nalgebra::{DMatrix, DVector};
@@ -50,9 +50,6 @@ proptest! {
         let answer = is_h_plus(&a);
         prop_assert_eq!(answer.is_yes(), h);
         prop_assert_eq!(is_m(&a).is_yes(), h && z);
-        let rows = (comparison(&a) * DVector::from_element(n, 1.0)).min();
-        prop_assume!(rows.abs() > 1e-12);
-        prop_assert_eq!(is_strictly_dominant(&a).is_yes(), rows > 0.0);
         if let (Answer::Yes(d), Some(inverse)) = (answer, inverse) {
             prop_assert!((comparison(&a) * DVector::from_vec(d)).min() > 0.0);
             let slack = 1e-9 * inverse.amax();
