@@ -5,14 +5,19 @@ use std::{sync::Arc, time::Instant};
 
 use faer::{
     Conj, Mat, Par, Side,
-    dyn_stack::{MemBuffer, MemStack},
+    dyn_stack::{MemBuffer, MemStack, StackReq},
+    linalg::cholesky::ldlt::factor::LdltRegularization,
+    perm::PermRef,
     sparse::{
         SparseColMatRef,
         linalg::{
             amd,
             cholesky::{
-                CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering,
+                CholeskySymbolicParams, LdltRef, SymbolicCholesky, SymmetricOrdering,
                 factorize_symbolic_cholesky,
+                simplicial::{
+                    prefactorize_symbolic_cholesky, prefactorize_symbolic_cholesky_scratch,
+                },
             },
         },
     },
@@ -51,7 +56,9 @@ const EACH: usize = 15;
 #[derive(Debug, Clone)]
 pub(crate) struct Cholesky {
     of_b: bool,
-    /// G and G⁻¹D.
+    /// The factor between the columns of A and BΩ of an unknown that is free, 0 of others.
+    free: Vec<f64>,
+    /// G and G⁻¹D, which is 0 of what is free.
     divisors: Vec<f64>,
     diagonal: Vec<f64>,
     /// M.
@@ -63,6 +70,7 @@ pub(crate) struct Cholesky {
     /// is left out leaves no more numbers.
     order: Vec<usize>,
     serves: bool,
+    numbers: f64,
     /// The columns with c ≠ 0 in this order.
     some: Vec<usize>,
     /// The upper triangle of M + G⁻¹D e/c there, by columns; the analysis of its pattern, if it has
@@ -70,6 +78,8 @@ pub(crate) struct Cholesky {
     upper: Transposed,
     symbolic: Option<Arc<SymbolicCholesky<usize>>>,
     numeric: Option<Vec<f64>>,
+    /// The signs of the pivots.
+    signs: Vec<i8>,
 }
 
 impl Cholesky {
@@ -77,13 +87,15 @@ impl Cholesky {
     /// not to be had.
     pub(crate) fn for_problem<T: Scalar, A: Rows<T>, B: Rows<T>>(
         problem: &Hlcp<T, A, B>,
+        free: &[T],
     ) -> Option<(Self, Cost)> {
         let (begun, n) = (Instant::now(), problem.order());
+        let free: Vec<f64> = free.iter().map(|free| free.wide()).collect();
         let of = |mut diagonal: Vec<f64>, of_b: bool| {
             let mut matrix = Transposed::of(n, |i, each| {
                 let mut see = |j, a: T| {
                     if a != T::zero() {
-                        each(j, a.wide() / diagonal[i]);
+                        each(j, a.wide());
                     }
                 };
                 if of_b {
@@ -92,23 +104,33 @@ impl Cholesky {
                     problem.a().visit_row(i, &mut see)
                 }
             });
-            // What is symmetric once it is divided by D needs no other numbers.
+            // What is symmetric once it is divided by D needs no other numbers; where D has none, the
+            // largest entry serves.
+            for (i, d) in diagonal.iter_mut().enumerate() {
+                let row = &mut matrix.values[matrix.starts[i]..matrix.starts[i + 1]];
+                if free[i] > 0.0 {
+                    *d = row.iter().fold(0.0, |most, a| a.abs().max(most));
+                }
+                row.iter_mut().for_each(|a| *a /= *d);
+            }
             let mut divisors = divisors(&matrix, T::epsilon().wide())?;
             for (i, (divisor, d)) in divisors.iter_mut().zip(&mut diagonal).enumerate() {
                 let row = matrix.starts[i]..matrix.starts[i + 1];
                 matrix.values[row].iter_mut().for_each(|a| *a /= *divisor);
-                (*divisor, *d) = (*d * *divisor, divisor.recip());
+                let of_d = if free[i] > 0.0 { 0.0 } else { divisor.recip() };
+                (*divisor, *d) = (*d * *divisor, of_d);
             }
             Some((of_b, divisors, diagonal, matrix))
         };
-        let (of_b, divisors, diagonal, matrix) = match diagonal(problem.b()) {
+        let (of_b, divisors, diagonal, matrix) = match diagonal(problem.b(), &free) {
             Some(diagonal) => of(diagonal, false),
-            None => of(diagonal(problem.a())?, true),
+            None => of(diagonal(problem.a(), &free)?, true),
         }?;
-        let [c, e] = [(); 2].map(|()| vec![1.0; n]);
+        let (c, e) = (vec![1.0; n], diagonal.iter().map(|d| d.clamp(-1.0, 1.0)).collect());
         let (some, upper) = ((0..n).collect(), Transposed::default());
         let mut cholesky = Self {
             of_b,
+            free,
             divisors,
             diagonal,
             matrix,
@@ -116,25 +138,19 @@ impl Cholesky {
             e,
             order: vec![],
             serves: false,
+            numbers: 0.0,
             some,
             upper,
             symbolic: None,
             numeric: None,
+            signs: vec![],
         };
         cholesky.fill();
-        let upper = &cholesky.upper;
-        let entries = upper.columns.len();
-        let mut room = MemBuffer::try_new(amd::order_maybe_unsorted_scratch::<usize>(n, entries));
-        let (stack, [mut order, mut place]) =
-            (MemStack::new(room.as_mut().ok()?), [(); 2].map(|()| vec![0; n]));
-        let control = amd::Control::default();
-        let counts =
-            amd::order_maybe_unsorted(&mut order, &mut place, upper.pattern(), control, stack);
-        let counts = counts.ok()?;
-        let numbers = counts.n_div + n as f64;
+        let ([order, _], [numbers, multiplications]) = order(&cholesky.upper)?;
         let entries = cholesky.matrix.columns.len() + n;
-        let cost = cost(begun, [SET_UP, EACH], counts.n_mult_subs_ldl, entries, 16.0 * numbers);
+        let cost = cost(begun, [SET_UP, EACH], multiplications, entries, 16.0 * numbers);
         // Where multiplications take most of the time, an order for each part leaves fewer.
+        cholesky.numbers = numbers;
         cholesky.serves = cost.worth <= 2 * EACH;
         cholesky.order = if cholesky.serves { order } else { (0..n).collect() };
         (numbers <= NUMBERS).then_some((cholesky, cost))
@@ -151,7 +167,9 @@ impl Cholesky {
             // Places that are not in use are beyond it.
             let left = matrix.row(j).filter(|&(i, _)| place[i] <= at);
             left.for_each(|(i, a)| each(place[i], a));
-            each(at, e[j] / c[j]);
+            if e[j] != 0.0 {
+                each(at, e[j] / c[j]);
+            }
         });
         upper.is_like(&before)
     }
@@ -164,8 +182,14 @@ impl Cholesky {
         weights: &[[T; 2]],
     ) {
         for (j, [a, b]) in weights.iter().enumerate() {
-            let factors = [a.wide(), b.wide() * problem.omega().entry(j).wide()];
-            let [c, e] = if self.of_b { [factors[1], factors[0]] } else { factors };
+            let (a, b, omega, free) =
+                (a.wide(), b.wide(), problem.omega().entry(j).wide(), self.free[j]);
+            let [c, e] = match self.of_b {
+                false if free > 0.0 => [a + b / free, 0.0],
+                true if free > 0.0 => [omega * (b + a * free), 0.0],
+                false => [a, omega * b],
+                true => [omega * b, a],
+            };
             (self.c[j], self.e[j]) = (c, self.diagonal[j] * e);
         }
         self.some.clear();
@@ -188,8 +212,14 @@ impl Cholesky {
                     supernodal_flop_ratio_threshold: BLOCKS,
                     ..Default::default()
                 };
-                let order =
-                    if self.serves { SymmetricOrdering::Identity } else { SymmetricOrdering::Amd };
+                let own = if self.serves { None } else { Some(order(&self.upper)?.0) };
+                let order = match &own {
+                    Some([order, place]) => {
+                        let n = order.len();
+                        SymmetricOrdering::Custom(PermRef::new_checked(order, place, n))
+                    }
+                    None => SymmetricOrdering::Identity,
+                };
                 let analysis =
                     factorize_symbolic_cholesky(pattern, Side::Upper, order, blocks).ok()?;
                 symbolic.insert(Arc::new(analysis))
@@ -200,26 +230,42 @@ impl Cholesky {
         if length as f64 > 2.0 * NUMBERS {
             return None;
         }
-        let need = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let need = symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default());
         let mut room = MemBuffer::try_new(need).ok()?;
         values.clear();
         values.try_reserve_exact(length).ok()?;
         values.resize(length, 0.0);
         let (matrix, stack) =
             (SparseColMatRef::new(pattern, &self.upper.values), MemStack::new(&mut room));
-        let (plain, settings) = (Default::default(), Default::default());
-        symbolic
-            .factorize_numeric_llt(
-                &mut values,
-                matrix,
-                Side::Upper,
-                plain,
-                Par::Seq,
-                stack,
-                settings,
-            )
-            .ok()?;
-        Some(values)
+        let sign = |&j: &usize| if self.divisors[j] > 0.0 { 1 } else { -1 };
+        self.signs = self.some.iter().map(sign).collect();
+        // A pivot of another sign is replaced by one that is not finite, and that is an error.
+        let signs = LdltRegularization {
+            dynamic_regularization_signs: Some(&self.signs),
+            dynamic_regularization_delta: f64::INFINITY,
+            dynamic_regularization_epsilon: 0.0,
+        };
+        let (par, settings) = (Par::Seq, Default::default());
+        let done = symbolic.factorize_numeric_ldlt(
+            &mut values,
+            matrix,
+            Side::Upper,
+            signs,
+            par,
+            stack,
+            settings,
+        );
+        done.is_ok().then_some(values)
+    }
+
+    /// Returns the numbers in the factors of all columns.
+    pub(crate) fn numbers(&self) -> f64 {
+        self.numbers
+    }
+
+    /// Returns whether some divisors are negative.
+    fn is_saddle(&self) -> bool {
+        self.divisors.iter().any(|&divisor| divisor < 0.0)
     }
 
     pub(crate) fn has_factors(&self) -> bool {
@@ -235,8 +281,27 @@ impl Cholesky {
         let divided = |i: usize| rhs[i].wide() / self.divisors[i];
         let mut x = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
         let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        let llt = LltRef::new(symbolic, values);
-        llt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+        let ldlt = LdltRef::new(symbolic, values);
+        ldlt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+        if self.is_saddle() {
+            // Pivots of both signs let rounding grow.
+            let mut rest = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
+            for i in 0..self.some.len() {
+                for (j, a) in self.upper.row(i) {
+                    rest[(i, 0)] -= a * x[(j, 0)];
+                    if j != i {
+                        rest[(j, 0)] -= a * x[(i, 0)];
+                    }
+                }
+            }
+            ldlt.solve_in_place_with_conj(
+                Conj::No,
+                rest.as_mut(),
+                Par::Seq,
+                MemStack::new(&mut room),
+            );
+            x += rest;
+        }
         let mut w = vec![0.0; y.len()];
         self.some.iter().enumerate().for_each(|(at, &j)| w[j] = x[(at, 0)]);
         for (i, y) in y.iter_mut().enumerate() {
@@ -246,12 +311,61 @@ impl Cholesky {
     }
 }
 
-/// The diagonal of an operator that has no other entries.
-fn diagonal<T: Scalar>(operator: &impl Rows<T>) -> Option<Vec<f64>> {
+/// Returns an order of elimination and its inverse, and the numbers and multiplications it leaves:
+/// the fewest that minimum degree finds.
+///
+/// Where the diagonal is zero, as for what is free in a saddle, a pivot comes from neighbours alone:
+/// such rows follow all neighbours that have a diagonal. With these positive definite, and the rows
+/// between both of full rank, the others are pivots of the other sign.
+fn order(upper: &Transposed) -> Option<([Vec<usize>; 2], [f64; 2])> {
+    let (n, entries) = (upper.starts.len() - 1, upper.columns.len());
+    let mut room = MemBuffer::try_new(StackReq::any_of(&[
+        amd::order_maybe_unsorted_scratch::<usize>(n, entries),
+        prefactorize_symbolic_cholesky_scratch::<usize>(n, entries),
+    ]));
+    let stack = MemStack::new(room.as_mut().ok()?);
+    let [mut order, mut place] = [(); 2].map(|()| vec![0; n]);
+    let (pattern, control) = (upper.pattern(), amd::Control::default());
+    let counts = amd::order_maybe_unsorted(&mut order, &mut place, pattern, control, stack).ok()?;
+    let mut work = [counts.n_div + n as f64, counts.n_mult_subs_ldl];
+    let has_pivot: Vec<_> = (0..n).map(|i| upper.row(i).any(|(j, a)| j == i && a != 0.0)).collect();
+    let mut after: Vec<_> = place.iter().map(|&at| (at, 0)).collect();
+    for i in 0..n {
+        for (j, _) in upper.row(i) {
+            match [has_pivot[i], has_pivot[j]] {
+                [false, true] => after[i] = after[i].max((place[j], 1 + place[i])),
+                [true, false] => after[j] = after[j].max((place[i], 1 + place[j])),
+                _ => {}
+            }
+        }
+    }
+    order.sort_by_key(|&i| after[i]);
+    if order.iter().enumerate().any(|(at, &i)| place[i] != at) {
+        order.iter().enumerate().for_each(|(at, &i)| place[i] = at);
+        let mut rows = vec![vec![]; n];
+        for i in 0..n {
+            for (j, _) in upper.row(i) {
+                rows[place[i].max(place[j])].push(place[i].min(place[j]));
+            }
+        }
+        let moved = Transposed::of(n, |i, each| rows[i].iter().for_each(|&j| each(j, 0.0)));
+        let (mut tree, mut counts) = (vec![0; n], vec![0; n]);
+        prefactorize_symbolic_cholesky(&mut tree, &mut counts, moved.pattern(), stack);
+        let each = |of: fn(f64) -> f64| counts.iter().map(|&count| of(count as f64)).sum();
+        work = [each(|count| count), each(|count| count * (count - 1.0) / 2.0)];
+    }
+    Some(([order, place], work))
+}
+
+/// The diagonal of an operator that has no other entries, but for columns of what is free.
+fn diagonal<T: Scalar>(operator: &impl Rows<T>, free: &[f64]) -> Option<Vec<f64>> {
     let each = |i: usize| {
-        let mut is_alone = true;
-        operator.visit_row(i, &mut |j, a| is_alone &= j == i || a == T::zero());
-        is_alone.then(|| operator.diagonal_entry(i).wide())
+        let (mut is_alone, mut entry) = (true, T::zero());
+        operator.visit_row(i, &mut |j, a| {
+            is_alone &= j == i || a == T::zero() || free[j] > 0.0;
+            entry += if j == i { a } else { T::zero() };
+        });
+        (is_alone && (entry != T::zero() || free[i] > 0.0)).then(|| entry.wide())
     };
     (0..operator.order()).map(each).collect()
 }
@@ -267,10 +381,10 @@ fn divisors(matrix: &Transposed, epsilon: f64) -> Option<Vec<f64>> {
         let at = matrix.columns[row.clone()].binary_search(&j).ok()?;
         Some(matrix.values[row.start + at])
     };
-    let diagonal: Vec<f64> = (0..n).map(|i| entry(i, i)).collect::<Option<_>>()?;
+    let diagonal: Vec<f64> = (0..n).map(|i| entry(i, i).unwrap_or(0.0).abs()).collect();
     let agree = |[a, b]: [f64; 2], [i, j]: [f64; 2], steps: usize| {
         let unit = epsilon.max(steps as f64 * f64::EPSILON);
-        (a - b).abs() <= ROUNDINGS * unit * i.sqrt() * j.sqrt()
+        (a - b).abs() <= ROUNDINGS * unit * (i.sqrt() * j.sqrt()).max(a.abs())
     };
     // Neighbours in the order of their distance, so that roundings are few.
     let (mut divisors, mut steps, mut reached) = (vec![0.0; n], vec![0; n], Vec::with_capacity(n));
@@ -292,14 +406,15 @@ fn divisors(matrix: &Transposed, epsilon: f64) -> Option<Vec<f64>> {
                     reached.push(j);
                 }
                 let of = |entry: f64, row: usize| entry / divisors[row];
-                let pivots = [of(diagonal[i], i), of(diagonal[j], j)];
+                let pivots = [of(diagonal[i], i).abs(), of(diagonal[j], j).abs()];
                 if !agree([of(a, i), of(b, j)], pivots, steps[i] + steps[j]) {
                     return None;
                 }
             }
         }
     }
-    let [least, most] = [f64::min, f64::max].map(|of| divisors.iter().copied().reduce(of));
+    let sizes = divisors.iter().map(|divisor: &f64| divisor.abs());
+    let [least, most] = [f64::min, f64::max].map(|of| sizes.clone().reduce(of));
     (least? > f64::EPSILON * most?).then_some(divisors)
 }
 
@@ -313,9 +428,9 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// Springs of both signs on ground that is stiffer, rows and both unknowns multiplied by
-        /// anything, the diagonal either operator, against dense elimination of the columns as the
-        /// weights 1 + d and 1 − d add them.
+        /// Springs of both signs on ground that is stiffer, two such systems that push each other
+        /// crosswise, rows and both unknowns multiplied by anything, some unknowns free, the
+        /// diagonal either operator, against the columns as the weights 1 + d and 1 − d add them.
         #[test]
         fn factors_solve_with_any_columns(
             bonds in (1..20_usize).prop_flat_map(|n| vec((0..n, 0..n, -1.0..1.0_f64), 2 * n)),
@@ -327,13 +442,17 @@ mod tests {
             ], 20),
             rhs in vec(-1.0..1.0_f64, 20),
             (of_b, is_kept) in any::<(bool, bool)>(),
+            kinds in vec(any::<bool>(), 20),
+            free in vec(prop::option::weighted(0.2, 0.3..3.0_f64), 20),
         ) {
             let n = bonds.len() / 2;
             let mut spring = DMatrix::from_diagonal(&DVector::from_column_slice(&ground[..n]));
             for &(i, j, bond) in bonds.iter().filter(|(i, j, _)| i != j) {
-                (spring[(i, j)], spring[(j, i)]) = (spring[(i, j)] - bond, spring[(j, i)] - bond);
+                let (back, holds) =
+                    if kinds[i] == kinds[j] { (bond, bond.abs()) } else { (-bond, 0.0) };
+                (spring[(i, j)], spring[(j, i)]) = (spring[(i, j)] - bond, spring[(j, i)] - back);
                 (spring[(i, i)], spring[(j, j)]) =
-                    (spring[(i, i)] + bond.abs(), spring[(j, j)] + bond.abs());
+                    (spring[(i, i)] + holds, spring[(j, j)] + holds);
             }
             // D times a symmetric matrix is C.
             let mut other = DMatrix::from_diagonal(&DVector::from_column_slice(&diagonal[..n]));
@@ -344,10 +463,17 @@ mod tests {
                 couples.column_mut(i).scale_mut(10_f64.powi(of_c[i]));
                 other.column_mut(i).scale_mut(10_f64.powi(of_other[i]));
             }
+            let mut factors_of_a = vec![0.0; n];
+            for (j, free) in free[..n].iter().enumerate() {
+                if let &Some(factor) = free {
+                    other.set_column(j, &(factor * couples.column(j)));
+                    factors_of_a[j] = if of_b { factor } else { factor.recip() } / omega[j];
+                }
+            }
             let [a, b] = if of_b { [other, couples] } else { [couples, other] };
             let each = Omega::Each(omega[..n].to_vec());
             let problem = Hlcp::new(&a, &b, each).unwrap();
-            let (mut cholesky, cost) = Cholesky::for_problem(&problem).unwrap();
+            let (mut cholesky, cost) = Cholesky::for_problem(&problem, &factors_of_a).unwrap();
             prop_assert!(cost.bytes <= 8.0 * (n * (n + 1)) as f64);
             cholesky.serves &= is_kept;
             let sum = DMatrix::from_fn(n, n, |i, j| {
@@ -382,6 +508,52 @@ mod tests {
         }
     }
 
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Flows that cost their squares through a network, and free potentials, which have no
+        /// entry on the diagonal: between the edges of the interior there always are factors.
+        #[test]
+        fn potentials_without_a_diagonal_have_pivots(
+            ends in (2..40_usize).prop_flat_map(|n| vec((0..n, 0..n), n..4 * n)),
+            (costs, weights) in (vec(0.1..2.0_f64, 160), vec(0.01..1.99_f64, 160)),
+            (rhs, serves) in (vec(-1.0..1.0_f64, 300), any::<bool>()),
+        ) {
+            // A tree, and what closes circles; the potential of its root is 0.
+            let nodes = ends.iter().map(|&(i, j)| i.max(j).max(1)).max().unwrap() + 1;
+            let tree = (1..nodes).map(|j| (ends[j % ends.len()].0 % j, j));
+            let arcs: Vec<_> = tree.chain(ends.iter().copied().filter(|(i, j)| i != j)).collect();
+            let (flows, n) = (arcs.len(), arcs.len() + nodes - 1);
+            let mut a = DMatrix::<f64>::zeros(n, n);
+            for (k, &(i, j)) in arcs.iter().enumerate() {
+                a[(k, k)] = costs[k % costs.len()];
+                for (node, way) in [(i, 1.0), (j, -1.0)] {
+                    if node > 0 {
+                        (a[(flows + node - 1, k)], a[(k, flows + node - 1)]) = (way, -way);
+                    }
+                }
+            }
+            let mut b = a.clone();
+            b.view_mut((0, 0), (flows, flows)).fill_with_identity();
+            b.view_mut((flows, 0), (nodes - 1, flows)).fill(0.0);
+            let free: Vec<f64> = (0..n).map(|j| if j < flows { 0.0 } else { 1.0 }).collect();
+            let problem = Hlcp::new(&a, &b, Omega::Uniform(1.0)).unwrap();
+            let (mut cholesky, _) = Cholesky::for_problem(&problem, &free).unwrap();
+            cholesky.serves &= serves;
+            let weight = |j: usize| if j < flows { weights[j % weights.len()] } else { 2.0 };
+            let weights: Vec<_> = (0..n).map(|j| [weight(j), 2.0 - weight(j)]).collect();
+            cholesky.factorise(&problem, &weights);
+            prop_assert!(cholesky.has_factors());
+            let mut y = vec![0.0; n];
+            cholesky.solve(&rhs[..n], &mut y);
+            for i in 0..n {
+                let terms = (0..n).map(|j| (weights[j][0] * a[(i, j)] + weights[j][1] * b[(i, j)]) * y[j]);
+                let size: f64 = terms.clone().map(f64::abs).sum();
+                prop_assert!((terms.sum::<f64>() - rhs[i]).abs() <= 1e-9 * (1.0 + size));
+            }
+        }
+    }
+
     /// Twice as much goes on as comes back: the last row would be divided by 2ⁿ⁻¹.
     #[test]
     fn divisors_that_are_too_far_apart_are_refused() {
@@ -389,7 +561,7 @@ mod tests {
             let a = hlcp_core::Tridiagonal::new(n, |_| [-1.0, 4.0, -2.0]).unwrap();
             let one = hlcp_core::Identity { order: n };
             let problem = Hlcp::new(a, one, Omega::Uniform(1.0)).unwrap();
-            assert_eq!(Cholesky::for_problem(&problem).is_some(), n == 50);
+            assert_eq!(Cholesky::for_problem(&problem, &vec![0.0; n]).is_some(), n == 50);
         }
     }
 
@@ -397,17 +569,19 @@ mod tests {
     fn what_is_not_symmetric_or_not_definite_has_no_factors() {
         let problem = |a: DMatrix<f64>, b| Hlcp::new(a, b, Omega::Uniform(1.0)).unwrap();
         let one = DMatrix::<f64>::identity(3, 3);
-        let of = |entries: [f64; 9]| DMatrix::from_row_slice(3, 3, &entries);
+        let matrix = |entries: [f64; 9]| DMatrix::from_row_slice(3, 3, &entries);
+        let of = |problem: &Hlcp<f64, _, _>| Cholesky::for_problem(problem, &[0.0; 3]);
         // Around the triangle, the way back is less than the way there.
-        let skew = of([2.0, -1.0, -0.5, -0.9, 2.0, -1.0, -0.5, -1.0, 2.0]);
-        assert!(Cholesky::for_problem(&problem(skew.clone(), one.clone())).is_none());
-        let pattern = of([2.0, -1.0, 0.0, 0.0, 2.0, -1.0, -1.0, 0.0, 2.0]);
-        assert!(Cholesky::for_problem(&problem(pattern, one.clone())).is_none());
-        let turned = of([2.0, -1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, 2.0]);
-        assert!(Cholesky::for_problem(&problem(turned, one.clone())).is_none());
-        assert!(Cholesky::for_problem(&problem(skew.clone(), skew)).is_none());
-        let saddle = problem(of([1.0, 3.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0]), one);
-        let (mut cholesky, _) = Cholesky::for_problem(&saddle).unwrap();
+        let skew = matrix([2.0, -1.0, -0.5, -0.9, 2.0, -1.0, -0.5, -1.0, 2.0]);
+        assert!(of(&problem(skew.clone(), one.clone())).is_none());
+        let pattern = matrix([2.0, -1.0, 0.0, 0.0, 2.0, -1.0, -1.0, 0.0, 2.0]);
+        assert!(of(&problem(pattern, one.clone())).is_none());
+        // One of three pairs has two signs.
+        let turned = matrix([2.0, -1.0, -1.0, 1.0, 2.0, -1.0, -1.0, -1.0, 2.0]);
+        assert!(of(&problem(turned, one.clone())).is_none());
+        assert!(of(&problem(skew.clone(), skew)).is_none());
+        let saddle = problem(matrix([1.0, 3.0, 0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 1.0]), one);
+        let (mut cholesky, _) = of(&saddle).unwrap();
         let mut y = [0.0_f64; 3];
         cholesky.factorise(&saddle, &[[2.0, 0.0], [2.0, 0.0], [0.0, 2.0]]);
         cholesky.solve(&[1.0; 3], &mut y);

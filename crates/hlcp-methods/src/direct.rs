@@ -76,6 +76,8 @@ pub struct SparseLu {
     /// The rows in the order in which long columns are split.
     order: Vec<usize>,
     units: Vec<f64>,
+    /// The most numbers in the factors.
+    most: f64,
     /// The analysis of the pattern, if it has been made, and the factors, if there are any.
     symbolic: Option<SymbolicLu<usize>>,
     numeric: Option<NumericLu<usize, f64>>,
@@ -157,7 +159,7 @@ impl Transposed {
         let others = Self::of(long.len(), |i, each| {
             self.row(i).filter(|&(j, _)| !long[j]).for_each(|(j, a)| each(j, a));
         });
-        Ok(others.analyse()?.0.col_perm().arrays().0.to_vec())
+        Ok(others.analyse(NUMBERS)?.0.col_perm().arrays().0.to_vec())
     }
 
     /// Returns the matrix with long columns split, along rows in that order: each part has an
@@ -205,7 +207,7 @@ impl Transposed {
     /// # Errors
     ///
     /// [`Error::TooLarge`] where there are more numbers than are allowed.
-    fn analyse(&self) -> Result<(SymbolicLu<usize>, [f64; 2]), Error> {
+    fn analyse(&self, most: f64) -> Result<(SymbolicLu<usize>, [f64; 2]), Error> {
         let no_room = || too_large(f64::INFINITY);
         let pattern = self.pattern();
         let n = pattern.ncols();
@@ -236,7 +238,7 @@ impl Transposed {
                 lower[tree[j]] += lower[j].saturating_sub(1);
             }
         }
-        if bounds[0] <= NUMBERS { Ok((symbolic, bounds)) } else { Err(too_large(bounds[0])) }
+        if bounds[0] <= most { Ok((symbolic, bounds)) } else { Err(too_large(bounds[0])) }
     }
 }
 
@@ -261,6 +263,7 @@ impl SparseLu {
             matrix: Transposed::default(),
             order,
             units: vec![],
+            most: NUMBERS,
             symbolic: None,
             numeric: None,
         };
@@ -284,9 +287,15 @@ impl SparseLu {
         let order = matrix.order()?;
         let matrix = matrix.split(&order);
         let begun = Instant::now();
-        let (symbolic, bounds) = matrix.analyse()?;
+        let (symbolic, bounds) = matrix.analyse(NUMBERS)?;
         let cost = cost(begun, [0, ANALYSIS], bounds[1], matrix.columns.len(), 16.0 * bounds[0]);
-        Ok((Self { matrix, order, units: vec![], symbolic: Some(symbolic), numeric: None }, cost))
+        let (symbolic, units) = (Some(symbolic), vec![]);
+        Ok((Self { matrix, order, units, most: NUMBERS, symbolic, numeric: None }, cost))
+    }
+
+    /// Leaves factors out that might hold more numbers than these.
+    pub(crate) fn within(&mut self, most: f64) {
+        (self.most, self.symbolic) = (most, None);
     }
 
     /// Factorises the matrix whose entries `row(i, each)` calls `each` with, for each `i`, if that
@@ -313,7 +322,7 @@ impl SparseLu {
         self.matrix = matrix;
         let symbolic = match &mut self.symbolic {
             Some(symbolic) => symbolic,
-            symbolic => symbolic.insert(self.matrix.analyse()?.0),
+            symbolic => symbolic.insert(self.matrix.analyse(self.most)?.0),
         };
         let need = symbolic.factorize_numeric_lu_scratch::<f64>(Par::Seq, Default::default());
         let Ok(mut room) = MemBuffer::try_new(need) else { return Ok(None) };
@@ -406,7 +415,7 @@ mod tests {
                 each(i, 1.0);
                 off(i).for_each(|&(_, j)| each(j, 1.0));
             });
-            let (symbolic, bounds) = matrix.analyse().unwrap();
+            let (symbolic, bounds) = matrix.analyse(NUMBERS).unwrap();
             // What is factorised is the transpose, its columns in the order of the analysis.
             let (columns, _) = symbolic.col_perm().arrays();
             let mut full = vec![vec![false; n]; n];
@@ -512,7 +521,7 @@ mod tests {
             }
             // Of a part with p rows a row leaves p/2 numbers in each factor in the mean, and those
             // of 2k links, k rows and what the line goes on with; a link those of 4k others.
-            let numbers = lu.matrix.analyse().unwrap().1[0];
+            let numbers = lu.matrix.analyse(NUMBERS).unwrap().1[0];
             let most = LONG + 2 * k;
             let links = k * n.div_ceil(most);
             prop_assert!(numbers <= (n * (most + 6 * k + 6) + links * 8 * k) as f64, "{numbers}");

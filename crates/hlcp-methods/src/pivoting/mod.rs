@@ -26,6 +26,12 @@ const FEW: usize = 100;
 #[cfg(feature = "direct")]
 const FEW_ENTRIES: usize = 5;
 
+/// Where the factors of a symmetric matrix are not to be had, those with pivots are to hold no more
+/// than so many times their numbers: they hold four times as many on planes, hundreds of times as
+/// many in markets, where columns that are chosen later may leave few.
+#[cfg(feature = "direct")]
+const OF_PIVOTS: f64 = 16.0;
+
 /// An elimination that is worth no more sweeps than this is not to be improved on.
 pub(crate) const CHEAP: usize = 20;
 
@@ -186,11 +192,15 @@ enum Factors<T> {
 
 impl<T: Scalar> Factors<T> {
     /// Room for those of a problem, where they are cheapest, and what they cost.
-    fn new<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
+    #[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+    fn new<A: Rows<T>, B: Rows<T>>(
+        problem: &Hlcp<T, A, B>,
+        free: &[T],
+    ) -> Result<(Self, Cost), Error> {
         #[cfg(feature = "direct")]
         {
             let full = worth(problem);
-            let cholesky = if full > CHEAP { Cholesky::for_problem(problem) } else { None };
+            let cholesky = if full > CHEAP { Cholesky::for_problem(problem, free) } else { None };
             if let Some((cholesky, cost)) = cholesky.filter(|(_, cost)| cost.worth < full) {
                 return Ok((Self::Symmetric(Box::new(cholesky), None), cost));
             }
@@ -245,12 +255,22 @@ impl<T: Scalar> Factors<T> {
             Self::Symmetric(cholesky, pivots) => {
                 cholesky.factorise(problem, weights);
                 if !cholesky.has_factors() {
-                    let others = || Self::with_pivots(problem).ok().map(|(of, _)| Box::new(of));
+                    let most = OF_PIVOTS * cholesky.numbers();
+                    let others = || Some(Box::new(Self::with_pivots(problem).ok()?.0.within(most)));
                     *pivots = pivots.take().or_else(others);
                     pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, weights));
                 }
             }
         }
+    }
+
+    /// The same with fewer numbers than that in sparse factors.
+    #[cfg(feature = "direct")]
+    fn within(mut self, most: f64) -> Self {
+        if let Self::Sparse(lu) = &mut self {
+            lu.within(most);
+        }
+        self
     }
 
     fn solve(&self, rhs: &[T], y: &mut [T]) {
@@ -283,8 +303,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             check_row("row of A", problem.a(), i)?;
             check_row("row of B", problem.b(), i)?;
         }
-        let factors = Factors::new(&problem)?;
-        Ok(Self::of(problem, factors))
+        let free = free(&problem);
+        let factors = Factors::new(&problem, &free)?;
+        Ok(Self::of(problem, free, factors))
     }
 
     /// The method where Cholesky factors are hardly more than the matrices, as those of trees and
@@ -297,14 +318,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     {
         #[cfg(feature = "direct")]
         if entries(problem.a()) + entries(problem.b()) <= FEW_ENTRIES * problem.order() {
-            let (cholesky, cost) = Cholesky::for_problem(problem)?;
+            let free = free(problem);
+            let (cholesky, cost) = Cholesky::for_problem(problem, &free)?;
             let factors = (Factors::Symmetric(Box::new(cholesky), None), cost);
-            return (cost.worth <= CHEAP).then(|| Self::of(problem.clone(), factors));
+            return (cost.worth <= CHEAP).then(|| Self::of(problem.clone(), free, factors));
         }
         None
     }
 
-    fn of(problem: Hlcp<T, A, B>, (factors, cost): (Factors<T>, Cost)) -> Self {
+    fn of(problem: Hlcp<T, A, B>, free: Vec<T>, (factors, cost): (Factors<T>, Cost)) -> Self {
         let [n, a, b] = [problem.order(), entries(problem.a()), entries(problem.b())];
         let zeros = || vec![T::zero(); n];
         Self {
@@ -319,7 +341,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             seen: 0,
             way: Way::Start,
             whole: if a < b { -T::one() } else { T::one() },
-            free: free(&problem),
+            free,
             interior: None,
             f: zeros(),
             scratch: vec![T::zero(); 2 * n],
