@@ -1,5 +1,5 @@
-//! Sparse Cholesky factors of J(x), by faer, for a diagonal operator and one that is symmetric in
-//! some units.
+//! Sparse factors LDLᵀ of J(x), by faer, for a diagonal operator and one that is symmetric in some
+//! units, which may be of two signs.
 
 use std::{sync::Arc, time::Instant};
 
@@ -40,9 +40,10 @@ const SET_UP: usize = 45;
 const EACH: usize = 15;
 
 /// The factors of the matrix with the columns of `A` and `BΩ` times weights, summed, where one of
-/// `A` and `B` is diagonal, and the other one symmetric once its rows are divided by some numbers:
-/// as in linear complementarity problems with a symmetric matrix, whatever rows, `z` and `r` are
-/// multiplied by.
+/// `A` and `B` is diagonal, but for columns of what is free, and the other one symmetric once its
+/// rows are divided by some numbers: as in linear complementarity problems with a symmetric matrix
+/// or, with numbers of both signs, in those of programs with constraints and their multipliers,
+/// whatever rows, `z` and `r` are multiplied by.
 ///
 /// With the diagonal `D`, the other operator `C`, the divisors `G`, `M = G⁻¹C` and the factors `c`
 /// and `e` of the columns of both, `C c y + D e y = f` is
@@ -51,8 +52,15 @@ const EACH: usize = 15;
 /// (M + G⁻¹D e/c) w = G⁻¹f  where c ≠ 0 and y = w/c;  y = (G⁻¹f − M w)/(G⁻¹D e)  elsewhere .
 /// ```
 ///
-/// All these matrices are positive definite if M is, that is, as it is symmetric, if it is a
-/// P-matrix. One that is not positive definite has no factors.
+/// With divisors of one sign all these matrices are positive definite if M is, that is, as it is
+/// symmetric, if it is a P-matrix. With both signs they are quasidefinite where the rows of either
+/// sign are definite, and pivots have the signs of their rows, whatever their order
+/// (`docs/theory.md`, "Factors without pivoting"). One with a pivot of another sign, or none, has no
+/// factors.
+///
+/// # Source
+///
+/// R. J. Vanderbei, *Symmetric quasidefinite matrices*, SIAM J. Optim. 5 (1995).
 #[derive(Debug, Clone)]
 pub(crate) struct Cholesky {
     of_b: bool,
@@ -70,7 +78,8 @@ pub(crate) struct Cholesky {
     /// is left out leaves no more numbers.
     order: Vec<usize>,
     serves: bool,
-    numbers: f64,
+    /// The numbers in the factors of all columns.
+    pub(crate) numbers: f64,
     /// The columns with c ≠ 0 in this order.
     some: Vec<usize>,
     /// The upper triangle of M + G⁻¹D e/c there, by columns; the analysis of its pattern, if it has
@@ -258,16 +267,6 @@ impl Cholesky {
         done.is_ok().then_some(values)
     }
 
-    /// Returns the numbers in the factors of all columns.
-    pub(crate) fn numbers(&self) -> f64 {
-        self.numbers
-    }
-
-    /// Returns whether some divisors are negative.
-    fn is_saddle(&self) -> bool {
-        self.divisors.iter().any(|&divisor| divisor < 0.0)
-    }
-
     pub(crate) fn has_factors(&self) -> bool {
         self.numeric.is_some()
     }
@@ -283,8 +282,8 @@ impl Cholesky {
         let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
         let ldlt = LdltRef::new(symbolic, values);
         ldlt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
-        if self.is_saddle() {
-            // Pivots of both signs let rounding grow.
+        if self.signs.contains(&-1) {
+            // Pivots of both signs let rounding grow: what it has left is solved for again.
             let mut rest = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
             for i in 0..self.some.len() {
                 for (j, a) in self.upper.row(i) {

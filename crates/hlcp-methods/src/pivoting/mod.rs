@@ -84,9 +84,12 @@ const NEAR: f64 = 1e3;
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
 /// in which pivots show whether rounding has left them. Sparse ones are Cholesky's where one of `A`
-/// and `B` is diagonal and the other one symmetric, whatever rows, `z` and `r` are multiplied by:
-/// all matrices to be factorised are positive definite then, if solutions are unique for every `q`.
-/// Of what is not they are LU factors.
+/// and `B` is diagonal, but for columns of free unknowns, and the other one symmetric, whatever
+/// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then, if
+/// solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
+/// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
+/// with shares, whatever the order. Of what has no such factors they are those of LU with pivots,
+/// if these hold few numbers, too.
 ///
 /// # Cost
 ///
@@ -116,7 +119,8 @@ const NEAR: f64 = 1e3;
 /// S. Mehrotra, *On the implementation of a primal-dual interior point method*, SIAM J. Optim. 2
 /// (1992), here for two matrices; R. Sinkhorn and P. Knopp, *Concerning nonnegative matrices and
 /// doubly stochastic matrices*, Pacific J. Math. 21 (1967); R. Sznajder and M. S. Gowda,
-/// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995); R. T.
+/// *Generalizations of P₀- and P-properties*, Linear Algebra Appl. 223/224 (1995); R. J. Vanderbei,
+/// *Symmetric quasidefinite matrices*, SIAM J. Optim. 5 (1995); R. T.
 /// Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim. 14
 /// (1976).
 ///
@@ -255,7 +259,7 @@ impl<T: Scalar> Factors<T> {
             Self::Symmetric(cholesky, pivots) => {
                 cholesky.factorise(problem, weights);
                 if !cholesky.has_factors() {
-                    let most = OF_PIVOTS * cholesky.numbers();
+                    let most = OF_PIVOTS * cholesky.numbers;
                     let others = || Some(Box::new(Self::with_pivots(problem).ok()?.0.within(most)));
                     *pivots = pivots.take().or_else(others);
                     pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, weights));
