@@ -55,8 +55,8 @@ const EACH: usize = 15;
 /// With divisors of one sign all these matrices are positive definite if M is, that is, as it is
 /// symmetric, if it is a P-matrix. With both signs they are quasidefinite where the rows of either
 /// sign are definite, and pivots have the signs of their rows, whatever their order
-/// (`docs/theory.md`, "Factors without pivoting"). One with a pivot of another sign, or none, has no
-/// factors.
+/// (`docs/theory.md`, "Factors without pivoting"). One with a pivot of another sign, or none, has
+/// no factors.
 ///
 /// # Source
 ///
@@ -113,8 +113,8 @@ impl Cholesky {
                     problem.a().visit_row(i, &mut see)
                 }
             });
-            // What is symmetric once it is divided by D needs no other numbers; where D has none, the
-            // largest entry serves.
+            // What is symmetric once it is divided by D needs no other numbers; where D has none,
+            // the largest entry serves.
             for (i, d) in diagonal.iter_mut().enumerate() {
                 let row = &mut matrix.values[matrix.starts[i]..matrix.starts[i + 1]];
                 if free[i] > 0.0 {
@@ -313,9 +313,9 @@ impl Cholesky {
 /// Returns an order of elimination and its inverse, and the numbers and multiplications it leaves:
 /// the fewest that minimum degree finds.
 ///
-/// Where the diagonal is zero, as for what is free in a saddle, a pivot comes from neighbours alone:
-/// such rows follow all neighbours that have a diagonal. With these positive definite, and the rows
-/// between both of full rank, the others are pivots of the other sign.
+/// Where the diagonal is zero, as for what is free in a saddle, a pivot comes from neighbours
+/// alone: such rows follow all neighbours that have a diagonal. With these definite, and the rows
+/// between both independent, the others are pivots of the other sign.
 fn order(upper: &Transposed) -> Option<([Vec<usize>; 2], [f64; 2])> {
     let (n, entries) = (upper.starts.len() - 1, upper.columns.len());
     let mut room = MemBuffer::try_new(StackReq::any_of(&[

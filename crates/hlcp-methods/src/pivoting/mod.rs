@@ -85,8 +85,8 @@ const NEAR: f64 = 1e3;
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
 /// in which pivots show whether rounding has left them. Sparse ones are Cholesky's where one of `A`
 /// and `B` is diagonal, but for columns of free unknowns, and the other one symmetric, whatever
-/// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then, if
-/// solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
+/// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then,
+/// if solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
 /// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
 /// with shares, whatever the order. Of what has no such factors they are those of LU with pivots,
 /// if these hold few numbers, too.
