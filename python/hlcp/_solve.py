@@ -199,7 +199,7 @@ def solve(
     rounding : float
         The residual that is good enough too, in units of the rounding in it; 4 in single
         precision and 0 in double, if not given.
-    norm : 2 or inf
+    norm : 2 or numpy.inf
         The norm of both.
     maxiter : int
         The largest number of iterations.

@@ -39,6 +39,10 @@ const ROUNDINGS: f64 = 16.0;
 const SET_UP: usize = 45;
 const EACH: usize = 15;
 
+/// The part of its pivot that a row without a diagonal has there, so that it has one where equations
+/// are not independent: far above rounding, and far below what is to be left of a residual.
+const SHARE: f64 = 1e-12;
+
 /// The factors of the matrix with the columns of `A` and `BΩ` times weights, summed, where one of
 /// `A` and `B` is diagonal, but for columns of what is free, and the other one symmetric once its
 /// rows are divided by some numbers: as in linear complementarity problems with a symmetric matrix
@@ -87,8 +91,9 @@ pub(crate) struct Cholesky {
     upper: Transposed,
     symbolic: Option<Arc<SymbolicCholesky<usize>>>,
     numeric: Option<Vec<f64>>,
-    /// The signs of the pivots.
+    /// The signs of the pivots, and what diagonals without an entry have been given.
     signs: Vec<i8>,
+    shares: Vec<f64>,
 }
 
 impl Cholesky {
@@ -118,7 +123,8 @@ impl Cholesky {
             for (i, d) in diagonal.iter_mut().enumerate() {
                 let row = &mut matrix.values[matrix.starts[i]..matrix.starts[i + 1]];
                 if free[i] > 0.0 {
-                    *d = row.iter().fold(0.0, |most, a| a.abs().max(most));
+                    let most = row.iter().fold(0.0_f64, |most, a| a.abs().max(most));
+                    *d = if most > 0.0 { most } else { 1.0 };
                 }
                 row.iter_mut().for_each(|a| *a /= *d);
             }
@@ -153,9 +159,10 @@ impl Cholesky {
             symbolic: None,
             numeric: None,
             signs: vec![],
+            shares: vec![],
         };
         cholesky.fill();
-        let ([order, _], [numbers, multiplications]) = order(&cholesky.upper)?;
+        let ([order, _], [numbers, multiplications]) = order(&cholesky.upper, &cholesky.shares)?;
         let entries = cholesky.matrix.columns.len() + n;
         let cost = cost(begun, [SET_UP, EACH], multiplications, entries, 16.0 * numbers);
         // Where multiplications take most of the time, an order for each part leaves fewer.
@@ -167,17 +174,31 @@ impl Cholesky {
 
     /// Overwrites the upper triangle; returns whether the pattern is that of before.
     fn fill(&mut self) -> bool {
-        let Self { some, matrix, c, e, upper, .. } = self;
+        let Self { some, matrix, c, e, upper, shares, divisors, free, .. } = self;
         let mut place = vec![usize::MAX; c.len()];
         some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
+        let own = |j: usize| matrix.row(j).filter(|&(i, _)| i == j).map(|(_, a)| a).sum::<f64>();
+        let diagonal: Vec<_> = some.iter().map(|&j| own(j) + e[j] / c[j]).collect();
+        let share = |(&j, &own): (&usize, &f64)| {
+            if own != 0.0 || free[j] == 0.0 {
+                return 0.0;
+            }
+            let others = matrix.row(j).filter(|&(i, _)| place[i] < diagonal.len());
+            let sum: f64 = others
+                .map(|(i, a)| a * a / diagonal[place[i]].abs())
+                .filter(|part| part.is_finite())
+                .sum();
+            divisors[j].signum() * if sum > 0.0 { SHARE * sum } else { 1.0 }
+        };
+        *shares = some.iter().zip(&diagonal).map(share).collect();
         let before = std::mem::take(upper);
         *upper = Transposed::of(some.len(), |at, each| {
             let j = some[at];
             // Places that are not in use are beyond it.
             let left = matrix.row(j).filter(|&(i, _)| place[i] <= at);
             left.for_each(|(i, a)| each(place[i], a));
-            if e[j] != 0.0 {
-                each(at, e[j] / c[j]);
+            if e[j] != 0.0 || shares[at] != 0.0 {
+                each(at, e[j] / c[j] + shares[at]);
             }
         });
         upper.is_like(&before)
@@ -221,7 +242,8 @@ impl Cholesky {
                     supernodal_flop_ratio_threshold: BLOCKS,
                     ..Default::default()
                 };
-                let own = if self.serves { None } else { Some(order(&self.upper)?.0) };
+                let own =
+                    if self.serves { None } else { Some(order(&self.upper, &self.shares)?.0) };
                 let order = match &own {
                     Some([order, place]) => {
                         let n = order.len();
@@ -287,8 +309,10 @@ impl Cholesky {
             let mut rest = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
             for i in 0..self.some.len() {
                 for (j, a) in self.upper.row(i) {
-                    rest[(i, 0)] -= a * x[(j, 0)];
-                    if j != i {
+                    if j == i {
+                        rest[(i, 0)] -= (a - self.shares[i]) * x[(i, 0)];
+                    } else {
+                        rest[(i, 0)] -= a * x[(j, 0)];
                         rest[(j, 0)] -= a * x[(i, 0)];
                     }
                 }
@@ -316,7 +340,7 @@ impl Cholesky {
 /// Where the diagonal is zero, as for what is free in a saddle, a pivot comes from neighbours
 /// alone: such rows follow all neighbours that have a diagonal. With these definite, and the rows
 /// between both independent, the others are pivots of the other sign.
-fn order(upper: &Transposed) -> Option<([Vec<usize>; 2], [f64; 2])> {
+fn order(upper: &Transposed, shares: &[f64]) -> Option<([Vec<usize>; 2], [f64; 2])> {
     let (n, entries) = (upper.starts.len() - 1, upper.columns.len());
     let mut room = MemBuffer::try_new(StackReq::any_of(&[
         amd::order_maybe_unsorted_scratch::<usize>(n, entries),
@@ -327,11 +351,10 @@ fn order(upper: &Transposed) -> Option<([Vec<usize>; 2], [f64; 2])> {
     let (pattern, control) = (upper.pattern(), amd::Control::default());
     let counts = amd::order_maybe_unsorted(&mut order, &mut place, pattern, control, stack).ok()?;
     let mut work = [counts.n_div + n as f64, counts.n_mult_subs_ldl];
-    let has_pivot: Vec<_> = (0..n).map(|i| upper.row(i).any(|(j, a)| j == i && a != 0.0)).collect();
     let mut after: Vec<_> = place.iter().map(|&at| (at, 0)).collect();
     for i in 0..n {
         for (j, _) in upper.row(i) {
-            match [has_pivot[i], has_pivot[j]] {
+            match [shares[i] == 0.0, shares[j] == 0.0] {
                 [false, true] => after[i] = after[i].max((place[j], 1 + place[i])),
                 [true, false] => after[j] = after[j].max((place[i], 1 + place[j])),
                 _ => {}

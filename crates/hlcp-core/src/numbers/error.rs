@@ -222,7 +222,7 @@ fn way_out(what: &str, value: f64) -> &'static str {
         }
         "diagonal of A" if value < 0.0 => {
             "; where that of B is negative too, change the sign of the row, of A, B and q alike; \
-             elsewhere give Ω yourself, for PIVOTING and AUTO"
+             elsewhere give Ω yourself, such as 1, for PIVOTING and AUTO"
         }
         "diagonal of M" if value <= 0.0 => {
             "; it is made of those of A and BΩ: a larger Ω helps where that of B is positive; elsewhere \

@@ -165,12 +165,15 @@ fn units<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> (Vec<f64
         off = 0.0;
         for (row, of_row) in rows.iter().zip(&mut of_rows) {
             let sum: f64 = row.iter().map(|&(j, size)| size * of_columns[j]).sum();
+            if sum == 0.0 {
+                continue;
+            }
             let part = sum * *of_row / 2.0;
             off = off.max(part).max(part.recip());
             *of_row *= part.powf(-over);
             row.iter().for_each(|&(j, size)| sums[j] += size * *of_row);
         }
-        // A column of zeros keeps its unit.
+        // Rows and columns of zeros keep their units.
         for (of_column, sum) in of_columns.iter_mut().zip(sums).filter(|(_, sum)| *sum > 0.0) {
             *of_column *= (sum * *of_column).powf(-over);
         }

@@ -88,7 +88,7 @@ const NEAR: f64 = 1e3;
 /// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then,
 /// if solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
 /// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
-/// with shares, whatever the order. Of what has no such factors they are those of LU with pivots,
+/// with shares, whatever the order, and though equations depend on each other. Of what has no such factors they are those of LU with pivots,
 /// if these hold few numbers, too.
 ///
 /// # Cost
@@ -204,6 +204,8 @@ impl<T: Scalar> Factors<T> {
         #[cfg(feature = "direct")]
         {
             let full = worth(problem);
+            // Equations may not be independent, which full factors do not bear.
+            let full = if free.iter().any(|&free| free > T::zero()) { usize::MAX } else { full };
             let cholesky = if full > CHEAP { Cholesky::for_problem(problem, free) } else { None };
             if let Some((cholesky, cost)) = cholesky.filter(|(_, cost)| cost.worth < full) {
                 return Ok((Self::Symmetric(Box::new(cholesky), None), cost));
@@ -468,9 +470,11 @@ fn of_column<T: Scalar>(w: T, free: T) -> T {
 fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
     let (a, b, omega) = (problem.a(), problem.b(), problem.omega());
     let [mut factors, mut rest] = [(); 2].map(|()| vec![T::zero(); problem.order()]);
+    let mut is_empty = vec![true; factors.len()];
     for i in 0..factors.len() {
-        a.visit_row(i, &mut |j, a| rest[j] = a);
+        a.visit_row(i, &mut |j, a| (rest[j], is_empty[j]) = (a, is_empty[j] && a == T::zero()));
         b.visit_row(i, &mut |j, b| {
+            is_empty[j] &= b == T::zero();
             if factors[j] == T::zero() && b != T::zero() {
                 factors[j] = (rest[j] / (b * omega.entry(j))).max(T::zero());
             }
@@ -491,6 +495,8 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
         a.visit_row(i, &mut |j, a| see(j, a, T::zero()));
         b.visit_row(i, &mut |j, b| see(j, T::zero(), b));
     }
+    // Columns of zeros are the same, too.
+    factors.iter_mut().zip(is_empty).filter(|of| of.1).for_each(|of| *of.0 = T::one());
     factors
 }
 
@@ -565,7 +571,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         }
         let led = self.residual(q, y).expect("it is measured").l2;
         let most = if self.fewest == 0 { ROUGH } else { FAR };
-        let has_digits = led.is_finite() && led <= most * q.norms().l2;
+        // Right signs of columns that do not solve the equations stay as they are.
+        let small = T::epsilon().wide().sqrt() * q.norms().l2;
+        let is_stuck = self.fewest == 0 && led > small.max(0.5 * norms.l2);
+        let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);
         }
