@@ -39,8 +39,9 @@ const ROUNDINGS: f64 = 16.0;
 const SET_UP: usize = 45;
 const EACH: usize = 15;
 
-/// The part of its pivot that a row without a diagonal has there, so that it has one where equations
-/// are not independent: far above rounding, and far below what is to be left of a residual.
+/// The part of its pivot that a free row without a diagonal has there, so that it has one where
+/// equations are not independent: far above rounding, and far below what is to be left of a
+/// residual.
 const SHARE: f64 = 1e-12;
 
 /// The factors of the matrix with the columns of `A` and `BΩ` times weights, summed, where one of
@@ -172,25 +173,30 @@ impl Cholesky {
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }
 
-    /// Overwrites the upper triangle; returns whether the pattern is that of before.
-    fn fill(&mut self) -> bool {
-        let Self { some, matrix, c, e, upper, shares, divisors, free, .. } = self;
-        let mut place = vec![usize::MAX; c.len()];
-        some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
-        let own = |j: usize| matrix.row(j).filter(|&(i, _)| i == j).map(|(_, a)| a).sum::<f64>();
-        let diagonal: Vec<_> = some.iter().map(|&j| own(j) + e[j] / c[j]).collect();
-        let share = |(&j, &own): (&usize, &f64)| {
-            if own != 0.0 || free[j] == 0.0 {
+    /// Returns what the diagonal is given where a free row has none, by the place of columns in the
+    /// triangle: a small part of what the others make of it.
+    fn shares(&self, place: &[usize]) -> Vec<f64> {
+        let own =
+            |j: usize| self.matrix.row(j).filter(|&(i, _)| i == j).map(|(_, a)| a).sum::<f64>();
+        let pivot = |j: usize| own(j) + self.e[j] / self.c[j];
+        let share = |&j: &usize| {
+            if self.free[j] == 0.0 || own(j) != 0.0 {
                 return 0.0;
             }
-            let others = matrix.row(j).filter(|&(i, _)| place[i] < diagonal.len());
-            let sum: f64 = others
-                .map(|(i, a)| a * a / diagonal[place[i]].abs())
-                .filter(|part| part.is_finite())
-                .sum();
-            divisors[j].signum() * if sum > 0.0 { SHARE * sum } else { 1.0 }
+            let others = self.matrix.row(j).filter(|&(i, _)| place[i] < self.some.len());
+            let parts = others.map(|(i, a)| a * a / pivot(i).abs());
+            let sum: f64 = parts.filter(|part| part.is_finite()).sum();
+            self.divisors[j].signum() * if sum > 0.0 { SHARE * sum } else { 1.0 }
         };
-        *shares = some.iter().zip(&diagonal).map(share).collect();
+        self.some.iter().map(share).collect()
+    }
+
+    /// Overwrites the upper triangle; returns whether the pattern is that of before.
+    fn fill(&mut self) -> bool {
+        let mut place = vec![usize::MAX; self.c.len()];
+        self.some.iter().enumerate().for_each(|(at, &j)| place[j] = at);
+        self.shares = self.shares(&place);
+        let Self { some, matrix, c, e, upper, shares, .. } = self;
         let before = std::mem::take(upper);
         *upper = Transposed::of(some.len(), |at, each| {
             let j = some[at];
@@ -337,9 +343,9 @@ impl Cholesky {
 /// Returns an order of elimination and its inverse, and the numbers and multiplications it leaves:
 /// the fewest that minimum degree finds.
 ///
-/// Where the diagonal is zero, as for what is free in a saddle, a pivot comes from neighbours
-/// alone: such rows follow all neighbours that have a diagonal. With these definite, and the rows
-/// between both independent, the others are pivots of the other sign.
+/// Where free rows have no diagonal but `shares`, a pivot comes from neighbours alone: such rows
+/// follow all neighbours that have a diagonal. With these definite, and the rows between both
+/// independent, the others are pivots of the other sign.
 fn order(upper: &Transposed, shares: &[f64]) -> Option<([Vec<usize>; 2], [f64; 2])> {
     let (n, entries) = (upper.starts.len() - 1, upper.columns.len());
     let mut room = MemBuffer::try_new(StackReq::any_of(&[

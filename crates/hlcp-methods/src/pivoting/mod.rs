@@ -88,8 +88,8 @@ const NEAR: f64 = 1e3;
 /// rows, `z` and `r` are multiplied by: all matrices to be factorised are positive definite then,
 /// if solutions are unique for every `q`. Entries across the diagonal may be opposite, as between
 /// unknowns and multipliers: LDLᵀ has pivots of two signs then, and exists for steps inside and
-/// with shares, whatever the order, and though equations depend on each other. Of what has no such factors they are those of LU with pivots,
-/// if these hold few numbers, too.
+/// with shares, whatever the order, and though equations depend on each other. Of what has no such
+/// factors they are those of LU with pivots, if these hold few numbers, too.
 ///
 /// # Cost
 ///
