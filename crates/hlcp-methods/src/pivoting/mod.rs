@@ -3,7 +3,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar, check_row};
 
 use crate::{
-    Clock, GROWTH, Method, Work, amg::Lu, limits::Cost, method::measure, safeguard::ROUGH,
+    Clock, GROWTH, Method, Work,
+    amg::Lu,
+    limits::{Cost, FRACTION},
+    method::measure,
+    safeguard::ROUGH,
 };
 #[cfg(feature = "direct")]
 use crate::{cholesky::Cholesky, direct::SparseLu};
@@ -571,9 +575,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
         }
         let led = self.residual(q, y).expect("it is measured").l2;
         let most = if self.fewest == 0 { ROUGH } else { FAR };
-        // Right signs of columns that do not solve the equations stay as they are.
-        let small = T::epsilon().wide().sqrt() * q.norms().l2;
-        let is_stuck = self.fewest == 0 && led > small.max(0.5 * norms.l2);
+        // Right signs of columns that do not solve the equations stay as they are; what is less may
+        // be rounding.
+        let is_stuck = self.fewest == 0 && led > (FRACTION * q.norms().l2).max(0.5 * norms.l2);
         let has_digits = led.is_finite() && led <= most * q.norms().l2 && !is_stuck;
         if !has_digits {
             y.copy_from_slice(x);
