@@ -1,0 +1,144 @@
+//! The factors of the columns that are chosen, full or sparse.
+
+use hlcp_core::{Error, Hlcp, Rows, Scalar};
+
+#[cfg(feature = "direct")]
+use super::CHEAP;
+use super::entries;
+use crate::{amg::Lu, limits::Cost};
+#[cfg(feature = "direct")]
+use crate::{cholesky::Cholesky, direct::SparseLu};
+
+/// The order up to which a full matrix is worth a thought: one of 2 MB.
+const SMALL: usize = 500;
+
+/// Where the factors of a symmetric matrix are not to be had, those with pivots are to hold no more
+/// than so many times their numbers: they hold four times as many on planes, hundreds of times as
+/// many in markets, where columns that are chosen later may leave few.
+#[cfg(feature = "direct")]
+const OF_PIVOTS: f64 = 16.0;
+
+/// The factors of J(x), and room for the next ones.
+#[derive(Debug, Clone)]
+pub(super) enum Factors<T> {
+    Full(Lu<T>),
+    #[cfg(feature = "direct")]
+    Sparse(Box<SparseLu>),
+    /// And those with pivots, for what is not positive definite.
+    #[cfg(feature = "direct")]
+    Symmetric(Box<Cholesky>, Option<Box<Self>>),
+}
+
+impl<T: Scalar> Factors<T> {
+    /// Room for those of a problem, where they are cheapest, and what they cost.
+    #[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+    pub(super) fn new<A: Rows<T>, B: Rows<T>>(
+        problem: &Hlcp<T, A, B>,
+        free: &[T],
+    ) -> Result<(Self, Cost), Error> {
+        #[cfg(feature = "direct")]
+        {
+            let full = worth(problem);
+            // Equations may not be independent, which full factors do not bear.
+            let full = if free.iter().any(|&free| free > T::zero()) { usize::MAX } else { full };
+            let cholesky = if full > CHEAP { Cholesky::for_problem(problem, free) } else { None };
+            if let Some((cholesky, cost)) = cholesky.filter(|(_, cost)| cost.worth < full) {
+                return Ok((Self::Symmetric(Box::new(cholesky), None), cost));
+            }
+        }
+        Self::with_pivots(problem)
+    }
+
+    /// As [`new`](Self::new), for any problem.
+    fn with_pivots<A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Result<(Self, Cost), Error> {
+        let (n, full) = (problem.order(), worth(problem));
+        #[cfg(feature = "direct")]
+        if full > CHEAP {
+            let sparse = SparseLu::for_problem(problem);
+            match sparse {
+                Ok((lu, cost)) if cost.worth < full => {
+                    return Ok((Self::Sparse(Box::new(lu)), cost));
+                }
+                Err(error) if n > SMALL => return Err(error),
+                _ => {}
+            }
+        }
+        if n > SMALL {
+            return Err(Error::TooLarge {
+                what: "LU factors without the feature \"direct\"",
+                needed: n as f64,
+                most: SMALL as f64,
+                unit: "rows",
+            });
+        }
+        let cost = Cost { worth: full, before: 0, seconds: 0.0, bytes: 8.0 * (n * n) as f64 };
+        Ok((Self::Full(Lu::zeros(n)), cost))
+    }
+
+    /// Factorises the matrix of the columns of `A` and `BΩ` times their weights, summed.
+    pub(super) fn factorise<A: Rows<T>, B: Rows<T>>(
+        &mut self,
+        problem: &Hlcp<T, A, B>,
+        weights: &[[T; 2]],
+    ) {
+        let row = |i: usize, each: &mut dyn FnMut(usize, T)| {
+            let some = |j: usize, weight: T, a: T, each: &mut dyn FnMut(usize, T)| {
+                if weight != T::zero() {
+                    each(j, weight * a);
+                }
+            };
+            problem.a().visit_row(i, &mut |j, a| some(j, weights[j][0], a, each));
+            problem.b().visit_row(i, &mut |j, b| {
+                some(j, weights[j][1] * problem.omega().entry(j), b, each);
+            });
+        };
+        match self {
+            Self::Full(lu) => lu.factorise(row),
+            #[cfg(feature = "direct")]
+            Self::Sparse(lu) => lu.factorise(problem.order(), row),
+            #[cfg(feature = "direct")]
+            Self::Symmetric(cholesky, pivots) => {
+                cholesky.factorise(problem, weights);
+                if !cholesky.has_factors() {
+                    let most = OF_PIVOTS * cholesky.numbers;
+                    let others = || Some(Box::new(Self::with_pivots(problem).ok()?.0.within(most)));
+                    *pivots = pivots.take().or_else(others);
+                    pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, weights));
+                }
+            }
+        }
+    }
+
+    /// The same with fewer numbers than that in sparse factors.
+    #[cfg(feature = "direct")]
+    fn within(mut self, most: f64) -> Self {
+        if let Self::Sparse(lu) = &mut self {
+            lu.within(most);
+        }
+        self
+    }
+
+    pub(super) fn solve(&self, rhs: &[T], y: &mut [T]) {
+        match self {
+            Self::Full(lu) => lu.solve(rhs, y),
+            #[cfg(feature = "direct")]
+            Self::Sparse(lu) => lu.solve(rhs, y),
+            #[cfg(feature = "direct")]
+            Self::Symmetric(cholesky, pivots) => match pivots {
+                Some(pivots) if !cholesky.has_factors() => pivots.solve(rhs, y),
+                _ => cholesky.solve(rhs, y),
+            },
+        }
+    }
+}
+
+/// The cost of an elimination of a full matrix, in walks over the rows: n³/3 multiplications side
+/// by side, of which four take the time of one entry of a row. `usize::MAX` for a large one.
+pub(super) fn worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
+    let n = problem.order();
+    if n > SMALL {
+        return usize::MAX;
+    }
+    let entries = entries(problem.a()) + entries(problem.b());
+    (n * n * n / (12 * entries.max(1))).max(1)
+}
