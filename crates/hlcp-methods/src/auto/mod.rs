@@ -47,7 +47,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, are 0.35 times the negative ones or more | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
-/// | Newton's method on a line | 0.01 | 1000, or 200 steps of elimination |
+/// | Newton's method on a line | 0.01 | 250, or 50 steps of elimination |
 /// | pivoting | ten digits in twenty eliminations | 84 eliminations |
 ///
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress

@@ -236,8 +236,8 @@ impl Cholesky {
         self.numeric = self.factors();
     }
 
-    /// The factors, in the memory of those before, unless memory is missing or the matrix is not
-    /// positive definite.
+    /// The factors, in the memory of those before, unless memory is missing or a pivot has not the
+    /// sign of its row.
     fn factors(&mut self) -> Option<Vec<f64>> {
         let mut values = self.numeric.take().unwrap_or_default();
         let pattern = self.upper.pattern();
