@@ -306,13 +306,17 @@ impl Cholesky {
             return;
         };
         let divided = |i: usize| rhs[i].wide() / self.divisors[i];
-        let mut x = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
+        let mut rest = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
         let mut room = MemBuffer::new(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq));
-        let ldlt = LdltRef::new(symbolic, values);
-        ldlt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, MemStack::new(&mut room));
+        let mut answer = |rest: &Mat<f64>| {
+            let (mut x, stack) = (rest.clone(), MemStack::new(&mut room));
+            let ldlt = LdltRef::new(symbolic, values);
+            ldlt.solve_in_place_with_conj(Conj::No, x.as_mut(), Par::Seq, stack);
+            x
+        };
+        let mut x = answer(&rest);
         if self.signs.contains(&-1) {
             // Pivots of both signs let rounding grow: what it has left is solved for again.
-            let mut rest = Mat::from_fn(self.some.len(), 1, |at, _| divided(self.some[at]));
             for i in 0..self.some.len() {
                 for (j, a) in self.upper.row(i) {
                     if j == i {
@@ -323,13 +327,7 @@ impl Cholesky {
                     }
                 }
             }
-            ldlt.solve_in_place_with_conj(
-                Conj::No,
-                rest.as_mut(),
-                Par::Seq,
-                MemStack::new(&mut room),
-            );
-            x += rest;
+            x += answer(&rest);
         }
         let mut w = vec![0.0; y.len()];
         self.some.iter().enumerate().for_each(|(at, &j)| w[j] = x[(at, 0)]);

@@ -125,7 +125,8 @@ proptest! {
         let mut y = vec![0.0; n];
         cholesky.solve(&rhs[..n], &mut y);
         for i in 0..n {
-            let terms = (0..n).map(|j| (weights[j][0] * a[(i, j)] + weights[j][1] * b[(i, j)]) * y[j]);
+            let entry = |j: usize| weights[j][0] * a[(i, j)] + weights[j][1] * b[(i, j)];
+            let terms = (0..n).map(|j| entry(j) * y[j]);
             let size: f64 = terms.clone().map(f64::abs).sum();
             prop_assert!((terms.sum::<f64>() - rhs[i]).abs() <= 1e-9 * (1.0 + size));
         }

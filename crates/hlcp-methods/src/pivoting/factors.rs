@@ -24,9 +24,9 @@ pub(super) enum Factors<T> {
     Full(Lu<T>),
     #[cfg(feature = "direct")]
     Sparse(Box<SparseLu>),
-    /// And those with pivots, for what is not positive definite.
+    /// And those with pivots, for what has none without, once it was seen if they are to be had.
     #[cfg(feature = "direct")]
-    Symmetric(Box<Cholesky>, Option<Box<Self>>),
+    Symmetric(Box<Cholesky>, Option<Option<Box<Self>>>),
 }
 
 impl<T: Scalar> Factors<T> {
@@ -102,8 +102,9 @@ impl<T: Scalar> Factors<T> {
                 if !cholesky.has_factors() {
                     let most = OF_PIVOTS * cholesky.numbers;
                     let others = || Some(Box::new(Self::with_pivots(problem).ok()?.0.within(most)));
-                    *pivots = pivots.take().or_else(others);
-                    pivots.iter_mut().for_each(|pivots| pivots.factorise(problem, weights));
+                    if let Some(pivots) = pivots.get_or_insert_with(others) {
+                        pivots.factorise(problem, weights);
+                    }
                 }
             }
         }
@@ -125,7 +126,7 @@ impl<T: Scalar> Factors<T> {
             Self::Sparse(lu) => lu.solve(rhs, y),
             #[cfg(feature = "direct")]
             Self::Symmetric(cholesky, pivots) => match pivots {
-                Some(pivots) if !cholesky.has_factors() => pivots.solve(rhs, y),
+                Some(Some(pivots)) if !cholesky.has_factors() => pivots.solve(rhs, y),
                 _ => cholesky.solve(rhs, y),
             },
         }
