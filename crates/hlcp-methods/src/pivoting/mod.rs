@@ -75,7 +75,9 @@ const NEAR: f64 = 1e3;
 /// Where the interior leaves signs, solutions may not be unique, as of matrices GGᵀ with few
 /// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which
 /// comes to a solution nearby as the proximal point method does. Once a step does not halve the
-/// residual, the columns alone serve, and if these are singular, the shares again.
+/// residual, the columns alone serve, and if these are singular, the shares again. If rounding is
+/// all that these leave, solutions may have no bound, as potentials of nodes between which nothing
+/// can flow, and the interior leads far out: then the change is the least from `x = 0`.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
@@ -161,7 +163,7 @@ pub struct Pivoting<T, A, B> {
 }
 
 /// The ways, each of which is gone once, in this order.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 enum Way {
     /// From the signs of the start.
     Start,
@@ -175,6 +177,8 @@ enum Way {
     Alone,
     /// With shares again, as columns alone are singular.
     Singular,
+    /// With those from `x = 0`, as rounding is all that is left, which may be far out.
+    Nearest,
     /// None is left.
     Over,
 }
@@ -283,7 +287,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             let is_circle = self.since > 0 && signs == self.seen;
             let patience = if is_circle { 0 } else { self.patience.saturating_sub(1) };
             // Where columns are singular, nothing bounds single changes.
-            if patience == 0 && (self.way == Way::Singular || is_circle && self.patience == 0) {
+            if patience == 0 && (self.way >= Way::Singular || is_circle && self.patience == 0) {
                 return None;
             }
             // Single changes may come once to what changes of several came to.
@@ -306,17 +310,19 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Some(are_new) = self.choose(x) else { return };
         if are_new {
             self.steps += 1;
-            let (two, shares) = (T::of(2.0), matches!(self.way, Way::Shared | Way::Singular));
+            let shares = matches!(self.way, Way::Shared | Way::Singular | Way::Nearest);
+            let two = T::of(2.0);
             let share = if shares { T::epsilon().sqrt() } else { T::zero() };
             let of =
                 |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
             self.weights.clear();
             self.weights.extend(self.d.iter().map(of));
             self.factors.factorise(&self.problem, &self.weights);
+            let is_afresh = self.way == Way::Nearest && self.fewest > x.len();
             if shares || self.way == Way::Alone {
                 // What solves the equations may not be unique: the least change is.
                 for ((y, &d), &free) in y.iter_mut().zip(&self.d).zip(&self.free) {
-                    *y = if is_wrong(*y, d, free) { T::zero() } else { *y };
+                    *y = if is_afresh || is_wrong(*y, d, free) { T::zero() } else { *y };
                 }
                 let _ = measure(&self.problem, q, y, &mut self.f, &mut self.scratch);
             } else {
@@ -468,7 +474,10 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 (self.way, self.fewest) = (Way::Alone, usize::MAX);
             }
             Way::Alone if !has_digits => (self.way, self.fewest) = (Way::Singular, usize::MAX),
-            Way::Singular if !has_digits => self.way = Way::Over,
+            Way::Singular if self.fewest == 0 && led > 0.5 * norms.l2 => {
+                (self.way, self.fewest) = (Way::Nearest, usize::MAX);
+            }
+            Way::Singular | Way::Nearest if !has_digits => self.way = Way::Over,
             _ => {}
         }
         norms

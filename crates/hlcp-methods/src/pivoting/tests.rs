@@ -130,21 +130,38 @@ fn load(a: &DMatrix<f64>, b: &DMatrix<f64>, planted: &[(bool, f64)]) -> DVector<
     b * of(false) - a * of(true)
 }
 
-/// Asserts that elimination solves 112 of 120 problems that are drawn: of 720, six were lost to
-/// rounding.
+/// The matrix of the entries of rows that are not zero.
+fn csr<R: IntoIterator<Item = (usize, f64)>>(rows: impl Iterator<Item = R>) -> Csr<'static, f64> {
+    let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
+    for row in rows {
+        for (j, a) in row.into_iter().filter(|entry| entry.1 != 0.0) {
+            columns.push(j);
+            values.push(a);
+        }
+        offsets.push(columns.len());
+    }
+    Csr::new(offsets, columns, values).unwrap()
+}
+
+/// Asserts that elimination solves all but a fifteenth of the problems that are drawn: of 720, six
+/// were lost to rounding, and of 1000 with networks one.
 fn nearly_all_are_solved<S: Strategy>(
+    count: usize,
     drawn: S,
     pose: impl Fn(S::Value) -> (DMatrix<f64>, DMatrix<f64>, DVector<f64>),
 ) {
     let mut runner = TestRunner::default();
     let is_solved = |_: &usize| {
         let (a, b, q) = pose(drawn.new_tree(&mut runner).unwrap().current());
+        let sparse =
+            |a: &DMatrix<f64>| csr(a.row_iter().map(|row| row.into_iter().copied().enumerate()));
+        let [a, b] = [&a, &b].map(sparse);
         let mut solver = Solver::new(Pivoting::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
         let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
         outcome.converged() && outcome.iterations <= 200
     };
-    let solved = (0..120).filter(is_solved).count();
-    assert!(solved >= 112, "{solved} of 120");
+    let solved = (0..count).filter(is_solved).count();
+    assert!(15 * (count - solved) <= count, "{solved} of {count}");
 }
 
 /// Minimises xᵀHx/2 + cᵀx with x ≥ 0, of H = FFᵀ with few columns or none (a linear program),
@@ -155,22 +172,26 @@ fn programs_with_constraints_are_solved() {
     let (n, size) = (40, 70);
     let shape = (0..20_usize, 0..5_usize, vec(-3..=3_i32, size));
     let drawn = (shape, sparse(n * 20), sparse((size - n) * n), sides(size));
-    nearly_all_are_solved(drawn, |((columns, equations, powers), factor, constraints, planted)| {
-        let factor = DMatrix::from_column_slice(n, columns, &factor[..n * columns]);
-        let constraints = DMatrix::from_column_slice(size - n, n, &constraints);
-        let mut a = DMatrix::zeros(size, size);
-        a.view_mut((0, 0), (n, n)).copy_from(&(&factor * factor.transpose()));
-        a.view_mut((0, n), (n, size - n)).copy_from(&-constraints.transpose());
-        a.view_mut((n, 0), (size - n, n)).copy_from(&constraints);
-        let mut b = DMatrix::identity(size, size);
-        for j in n..n + equations {
-            b.set_column(j, &a.column(j));
-        }
-        let unit = DVector::from_iterator(size, powers.iter().map(|&power| 10_f64.powi(power)));
-        let q = load(&a, &b, &planted).component_mul(&unit);
-        let unit = DMatrix::from_diagonal(&unit);
-        (&unit * a, unit * b, q)
-    });
+    nearly_all_are_solved(
+        120,
+        drawn,
+        |((columns, equations, powers), factor, constraints, planted)| {
+            let factor = DMatrix::from_column_slice(n, columns, &factor[..n * columns]);
+            let constraints = DMatrix::from_column_slice(size - n, n, &constraints);
+            let mut a = DMatrix::zeros(size, size);
+            a.view_mut((0, 0), (n, n)).copy_from(&(&factor * factor.transpose()));
+            a.view_mut((0, n), (n, size - n)).copy_from(&-constraints.transpose());
+            a.view_mut((n, 0), (size - n, n)).copy_from(&constraints);
+            let mut b = DMatrix::identity(size, size);
+            for j in n..n + equations {
+                b.set_column(j, &a.column(j));
+            }
+            let unit = DVector::from_iterator(size, powers.iter().map(|&power| 10_f64.powi(power)));
+            let q = load(&a, &b, &planted).component_mul(&unit);
+            let unit = DMatrix::from_diagonal(&unit);
+            (&unit * a, unit * b, q)
+        },
+    );
 }
 
 /// GGᵀ with few columns, and a skew part: solutions are many, all columns singular.
@@ -178,7 +199,7 @@ fn programs_with_constraints_are_solved() {
 fn one_of_many_solutions_is_found() {
     let n = 60;
     let drawn = (1..20_usize, sparse(n * 20), 0..2_u8, sparse(n * n), sides(n));
-    nearly_all_are_solved(drawn, |(columns, factor, skew, part, planted)| {
+    nearly_all_are_solved(120, drawn, |(columns, factor, skew, part, planted)| {
         let factor = DMatrix::from_column_slice(n, columns, &factor[..n * columns]);
         let part = f64::from(skew) * DMatrix::from_column_slice(n, n, &part);
         let a = &factor * factor.transpose() + &part - part.transpose();
@@ -188,24 +209,21 @@ fn one_of_many_solutions_is_found() {
     });
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(10))]
-
-    /// Flows through a network whose costs are squares, with an equation for each node: one says
-    /// nothing new, and the first node has no arcs. Beyond the order at which full factors are
-    /// taken, whose rounding may help.
-    #[test]
-    #[cfg(feature = "direct")]
-    fn equations_may_depend_on_each_other(
-        ends in vec((1..100_usize, 1..99_usize), 410),
-        costs in vec(0.1..2.0_f64, 410),
-        planted in sides(510),
-    ) {
-        let (arcs, n) = (ends.len(), planted.len());
+/// Flows through a network whose costs are squares, of some arcs none, with an equation for each
+/// node: one says nothing new, and the first node has no arcs. Where arcs are few, no flow can
+/// cross some cuts, and potentials have no bound. Beyond the order at which full factors are
+/// taken, whose rounding may help.
+#[test]
+#[cfg(feature = "direct")]
+fn equations_may_depend_on_each_other() {
+    let ends = vec((1..200_usize, 1..199_usize), 310..400);
+    let costs = vec(prop_oneof![1 => Just(0.0), 2 => 0.1..2.0_f64], 400);
+    nearly_all_are_solved(30, (ends, costs, sides(600)), |(ends, costs, planted)| {
+        let (arcs, n) = (ends.len(), ends.len() + 200);
         let mut a = DMatrix::zeros(n, n);
         for (k, ((from, by), cost)) in ends.into_iter().zip(costs).enumerate() {
             a[(k, k)] = cost;
-            for (node, way) in [(from, 1.0), ((from + by - 1) % 99 + 1, -1.0)] {
+            for (node, way) in [(from, 1.0), ((from + by - 1) % 199 + 1, -1.0)] {
                 (a[(arcs + node, k)], a[(k, arcs + node)]) = (way, -way);
             }
         }
@@ -213,11 +231,13 @@ proptest! {
         for j in arcs..n {
             b.set_column(j, &a.column(j));
         }
-        let q = load(&a, &b, &planted);
-        let mut solver = Solver::new(Pivoting::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
-        let outcome = solver.solve(q.as_slice(), crate::Limits::default()).unwrap();
-        prop_assert!(outcome.converged() && outcome.iterations <= 60, "{outcome}");
-    }
+        let q = load(&a, &b, &planted[..n]);
+        (a, b, q)
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
 
     /// A grid of pipes with check valves, whose nodes leak a little: flows z and closing heads
     /// r, and heads of any sign, by columns that are the same in A and B but for a factor. It takes
@@ -245,20 +265,14 @@ proptest! {
         for (i, row) in rows.iter_mut().enumerate().skip(first) {
             row.insert(i, leak);
         }
-        let csr = |entry: &dyn Fn(usize, usize, f64) -> f64| {
-            let (mut offsets, mut columns, mut values) = (vec![0], vec![], vec![]);
-            for (i, row) in rows.iter().enumerate() {
-                let entries = row.iter().map(|(&j, &a)| (j, entry(i, j, a)));
-                for (j, a) in entries.filter(|entry| entry.1 != 0.0) {
-                    columns.push(j);
-                    values.push(a);
-                }
-                offsets.push(columns.len());
-            }
-            Csr::<f64>::new(offsets, columns, values).unwrap()
+        let scaled = |entry: &dyn Fn(usize, usize, f64) -> f64| {
+            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, f64>)| {
+                row.iter().map(|(&j, &a)| (j, entry(i, j, a))).collect::<Vec<_>>()
+            };
+            csr(rows.iter().enumerate().map(row))
         };
-        let a = csr(&|_, j, a| a * 10_f64.powi(of_z[j]));
-        let b = csr(&|i, j, a| {
+        let a = scaled(&|_, j, a| a * 10_f64.powi(of_z[j]));
+        let b = scaled(&|i, j, a| {
             10_f64.powi(of_r[j]) * if j >= first { a } else { f64::from(u8::from(i == j)) }
         });
         let load = |k: usize| {
