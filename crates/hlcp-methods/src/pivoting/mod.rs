@@ -76,8 +76,9 @@ const NEAR: f64 = 1e3;
 /// columns: each column takes 10⁻⁸ of the other one, and a step solves for the change of `x`, which
 /// comes to a solution nearby as the proximal point method does. Once a step does not halve the
 /// residual, the columns alone serve, and if these are singular, the shares again. If rounding is
-/// all that these leave, solutions may have no bound, as potentials of nodes between which nothing
-/// can flow, and the interior leads far out: then the change is the least from `x = 0`.
+/// all that is left then, solutions may have no bound, as potentials of nodes between which nothing
+/// can flow have none, and the interior leads far out. The columns with shares of 10⁻⁴ find from
+/// `x = 0` whether some solution is less than half as large, and changes of signs lead there.
 ///
 /// The factors are those of a full matrix or, with the feature `direct`, of a sparse one: whichever
 /// the pattern of `A` and `B` makes cheaper. Full ones are taken in units of rows and columns, too,
@@ -177,7 +178,7 @@ enum Way {
     Alone,
     /// With shares again, as columns alone are singular.
     Singular,
-    /// With those from `x = 0`, as rounding is all that is left, which may be far out.
+    /// From `x = 0` with shares, as rounding is all that is left, which may be far out.
     Nearest,
     /// None is left.
     Over,
@@ -310,9 +311,13 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
         let Some(are_new) = self.choose(x) else { return };
         if are_new {
             self.steps += 1;
-            let shares = matches!(self.way, Way::Shared | Way::Singular | Way::Nearest);
-            let two = T::of(2.0);
-            let share = if shares { T::epsilon().sqrt() } else { T::zero() };
+            let (two, root) = (T::of(2.0), T::epsilon().sqrt());
+            let share = match self.way {
+                Way::Shared | Way::Singular => root,
+                Way::Nearest => root.sqrt(),
+                _ => T::zero(),
+            };
+            let shares = share > T::zero();
             let of =
                 |&d: &T| if d > T::zero() { [two - share, share] } else { [share, two - share] };
             self.weights.clear();
@@ -401,6 +406,11 @@ pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A
     least
 }
 
+/// Returns the 2-norm.
+fn size<T: Scalar>(x: &[T]) -> f64 {
+    x.iter().map(|x| x.wide().powi(2)).sum::<f64>().sqrt()
+}
+
 /// The entries of an operator that are not zero.
 fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
     let mut count = 0;
@@ -474,10 +484,15 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 (self.way, self.fewest) = (Way::Alone, usize::MAX);
             }
             Way::Alone if !has_digits => (self.way, self.fewest) = (Way::Singular, usize::MAX),
-            Way::Singular if self.fewest == 0 && led > 0.5 * norms.l2 => {
+            Way::Alone | Way::Singular if self.fewest == 0 && led > 0.5 * norms.l2 => {
                 (self.way, self.fewest) = (Way::Nearest, usize::MAX);
             }
             Way::Singular | Way::Nearest if !has_digits => self.way = Way::Over,
+            Way::Nearest if self.fewest > x.len() && size(y) > 0.5 * size(x) => {
+                // Nothing is nearer.
+                y.copy_from_slice(x);
+                (self.way, self.fewest) = (Way::Over, 0);
+            }
             _ => {}
         }
         norms
