@@ -4,6 +4,7 @@ use crate::{
     Clock, Jacobian, Method, Preconditioner, Work,
     krylov::BiCgStab,
     method::{iterate, measure},
+    pivoting::FEWER,
     safeguard::{PATIENCE, Safeguard, forcing},
 };
 
@@ -123,30 +124,39 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         self.safeguard.take_up();
     }
 
-    /// Overwrites `y` with the answer of the columns of `A` alone, or of those of `B`, and of
-    /// further steps while they take off what rounding has left; returns whether its signs are
-    /// theirs.
+    /// Overwrites `y` with the answer of the columns of `A`, or of those of `B`, and of further
+    /// steps while they take off what rounding has left; returns whether its signs are theirs. If
+    /// it `goes_on`, steps also follow while one of two leaves fewer than three quarters of the
+    /// wrong signs, and the answer of any columns will do.
     pub(crate) fn solve_on_side(
         &mut self,
         of_a: bool,
+        goes_on: bool,
         q: &Rhs<'_, T>,
         y: &mut [T],
         clock: &mut Clock<'_>,
     ) -> bool {
         // F is −γq here, but for what underflows.
         self.at.fill(if of_a { T::zero() } else { -T::min_positive_value() });
-        let mut last = f64::INFINITY;
+        let (mut last, mut is_slow) = (f64::INFINITY, false);
+        let mut fewest = if goes_on { usize::MAX } else { 0 };
         loop {
             self.defects += 1;
             let size = self.measure(q).l2;
-            if size <= clock.goal || 2.0 * size > last {
+            if fewest == 0 && (size <= clock.goal || 2.0 * size > last) {
+                y.copy_from_slice(&self.at);
                 return true;
             }
             let forcing = forcing::<T>(size, clock.goal, false);
-            if self.correct(forcing, y, clock) != Some([0, 0]) {
-                return false;
+            let Some(flips) = self.correct(forcing, y, clock) else { return false };
+            let count = flips[0] + flips[1];
+            let are_fewer = count as f64 <= FEWER * fewest as f64;
+            if are_fewer {
+                fewest = count;
+            } else if is_slow || fewest == 0 {
+                return goes_on;
             }
-            last = size;
+            (last, is_slow) = (size, !are_fewer);
             self.at.copy_from_slice(y);
         }
     }

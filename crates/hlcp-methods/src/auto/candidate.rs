@@ -115,10 +115,10 @@ impl AutoChoice {
             Self::AmgNewton if is_mixed => (0.0025, 1000),
             Self::AmgNewton if is_plane => (0.12, 1000),
             Self::AmgNewton => (if is_line { 0.04 } else { 0.075 }, 500),
-            // On the way from 0 to a film a step may settle a few signs alone, by an elimination:
-            // fifty take 0.6 to 0.8 times the time of two hundred on films, obstacles and puts of
-            // 10³ to 4·10⁴ points, and 1.2 times on strings.
-            Self::Newton => (0.01, 250),
+            // On the way from the start a step may settle a few signs alone, by an elimination.
+            // Strings of springs take 30 to 90; puts and obstacles of thousands of points, which
+            // others solve faster, take 1.2 times the time for 80 that they take for 50.
+            Self::Newton => (0.01, 400),
             Self::Anderson => (0.02, 24),
             // Ten digits in twenty eliminations, as a rule; but a front may take eighty.
             Self::Pivoting => (1.15 / worth as f64, 84 * worth),

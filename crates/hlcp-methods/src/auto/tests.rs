@@ -1,8 +1,8 @@
 //! Turns that end before their method does.
 
-use std::time::Instant;
+use std::{f64::consts::TAU, time::Instant};
 
-use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Varying};
+use hlcp_core::{FivePoint, Identity, Omega, RowMajor, Tridiagonal, Varying};
 use hlcp_verify::Film;
 
 use super::*;
@@ -80,6 +80,34 @@ fn a_line_is_solved_at_once_where_all_unknowns_are_on_one_side() {
         let outcome = solver.solve(&q, crate::Limits::relative(1e-16)).unwrap();
         let has_grown = |turn: &AutoTurn| turn.end == Some(AutoEnd::Growing);
         assert!(!outcome.converged() && !solver.method().turns().iter().any(has_grown));
+    }
+}
+
+/// Reynolds' equation along a line, from 0: signs that the columns with pressure everywhere get
+/// wrong are right after a few steps more, and the same with `z` and `r` exchanged. Steps from the
+/// start move the edges of the film by a point each, thousands of times.
+#[test]
+fn a_film_on_a_line_is_solved_from_all_columns() {
+    let n = 3000;
+    for (lobes, depth) in [(1, 0.3), (1, 0.9), (2, 0.6), (3, 0.8)] {
+        let gap = |i: f64| 1.0 + depth * (TAU * f64::from(lobes) * i / n as f64 + 0.5).cos();
+        let conducts = move |i: f64| gap(i).powi(3) * n as f64;
+        let a = Tridiagonal::new(n, move |i| {
+            let [west, east] = [-0.5, 0.5].map(|side| conducts(i as f64 + side));
+            [-west, west + east, -east]
+        });
+        let b =
+            Tridiagonal::new(n, move |i| [-6.0 * gap(i as f64 - 1.0), 6.0 * gap(i as f64), 0.0]);
+        let (a, b) = (a.unwrap(), b.unwrap());
+        let q: Vec<f64> = (0..n).map(|i| 6.0 * (gap(i as f64) - gap(i as f64 - 1.0))).collect();
+        let exchanged: Vec<f64> = q.iter().map(|q| -q).collect();
+        let limits = crate::Limits::relative(1e-9);
+        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&a, &b).unwrap()).unwrap());
+        let outcome = solver.solve(&q, limits).unwrap();
+        assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
+        let mut solver = crate::Solver::new(Auto::new(Hlcp::from_pair(&b, &a).unwrap()).unwrap());
+        let outcome = solver.solve(&exchanged, limits).unwrap();
+        assert!(outcome.converged() && outcome.sweeps <= 80, "{lobes} {depth} {outcome}");
     }
 }
 

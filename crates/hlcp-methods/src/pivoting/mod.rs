@@ -20,7 +20,7 @@ mod inside;
 /// ones: before steps inside, and after them or where few are wrong, of so many. A front that has
 /// a point or two to go is followed, but from the start's signs it may have far to go.
 const PATIENCE: [usize; 2] = [4, 64];
-const FEWER: f64 = 0.75;
+pub(crate) const FEWER: f64 = 0.75;
 const FEW: usize = 100;
 
 /// The entries of A and B per row up to which Cholesky factors are looked at beforehand. Trees have
@@ -412,7 +412,7 @@ fn size<T: Scalar>(x: &[T]) -> f64 {
 }
 
 /// The entries of an operator that are not zero.
-fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
+pub(crate) fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
     let mut count = 0;
     for i in 0..operator.order() {
         operator.visit_row(i, &mut |_, a| count += usize::from(a != T::zero()));
