@@ -16,7 +16,7 @@ use faer::{
 };
 use hlcp_core::{Error, Hlcp, Rows, Scalar, assert_lengths};
 
-use crate::limits::Cost;
+use crate::{limits::Cost, pivoting::CHEAP};
 
 /// The most numbers in the factors, which take 4 GB then. That bounds the multiplications, too: a
 /// factorisation that leaves N numbers takes N^1.5/2 at most, or about two minutes.
@@ -368,6 +368,15 @@ pub(crate) fn cost(
     let sweep = begun.elapsed().as_secs_f64() / before.max(each) as f64;
     let worth = each + (multiplications / (PER_ENTRY * entries as f64)) as usize;
     Cost { worth, before, seconds: sweep * worth as f64, bytes }
+}
+
+/// The sweeps that an elimination is worth at least, if its analysis is counted: where half of all
+/// entries of `A` or `B` are there it is n³/3 multiplications, and more than is cheap.
+pub(crate) fn least_worth(n: usize, entries: usize) -> usize {
+    if 2 * entries < n * n {
+        return ANALYSIS;
+    }
+    ((n as f64 / (3.0 * PER_ENTRY)) as usize).clamp(CHEAP + 1, ANALYSIS)
 }
 
 /// The error of factors with too many numbers.

@@ -101,8 +101,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// [`Pivoting`] is the way out where nothing else converges: with the feature `direct` for sparse
 /// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
-/// 60 sweeps, the price of its analysis; then it is what the analysis says, and out of the
-/// question beyond 4 GB, or where one would outlast the time limit. Once the solve has taken the
+/// 60 sweeps, the price of its analysis, or as 21 and more, by the order, where half of all entries
+/// are there; then it is what the analysis says, and out of the question beyond 4 GB, or where one
+/// would outlast the time limit. Once the solve has taken the
 /// work of 21 eliminations, promises count no more, until it has had its turn: whoever has not
 /// shown progress that is worth a solve by elimination gives way to it.
 ///

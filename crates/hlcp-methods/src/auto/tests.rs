@@ -171,6 +171,28 @@ fn elimination_begins_where_factors_hold_hardly_more_than_the_matrix() {
     }
 }
 
+/// What contacts press on each other along a line, by a full matrix: elimination comes once the
+/// windows of mixed vectors have shown less than it promises for one.
+#[test]
+#[cfg(feature = "direct")]
+fn elimination_follows_early_on_a_full_matrix() {
+    let n = 600;
+    let entry = |i: usize, j: usize| {
+        let far = (i.abs_diff(j) as f64 + 0.3) / n as f64;
+        -far.ln() / n as f64 + if i == j { 1e-4 } else { 0.0 }
+    };
+    let a: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+    let a = RowMajor::new(n, a).unwrap();
+    let q: Vec<f64> = (0..n).map(|i| (i as f64 / n as f64 - 0.5).powi(2) - 0.02).collect();
+    let mut solver = crate::Solver::new(Auto::new(Hlcp::lcp(&a).unwrap()).unwrap());
+    let outcome = solver.solve(&q, crate::Limits::default()).unwrap();
+    let turns = solver.method().turns();
+    let choices: Vec<_> = turns.iter().map(|turn| turn.choice).collect();
+    assert!(outcome.converged(), "{outcome}");
+    assert_eq!(choices, [AutoChoice::Anderson, AutoChoice::Pivoting], "{turns:?}");
+    assert!(turns[0].sweeps <= 80, "{turns:?}");
+}
+
 /// Nothing but elimination solves it, for which no time is left.
 #[test]
 #[cfg(feature = "direct")]

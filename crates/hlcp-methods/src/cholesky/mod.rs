@@ -35,9 +35,11 @@ const ROUNDINGS: f64 = 16.0;
 
 /// The sweeps that come before the first elimination, and that each takes but for multiplications.
 /// On trees, networks and grids of 300 to 40,000 points one took 40 to 160 sweeps, and of several
-/// each 6 to 26.
+/// each 6 to 26; of full matrices of order 1000 and 2000 three. A row takes the time of a hundred
+/// entries of a sweep, and each entry that of two.
 const SET_UP: usize = 45;
 const EACH: usize = 15;
+const OF_ROW: usize = 100;
 
 /// The part of its pivot that a free row without a diagonal has there, so that it has one where
 /// equations are not independent: far above rounding, and far below what is to be left of a
@@ -165,10 +167,11 @@ impl Cholesky {
         cholesky.fill();
         let ([order, _], [numbers, multiplications]) = order(&cholesky.upper, &cholesky.shares)?;
         let entries = cholesky.matrix.columns.len() + n;
-        let cost = cost(begun, [SET_UP, EACH], multiplications, entries, 16.0 * numbers);
+        let each = EACH.min(2 + OF_ROW * n / entries);
+        let cost = cost(begun, [SET_UP, each], multiplications, entries, 16.0 * numbers);
         // Where multiplications take most of the time, an order for each part leaves fewer.
         cholesky.numbers = numbers;
-        cholesky.serves = cost.worth <= 2 * EACH;
+        cholesky.serves = cost.worth <= each + EACH;
         cholesky.order = if cholesky.serves { order } else { (0..n).collect() };
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }
@@ -402,12 +405,22 @@ fn diagonal<T: Scalar>(operator: &impl Rows<T>, free: &[f64]) -> Option<Vec<f64>
 /// are refused where they are so far apart that rounding of the one outweighs the other.
 fn divisors(matrix: &Transposed, epsilon: f64) -> Option<Vec<f64>> {
     let n = matrix.starts.len() - 1;
-    let entry = |i: usize, j: usize| {
-        let row = matrix.starts[i]..matrix.starts[i + 1];
-        let at = matrix.columns[row.clone()].binary_search(&j).ok()?;
-        Some(matrix.values[row.start + at])
-    };
-    let diagonal: Vec<f64> = (0..n).map(|i| entry(i, i).unwrap_or(0.0).abs()).collect();
+    // The entries across the diagonal: row after row, each column comes to its next one.
+    let (mut across, mut ends) = (vec![], matrix.starts.clone());
+    let mut diagonal = vec![0.0_f64; n];
+    for (i, pivot) in diagonal.iter_mut().enumerate() {
+        for (j, a) in matrix.row(i) {
+            let at = ends[j];
+            if at == matrix.starts[j + 1] || matrix.columns[at] != i {
+                return None;
+            }
+            ends[j] += 1;
+            across.push(matrix.values[at]);
+            if i == j {
+                *pivot = a.abs();
+            }
+        }
+    }
     let agree = |[a, b]: [f64; 2], [i, j]: [f64; 2], steps: usize| {
         let unit = epsilon.max(steps as f64 * f64::EPSILON);
         (a - b).abs() <= ROUNDINGS * unit * (i.sqrt() * j.sqrt()).max(a.abs())
@@ -423,8 +436,7 @@ fn divisors(matrix: &Transposed, epsilon: f64) -> Option<Vec<f64>> {
         reached.push(first);
         while let Some(&i) = reached.get(next) {
             next += 1;
-            for (j, a) in matrix.row(i) {
-                let b = entry(j, i)?;
+            for ((j, a), &b) in matrix.row(i).zip(&across[matrix.starts[i]..]) {
                 if divisors[j] == 0.0 {
                     let agrees = agree([a, b], [diagonal[i], diagonal[j]], 0);
                     divisors[j] = divisors[i] * if agrees { 1.0 } else { b / a };

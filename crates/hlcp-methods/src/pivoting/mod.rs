@@ -402,7 +402,10 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let least = worth(problem);
     #[cfg(feature = "direct")]
-    let least = least.min(crate::direct::ANALYSIS);
+    let least = least.min(crate::direct::least_worth(
+        problem.order(),
+        entries(problem.a()).max(entries(problem.b())),
+    ));
     least
 }
 
