@@ -16,7 +16,7 @@ use faer::{
 };
 use hlcp_core::{Error, Hlcp, Rows, Scalar, assert_lengths};
 
-use crate::{limits::Cost, pivoting::CHEAP};
+use crate::limits::Cost;
 
 /// The most numbers in the factors, which take 4 GB then. That bounds the multiplications, too: a
 /// factorisation that leaves N numbers takes N^1.5/2 at most, or about two minutes.
@@ -370,13 +370,11 @@ pub(crate) fn cost(
     Cost { worth, before, seconds: sweep * worth as f64, bytes }
 }
 
-/// The sweeps that an elimination is worth at least, if its analysis is counted: where half of all
-/// entries of `A` or `B` are there it is n³/3 multiplications, and more than is cheap.
+/// The sweeps that an elimination is worth at least, as far as that is known without an analysis:
+/// its price or, where half of all entries of `A` or `B` are there, n³/3 multiplications.
 pub(crate) fn least_worth(n: usize, entries: usize) -> usize {
-    if 2 * entries < n * n {
-        return ANALYSIS;
-    }
-    ((n as f64 / (3.0 * PER_ENTRY)) as usize).clamp(CHEAP + 1, ANALYSIS)
+    let is_full = 2 * entries >= n * n;
+    if is_full { ANALYSIS.min((n as f64 / (3.0 * PER_ENTRY)) as usize) } else { ANALYSIS }
 }
 
 /// The error of factors with too many numbers.

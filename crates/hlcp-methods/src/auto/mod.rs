@@ -4,7 +4,7 @@ use crate::{
     Clock, Method, Status, Work,
     method::measure,
     multigrid::{Scaling, exact_sweep},
-    pivoting::{self, entries},
+    pivoting::{self, a_couples_more},
     safeguard::ROUGH,
 };
 use candidate::{Candidate, Shape, Worker};
@@ -103,9 +103,9 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
 /// 60 sweeps, the price of its analysis, or as 21 and more, by the order, where half of all entries
 /// are there; then it is what the analysis says, and out of the question beyond 4 GB, or where one
-/// would outlast the time limit. Once the solve has taken the
-/// work of 21 eliminations, promises count no more, until it has had its turn: whoever has not
-/// shown progress that is worth a solve by elimination gives way to it.
+/// would outlast the time limit. Once the solve has taken the work of 21 eliminations, promises
+/// count no more, until it has had its turn: whoever has not shown progress that is worth a solve
+/// by elimination gives way to it.
 ///
 /// # Cost
 ///
@@ -355,13 +355,16 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         self.has_sides = false;
         self.opened += 1;
         let norms = measure(&self.problem, q, x, y, &mut self.scratch);
-        let a_couples = entries(self.problem.a()) >= entries(self.problem.b());
+        let is_cold = norms.l2 > ROUGH * q.norms().l2;
+        if !is_cold {
+            return None;
+        }
+        let of_a = a_couples_more(&self.problem);
         let first = &mut self.candidates[self.at];
         let Some(Worker::Newton(newton)) = &mut first.worker else { return None };
-        let is_cold = norms.l2 > ROUGH * q.norms().l2;
-        let sides = [(!a_couples, false), (a_couples, true)];
-        let mut leads = |(of_a, goes_on)| newton.solve_on_side(of_a, goes_on, q, y, clock);
-        (is_cold && sides.into_iter().any(&mut leads)).then(|| {
+        let leads = newton.solve_on_side(!of_a, false, q, y, clock)
+            || newton.solve_on_side(of_a, true, q, y, clock);
+        leads.then(|| {
             first.iterations += 1;
             norms
         })

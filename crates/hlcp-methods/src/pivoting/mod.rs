@@ -224,7 +224,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
     }
 
     fn of(problem: Hlcp<T, A, B>, free: Vec<T>, (factors, cost): (Factors<T>, Cost)) -> Self {
-        let [n, a, b] = [problem.order(), entries(problem.a()), entries(problem.b())];
+        let n = problem.order();
         let zeros = || vec![T::zero(); n];
         Self {
             cost,
@@ -237,7 +237,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Pivoting<T, A, B> {
             since: 0,
             seen: 0,
             way: Way::Start,
-            whole: if a < b { -T::one() } else { T::one() },
+            whole: if a_couples_more(&problem) { T::one() } else { -T::one() },
             free,
             interior: None,
             f: zeros(),
@@ -402,20 +402,21 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
     let least = worth(problem);
     #[cfg(feature = "direct")]
-    let least = least.min(crate::direct::least_worth(
-        problem.order(),
-        entries(problem.a()).max(entries(problem.b())),
-    ));
+    let least = {
+        let most = entries(problem.a()).max(entries(problem.b()));
+        // What is not small is analysed before it is cheap.
+        least.min(crate::direct::least_worth(problem.order(), most).max(CHEAP + 1))
+    };
     least
 }
 
-/// Returns the 2-norm.
-fn size<T: Scalar>(x: &[T]) -> f64 {
-    x.iter().map(|x| x.wide().powi(2)).sum::<f64>().sqrt()
+/// Returns whether `A` has as many entries as `B`, or more.
+pub(crate) fn a_couples_more<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> bool {
+    entries(problem.a()) >= entries(problem.b())
 }
 
 /// The entries of an operator that are not zero.
-pub(crate) fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
+fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
     let mut count = 0;
     for i in 0..operator.order() {
         operator.visit_row(i, &mut |_, a| count += usize::from(a != T::zero()));
@@ -491,7 +492,7 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Method<T> for Pivoting<T, A, B> {
                 (self.way, self.fewest) = (Way::Nearest, usize::MAX);
             }
             Way::Singular | Way::Nearest if !has_digits => self.way = Way::Over,
-            Way::Nearest if self.fewest > x.len() && size(y) > 0.5 * size(x) => {
+            Way::Nearest if self.fewest > x.len() && Norms::of(y).l2 > 0.5 * Norms::of(x).l2 => {
                 // Nothing is nearer.
                 y.copy_from_slice(x);
                 (self.way, self.fewest) = (Way::Over, 0);
