@@ -155,7 +155,7 @@ fn what_one_side_alone_solves_is_left_to_sweeps() {
         alone(&b, &a, &opposite);
     }
     let gap = |x: f64, _: f64| 1.0 + 0.8 * (TAU * x).cos();
-    let mut film = Film::new([60, 40], [1.0, 0.3], 1.0, 1.0).with_gap(gap);
+    let mut film = Film::new([120, 80], [1.0, 0.3], 1.0, 1.0).with_gap(gap);
     film.sides = [Side::Periodic, Side::Periodic, Side::Pressure(0.0), Side::Pressure(0.0)];
     let (a, b, q) = film.pose().unwrap();
     alone(&a, &b, &q);
@@ -319,14 +319,22 @@ fn a_method_that_is_refused_is_left_out() {
     assert_abs_diff_eq!(solver.r()[n - 1], 2.0, epsilon = 1e-6);
 }
 
-/// From an answer there is nothing to do, and from near one no method is changed.
+/// From an answer there is nothing to do, and from near one there is less; four fused sweeps of SOR
+/// on a plane take as long as one of the others.
 #[test]
 fn a_solve_from_near_the_answer_is_short() {
     let (a, b, q) = dimples([63, 63], 4.0, 2.0);
     let mut solver = by("AUTO", &a, &b).unwrap();
-    let cold = solver.solve(&q, Limits::default()).unwrap();
+    let work = |turns: &[AutoTurn]| -> usize {
+        let of = |turn: &AutoTurn| turn.sweeps * if turn.choice == AutoChoice::Sor { 1 } else { 4 };
+        turns.iter().map(of).sum()
+    };
+    assert!(solver.solve(&q, Limits::default()).unwrap().converged());
+    let cold = work(solver.method().turns());
     assert_eq!(solver.solve(&q, Options::resume()).unwrap().iterations, 0);
     let near: Vec<f64> = q.iter().map(|q| q * (1.0 + 1e-6)).collect();
     let warm = solver.solve(&near, Options::resume()).unwrap();
-    assert!(warm.converged() && warm.sweeps < cold.sweeps, "{warm}, {cold}");
+    assert!(warm.converged(), "{warm}");
+    let warm = work(solver.method().turns());
+    assert!(warm < cold, "{warm}, {cold}");
 }

@@ -39,13 +39,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Turns
 ///
 /// Progress is what a sweep, or work that is [worth](Method::work) one, takes off the logarithm of
-/// the smallest residual so far. It is measured over the second half of a window of work, and then
-/// the method with the best prospect goes on: a method's prospect is its last progress, or its
-/// *promise* if that is more. Promise and window are, to begin with,
+/// the smallest residual so far. It is measured over a window of work, of a method's first one over
+/// the second half, and then the method with the best prospect goes on: a method's prospect is its
+/// last progress, or its *promise* if that is more. Promise and window are, to begin with,
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
+/// | multigrid | 0.1; 0.13 on planes with 4000 points and more where one of `A` and `B` is diagonal; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
 /// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, are 0.35 times the negative ones or more | 1000 on a plane and with such couplings, 500 elsewhere |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
@@ -55,29 +55,29 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// where a plane is a grid whose operators are not tridiagonal, as they are on a line. The progress
 /// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
 /// time; where coefficients are constant its progress counts twelvefold, and that of multigrid
-/// does. After each window of a method its promise is halved and its window doubled. So SOR that
-/// takes ten digits in 770 sweeps is left alone, or in 230 where coefficients are constant, cycles
-/// go on while each halves the residual or nearly does, or takes a tenth off it where coefficients
-/// are constant, and a method that has failed is tried again, for longer, when nothing else does
-/// better. Inner linear solves keep to what is left of the window. A linear solve of algebraic
-/// multigrid has to show its worth, unless the one before came to its end: `Auto` ends it, and the
-/// window with it, if a sweep takes less off its residual than another method's prospect, and
-/// halves the promise until it is no more than that. Where the solver would end with
-/// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
-/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
-/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
+/// does; where multigrid promises 0.13 its progress counts one and a half times. After each window
+/// of a method its promise is halved and its window doubled. So SOR that takes ten digits in 770
+/// sweeps is left alone, or in 230 where coefficients are constant, cycles go on while each halves
+/// the residual or nearly does, or takes a tenth off it where coefficients are constant, and a
+/// method that has failed is tried again, for longer, when nothing else does better. Inner linear
+/// solves keep to what is left of the window. A linear solve of algebraic multigrid has to show its
+/// worth, unless the one before came to its end: `Auto` ends it, and the window with it, if a sweep
+/// takes less off its residual than another method's prospect, and halves the promise until it is
+/// no more than that. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the
+/// method at work is given up for the rest of the solve and the next one goes on, until none is
+/// left. Decisions depend on residuals and counts alone, never on time, but that no elimination is
+/// begun that would outlast a limit on it.
 ///
 /// Each method has an iterate of its own, because a residual tells little of an error: on a rough
 /// film all but a hundred signs may be settled and the residual still be larger than what sweeps
 /// leave; on a film that goes round it may be small far from every solution. The first turn of a
 /// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
 /// far, or from the next one, and Anderson's from the start; later ones go on from its own, or from
-/// the one that is kept again where its own had ten times the residual of that. On a plane adaptive
-/// SOR and multigrid share the one that is kept: the sweeps of one smooth what the other leaves. A
-/// residual that grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of
-/// pivoting to 10¹⁵ times, as its first columns may be all but singular; adaptive SOR with its own
-/// iterate goes on from the one that is kept, with a smaller α. What the solver would report as
-/// [`Diverged`](crate::Status::Diverged) counts as growth.
+/// the one that is kept again where its own had ten times the residual of that. A residual that
+/// grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of pivoting to 10¹⁵
+/// times, as its first columns may be all but singular; adaptive SOR goes on from the one that is
+/// kept, with a smaller α. What the solver would report as [`Diverged`](crate::Status::Diverged)
+/// counts as growth.
 ///
 /// Where no grid is known, or one that closes on itself, and before a second method takes its turn,
 /// pairs of sweeps from a large `r` and `z = 0` are tried, and from the reverse, while each leaves
@@ -119,7 +119,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// # Convergence
 ///
 /// Let one of the methods halve the residual with every `W` sweeps' worth of work, from wherever it
-/// is set going, and let `c` be the least of 0.23, `W` times its first promise, and an eighth of
+/// is set going, and let `c` be the least of 0.11, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
 /// `c/(36W)` a sweep or more in the mean, apart from `2k/c` times `W` sweeps for each method, where
 /// `k` is its first promise times its first window, and from the last window and the first turn of
@@ -155,7 +155,8 @@ pub struct Auto<T: Scalar, A, B> {
     candidates: Vec<Candidate<T, A, B>>,
     /// Which of them is at work.
     at: usize,
-    /// The work at the beginning of the window, and in its middle, with the smallest residual then.
+    /// The work at the beginning of the window, and in the middle of a method's first one, with the
+    /// smallest residual then.
     begun: (usize, f64),
     middle: Option<(usize, f64)>,
     /// The smallest residual so far.
@@ -427,12 +428,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The work of a solve by elimination, after which others must have shown what they promise;
     /// no limit once elimination has had its turn.
     fn rent(&self) -> usize {
-        let is_new = |each: &&Candidate<T, A, B>| {
-            let judged = each.rate > f64::NEG_INFINITY;
-            !judged && each.promise > 0.0
-        };
         let pivoting = self.pivoting().map(|at| &self.candidates[at]);
-        pivoting.filter(is_new).map_or(usize::MAX, |each| each.window / RENT)
+        let waits = pivoting.filter(|each| each.is_new() && each.promise > 0.0);
+        waits.map_or(usize::MAX, |each| each.window / RENT)
     }
 
     /// The work after which the method at work is judged: its window, or what is left of the rent.
@@ -486,17 +484,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         others.map(|(_, each)| each.prospect(is_spent)).fold(0.0, f64::max)
     }
 
-    /// Returns whether the method at work goes on from the iterate that is kept.
-    fn shares(&self) -> bool {
-        self.shape.is_plane() && matches!(self.uses(), AutoChoice::Sor | AutoChoice::Multigrid)
-    }
-
-    /// Takes a smaller α where adaptive SOR has grown, which may do; on planes multigrid is the
-    /// better way out. Returns whether it is that.
+    /// Takes a smaller α where adaptive SOR has grown, which may do. Returns whether it is that.
     fn takes_back(&mut self) -> bool {
-        let shares = self.shares();
         match &mut self.candidates[self.at].worker {
-            Some(Worker::Sor(sor)) if !shares => {
+            Some(Worker::Sor(sor)) => {
                 sor.take_back();
                 true
             }
@@ -673,10 +664,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.begun.1 = self.best;
             return norms;
         }
-        if !self.shares() {
-            // It begins one from that of the others.
-            let _ = self.others.get_or_insert(self.best);
-        }
+        // It begins one from that of the others.
+        let _ = self.others.get_or_insert(self.best);
         let opened = if self.has_sides && self.shape.is_line {
             self.open_line(q, x, y, clock)
         } else {
@@ -738,7 +727,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
                 let (middle, best) = self.middle.unwrap_or(self.begun);
                 (best / self.best).ln() / (led - middle).max(1) as f64
             }
-            None if 2 * spent >= window => {
+            None if self.candidates[self.at].is_new() && 2 * spent >= window => {
                 self.middle = Some((led, self.best));
                 return norms;
             }

@@ -398,15 +398,18 @@ fn free<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> Vec<T> {
 }
 
 /// What an elimination is worth at least, in sweeps, as far as that is known without an analysis;
-/// `usize::MAX` where it cannot be had.
-pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> usize {
+/// `usize::MAX` where it cannot be had. The operators have this many `entries`.
+#[cfg_attr(not(feature = "direct"), expect(unused_variables))]
+pub(crate) fn least_worth<T: Scalar, A: Rows<T>, B: Rows<T>>(
+    problem: &Hlcp<T, A, B>,
+    entries: [usize; 2],
+) -> usize {
     let least = worth(problem);
+    // What is not small is analysed before it is cheap.
     #[cfg(feature = "direct")]
-    let least = {
-        let most = entries(problem.a()).max(entries(problem.b()));
-        // What is not small is analysed before it is cheap.
-        least.min(crate::direct::least_worth(problem.order(), most).max(CHEAP + 1))
-    };
+    let least = least.min(
+        crate::direct::least_worth(problem.order(), entries[0].max(entries[1])).max(CHEAP + 1),
+    );
     least
 }
 
@@ -416,7 +419,7 @@ pub(crate) fn a_couples_more<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T
 }
 
 /// The entries of an operator that are not zero.
-fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
+pub(crate) fn entries<T: Scalar>(operator: &impl Rows<T>) -> usize {
     let mut count = 0;
     for i in 0..operator.order() {
         operator.visit_row(i, &mut |_, a| count += usize::from(a != T::zero()));

@@ -1,6 +1,6 @@
 //! The method that chooses its own parameters, and the solve in two precisions.
 
-use std::ops::ControlFlow;
+use std::{f64::consts::TAU, ops::ControlFlow};
 
 use crate::common::{Dynamic, problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
@@ -9,8 +9,8 @@ use hlcp_core::{
     Aor, Error, FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal,
 };
 use hlcp_methods::{
-    Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Mms, Multigrid, Named, Newton,
-    Options, Outcome, Solver, Ssor, Status, solve_mixed,
+    AdaptiveSor, Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Mms, Multigrid, Named,
+    Newton, Options, Outcome, Solver, Ssor, Status, solve_mixed,
 };
 use hlcp_verify::{Bearing2d, Disc, Example, Slider};
 
@@ -71,6 +71,63 @@ fn nearly_as_good_as_the_best_of_the_table() {
         let (a, b, q) = Slider { cells }.pose().unwrap();
         let [auto, fewest] = compare(&a, &b, &q);
         assert!(2 * auto <= 3 * fewest, "slider: {auto} against {fewest}");
+    }
+}
+
+/// Loads sin(ωk), with and without a second operator: α is found on an iterate that no cycle of
+/// multigrid has touched, and nobody needs algebraic multigrid.
+#[test]
+fn loads_that_change_sign_are_left_to_sor() {
+    let (m, n) = (110, 150);
+    let a = FivePoint::new(m, n, [-1.0, -1.0, 4.0, -1.0, -1.0]).unwrap();
+    let lines = FivePoint::new(m, n, [0.0, -1.0, 4.0, -1.0, 0.0]).unwrap();
+    let one = FivePoint::new(m, n, [0.0, 0.0, 1.0, 0.0, 0.0]).unwrap();
+    let (mut by_auto, mut by_sor) = (0, 0);
+    for (k, b) in (0..24).flat_map(|k| [(k, &lines), (k, &one)]) {
+        let turn = 2e-3 * 1000_f64.powf(f64::from(k) / 23.0);
+        let q: Vec<f64> = (0..m * n).map(|k| (turn * k as f64).sin()).collect();
+        let mut solver = Solver::new(auto(&a, b));
+        let outcome = solver.solve(&q, Limits::default()).unwrap();
+        let turns = solver.method().turns();
+        let choices: Vec<_> = turns.iter().map(|turn| turn.choice).collect();
+        assert!(outcome.converged(), "{turn} {outcome}");
+        assert!(!choices.contains(&AutoChoice::AmgNewton), "{turn} {turns:?}");
+        let sor = AdaptiveSor::new(problem(1.0, &a, b)).unwrap();
+        let alone = Solver::new(sor).solve(&q, Limits::default()).unwrap();
+        assert!(outcome.sweeps <= 2 * alone.sweeps, "{turn} {outcome}, by SOR alone {alone}");
+        by_auto += outcome.sweeps;
+        by_sor += alone.sweeps;
+    }
+    assert!(2 * by_auto <= 3 * by_sor, "{by_auto} sweeps, {by_sor} by SOR alone");
+}
+
+/// Wind in circles: with 4000 points and more cycles of multigrid come before algebraic multigrid
+/// where `r` is alone in its rows, or `z`.
+#[test]
+fn cycles_come_first_on_many_points_where_one_operator_is_diagonal() {
+    use AutoChoice::{AmgNewton, Multigrid, Sor};
+    for (m, choice) in [(60, AmgNewton), (66, Multigrid)] {
+        let at = |k: usize| TAU * k as f64 / m as f64;
+        let wind = |i: usize, j: usize, way: f64| way * 2.0 * at(i).sin() * at(j).cos();
+        let a = FivePoint::from_fn(m, m, |i, j| {
+            let [east, north] = [wind(i, j, 1.0), wind(j, i, -1.0)];
+            let [south, west] = [1.0 + north.max(0.0), 1.0 + east.max(0.0)];
+            let [east, north] = [1.0 + (-east).max(0.0), 1.0 + (-north).max(0.0)];
+            [-south, -west, south + west + east + north, -east, -north]
+        });
+        let (a, one) = (a.unwrap(), Identity { order: m * m });
+        let load = |k: usize| (3.0 * at(k % m)).sin() * (2.0 * at(k / m)).cos() - 0.1;
+        let q: Vec<f64> = (0..m * m).map(|k| 0.01 * load(k)).collect();
+        let exchanged: Vec<f64> = q.iter().map(|q| -q).collect();
+        let operators: [(DynRows<'_, f64>, DynRows<'_, f64>, _); 2] =
+            [(&a, &one, &q), (&one, &a, &exchanged)];
+        for (a, b, q) in operators {
+            let mut solver = Solver::new(auto(a, b));
+            let outcome = solver.solve(q, Limits::default()).unwrap();
+            let turns = solver.method().turns();
+            let choices: Vec<_> = turns.iter().map(|turn| turn.choice).collect();
+            assert!(outcome.converged() && choices == [Sor, choice], "{m} {turns:?} {outcome}");
+        }
     }
 }
 
