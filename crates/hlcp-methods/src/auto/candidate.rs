@@ -13,9 +13,9 @@ use crate::{
 /// plane, and of that and multigrid where coefficients are constant.
 const FUSED: [f64; 2] = [4.0, 12.0];
 
-/// The points of a plane from which multigrid precedes algebraic multigrid, if one of `A` and `B` is
-/// diagonal, and how many times its progress counts there: swirls take 0.55 of the time, jumps and
-/// graded meshes 1.1; with fewer points all take 1.08.
+/// The points of a plane from which multigrid precedes algebraic multigrid, if one of `A` and `B`
+/// is diagonal, and how many times its progress counts there: swirls take 0.55 of the time, jumps
+/// and graded meshes 1.1; with fewer points all take 1.08.
 const MANY: usize = 4000;
 const CYCLES: f64 = 1.5;
 
