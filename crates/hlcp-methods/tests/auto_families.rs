@@ -143,22 +143,25 @@ fn linear_solves_that_stall_end_the_turn_of_algebraic_multigrid() {
 /// has the answers alone a few sweeps solve it, before a second method has had a turn.
 #[test]
 fn what_one_side_alone_solves_is_left_to_sweeps() {
-    let alone = |a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64]| {
+    let alone = |a: DynRows<'_, f64>, b: DynRows<'_, f64>, q: &[f64], most: usize| {
         let (outcome, history) = solve(a, b, q);
         let stays = history.iter().all(|turn| turn.choice == history[0].choice);
-        assert!(stays && outcome.sweeps <= 100, "{outcome} {history:?}");
+        assert!(stays && outcome.sweeps <= most, "{outcome} {history:?}");
     };
     for seed in 1..=6 {
         let ([a, b], q) = families::draw("unfed", seed).unwrap().pose::<f64>();
         let opposite: Vec<f64> = q.iter().map(|q| -q).collect();
-        alone(&a, &b, &q);
-        alone(&b, &a, &opposite);
+        alone(&a, &b, &q, 100);
+        alone(&b, &a, &opposite, 100);
     }
     let gap = |x: f64, _: f64| 1.0 + 0.8 * (TAU * x).cos();
-    let mut film = Film::new([120, 80], [1.0, 0.3], 1.0, 1.0).with_gap(gap);
-    film.sides = [Side::Periodic, Side::Periodic, Side::Pressure(0.0), Side::Pressure(0.0)];
-    let (a, b, q) = film.pose().unwrap();
-    alone(&a, &b, &q);
+    // Adaptive SOR solves the small one itself; four of its fused sweeps take as long as one.
+    for (cells, most) in [([60, 40], 400), ([120, 80], 100)] {
+        let mut film = Film::new(cells, [1.0, 0.3], 1.0, 1.0).with_gap(gap);
+        film.sides = [Side::Periodic, Side::Periodic, Side::Pressure(0.0), Side::Pressure(0.0)];
+        let (a, b, q) = film.pose().unwrap();
+        alone(&a, &b, &q, most);
+    }
 }
 
 /// A journal bearing all around whose ends hardly feed it: Newton's methods diverge, and the

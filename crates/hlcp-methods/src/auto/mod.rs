@@ -486,13 +486,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// Takes a smaller α where adaptive SOR has grown, which may do. Returns whether it is that.
     fn takes_back(&mut self) -> bool {
-        match &mut self.candidates[self.at].worker {
-            Some(Worker::Sor(sor)) => {
-                sor.take_back();
-                true
-            }
-            _ => false,
-        }
+        let Some(Worker::Sor(sor)) = &mut self.candidates[self.at].worker else { return false };
+        sor.take_back();
+        true
     }
 
     /// Gives up the method at work for the rest of the solve, which so ends after as many as there

@@ -31,6 +31,8 @@ fn sweeps(window: usize, turns: usize) -> usize {
     let [mut x, mut y] = [(); 2].map(|()| vec![0.0; q.entries().len()]);
     for _ in 0..1000 {
         let norms = auto.step(&q, &x, &mut y, &mut Clock::endless());
+        // Only a first window has a middle.
+        assert!(auto.middle.is_none() || auto.candidates[auto.at].is_new(), "{:?}", auto.history);
         if norms.l2 <= 1e-10 * q.norms().l2 {
             let own_turns = auto.history.iter().filter(|turn| turn.choice == auto.uses());
             assert!(auto.at == own && own_turns.count() == turns, "{:?}", auto.history);
