@@ -16,8 +16,8 @@ use crate::{Clock, Method};
 /// sweeps. While λ is larger than it would be at the best α, the method takes the α that λ tells,
 /// but at most halves `2 − α` and doubles `α − 1`, from 0.1 on. Where the residual has not fallen
 /// for four windows, or has grown to ten times the smallest one, the method keeps a quarter of
-/// `α − 1`, from α = 1.2 to 1 nothing of it and from there 0.7 α, and waits for 2, 4, 8, … windows
-/// and for a residual smaller than before. After growth, half of `α − 1` is the bound from then on.
+/// `α − 1`, from α = 1.2 to 1 nothing of it and from there 0.7 α, and waits for 2, 4, 8, … windows.
+/// After growth, half of `α − 1` is the bound from then on.
 ///
 /// Ω is the problem's: [`Omega::diagonal_ratio`](hlcp_core::Omega::diagonal_ratio) with τ = 1 does
 /// well.
@@ -114,8 +114,7 @@ struct Search {
     at: usize,
     /// The residual in the middle of the window.
     middle: f64,
-    /// The smallest residuals before and since α was last taken back, and the sweeps since then.
-    before: f64,
+    /// The smallest residual since α was last taken back, and the sweeps since then.
     least: f64,
     since: usize,
     /// How often α was taken back, and the windows to wait before it is raised again.
@@ -145,7 +144,6 @@ impl Search {
             window: window(1.0),
             at: 0,
             middle: f64::NAN,
-            before: f64::INFINITY,
             least: f64::INFINITY,
             since: 0,
             failures: 0,
@@ -178,7 +176,7 @@ impl Search {
     /// Takes the α that a rate tells, if it is larger.
     fn raise(&mut self, rate: f64) {
         let excess = self.alpha - 1.0;
-        let falls = self.least < self.before && self.since < self.window;
+        let falls = self.since < self.window;
         if self.rest > 0 {
             self.rest -= 1;
         } else if falls && rate > excess && rate < 1.0 {
@@ -200,8 +198,8 @@ impl Search {
         };
         let bound = if grown { 1.0 + 0.5 * excess.max(0.0) } else { self.bound };
         let failures = (self.failures + 1).min(30);
-        let (rest, before) = (1 << failures, self.before.min(self.least));
-        *self = Self { alpha, bound, window: window(alpha), failures, rest, before, ..Self::new() };
+        let (window, rest) = (window(alpha), 1 << failures);
+        *self = Self { alpha, bound, window, failures, rest, ..Self::new() };
     }
 }
 

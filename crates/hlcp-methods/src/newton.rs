@@ -31,9 +31,8 @@ const WORTH: usize = 4;
 /// the phase has led to, as a repeated active set cannot, or when an inner solve fails; then the
 /// base takes over at the best iterate of the phase, for 2, 4, 8, … iterations after the first,
 /// second, third, … phase. A step under which the active set only shrinks or only grows, as it did
-/// in the step before, is not one of the six, and the count begins anew with one that changes fewer
-/// signs than any before. So a contact whose edge moves by one point per step is followed to the
-/// end, and at most n steps in a row can be of that kind.
+/// in the step before, is not one of the six. So a contact whose edge moves by one point per step
+/// is followed to the end, and at most n steps in a row can be of that kind.
 ///
 /// # Cost
 ///
@@ -260,7 +259,6 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Method<T> for Ne
         let flips = if quiet < PATIENCE { self.correct(forcing, y, clock) } else { None };
         if let Some(flips) = flips {
             let ways = flips.map(|count| count > 0);
-            self.safeguard.flipped(flips[0] + flips[1]);
             self.nested = ways == self.ways && ways[0] != ways[1];
             self.ways = ways;
         } else if !clock.is_up() {

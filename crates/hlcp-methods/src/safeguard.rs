@@ -38,8 +38,6 @@ struct Phase {
     reached: f64,
     /// The steps since.
     quiet: usize,
-    /// The fewest signs that a step has changed.
-    fewest: usize,
 }
 
 /// When a Newton method goes on, and when its base takes over from the best iterate of a phase:
@@ -92,8 +90,7 @@ impl<T: Scalar> Safeguard<T> {
     pub(crate) fn see(&mut self, residual: f64, x: &[T], counts: bool) -> usize {
         let Some(phase) = &mut self.phase else {
             self.best.copy_from_slice(x);
-            let (reached, fewest) = (f64::INFINITY, usize::MAX);
-            self.phase = Some(Phase { best: residual, reached, quiet: 0, fewest });
+            self.phase = Some(Phase { best: residual, reached: f64::INFINITY, quiet: 0 });
             return 0;
         };
         if residual <= PROGRESS * phase.best {
@@ -106,13 +103,6 @@ impl<T: Scalar> Safeguard<T> {
             phase.quiet += usize::from(counts);
         }
         phase.quiet
-    }
-
-    /// Takes in how many signs a step changes; fewer than any before it in the phase is progress.
-    pub(crate) fn flipped(&mut self, signs: usize) {
-        if let Some(phase) = self.phase.as_mut().filter(|phase| signs < phase.fewest) {
-            (phase.fewest, phase.quiet) = (signs, 0);
-        }
     }
 
     /// Ends the phase; an iteration of the base from the best iterate is due at once.

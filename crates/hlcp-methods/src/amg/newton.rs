@@ -167,11 +167,10 @@ impl<T: Scalar> Steps<T> {
 /// # Safeguard
 ///
 /// That of [`Newton`](crate::Newton), but a phase ends after 6, 12, 24, … steps in a row, in the
-/// first, second, third phase, that have neither brought ‖F‖ to nine tenths of its smallest value
-/// in the phase nor changed fewer signs than any before them in the phase; or when a step leads
-/// nowhere, or a linear solve fails. Then the base method takes over at the best iterate of the
-/// phase, for 2, 4, 8, … iterations. Every second phase takes Newton's own steps: without sweeps,
-/// and across zero.
+/// first, second, third phase, that have not brought ‖F‖ to nine tenths of its smallest value in
+/// the phase; or when a step leads nowhere, or a linear solve fails. Then the base method takes
+/// over at the best iterate of the phase, for 2, 4, 8, … iterations. Every second phase takes
+/// Newton's own steps: without sweeps, and across zero.
 ///
 /// # Cost
 ///
@@ -184,9 +183,8 @@ impl<T: Scalar> Steps<T> {
 ///
 /// Where the base converges for every `q` by a theorem of `docs/theory.md`, as accelerated
 /// Gauss–Seidel does on films, some iterate is within any tolerance, from any start, by the proof
-/// for [`Newton`](crate::Newton). A step can change fewer signs than any before it at most `n + 1`
-/// times in a phase, so in a phase that does not end ‖F‖ falls by tenths for ever. Sweeps within a
-/// phase and the start of the first do not matter to the proof.
+/// for [`Newton`](crate::Newton). Sweeps within a phase and the start of the first do not matter to
+/// it.
 ///
 /// # Source
 ///
@@ -336,9 +334,8 @@ where
         let is_patient = self.safeguard.see(self.steps.size, x, true) < patience;
         let steps = is_patient && self.steps.step(problem, q.entries(), y, clock);
         // A step that leads nowhere would be repeated for ever.
-        if steps && !moves_by_rounding(self.base.problem(), x, y) {
-            self.safeguard.flipped(self.steps.flips);
-        } else if !clock.is_up() {
+        let is_good = steps && !moves_by_rounding(self.base.problem(), x, y);
+        if !is_good && !clock.is_up() {
             // What the base makes of the best iterate of the phase, and the base goes on.
             self.safeguard.end();
             self.steps.plain = !self.steps.plain;

@@ -123,12 +123,12 @@ impl AutoChoice {
             Self::Sor => (0.02, 24),
             Self::Multigrid if is_plane && is_constant => (1.2, 24),
             Self::Multigrid if shape.cycles_first => (0.13, 24),
-            Self::Multigrid => (0.1, if is_plane { 24 } else { 48 }),
+            Self::Multigrid => (0.1, 24),
             // Aggregates are for matrices that conduct; elimination is tried before, if it is
             // cheap.
             Self::AmgNewton if is_mixed => (0.0025, 1000),
-            Self::AmgNewton if is_plane => (0.12, 1000),
-            Self::AmgNewton => (if is_line { 0.04 } else { 0.075 }, 500),
+            Self::AmgNewton if is_line => (0.04, 1000),
+            Self::AmgNewton => (if is_plane { 0.12 } else { 0.075 }, 1000),
             // On the way from the start a step may settle a few signs alone, by an elimination.
             // Strings of springs take 30 to 90; puts and obstacles of thousands of points, which
             // others solve faster, take 1.2 times the time for 80 that they take for 50.
@@ -176,11 +176,9 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
         counted.unwrap_or(Work::sweeps(self.iterations))
     }
 
-    /// The last progress, or the promise if that is more; promises but that of elimination
-    /// count no more once the solve has taken the work of one by elimination.
-    pub(super) fn prospect(&self, is_spent: bool) -> f64 {
-        let counts = !is_spent || self.choice == AutoChoice::Pivoting;
-        if counts { self.rate.max(self.promise) } else { self.rate }
+    /// The last progress, or the promise if that is more.
+    pub(super) fn prospect(&self) -> f64 {
+        self.rate.max(self.promise)
     }
 
     /// Returns whether no window has shown progress yet.
@@ -204,17 +202,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
             AutoChoice::Multigrid if shape.cycles_first => CYCLES,
             _ => 1.0,
         };
-        let most = self.most();
         // A window that ends early may hold little but another method's last step.
-        self.rate = (fused * rate).min(most);
-        loop {
-            // Promise times window stays the same, as AUTO's guarantee needs.
-            self.promise /= 2.0;
-            self.window = self.window.saturating_mul(2);
-            if self.promise <= most {
-                break;
-            }
-        }
+        self.rate = (fused * rate).min(self.most());
+        // Promise times window stays the same, as AUTO's guarantee needs.
+        self.promise /= 2.0;
+        self.window = self.window.saturating_mul(2);
     }
 }
 

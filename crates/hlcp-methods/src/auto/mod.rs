@@ -1,9 +1,8 @@
 use hlcp_core::{Error, Hlcp, Norms, Rhs, Rows, Scalar};
 
 use crate::{
-    Clock, Method, Status, Work,
+    Clock, Method, Pivoting, Status, Work,
     method::measure,
-    multigrid::{Scaling, exact_sweep},
     pivoting::{self, a_couples_more},
     safeguard::ROUGH,
 };
@@ -21,12 +20,10 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///   with all columns of the operator that couples less, if their answer has their signs, and else
 ///   with all of the other: from there fronts have less far to go than from the start. Steps follow
 ///   without a look at residuals while one of two leaves fewer than three quarters of wrong signs.
-/// * Elsewhere it opens with a sweep forward and one backward that solve each scalar equation
-///   exactly, and with more in turn while two leave a hundredth of the residual: that is all where
-///   oil is but carried along, or matrices are triangular. Then it begins, on a grid of five-point
-///   operators, with [`AdaptiveSor`], which finds α as it goes; without one, with [`Anderson`]; and
-///   with [`Pivoting`] where an elimination is worth no more than 20 sweeps, as of small full
-///   matrices, trees, and networks of pipes or roads.
+/// * Elsewhere it begins, on a grid of five-point operators, with [`AdaptiveSor`], which finds α as
+///   it goes; without one, with [`Anderson`]. Where an elimination is worth no more than 20 sweeps,
+///   as of small full matrices, trees, and networks of pipes or roads, [`Pivoting`] goes on once an
+///   iteration has not left a hundredth of the residual.
 /// * The others of these wait, and [`Multigrid`] by F-cycles, if there are coarser grids, and
 ///   [`AmgNewton`].
 ///
@@ -45,8 +42,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// | method | promise | window, in sweeps |
 /// |---|---|---|
-/// | multigrid | 0.1; 0.13 on planes with 4000 points and more where one of `A` and `B` is diagonal; 1.2 on planes with constant coefficients | 24, or two cycles; 48 on a line |
-/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, are 0.35 times the negative ones or more | 1000 on a plane and with such couplings, 500 elsewhere |
+/// | multigrid | 0.1; 0.13 on planes with 4000 points and more where one of `A` and `B` is diagonal; 1.2 on planes with constant coefficients | 24, or two cycles |
+/// | Newton's method with algebraic multigrid | 0.12 on a plane, 0.04 on a line, 0.075 elsewhere; 0.0025 where positive couplings, off planes, are 0.35 times the negative ones or more | 1000 |
 /// | adaptive SOR | 0.16 on a plane, 0.02 elsewhere | 16 on a plane, 24 elsewhere |
 /// | Anderson | 0.02 | 24 |
 /// | Newton's method on a line | 0.01 | 400, or 80 steps of elimination |
@@ -62,19 +59,17 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// method that has failed is tried again, for longer, when nothing else does better. Inner linear
 /// solves keep to what is left of the window. A linear solve of algebraic multigrid has to show its
 /// worth, unless the one before came to its end: `Auto` ends it, and the window with it, if a sweep
-/// takes less off its residual than another method's prospect, and halves the promise until it is
-/// no more than that. Where the solver would end with [`Stagnated`](crate::Status::Stagnated), the
-/// method at work is given up for the rest of the solve and the next one goes on, until none is
-/// left. Decisions depend on residuals and counts alone, never on time, but that no elimination is
-/// begun that would outlast a limit on it.
+/// takes less off its residual than another method's prospect. Where the solver would end with
+/// [`Stagnated`](crate::Status::Stagnated), the method at work is given up for the rest of the
+/// solve and the next one goes on, until none is left. Decisions depend on residuals and counts
+/// alone, never on time, but that no elimination is begun that would outlast a limit on it.
 ///
 /// Each method has an iterate of its own, because a residual tells little of an error: on a rough
 /// film all but a hundred signs may be settled and the residual still be larger than what sweeps
 /// leave; on a film that goes round it may be small far from every solution. The first turn of a
 /// method begins from the iterate that is kept, whose residual is at most ten times the smallest so
-/// far, or from the next one, and Anderson's from the start; later ones go on from its own, or from
-/// the one that is kept again where its own had ten times the residual of that. A residual that
-/// grows to 10⁶ times the larger of ‖q‖ and the first one ends the window, one of pivoting to 10¹⁵
+/// far, or from the next one; later ones go on from its own. A residual that grows to 10⁶ times the
+/// larger of ‖q‖ and the first one ends the window and drops the iterate, one of pivoting to 10¹⁵
 /// times, as its first columns may be all but singular; adaptive SOR goes on from the one that is
 /// kept, with a smaller α. What the solver would report as [`Diverged`](crate::Status::Diverged)
 /// counts as growth.
@@ -91,8 +86,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 ///
 /// A method that has come to rest short of the tolerance has no more turns. Where that is one of
 /// Newton's, rounding is the likely reason, and the others have twice the work until then and 300
-/// sweeps, and pivoting its turn, to halve the residual, and again after each time they do; else
-/// the solve stagnates. After pivoting that leaves no sign wrong they have 300 sweeps alone.
+/// sweeps to halve the residual, and again after each time they do; else the solve stagnates. After
+/// pivoting that leaves no sign wrong they have 300 sweeps alone.
 ///
 /// Where ranks share the problem, adaptive SOR, multigrid and Anderson take turns: the others work
 /// on one rank. Until it would take up one of these, `Auto` comes to the bits of one process.
@@ -103,16 +98,13 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// matrices of any order, without it up to order 500. Until its first turn an elimination counts as
 /// 60 sweeps, the price of its analysis, or as 21 and more, by the order, where half of all entries
 /// are there; then it is what the analysis says, and out of the question beyond 4 GB, or where one
-/// would outlast the time limit. Once the solve has taken the work of 21 eliminations, promises
-/// count no more, until it has had its turn: whoever has not shown progress that is worth a solve
-/// by elimination gives way to it.
+/// would outlast the time limit.
 ///
 /// # Cost
 ///
-/// Two walks over the rows of `A` and `B` to begin with, three without a grid, and two for each
-/// sweep of the opening, one where it is fused, on a grid with Ω = D_A D_B⁻¹; then that of the
+/// Two walks over the rows of `A` and `B` to begin with, three without a grid; then that of the
 /// method at work. On a line some direct solves from afar, and elsewhere, where a row has five
-/// entries or fewer, an analysis of Cholesky's factors, before the first step. Storage: `3n`
+/// entries or fewer, an analysis of Cholesky's factors, after the second step. Storage: `3n`
 /// numbers, `2n` of scratch, and of each method that has had a turn `n` and its own; `4n` for a
 /// while where sweeps from one side are tried.
 ///
@@ -122,17 +114,16 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// is set going, and let `c` be the least of 0.11, `W` times its first promise, and an eighth of
 /// that promise times its first window. Then the logarithm of the smallest residual falls by
 /// `c/(36W)` a sweep or more in the mean, apart from `2k/c` times `W` sweeps for each method, where
-/// `k` is its first promise times its first window, and from the last window and the first turn of
-/// pivoting. `docs/theory.md` ("Turns that are measured") has the proof. It needs promise times
-/// window to stay what it is, so that no promise falls below the progress of a good method before
-/// the window of that is long enough to show it.
+/// `k` is its first promise times its first window, and from the last window. `docs/theory.md`
+/// ("Turns that are measured") has the proof. It needs promise times window to stay what it is, so
+/// that no promise falls below the progress of a good method before the window of that is long
+/// enough to show it.
 ///
 /// [`AdaptiveSor`]: crate::AdaptiveSor
 /// [`AmgNewton`]: crate::AmgNewton
 /// [`Anderson`]: crate::Anderson
 /// [`Multigrid`]: crate::Multigrid
 /// [`Newton`]: crate::Newton
-/// [`Pivoting`]: crate::Pivoting
 ///
 /// ```
 /// use hlcp_methods::{Auto, AutoChoice, AutoEnd, FivePoint, Hlcp, Method, Options, Solver};
@@ -145,7 +136,7 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// assert!(outcome.converged() && solver.method().uses() == AutoChoice::Multigrid);
 /// let first = solver.method().turns()[0];
 /// assert_eq!((first.choice, first.end), (AutoChoice::Sor, Some(AutoEnd::Slow)));
-/// assert_eq!(first.sweeps, 17); // with the three of the opening
+/// assert_eq!(first.sweeps, 17);
 /// # Ok::<(), hlcp_methods::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -170,16 +161,12 @@ pub struct Auto<T: Scalar, A, B> {
     /// The larger of ‖q‖ and the first residual, and whether that was the latter by far.
     scale: f64,
     cold: bool,
-    /// The work of the opening in sweeps; while it lasts, whether the next goes backward, and the
-    /// residuals before the last two.
-    opened: usize,
-    opening: Option<(bool, [f64; 2])>,
+    /// The work that is none of the methods', in sweeps.
+    aside: usize,
     /// True until a start from one side was tried, where no grid is known or it is a line.
     has_sides: bool,
     /// True until the factors of matrices with few entries were looked at.
     may_be_net: bool,
-    /// Of five-point operators with positive diagonals, by which sweeps of the opening are fused.
-    scaling: Option<Scaling<T>>,
     /// Where one of Newton's methods has come to rest, the work after which the others give up, and
     /// the residual that lets them go on.
     last: Option<(usize, f64)>,
@@ -192,9 +179,9 @@ pub struct Auto<T: Scalar, A, B> {
 /// A residual of this part of that of the iterate that is kept is worth keeping its own.
 const GAIN: f64 = 0.1;
 
-/// Two sweeps of the opening are followed by another one if they leave this part of the residual:
-/// where sweeps alone do, fused ones cost less.
-const OPENING: f64 = 0.01;
+/// Pairs of sweeps go on while each leaves this part of the residual, from one side and before
+/// elimination.
+const LEFT: f64 = 0.01;
 
 /// A start from one side has so many times the largest entry that a pair of sweeps from 0 leaves on
 /// that side: further sweeps carry it on and take from it, and it is to stay positive.
@@ -209,10 +196,6 @@ const GROWN: f64 = 1e6;
 const LAST: usize = 3;
 const LEAST: usize = 100;
 
-/// The window of elimination over the work of a usual solve by it, which is what others have to
-/// show what they promise.
-const RENT: usize = 4;
-
 impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// The method on `problem`; operators are cloned, so give large ones by reference.
     ///
@@ -222,7 +205,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     pub fn new(problem: Hlcp<T, A, B>) -> Result<Self, Error> {
         let shape = Shape::of(&problem);
         let mut auto = Self {
-            scaling: Scaling::of(&problem),
             candidates: shape.choices().map(|choice| Candidate::new(choice, shape)).collect(),
             at: 0,
             begun: (0, f64::INFINITY),
@@ -233,8 +215,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             others: None,
             scale: 0.0,
             cold: false,
-            opened: 0,
-            opening: None,
+            aside: 0,
             has_sides: false,
             may_be_net: shape.is_alone && !shape.is_line && !shape.has_grid,
             last: None,
@@ -278,33 +259,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         Ok(())
     }
 
-    /// Overwrites `y` with a sweep from `x`, forward and backward in turn, if one more is worth it:
-    /// the first two are, and those after two that left a hundredth of the residual.
-    fn open(&mut self, q: &Rhs<'_, T>, x: &[T], y: &mut [T]) -> Option<Norms> {
-        let (backward, [before, last]) = self.opening.take()?;
-        let Self { problem, scaling, scratch, opened, .. } = self;
-        let is_worth_more = |norms: Norms| norms.l2 <= OPENING * before;
-        *opened += 1;
-        let norms = match scaling {
-            Some(scaling) if scaling.is_own() => {
-                scaling.smoother(problem).relax_measured(backward, q, x, y)
-            }
-            _ => {
-                let norms = measure(problem, q, x, y, scratch);
-                if !is_worth_more(norms) {
-                    return None;
-                }
-                *opened += 1;
-                y.copy_from_slice(x);
-                let spare = &mut scratch[..x.len()];
-                exact_sweep(problem, scaling.as_ref(), q.entries(), y, spare, backward);
-                norms
-            }
-        };
-        self.opening = is_worth_more(norms).then_some((!backward, [last, norms.l2]));
-        Some(norms)
-    }
-
     /// Overwrites `y` with what pairs of sweeps from a large `r` and `z = 0`, or from the reverse,
     /// lead to while each leaves a hundredth of the residual, if they get to `goal`; returns
     /// whether they do.
@@ -315,11 +269,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         residual: f64,
         goal: f64,
     ) -> bool {
-        let Self { problem, opened, scratch, .. } = self;
+        let Self { problem, aside, scratch, .. } = self;
         let [mut z, mut r, mut x, mut f] = [(); 4].map(|()| vec![T::zero(); y.len()]);
         let mut sweep = |x: &mut [T]| {
             [false, true].into_iter().for_each(|back| problem.solve_rows(q.entries(), x, back));
-            *opened += 3;
+            *aside += 3;
         };
         // What q alone leads to tells how large.
         sweep(&mut x);
@@ -330,7 +284,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             r.fill(side[1]);
             problem.x_from_solution(&z, &r, &mut x);
             let (mut last, mut left) = (f64::INFINITY, residual);
-            while left <= OPENING * last {
+            while left <= LEFT * last {
                 sweep(&mut x);
                 last = left;
                 left = measure(problem, q, &x, &mut f, scratch).l2;
@@ -354,7 +308,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         clock: &mut Clock<'_>,
     ) -> Option<Norms> {
         self.has_sides = false;
-        self.opened += 1;
+        self.aside += 1;
         let norms = measure(&self.problem, q, x, y, &mut self.scratch);
         let is_cold = norms.l2 > ROUGH * q.norms().l2;
         if !is_cold {
@@ -371,17 +325,35 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         })
     }
 
-    /// Lets elimination begin where factors are hardly more than the matrices.
-    fn begin_with_elimination(&mut self) {
-        let pivoting = crate::Pivoting::without_fill(&self.problem);
-        if let (Some(at), Some(pivoting)) = (self.pivoting(), pivoting) {
+    /// Lets elimination go on where it is worth no more than some sweeps, as of a small matrix or
+    /// where factors are hardly more than the matrices; returns whether it does. The iterate `y` of
+    /// the method at work is put aside.
+    fn takes_up_elimination(&mut self, y: &[T]) -> bool {
+        let Some(at) = self.pivoting() else { return false };
+        let may_be_net = std::mem::take(&mut self.may_be_net);
+        let net = may_be_net.then(|| Pivoting::without_fill(&self.problem)).flatten();
+        if let Some(pivoting) = net {
             self.shape.worth = pivoting.worth();
             self.candidates[at] = Candidate::new(AutoChoice::Pivoting, self.shape);
             self.candidates[at].worker = Some(Worker::Pivoting(Box::new(pivoting)));
-            self.at = at;
-            self.history.clear();
-            self.begin(at, None);
         }
+        let is_cheap = self.shape.worth <= pivoting::CHEAP && !self.shape.is_line;
+        let moves_on = is_cheap && at != self.at && self.set_up(at).is_ok();
+        if moves_on {
+            self.leave(self.at, y);
+            self.move_to(at, AutoEnd::Slow);
+            (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+        }
+        moves_on
+    }
+
+    /// Begins the turn of another method.
+    fn move_to(&mut self, at: usize, end: AutoEnd) {
+        if let Some(turn) = self.history.last_mut() {
+            turn.end = Some(end);
+        }
+        self.begin(at, None);
+        self.at = at;
     }
 
     fn begin(&mut self, at: usize, end: Option<AutoEnd>) {
@@ -396,9 +368,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// The work after which to give up from here, and the residual that is worth a new respite.
     fn respite(&self) -> (usize, f64) {
-        // Elimination is to have its turn, if there is one.
-        let rent = Some(self.rent()).filter(|&rent| rent < usize::MAX).unwrap_or(0);
-        ((LAST * (self.sweeps() + LEAST)).max((1 + RENT) * rent), 0.5 * self.smallest())
+        (LAST * (self.sweeps() + LEAST), 0.5 * self.smallest())
     }
 
     /// Returns whether nothing is left to try.
@@ -425,23 +395,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         }
     }
 
-    /// The work of a solve by elimination, after which others must have shown what they promise;
-    /// no limit once elimination has had its turn.
-    fn rent(&self) -> usize {
-        let pivoting = self.pivoting().map(|at| &self.candidates[at]);
-        let waits = pivoting.filter(|each| each.is_new() && each.promise > 0.0);
-        waits.map_or(usize::MAX, |each| each.window / RENT)
-    }
-
-    /// The work after which the method at work is judged: its window, or what is left of the rent.
-    fn window(&self) -> usize {
-        let (choice, window) = (self.uses(), self.candidates[self.at].window);
-        match self.rent().checked_sub(self.begun.0) {
-            Some(left) if left > 0 && choice != AutoChoice::Pivoting => window.min(left),
-            _ => window,
-        }
-    }
-
     /// Takes in what an elimination costs, once it has been analysed and before the first of the
     /// solve; returns whether that is news.
     fn appraise(&mut self, at: usize) -> bool {
@@ -453,7 +406,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
             return false;
         }
         (each.promise, each.window) = (promise, window);
-        self.last = self.last.map(|_| self.respite());
         true
     }
 
@@ -479,9 +431,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
 
     /// The best prospect of the others.
     fn rival(&self) -> f64 {
-        let is_spent = self.sweeps() >= self.rent();
         let others = self.candidates.iter().enumerate().filter(|&(at, _)| at != self.at);
-        others.map(|(_, each)| each.prospect(is_spent)).fold(0.0, f64::max)
+        others.map(|(_, each)| each.prospect()).fold(0.0, f64::max)
     }
 
     /// Takes a smaller α where adaptive SOR has grown, which may do. Returns whether it is that.
@@ -505,8 +456,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// that is another one.
     fn choose(&mut self, end: AutoEnd) -> bool {
         loop {
-            let is_spent = self.sweeps() >= self.rent();
-            let prospect = |at: usize| self.candidates[at].prospect(is_spent);
+            let prospect = |at: usize| self.candidates[at].prospect();
             let better =
                 |best: usize, at: usize| if prospect(at) > prospect(best) { at } else { best };
             let next = (0..self.candidates.len()).fold(self.at, better);
@@ -517,11 +467,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 if self.appraise(next) {
                     continue;
                 }
-                if let Some(turn) = self.history.last_mut() {
-                    turn.end = Some(end);
-                }
-                self.begin(next, None);
-                self.at = next;
+                self.move_to(next, end);
                 let Candidate { worker, own, .. } = &mut self.candidates[next];
                 match worker {
                     Some(Worker::AmgNewton(newton)) if own.0.is_empty() => {
@@ -556,7 +502,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     fn work(&self) -> Option<Work> {
         // Those that a solve before has set up have done nothing in this one.
         let used = self.candidates.iter().filter(|each| each.iterations > 0);
-        Some(Work::sweeps(self.opened) + used.map(|each| each.work()).sum())
+        Some(Work::sweeps(self.aside) + used.map(|each| each.work()).sum())
     }
 
     fn restart(&mut self) {
@@ -568,14 +514,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             let fresh = Candidate::new(candidate.choice, self.shape);
             *candidate = Candidate { worker, own: (own, f64::INFINITY), ..fresh };
         }
-        let pivots = self.shape.worth <= pivoting::CHEAP && !self.shape.is_line;
-        self.at = self.pivoting().filter(|_| pivots).unwrap_or(0);
-        // Where ranks share a problem, fused sweeps alone are to be had.
-        let Shape { is_alone, is_line, .. } = self.shape;
-        let opens = !is_line && (self.scaling.is_some() || is_alone);
-        (self.opened, self.opening) = (0, opens.then_some((false, [f64::INFINITY; 2])));
+        (self.at, self.aside) = (0, 0);
         let is_open = self.shape.is_plane() && self.problem.round() == [false; 2];
-        self.has_sides = (is_line || opens && !is_open) && is_alone;
+        self.has_sides = self.shape.is_alone && !is_open;
         (self.begun, self.middle, self.last) = ((0, f64::INFINITY), None, None);
         (self.best, self.kept_residual) = (f64::INFINITY, f64::INFINITY);
         self.others = None;
@@ -596,9 +537,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.is_over() && end == Status::Stagnated {
             return false;
         }
-        self.opening = None;
         if !self.stepped {
-            // It is the method before that has come to rest, or the opening that has diverged.
+            // It is the method before that has come to rest.
             return true;
         }
         if let Status::Diverged(_) = end {
@@ -631,8 +571,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
     fn residual(&mut self, q: &Rhs<'_, T>, x: &[T]) -> Option<Norms> {
         // Elsewhere a step is worth little more than a look.
         let norms = match &mut self.candidates[self.at].worker {
-            // The opening measures on its own.
-            _ if self.opening.is_some() => None,
             Some(Worker::AmgNewton(newton)) => newton.residual(q, x),
             Some(Worker::Pivoting(pivoting)) => pivoting.residual(q, x),
             _ => None,
@@ -662,15 +600,9 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         // It begins one from that of the others.
         let _ = self.others.get_or_insert(self.best);
-        let opened = if self.has_sides && self.shape.is_line {
-            self.open_line(q, x, y, clock)
-        } else {
-            self.open(q, x, y)
-        };
-        if opened.is_none() && std::mem::take(&mut self.may_be_net) {
-            self.begin_with_elimination();
-        }
-        let window = self.window();
+        let is_line = self.has_sides && self.shape.is_line;
+        let opened = if is_line { self.open_line(q, x, y, clock) } else { None };
+        let window = self.candidates[self.at].window;
         let rival = self.rival();
         let norms = opened.unwrap_or_else(|| {
             let candidate = &mut self.candidates[self.at];
@@ -696,20 +628,19 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
             self.scale = residual.max(q.norms().l2);
             self.cold = residual > ROUGH * q.norms().l2;
             self.begun.1 = residual;
-            let anderson = |each: &&mut Candidate<T, A, B>| each.choice == AutoChoice::Anderson;
-            if let Some(Candidate { own, .. }) = self.candidates.iter_mut().find(anderson) {
-                own.0.extend_from_slice(x);
-                own.1 = residual;
-            }
         }
+        let is_fast = residual <= LEFT * self.best;
         self.keep(x, residual, GAIN);
         self.see(residual);
-        // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
-        let is_pivoted = self.uses() == AutoChoice::Pivoting && opened.is_none();
-        let bound = self.scale * if is_pivoted { pivoting::FAR } else { GROWN };
         if opened.is_some() {
             return norms;
         }
+        if self.history.len() == 1 && !is_fast && self.takes_up_elimination(y) {
+            return norms;
+        }
+        // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
+        let is_pivoted = self.uses() == AutoChoice::Pivoting;
+        let bound = self.scale * if is_pivoted { pivoting::FAR } else { GROWN };
         let grown = residual.is_nan() || residual > bound;
         let spent = led - self.begun.0;
         if grown && spent < window && self.takes_back() {
@@ -734,7 +665,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let at = self.at;
         self.candidates[at].judge(rate, self.shape);
-        if self.has_sides && self.rival() > self.candidates[at].prospect(sweeps >= self.rent()) {
+        if self.has_sides && self.rival() > self.candidates[at].prospect() {
             self.has_sides = false;
             if self.solve_from_one_side(q, y, residual, clock.goal) {
                 (self.begun, self.middle) = ((self.sweeps(), self.best), None);
@@ -743,10 +674,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         }
         let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
         if moved_on || grown {
-            // What is far behind the others is better begun from theirs, but not Anderson's.
-            let goes_on = self.candidates[at].choice == AutoChoice::Anderson;
-            let is_behind = GAIN * residual > self.kept_residual && !goes_on;
-            self.leave(at, if grown || is_behind { &[] } else { y });
+            self.leave(at, if grown { &[] } else { y });
         }
         (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
         // The residual of y is not known, but that of x is.

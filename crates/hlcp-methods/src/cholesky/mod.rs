@@ -35,11 +35,9 @@ const ROUNDINGS: f64 = 16.0;
 
 /// The sweeps that come before the first elimination, and that each takes but for multiplications.
 /// On trees, networks and grids of 300 to 40,000 points one took 40 to 160 sweeps, and of several
-/// each 6 to 26; of full matrices of order 1000 and 2000 three. A row takes the time of a hundred
-/// entries of a sweep, and each entry that of two.
+/// each 6 to 26; of full matrices of order 1000 and 2000 three.
 const SET_UP: usize = 45;
 const EACH: usize = 15;
-const OF_ROW: usize = 100;
 
 /// The part of its pivot that a free row without a diagonal has there, so that it has one where
 /// equations are not independent: far above rounding, and far below what is to be left of a
@@ -167,11 +165,10 @@ impl Cholesky {
         cholesky.fill();
         let ([order, _], [numbers, multiplications]) = order(&cholesky.upper, &cholesky.shares)?;
         let entries = cholesky.matrix.columns.len() + n;
-        let each = EACH.min(2 + OF_ROW * n / entries);
-        let cost = cost(begun, [SET_UP, each], multiplications, entries, 16.0 * numbers);
+        let cost = cost(begun, [SET_UP, EACH], multiplications, entries, 16.0 * numbers);
         // Where multiplications take most of the time, an order for each part leaves fewer.
         cholesky.numbers = numbers;
-        cholesky.serves = cost.worth <= each + EACH;
+        cholesky.serves = cost.worth <= 2 * EACH;
         cholesky.order = if cholesky.serves { order } else { (0..n).collect() };
         (numbers <= NUMBERS).then_some((cholesky, cost))
     }

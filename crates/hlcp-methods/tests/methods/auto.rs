@@ -4,7 +4,6 @@ use std::{f64::consts::TAU, ops::ControlFlow};
 
 use crate::common::{Dynamic, problem, solve_from_ones, tmgs};
 use crate::newton::torsion;
-use approx::assert_abs_diff_eq;
 use hlcp_core::{
     Aor, Error, FivePoint, Hlcp, Identity, Omega, Rhs, RowMajor, Rows, Scalar, Tridiagonal,
 };
@@ -12,7 +11,7 @@ use hlcp_methods::{
     AdaptiveSor, Auto, AutoChoice, Clock, Cycle, DynRows, Limits, Method, Mms, Multigrid, Named,
     Newton, Options, Outcome, Solver, Ssor, Status, solve_mixed,
 };
-use hlcp_verify::{Bearing2d, Disc, Example, Slider};
+use hlcp_verify::{Disc, Example, Slider};
 
 /// Solves twice from ones to 10⁻¹⁰ of ‖q‖: it must converge, and as well the second time.
 fn solved<M: Method<f64>>(method: M, q: &[f64]) -> (Outcome, Solver<f64, M>) {
@@ -57,14 +56,14 @@ fn compare(a: &dyn Rows<f64>, b: &dyn Rows<f64>, q: &[f64]) -> [usize; 2] {
 }
 
 /// On Examples 1 and 2 and on the slider no more than 1.5 times the sweeps of the best of the
-/// table, and the three of the opening.
+/// table.
 #[test]
 fn nearly_as_good_as_the_best_of_the_table() {
     for (mu, nu) in [(4.0, 4.0), (1.0, 1.0), (0.0, 4.0), (0.0, 0.0)] {
         for symmetric in [true, false] {
             let p = Example { symmetric, m: 32, mu, nu }.pose().unwrap();
             let [auto, fewest] = compare(&p.a, &p.b, &p.q);
-            assert!(2 * auto <= 3 * fewest + 6, "{symmetric} {mu} {nu}: {auto} against {fewest}");
+            assert!(2 * auto <= 3 * fewest, "{symmetric} {mu} {nu}: {auto} against {fewest}");
         }
     }
     for cells in [24, 32, 64] {
@@ -226,11 +225,12 @@ fn the_discs_get_multigrid() {
     for (lcp, m) in [(true, 96), (true, 160), (false, 96), (false, 160)] {
         let p = Disc { lcp, m }.pose::<f64>().unwrap();
         let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
-        // The opening and a window of SOR, a walk over the rows for each iteration.
-        assert!(outcome.iterations <= 17 + 18, "{outcome}");
         assert_eq!(solver.method().uses(), AutoChoice::Multigrid);
+        // One window of SOR, or two, a walk over the rows for each iteration.
+        let first = solver.method().turns()[0].sweeps;
+        assert!(first <= 49 && outcome.iterations <= first + 18, "{outcome}");
         // A W-cycle is 11 or 12 walks.
-        let [walks, cycles] = [outcome.sweeps - 17, outcome.iterations - 17];
+        let [walks, cycles] = [outcome.sweeps - first, outcome.iterations - first];
         assert!(walks == 11 * cycles || walks == 12 * cycles, "{outcome}");
     }
 }
@@ -277,38 +277,9 @@ fn without_a_known_grid_algebraic_multigrid_follows() {
 fn the_examples_get_sweeps_alone() {
     let p = Example { symmetric: true, m: 64, mu: 0.0, nu: 0.0 }.pose::<f64>().unwrap();
     let (outcome, solver) = solved(auto(&p.a, &p.b), &p.q);
-    // Fused sweeps open it, which measure as they go.
+    // Fused sweeps measure as they go.
     assert_eq!(outcome.sweeps, outcome.iterations, "{outcome}");
     assert_eq!(solver.method().uses(), AutoChoice::Sor);
-}
-
-/// It is fused on a grid, whatever Ω and γ are.
-#[test]
-fn the_opening_solves_one_scalar_equation_after_the_other() {
-    fn holds(problem: Hlcp<f64, impl Rows<f64> + Clone, impl Rows<f64> + Clone>, q: &[f64]) {
-        let mut x: Vec<f64> = (0..q.len()).map(|k| (3.0 * k as f64).sin()).collect();
-        let (mut wanted, mut y) = (x.clone(), vec![0.0; q.len()]);
-        let mut auto = Auto::new(problem.clone()).unwrap();
-        for backward in [false, true] {
-            problem.solve_rows(q, &mut wanted, backward);
-            let _ = auto.step(&Rhs::new(q).unwrap(), &x, &mut y, &mut Clock::endless());
-            std::mem::swap(&mut x, &mut y);
-            let size = wanted.iter().fold(0.0_f64, |size, x| size.max(x.abs()));
-            // A few roundings for each of the five entries of a row of A and of B.
-            for (x, wanted) in x.iter().zip(&wanted) {
-                assert_abs_diff_eq!(x, wanted, epsilon = 64.0 * f64::EPSILON * size);
-            }
-        }
-    }
-    let disc = Disc { lcp: false, m: 17 }.pose::<f64>().unwrap();
-    let bearing = Bearing2d { nx: 21, ny: 9, ecc: 0.7, aspect: 0.8, groove: 30.0 };
-    let (a, b, q) = bearing.pose::<f64>().unwrap();
-    for tau in [0.4, 1.0, 1.7] {
-        for gamma in [1.0, 3.0] {
-            holds(problem(tau, &disc.a, &disc.b).with_gamma(gamma).unwrap(), &disc.q);
-            holds(problem(tau, &a, &b).with_gamma(gamma).unwrap(), &q);
-        }
-    }
 }
 
 fn by_tmgs<T: Scalar>(example: Example) -> (Solver<T, impl Method<T>>, Vec<T>) {

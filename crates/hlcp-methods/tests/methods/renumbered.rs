@@ -70,7 +70,7 @@ fn wind_blows_forward() {
         let Lists(rows) = renamed(&b, &order);
         assert!(rows.iter().enumerate().all(|(i, row)| row.iter().all(|&(j, _)| j <= i)));
 
-        // Oil that is only carried along is settled by the two sweeps of AUTO's opening.
+        // Oil that is only carried along is settled by AUTO's first two sweeps.
         let q: Vec<f64> = (0..nx * ny).map(|i| 1.0 + 0.5 * noise(i)).collect();
         let auto = "AUTO".parse::<Named>().unwrap();
         let method = auto.on_dyn(Dynamic::from_pair(&a, &b).unwrap()).unwrap();
