@@ -218,7 +218,7 @@ fn underflow() {
 /// differs in the last digits. A pair without a solution has no such excuse.
 #[test]
 fn rounding_is_named_as_the_reason() {
-    let n = 1000;
+    let n = 2000;
     let string = |phase: f64| {
         let stiffness = |i: usize| 10_f64.powf(4.0 * (phase * i as f64).sin());
         let row = |i, _| {
