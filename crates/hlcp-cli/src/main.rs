@@ -179,6 +179,18 @@ fn about() -> String {
     )
 }
 
+/// Runs on so many threads.
+fn on_threads<V: Send>(
+    threads: u16,
+    run: impl FnOnce() -> Result<V, Box<dyn Error>> + Send,
+) -> Result<V, Box<dyn Error>> {
+    if threads == 1 {
+        return run();
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
+    Ok(pool.install(|| run().map_err(|error| error.to_string()))?)
+}
+
 /// Says in one line on stderr what may hold the names of files.
 fn say(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "{}", printable(line));

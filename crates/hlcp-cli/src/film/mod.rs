@@ -22,7 +22,7 @@ use hlcp::{
 };
 use serde_json::{Value, json};
 
-use crate::{print, say};
+use crate::{on_threads, print, say};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -271,13 +271,10 @@ pub(crate) fn run(mut arguments: Arguments) -> Result<bool, Box<dyn Error>> {
         );
     }
     let is_plane = arguments.map.is_some() || arguments.journal || arguments.pad.is_some();
-    let mut done = match arguments.threads {
-        Some(threads @ 2..) => {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build()?;
-            pool.install(|| plane::solve(&arguments).map_err(|error| error.to_string()))?
-        }
-        _ if is_plane => plane::solve(&arguments)?,
-        _ => profile::solve(&mut arguments)?,
+    let mut done = if is_plane {
+        on_threads(arguments.threads.unwrap_or(1), || plane::solve(&arguments))?
+    } else {
+        profile::solve(&mut arguments)?
     };
     // Before anything is printed, because a reader that goes away ends the program.
     let paths = done.outputs.iter().map(PathBuf::as_path);

@@ -4,8 +4,7 @@
 //! of its straight lines is cut into pieces, none longer than 1/400 of the film unless `--refine`
 //! says how many.
 //!
-//! Without arguments it takes the pad of the library's slider, and ends with an error if peak or
-//! rupture are not the known ones.
+//! Without arguments it takes the pad of the library's slider.
 
 use std::{error::Error, path::Path, time::Instant};
 
@@ -46,7 +45,6 @@ pub(super) fn solve(arguments: &mut Arguments) -> Result<Done, Box<dyn Error>> {
     let solved = Solved::new(points, conditions, arguments)?;
     let mut report = solved.report();
     if arguments.profile.is_none() {
-        solved.check()?;
         let [peak, rupture] = [Slider::PEAK * 1e-6, Slider::RUPTURE * 1e3];
         report.say(format!("known: peak {peak:.6} MPa, rupture at x = {rupture:.6} mm"));
     }
@@ -206,19 +204,5 @@ impl<'a> Solved<'a> {
             .outline("filled, (1 − r) h", "#D55E00", "6 4", &filled);
         let caption = "Reynolds equation with mass-conserving cavitation";
         [chart::svg(2, 300.0, vec![pressure, film], caption), csv]
-    }
-
-    /// Holds the pad's peak and rupture against those of the continuous problem.
-    fn check(&self) -> Result<(), String> {
-        let Self { film, line, .. } = self;
-        // The straight pieces are off the parabola by h″Δx²/8, some (Δx/L)² of the smallest gap;
-        // 1e-3 is room.
-        let peak = (line.pressure[line.peak] / Slider::PEAK - 1.0).abs() <= 1e-3;
-        let near = |i: usize| (film.x[i] - Slider::RUPTURE).abs() <= film.x[i] - film.x[i - 1];
-        if peak && matches!(line.ruptures[..], [i] if near(i)) {
-            return Ok(());
-        }
-        let at = line.ruptures.iter().map(|&i| self.x[i]).collect::<Vec<_>>();
-        Err(format!("the pad's peak is wrong, or it ruptures at {at:?}"))
     }
 }

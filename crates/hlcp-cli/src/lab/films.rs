@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     chart::{provenance, save},
-    print,
+    on_threads, print,
     progress::counting,
     scenes::{Problem, textured},
 };
@@ -156,11 +156,13 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     let (mut rows, mut of_pads) = (vec![], vec![]);
     for &([nx, ny], k) in sliders {
         let title = format!("slider, {nx} × {ny}, K = {k}");
-        rows.push(Row::new(title, &textured([nx, ny], k, 2.0), *threads)?);
+        let film = textured([nx, ny], k, 2.0);
+        rows.push(on_threads(*threads, || Row::new(title, &film, *threads))?);
         bar.inc(1);
     }
     for &k in pads {
-        of_pads.push(Row::new(format!("pad, K = {k}"), &pad(k), *threads)?);
+        let (title, film) = (format!("pad, K = {k}"), pad(k));
+        of_pads.push(on_threads(*threads, || Row::new(title, &film, *threads))?);
         bar.inc(1);
     }
     bar.finish_and_clear();

@@ -16,7 +16,7 @@ use hlcp_verify::{certify_by, certify_within};
 use report::Answer;
 
 use crate::{
-    memory, print,
+    memory, on_threads, print,
     progress::Way,
     say,
     scenes::{Boxed, Given, Posable, Pose, Problem, distance, goal},
@@ -48,11 +48,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<bool, Box<dyn Error>> {
 /// Solves what was asked for, on as many threads as were asked for, and prints it; whether all of
 /// it converged.
 fn run_on(arguments: &Arguments, ranks: Option<&Arc<dyn Ranks>>) -> Result<bool, Box<dyn Error>> {
-    if arguments.threads == 1 {
-        return solve(arguments, ranks);
-    }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(arguments.threads.into()).build()?;
-    Ok(pool.install(|| solve(arguments, ranks).map_err(|error| error.to_string()))?)
+    on_threads(arguments.threads, || solve(arguments, ranks))
 }
 
 /// The problem that is solved, how often, and what became of it so far.
@@ -324,8 +320,9 @@ impl Run<'_> {
                 break;
             }
             next(k, solver.z(), q);
-            let options = Options::resume().limits(*limits).observer(&mut show);
-            outcome = outcome.then(solver.solve(q, options)?);
+            let time = limits.time.map(|time| time.saturating_sub(outcome.elapsed));
+            let options = Options::resume().limits(Limits { time, ..*limits });
+            outcome = outcome.then(solver.solve(q, options.observer(&mut show))?);
         }
         Ok(outcome)
     }
