@@ -373,7 +373,7 @@ def _sides_agree(given: dict[str, Side | None]) -> None:
 def _side(name: str, side: Side | None, ambient: float) -> tuple[str, float]:
     if _is(side, "closed") or _is(side, "periodic"):
         return str(side), 0.0
-    if isinstance(side, tuple) and len(side) == 2 and _is(side[0], "starved"):
+    if isinstance(side, (tuple, list)) and len(side) == 2 and _is(side[0], "starved"):
         return "starved", _number(name, side[1])
     try:
         return "pressure", _number(name, ambient if side is None else side)

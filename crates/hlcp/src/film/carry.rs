@@ -65,6 +65,8 @@ pub struct Carried {
     pub off: f64,
     /// The position of that one.
     pub nearest_at: Vec<f64>,
+    /// Of a journal, in m.
+    clearance: f64,
 }
 
 impl Carried {
@@ -72,7 +74,10 @@ impl Carried {
     pub fn failure(&self, force: f64) -> String {
         let ([films, failed], [least, largest], off) = (self.films, self.forces, self.off);
         let place = |at: &[f64]| match at {
-            [x, y] => format!("an eccentricity of {:.6e} m", x.hypot(*y)),
+            [x, y] => {
+                let ecc = x.hypot(*y) / self.clearance;
+                format!("an eccentricity of {ecc:.6} of the clearance")
+            }
             [rise, x, y] => format!("a rise of {rise:.6e} m and slopes of {x:.3e} and {y:.3e}"),
             _ => "the start".into(),
         };
@@ -290,11 +295,21 @@ impl Bearing {
             Some(start) => Solved::exact(first, start, settings)?,
             None => Solved::new(first, None, settings)?,
         };
+        let clearance = self.journal.map_or(f64::NAN, |journal| journal.clearance);
         let (mut least, largest, mut largest_at) = (f64::INFINITY, Cell::new(0.0_f64), vec![]);
         if !solved.outcome.converged() {
             let (found, films, forces) = (false, [1, 1], [least, 0.0]);
             let (off, nearest_at) = (f64::NAN, vec![]);
-            return Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at });
+            return Ok(Carried {
+                found,
+                solved,
+                films,
+                forces,
+                largest_at,
+                off,
+                nearest_at,
+                clearance,
+            });
         }
         let thin = solved.film.gap.iter().copied().fold(f64::INFINITY, f64::min);
         let wanted = Wanted::new(self, load, thin);
@@ -354,7 +369,7 @@ impl Bearing {
             self.position.clone_from(&nearest_at);
         }
         let (films, forces) = ([tried + failed, failed], [least, largest.get()]);
-        Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at })
+        Ok(Carried { found, solved, films, forces, largest_at, off, nearest_at, clearance })
     }
 }
 

@@ -66,7 +66,7 @@ fn a_load_that_the_cells_do_not_resolve_is_given_up() {
     let [films, failed] = given_up.films;
     assert!(!given_up.found && films - failed <= 340, "{:?}", given_up.films);
     let told = given_up.failure(2e6);
-    assert!(told.contains(" N or more, least at an eccentricity of 9.9"), "{told}");
+    assert!(told.contains(" N or more, least at an eccentricity of 0.99"), "{told}");
     assert!(carried([240, 8]).found);
 }
 
