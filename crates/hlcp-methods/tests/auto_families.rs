@@ -9,7 +9,7 @@ use hlcp_core::{Error, FivePoint, Identity, Omega, Rows, Scalar, Varying};
 use hlcp_methods::{
     AutoChoice, AutoEnd, AutoTurn, BoxedMethod, DynRows, Limits, Method, Options, Outcome, Solver,
 };
-use hlcp_verify::{Film, Side, families};
+use hlcp_verify::{Film, JournalBearing, Side, families};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 use std::f64::consts::TAU;
 
@@ -87,6 +87,19 @@ fn films_with_dimples_go_to_algebraic_multigrid() {
         let history = competes(&format!("{cells:?}"), &a, &b, &q);
         assert_eq!(history.last().unwrap().choice, AutoChoice::AmgNewton, "{history:?}");
     }
+}
+
+/// Its last window shows less than algebraic multigrid promises, but another one is enough.
+#[test]
+fn a_method_that_is_nearly_through_is_not_left() {
+    let bearing = JournalBearing { nx: 127, ny: 127, ecc: 0.1, b: 10.0 };
+    let (a, b, q) = bearing.pose::<f64>().unwrap();
+    let mut solver = by("AUTO", &a, &b).unwrap();
+    let x0 = vec![1.0; q.len()];
+    let outcome = solver.solve(&q, Options::from_x(&x0).limits(Limits::absolute(1e-10))).unwrap();
+    let choices: Vec<_> = solver.method().turns().iter().map(|turn| turn.choice).collect();
+    assert!(outcome.converged(), "{outcome}");
+    assert_eq!(choices, [AutoChoice::Sor, AutoChoice::Multigrid]);
 }
 
 /// Contacts on grids that their rows do not show, and steps of time of them: Anderson's iteration

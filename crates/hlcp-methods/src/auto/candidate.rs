@@ -194,6 +194,11 @@ impl<T: Scalar, A: Rows<T>, B: Rows<T>> Candidate<T, A, B> {
         }
     }
 
+    /// Takes it out of the solve.
+    pub(super) fn give_up(&mut self) {
+        (self.promise, self.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    }
+
     /// Takes in what a window has shown.
     pub(super) fn judge(&mut self, rate: f64, shape: Shape) {
         let fused = match self.choice {

@@ -53,7 +53,8 @@ pub use history::{AutoChoice, AutoEnd, AutoTurn};
 /// of adaptive SOR on a plane counts fourfold, for its sweeps are fused and take a quarter of the
 /// time; where coefficients are constant its progress counts twelvefold, and that of multigrid
 /// does; where multigrid promises 0.13 its progress counts one and a half times. After each window
-/// of a method its promise is halved and its window doubled. So SOR that takes ten digits in 770
+/// of a method its promise is halved and its window doubled. A method that takes off as much in
+/// another such window as the tolerance asks for goes on whatever the others' prospects. So SOR that takes ten digits in 770
 /// sweeps is left alone, or in 230 where coefficients are constant, cycles go on while each halves
 /// the residual or nearly does, or takes a tenth off it where coefficients are constant, and a
 /// method that has failed is tried again, for longer, when nothing else does better. Inner linear
@@ -342,7 +343,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         if moves_on {
             self.leave(self.at, y);
             self.move_to(at, AutoEnd::Slow);
-            (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+            self.count_from(self.sweeps());
         }
         moves_on
     }
@@ -360,6 +361,11 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
         let choice = self.candidates[at].choice;
         self.stepped = false;
         self.history.push(AutoTurn { choice, sweeps: 0, residual: self.smallest(), end });
+    }
+
+    /// Judges the progress from here on alone, after so many sweeps of the solve.
+    fn count_from(&mut self, sweeps: usize) {
+        (self.begun, self.middle) = ((sweeps, self.best), None);
     }
 
     fn sweeps(&self) -> usize {
@@ -446,9 +452,8 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
     /// are ways; returns whether another one goes on.
     fn retire(&mut self) -> bool {
         self.leave(self.at, &[]);
-        let resting = &mut self.candidates[self.at];
-        (resting.promise, resting.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+        self.candidates[self.at].give_up();
+        self.count_from(self.sweeps());
         self.choose(AutoEnd::Slow)
     }
 
@@ -478,8 +483,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Auto<T, A, B> {
                 }
                 return true;
             }
-            let refused = &mut self.candidates[next];
-            (refused.promise, refused.rate) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+            self.candidates[next].give_up();
             let turn = self.history.pop();
             self.begin(next, Some(AutoEnd::Refused));
             self.history.extend(turn);
@@ -547,7 +551,7 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
                 self.candidates[at].judge(f64::NEG_INFINITY, self.shape);
                 self.choose(AutoEnd::Growing);
                 self.leave(at, &[]);
-                (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+                self.count_from(self.sweeps());
             }
             return true;
         }
@@ -635,9 +639,6 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if opened.is_some() {
             return norms;
         }
-        if self.history.len() == 1 && !is_fast && self.takes_up_elimination(y) {
-            return norms;
-        }
         // Columns that are chosen anew may lead anywhere at first, but not where the solver ends.
         let is_pivoted = self.uses() == AutoChoice::Pivoting;
         let bound = self.scale * if is_pivoted { pivoting::FAR } else { GROWN };
@@ -645,6 +646,10 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         let spent = led - self.begun.0;
         if grown && spent < window && self.takes_back() {
             y.copy_from_slice(&self.kept);
+            return norms;
+        }
+        let is_first = self.history.len() == 1;
+        if is_first && !is_fast && !grown && !clock.is_up() && self.takes_up_elimination(y) {
             return norms;
         }
         let ends = spent >= window || self.candidates[self.at].most() < rival;
@@ -668,15 +673,17 @@ impl<T: Scalar, A: Rows<T> + Clone, B: Rows<T> + Clone> Method<T> for Auto<T, A,
         if self.has_sides && self.rival() > self.candidates[at].prospect() {
             self.has_sides = false;
             if self.solve_from_one_side(q, y, residual, clock.goal) {
-                (self.begun, self.middle) = ((self.sweeps(), self.best), None);
+                self.count_from(self.sweeps());
                 return norms;
             }
         }
-        let moved_on = self.choose(if grown { AutoEnd::Growing } else { AutoEnd::Slow });
+        let nears = rate > 0.0 && (self.best / clock.goal).ln() <= rate * window as f64;
+        let end = if grown { AutoEnd::Growing } else { AutoEnd::Slow };
+        let moved_on = !nears && self.choose(end);
         if moved_on || grown {
             self.leave(at, if grown { &[] } else { y });
         }
-        (self.begun, self.middle) = ((if moved_on { sweeps } else { led }, self.best), None);
+        self.count_from(if moved_on { sweeps } else { led });
         // The residual of y is not known, but that of x is.
         if grown || moved_on && residual > self.kept_residual {
             y.copy_from_slice(&self.kept);
