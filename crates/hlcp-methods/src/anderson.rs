@@ -112,8 +112,8 @@ impl<T: Scalar, M: Method<T>> Anderson<T, M> {
     pub fn new(base: M, window: usize) -> Result<Self, Error> {
         let n = base.problem().order();
         // The largest array is `window` vectors, or as many products as pairs of them.
-        let bytes = window.checked_mul(n.max(window)).and_then(|numbers| numbers.checked_mul(8));
-        if window == 0 || bytes.is_none_or(|bytes| bytes > isize::MAX as usize) {
+        let largest = window.saturating_mul(n.max(window));
+        if window == 0 || Vec::<f64>::new().try_reserve_exact(largest).is_err() {
             let range = "at least 1, and small enough to store";
             return Err(Error::Parameter { name: "window", value: window as f64, range });
         }

@@ -83,12 +83,10 @@ pub fn solve_mixed<'o, S: Method<f32>, D: Method<f64>>(
     } else {
         None
     };
-    let ran_away = |first: &Outcome| matches!(first.status, Status::Diverged(_));
-    let Some(first) = first.filter(|first| !ran_away(first)) else {
-        return double.solve(q, Options { start, limits, observer });
-    };
+    let Some(first) = first else { return double.solve(q, Options { start, limits, observer }) };
     let x: Vec<f64> = single.x().iter().map(|&x| x.into()).collect();
-    let remaining = Limits {
+    let start = if matches!(first.status, Status::Diverged(_)) { start } else { Start::X(&x) };
+    let limits = Limits {
         iterations: limits.iterations - first.iterations,
         time: limits.time.map(|time| time.saturating_sub(begin.elapsed())),
         ..limits
@@ -97,6 +95,6 @@ pub fn solve_mixed<'o, S: Method<f32>, D: Method<f64>>(
     if first.status == Status::Stopped {
         observer = Some(Watched(Box::new(|_| ControlFlow::Break(()))));
     }
-    let second = double.solve(q, Options { start: Start::X(&x), limits: remaining, observer })?;
+    let second = double.solve(q, Options { start, limits, observer })?;
     Ok(Outcome { elapsed: begin.elapsed(), ..first.then(second) })
 }

@@ -86,7 +86,7 @@ proptest! {
 fn a_window_of_zero_or_beyond_memory_is_refused() {
     let problem = Hlcp::lcp(Identity { order: 2 }).unwrap();
     let base = Mms::new(problem, Aor::<f64>::jacobi()).unwrap();
-    for window in [0, usize::MAX, 1 << 40] {
+    for window in [0, usize::MAX, 1 << 40, 1 << 29] {
         let refusal = Anderson::new(base.clone(), window).unwrap_err();
         assert!(matches!(refusal, Error::Parameter { name: "window", .. }));
     }

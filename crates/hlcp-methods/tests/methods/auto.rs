@@ -316,6 +316,16 @@ fn mixed_precision_reaches_double_precision() {
         let scaled = solve_mixed(&mut single, &mut double, &q, within(limits, &x0)).unwrap();
         assert!(scaled.converged() && scaled.iterations.abs_diff(alone.iterations) <= 1);
     }
+    // A first part that diverges counts, and leaves the start as it is.
+    let coupled = FivePoint::new(q.len(), 1, [0.0, -9.0, 1.0, -9.0, 0.0_f32]).unwrap();
+    let mut diverging = Solver::new(Mms::new(Hlcp::lcp(coupled).unwrap(), Aor::jacobi()).unwrap());
+    let narrow: Vec<f32> = q.iter().map(|&q| q as f32).collect();
+    let lost = diverging.solve(&narrow, Options::from_x(&vec![1.0; q.len()])).unwrap();
+    assert!(matches!(lost.status, Status::Diverged(_)), "{lost}");
+    let outcome = solve_mixed(&mut diverging, &mut double, &q, within(limits, &x0)).unwrap();
+    assert!(outcome.converged(), "{outcome}");
+    assert_eq!(outcome.iterations, lost.iterations + alone.iterations);
+
     let few = Limits { iterations: 3, ..limits };
     let outcome = solve_mixed(&mut single, &mut double, &q, within(few, &x0)).unwrap();
     assert_eq!((outcome.status, outcome.iterations), (Status::IterationLimit, 3));
