@@ -69,7 +69,7 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
 
     /// Returns the same view on a grid that closes round in the directions `[x, y]` that say so, as
     /// [`FivePoint::periodic`](crate::FivePoint::periodic) does: the coefficients that led outside
-    /// lead across.
+    /// lead across. Returns a diagonal operator as it is, which has no grid.
     ///
     /// # Panics
     ///
@@ -80,10 +80,12 @@ impl<'a, T: Scalar> FivePointView<'a, T> {
     ///
     /// let ring = FivePointView::new(4, 1, [0.0, -1.0, 2.0, -1.0, 0.0].map(Uniform));
     /// assert_eq!(ring.periodic([true, false]).round(), [true, false]);
+    /// let diagonal = FivePointView::diagonal(Uniform(2.0));
+    /// assert_eq!(diagonal.periodic([true; 2]).round(), [false; 2]);
     /// ```
     pub fn periodic(self, round: [bool; 2]) -> Self {
-        let closed = self.grid.map_or(Ok(()), |grid| can_close(grid, round));
-        closed.expect("three points or more in a direction that closes");
+        let Some(grid) = self.grid else { return self };
+        can_close(grid, round).expect("three points or more in a direction that closes");
         Self { round, ..self }
     }
 
