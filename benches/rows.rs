@@ -159,9 +159,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         pool.install(|| seconds(M, step))
     };
     common::row("one thread, multicolour", "2 threads", "≥ 1.6", n, against(alone, shared));
-    let residual = |of: &Hlcp<_, _, _>| seconds(M, || done(of.residual(&rhs, &x, &q, &mut vec![])));
-    let figures = against(|| residual(&rows), || pool.install(|| residual(&together)));
-    common::row("one thread, residual over rows", "2 threads", "≥ 1.6", n, figures);
 
     let order = 1000;
     let entries: Vec<f64> = (0..order * order)

@@ -15,7 +15,7 @@ use crate::{
     },
     operators::{FivePointView, Identity, LinearOperator, Omega, Rows},
     parallel::{Claims, Shared, Strip, team, totals},
-    rows::{Known, RowResidual},
+    rows::Known,
 };
 
 /// Unknowns that one thread recovers in one go.
@@ -213,10 +213,10 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     ///
     /// The current pool is the one whose [`install`](rayon::ThreadPool::install) surrounds the
     /// call, and rayon's global one outside of any. From 16384 unknowns on, threads share
-    /// [`solution_from_x`](Self::solution_from_x), [`residual`](Self::residual) on grids and
-    /// assembled rows, and the sweeps that [`has_shared_sweeps`](Self::has_shared_sweeps) names,
-    /// with the same bits for any number of threads. A sweep allocates one row of the grid and
-    /// what rayon allocates to wake its threads.
+    /// [`solution_from_x`](Self::solution_from_x), [`residual`](Self::residual) on grids, and the
+    /// sweeps that [`has_shared_sweeps`](Self::has_shared_sweeps) names, with the same bits for any
+    /// number of threads. A sweep allocates two rows of the grid and what rayon allocates to wake
+    /// its threads.
     ///
     /// ```
     /// use hlcp_core::{FivePoint, Hlcp, Identity, Omega};
@@ -480,14 +480,6 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         self.assert_whole(q);
         if let Ok(sweep) = self.sweep() {
             return q.measured(|meter| sweep.residual(q, z, r, meter));
-        }
-        if let Some([a, b]) = self.known()
-            && self.shared.is_none()
-        {
-            let (sign, z, r) = if self.exchanged { (-T::one(), r, z) } else { (T::one(), z, r) };
-            let (rows, parallel) = ([a.rows(), b.rows()], self.parallel);
-            let residual = RowResidual { rows, sign, q: q.entries(), z, r, parallel };
-            return q.measured(|meter| residual.norms(meter));
         }
         let (az, br) = halves(scratch, z.len());
         self.product(self.exchanged, z, az);

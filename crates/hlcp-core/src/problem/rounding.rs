@@ -36,12 +36,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         for of_a in [true, false] {
             let mut largest = Norms { l2: 0.0, linf: 0.0 };
             for probe in 0..=BITS {
-                self.signs(|k, sign: T| {
-                    let entry = if of_a { self.z_entry(x[k]) } else { self.r_entry(k, x[k]) };
-                    let index = self.strip().map_or(k, |strip| strip.index(k));
+                for (k, (part, &x)) in part.iter_mut().zip(x).enumerate() {
+                    let entry = if of_a { self.z_entry(x) } else { self.r_entry(k, x) };
+                    let index = self.index(k);
                     let turned = probe > 0 && (index >> (probe - 1)) & 1 == 1;
-                    part[k] = if turned { -sign * entry } else { sign * entry };
-                });
+                    *part = if turned == is_negative(index) { entry } else { -entry };
+                }
                 self.product(!of_a, part, product);
                 let norms = self.norms(product);
                 // A NaN must survive.
@@ -107,9 +107,9 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
         Some(Norms { l2: if l2 > 0.0 { l2.next_up() } else { l2 }, linf: exact.linf + lost })
     }
 
-    /// Returns whether [`residual`](Self::residual) and [`exact_residual`](Self::exact_residual)
-    /// read the same rows: of five-point operators, and of those that have theirs in arrays. The
-    /// product of another operator may contradict its rows.
+    /// Returns whether [`exact_residual`](Self::exact_residual) reads what the operators are, which
+    /// those are that have five points or their rows in arrays. The product of another one may
+    /// contradict its rows.
     #[doc(hidden)]
     pub fn has_known_rows(&self) -> bool {
         self.sweep().is_ok() || self.known().is_some()
@@ -174,29 +174,13 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     pub fn row_lengths(&self, scratch: &mut Vec<T>) -> [f64; 2] {
         let n = self.order();
         let (signs, product) = halves(scratch, n);
-        self.signs(|k, sign| signs[k] = sign);
+        for (k, sign) in signs.iter_mut().enumerate() {
+            *sign = if is_negative(self.index(k)) { -T::one() } else { T::one() };
+        }
         [false, true].map(|of_b| {
             self.product(of_b, signs, product);
             self.norms(product).l2 / (self.whole_order() as f64).sqrt()
         })
-    }
-
-    /// Gives each of this rank's indices a random sign, the same each time and on any number of
-    /// ranks: the top bit of a generator that has come to the index in the whole grid.
-    fn signs(&self, mut give: impl FnMut(usize, T)) {
-        let (length, [skipped, all]) = match self.strip() {
-            Some(strip) => (strip.columns().len(), [strip.columns().start, strip.whole()[0]]),
-            None => (self.order(), [0, self.order()]),
-        };
-        let mut bits = Steps::of(skipped).take(0x9e37_79b9_7f4a_7c15);
-        let skip = Steps::of(all - length);
-        for row in (0..self.order()).step_by(length) {
-            for k in row..row + length {
-                bits = Steps::ONE.take(bits);
-                give(k, if bits >> 63 == 0 { T::one() } else { -T::one() });
-            }
-            bits = skip.take(bits);
-        }
     }
 
     /// Sums the squares of the answers to a question to each row. `None` if the rows are not known.
@@ -237,6 +221,11 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
             && self.b().try_visit_row(i, &mut |j, b| visit(-b, self.r_entry(j, x[j])))
     }
 
+    /// Returns the index in the whole grid of this rank's unknown `k`.
+    fn index(&self, k: usize) -> usize {
+        self.strip().map_or(k, |strip| strip.index(k))
+    }
+
     /// Returns the entry of `z` that [`solution_from_x`](Self::solution_from_x) makes of `x`; of
     /// `r` after an exchange.
     fn z_entry(&self, x: T) -> T {
@@ -250,26 +239,12 @@ impl<T: Scalar, A: LinearOperator<T>, B: LinearOperator<T>> Hlcp<T, A, B> {
     }
 }
 
-/// `bits ↦ m bits + c`, a number of steps of Knuth's linear congruential generator.
-#[derive(Clone, Copy)]
-struct Steps(u64, u64);
-
-impl Steps {
-    const ONE: Self = Self(6_364_136_223_846_793_005, 1_442_695_040_888_963_407);
-
-    /// Returns `count` steps as one, by squaring.
-    fn of(count: usize) -> Self {
-        let (mut all, mut square) = (Self(1, 0), Self::ONE);
-        for bit in 0..usize::BITS {
-            if count >> bit & 1 == 1 {
-                all = Self(square.0.wrapping_mul(all.0), square.take(all.1));
-            }
-            square = Self(square.0.wrapping_mul(square.0), square.take(square.1));
-        }
-        all
-    }
-
-    fn take(self, bits: u64) -> u64 {
-        self.0.wrapping_mul(bits).wrapping_add(self.1)
-    }
+/// Returns whether an index has the random sign −: a bit of its hash, by the finaliser of SplitMix64
+/// (G. L. Steele, D. Lea and C. H. Flood, *Fast splittable pseudorandom number generators*, OOPSLA
+/// 2014).
+fn is_negative(index: usize) -> bool {
+    let mut bits = (index as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits = (bits ^ bits >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ bits >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits >> 63 == 1
 }
