@@ -89,12 +89,12 @@
 //!
 //! * Nonlinear problems, and bounds on both sides of an unknown.
 //! * Finding all solutions, or proving that there is none: such a solve ends without convergence.
-//! * Multigrid on three-dimensional or periodic grids. Take [`AmgNewton`] there.
+//! * Multigrid on three-dimensional grids. Take [`AmgNewton`] there.
 //! * Diagonals that are not positive, in some methods. Relaxations need positive pivots, diagonal
 //!   entries of `A + BΩ`; multigrid and [`AmgNewton`] need positive diagonals of `A` and of `B`.
 //!   [`Pivoting`], and so [`solve`] and [`Auto`], take zeros in both, as of quadratic programs, and
 //!   with an Ω of yours negative entries.
-//! * Several machines and graphics processors.
+//! * Graphics processors.
 
 #![cfg_attr(docsrs, feature(doc_cfg))]
 

@@ -2,7 +2,7 @@
 
 use hlcp_core::{Hlcp, LinearOperator, Scalar};
 
-use crate::Divergence;
+use crate::{Divergence, Status};
 
 /// A residual this many times the larger of ‖q‖ and its first value is divergence.
 ///
@@ -21,14 +21,6 @@ pub const PATIENCE: usize = 1000;
 /// An entry of F is a sum of a dozen terms of the size of ‖x‖, each rounded, over a pivot of that
 /// size. The same of a backward error, in units of ε.
 pub(crate) const ROUNDING: f64 = 64.0;
-
-/// Why an iteration should go no further.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stop {
-    Diverging(Divergence),
-    Resting,
-    Repeating { period: usize },
-}
 
 /// The history of one iteration, in a few numbers.
 #[derive(Debug, Clone)]
@@ -115,7 +107,8 @@ impl<T: Scalar> Monitor<T> {
         k - self.best_at
     }
 
-    /// Looks at iterate `k`, its residual and the step that leads on from it.
+    /// Looks at iterate `k`, its residual and the step that leads on from it; returns why the
+    /// iteration should go no further.
     ///
     /// The ranks that share the `problem` compare their parts.
     pub(crate) fn stop<A: LinearOperator<T>, B: LinearOperator<T>>(
@@ -125,19 +118,19 @@ impl<T: Scalar> Monitor<T> {
         residual: f64,
         x: &[T],
         next: &[T],
-    ) -> Option<Stop> {
+    ) -> Option<Status> {
         if !residual.is_finite() {
             let entry = x.iter().position(|x| !x.is_finite());
             let index = entry.map(|k| problem.strip().map_or(k, |strip| strip.index(k)));
             let [first] = problem.largest([index.map_or(f64::NEG_INFINITY, |k| -(k as f64))]);
-            return Some(Stop::Diverging(if first.is_finite() {
+            return Some(Status::Diverged(if first.is_finite() {
                 Divergence::Entry { index: -first as usize }
             } else {
                 Divergence::Residual
             }));
         }
         if residual > GROWTH * self.scale {
-            return Some(Stop::Diverging(Divergence::Growth));
+            return Some(Status::Diverged(Divergence::Growth));
         }
         let quiet = self.quiet(k);
         if let Some(at) = self.anchored_at {
@@ -148,13 +141,13 @@ impl<T: Scalar> Monitor<T> {
             let resting = || !self.moved && moves_by_rounding(problem, x, next);
             let back = !problem.any(x != self.anchor);
             if back && resting() {
-                return Some(Stop::Resting);
+                return Some(Status::Stagnated);
             }
             if back && !self.remembers {
-                return Some(Stop::Repeating { period: k - at });
+                return Some(Status::Cycling { period: k - at });
             }
             if quiet > PATIENCE && k == at + 1 && resting() {
-                return Some(Stop::Resting);
+                return Some(Status::Stagnated);
             }
             if k - at > self.mark.span {
                 self.anchored_at = None;

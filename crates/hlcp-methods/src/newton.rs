@@ -165,8 +165,8 @@ impl<T: Scalar, M: Method<T>, P: Preconditioner<T, M::A, M::B>> Newton<T, M, P> 
         measure(self.base.problem(), q, &self.at, &mut self.f, &mut self.krylov.scratch)
     }
 
-    /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; whether
-    /// many unknowns it makes active, and inactive.
+    /// Takes the step from `at` to `y`, if the linear system can be solved to some extent; how
+    /// many unknowns that makes active, and inactive.
     fn correct(&mut self, forcing: f64, y: &mut [T], clock: &mut Clock<'_>) -> Option<[usize; 2]> {
         let goal = (forcing, clock.iterations(WORTH, INNER));
         let jacobian = Jacobian::new(self.base.problem(), &self.at);
