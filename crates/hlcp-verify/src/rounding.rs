@@ -33,22 +33,6 @@ pub(crate) fn larger(x: f64, y: f64) -> f64 {
     if x.is_nan() || x > y { x } else { y }
 }
 
-/// Compares `a b` with `c` exactly; `None` where underflow, overflow or NaN forbids it.
-///
-/// Where the product neither underflows nor overflows, its rounding error is itself a
-/// floating-point number, and a fused multiply–add finds it.
-pub(crate) fn compare_product(a: f64, b: f64, c: f64) -> Option<Ordering> {
-    let product = a * b;
-    if product == 0.0 && (a == 0.0 || b == 0.0) {
-        return 0.0.partial_cmp(&c);
-    }
-    if product.abs() < 1e-250 || !product.is_finite() {
-        return None;
-    }
-    let order = product.partial_cmp(&c)?;
-    if order == Ordering::Equal { a.mul_add(b, -product).partial_cmp(&0.0) } else { Some(order) }
-}
-
 /// A closed interval that holds a real number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Interval {
@@ -210,17 +194,6 @@ pub(crate) fn sign(terms: impl Iterator<Item = (f64, f64)> + Clone) -> Option<Or
 mod tests {
     use super::*;
 
-    #[test]
-    fn products_are_compared_exactly() {
-        let third = 1.0 / 3.0;
-        // 3·fl(1/3) is below 1 and rounds to 1.
-        assert_eq!(3.0 * third, 1.0);
-        assert_eq!(compare_product(3.0, third, 1.0), Some(Ordering::Less));
-        assert_eq!(compare_product(0.5, 3.0, 1.5), Some(Ordering::Equal));
-        assert_eq!(compare_product(1e-200, 1e-200, 0.0), None);
-        assert_eq!(compare_product(0.0, 2.0, 0.0), Some(Ordering::Equal));
-    }
-
     /// The sign of sums that cancel to nothing or to a last place, beside rational arithmetic.
     #[test]
     fn signs_are_exact() {
@@ -243,6 +216,8 @@ mod tests {
         // 3·fl(1/3) is below 1 and rounds to 1.
         let third = [(3.0, 1.0 / 3.0), (-1.0, 1.0)];
         assert_eq!(sign(third.into_iter()), Some(Ordering::Less));
+        assert_eq!(sign([(0.5, 3.0), (-1.5, 1.0)].into_iter()), Some(Ordering::Equal));
+        assert_eq!(sign([(0.0, 2.0)].into_iter()), Some(Ordering::Equal));
         assert_eq!(sign([(1e-200, 1e-200), (1e-200, -1e-200)].into_iter()), None);
         assert_eq!(sign([(f64::NAN, 0.0)].into_iter()), None);
     }

@@ -12,7 +12,7 @@ use crate::{
     comparison::{Against, Coupled, merge},
     decimal::fixed,
     perron::{Bracket, Comparison, noda},
-    rounding::compare_product,
+    rounding::sign,
     steps::{Contraction, Steps},
     uniqueness::{Found, Uniqueness, Witness, search, uniqueness_within},
 };
@@ -498,7 +498,8 @@ fn signs_and_sizes<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -
             if column == row || b == 0.0 {
                 continue;
             }
-            let size = compare_product(b.abs(), problem.omega().entry(column).wide(), a.abs());
+            let omega = problem.omega().entry(column).wide();
+            let size = sign([(b.abs(), omega), (-a.abs(), 1.0)].into_iter());
             // The product of the two might underflow.
             if a < 0.0 && b > 0.0 || a > 0.0 && b < 0.0 || size.is_some_and(|order| order.is_gt()) {
                 return Answer::No(Failure::Entry { row, column });
@@ -516,7 +517,7 @@ fn omega_large<T: Scalar, A: Rows<T>, B: Rows<T>>(problem: &Hlcp<T, A, B>) -> An
     for row in 0..problem.order() {
         let [a, b] =
             [problem.a().diagonal_entry(row).wide(), problem.b().diagonal_entry(row).wide()];
-        match compare_product(problem.omega().entry(row).wide(), b, a) {
+        match sign([(problem.omega().entry(row).wide(), b), (-a, 1.0)].into_iter()) {
             Some(order) if order.is_ge() && b > 0.0 => {}
             Some(_) => return Answer::No(Failure::Entry { row, column: row }),
             None => return Answer::Undecided,
