@@ -6,10 +6,8 @@ use crate::distance_left;
 use hlcp_core::{Aor, FivePoint, Hlcp, Omega, Scalar};
 use hlcp_verify::{
     Convergence, Planted, Proof,
-    classes::{Answer, Failure, is_h_plus},
-    convergence,
-    oracle::Dense,
-    theorem_1, theorem_2,
+    classes::{Answer, Failure},
+    convergence, theorem_1, theorem_2,
 };
 use nalgebra::{dmatrix, dvector};
 
@@ -48,26 +46,6 @@ fn without_compatible_splittings_maor_stays_away() {
     assert!(theorem.signs_and_sizes.is_yes() && theorem.omega.is_yes());
     assert_eq!(theorem.compatible, Answer::No(Failure::Entry { row: 1, column: 0 }));
     assert!(distance_left(&p, &steps) > 0.05);
-}
-
-/// Both matrices are H₊, and there are three solutions: H₊ alone gives no W-property, and nothing
-/// is proved.
-#[test]
-fn two_h_plus_matrices_may_have_three_solutions() {
-    let dense = Dense {
-        a: dmatrix![1.0, -2.0; 0.0, 1.0],
-        b: dmatrix![1.0, 0.0; -2.0, 1.0],
-        q: dvector![1.0, -1.0],
-        omega: dvector![1.0, 1.0],
-        gamma: 1.0,
-    };
-    let problem = posed(&dense);
-    assert!(is_h_plus(problem.a()).is_yes() && is_h_plus(problem.b()).is_yes());
-    assert_eq!(dense.solutions().len(), 3);
-    let steps = [Aor::gauss_seidel()];
-    let signs_and_sizes = theorem_1(&problem, &steps).signs_and_sizes;
-    assert_eq!(signs_and_sizes, Answer::No(Failure::Entry { row: 1, column: 0 }));
-    assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
 }
 
 /// α far above the bound of (16), all else in order: the iteration runs away.
