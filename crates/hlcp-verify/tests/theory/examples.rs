@@ -113,17 +113,3 @@ fn a_witness_covers_beta_above_alpha() {
     assert!(!relaxed_theorem(&problem, &steps).is_yes());
     assert!(matches!(convergence(&problem, &steps), Convergence::Proved(Proof::Witness, _)));
 }
-
-/// The a-priori count is the least one: one iteration fewer is not enough.
-#[test]
-fn a_priori_counts() {
-    let Convergence::Proved(_, c) =
-        convergence(&example(true, 32, [4.0; 2], 1.0), &[Aor::gauss_seidel()])
-    else {
-        panic!("Theorem 2")
-    };
-    let k = c.iterations(1e-10).unwrap();
-    let exact = (1e-10_f64.ln() / c.factor.ln()).ceil() as u64;
-    assert!(k == exact || k == exact + 1, "{k} {exact}");
-    assert_eq!(c.iterations(0.0), None);
-}
