@@ -454,12 +454,12 @@ fn a_box_is_refused_or_said_to_hold_several() {
     let a = nalgebra::dmatrix![1.0, -2.0; 0.0, 1.0];
     let b = nalgebra::dmatrix![1.0, 0.0; -2.0, 1.0];
     let zero = [0.0; 2];
-    for q in [[0.0, 0.0], [0.5, -0.5], [1.0, -1.0]] {
-        let ends: [&[f64]; 2] = [&[-9.0, -4.0], &[9.0, 4.0]];
-        let count = solutions(&a, &b, &q).len();
-        if let Some(found) = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap() {
-            assert!(!found.is_alone || count == 1, "{q:?}");
-        }
+    // F₀ = x₀ − 2z₁ + q₀ and F₁ = x₁ + 2r₀ + q₁ point outwards on every face.
+    let ends: [&[f64]; 2] = [&[-4.0, -9.0], &[9.0, 4.0]];
+    for (q, count) in [([0.0, 0.0], 1), ([0.5, -0.5], 3), ([1.0, -1.0], 3)] {
+        assert_eq!(solutions(&a, &b, &q).len(), count);
+        let found = certify_box(&a, &b, &q, ends, [&zero, &zero]).unwrap().expect("a box");
+        assert!(!found.is_alone || count == 1, "{q:?}");
     }
 }
 
