@@ -160,4 +160,6 @@ fn each_hypothesis_is_reported_by_itself() {
     );
     let two = Aor::with_pairs([1.0, 1.0], [1.0, 0.5]).unwrap();
     assert!(matches!(relaxed_theorem(&problem, &[two]), Answer::No(Failure::Parameter(_))));
+    let of_two = convergence(&problem, &[two]);
+    assert!(matches!(of_two, Convergence::Proved(Proof::Theorem1, _)), "{of_two}");
 }
