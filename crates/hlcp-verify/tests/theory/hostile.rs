@@ -1,13 +1,17 @@
 //! Entries from all of the range of doubles, NaN and infinities: every function returns, and claims
 //! nothing false.
 
-use crate::{exact::exact, for_all, uniqueness::is_m_matrix};
+use crate::{
+    exact::exact,
+    for_all,
+    uniqueness::{is_m_matrix, is_unique, is_z as is_z_exactly},
+};
 use approx::assert_abs_diff_eq;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use hlcp_core::{Aor, Diagonal, Hlcp, Identity, LinearOperator, Omega, Rows};
 use hlcp_verify::{
-    Convergence, Uniqueness, Witness, alpha_bound, certify, certify_box,
+    Convergence, Proof, Uniqueness, Witness, alpha_bound, certify, certify_box,
     classes::{Answer, Failure, is_h, is_h_plus, is_m, is_z},
     convergence,
     oracle::Dense,
@@ -63,6 +67,11 @@ impl Rows<f64> for Counted {
 /// Whether ⟨A⟩ is a nonsingular M-matrix.
 fn is_h_exactly(a: &DMatrix<f64>) -> bool {
     is_m_matrix(a.nrows(), |i, j| exact(if i == j { a[(i, j)].abs() } else { -a[(i, j)].abs() }))
+}
+
+/// Whether it is and the diagonal of A is positive.
+fn is_h_plus_exactly(a: &DMatrix<f64>) -> bool {
+    a.diagonal().min() > 0.0 && is_h_exactly(a)
 }
 
 /// Whether the matrix `C` of a pair and an Ω is a nonsingular M-matrix.
@@ -154,9 +163,11 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
         let answers = [is_h(m), is_h_plus(m), is_m(m)];
         decided[0] += usize::from(claims(&answers[0]));
         if sound {
-            let yes = is_h_exactly(&m.rows);
-            for answer in &answers {
-                prop_assert!(!claims(answer) || answer.is_yes() == yes, "{answer:?}");
+            let (yes, plus) = (is_h_exactly(&m.rows), is_h_plus_exactly(&m.rows));
+            let truths = [yes, plus, plus && is_z_exactly(&m.rows)];
+            for (answer, truth) in answers.iter().zip(truths) {
+                let holds = if answer.is_yes() { truth } else { !claims(answer) || !yes };
+                prop_assert!(holds, "{answer:?}");
             }
         } else {
             prop_assert!(!answers.iter().any(claims), "{answers:?}");
@@ -187,11 +198,25 @@ fn check(Case { a, b, omega, q }: &Case) -> Result<[usize; 2], TestCaseError> {
 
     if sound == [true; 2] {
         let [a, b] = matrices;
-        let both = || is_h_exactly(a) && is_h_exactly(b);
+        let both = || is_h_plus_exactly(a) && is_h_plus_exactly(b);
         let coupled = is_coupled_exactly(a, b, omega);
         prop_assert!(!claims(&relaxed) || relaxed.is_yes() == coupled, "{relaxed:?}");
         prop_assert!(!one || both() && is_ii_exactly(a, b, omega));
         prop_assert!(!two || coupled && is_ii_exactly(a, b, omega));
+        for found in &convergences {
+            let holds = match found {
+                Convergence::Proved(Proof::Theorem2 | Proof::Relaxed, _) => coupled,
+                // To the only solution, whatever q is.
+                Convergence::Proved(..) => is_unique([a, b]),
+                Convergence::NotProved(_) => true,
+            };
+            prop_assert!(holds, "{found:?}");
+        }
+        // D − G of (16) is ⟨A⟩, and C of the other.
+        for (bracket, is_m) in brackets.iter().zip([is_h_plus_exactly(a), coupled]) {
+            let holds = if is_m { bracket.lower < 1.0 } else { bracket.upper >= 1.0 };
+            prop_assert!(holds, "{bracket:?}");
+        }
         // That a solution is near is compared by another test.
         for found in certificates.iter().flatten() {
             let bounds = || found.z.iter().chain(&found.r);

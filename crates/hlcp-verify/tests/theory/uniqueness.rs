@@ -26,13 +26,13 @@ pub(crate) fn determinant([a, b]: [&DMatrix<f64>; 2], choice: u32) -> BigRationa
 
 /// Whether all choices of columns have determinants of one sign, so that every `q` has exactly one
 /// solution.
-fn is_unique(pair: [&DMatrix<f64>; 2]) -> bool {
+pub(crate) fn is_unique(pair: [&DMatrix<f64>; 2]) -> bool {
     let mut signs = (0..1 << pair[0].nrows()).map(|choice| determinant(pair, choice).signum());
     let first = signs.next().expect("the choice of A");
     !first.is_zero() && signs.all(|sign| sign == first)
 }
 
-fn is_z(m: &DMatrix<f64>) -> bool {
+pub(crate) fn is_z(m: &DMatrix<f64>) -> bool {
     (0..m.nrows()).all(|i| (0..m.nrows()).all(|j| i == j || m[(i, j)] <= 0.0))
 }
 
