@@ -308,36 +308,17 @@ fn the_error_of_a_certificate_keeps_nan() {
     assert!(certificate.error().is_nan());
 }
 
-/// NaN, zero diagonals and order 1: no yes without a reason, and no panic.
+/// Nothing is proved of no steps, and of order 1 what is proved is sharp.
 #[test]
-fn nothing_is_proved_of_matrices_with_nan_or_a_bad_diagonal() {
-    let steps = [Aor::gauss_seidel()];
+fn no_steps_and_one_unknown_are_no_exceptions() {
     let good = dmatrix![4.0, -1.0; 0.5, 3.0];
-    for bad in [
-        dmatrix![4.0, f64::NAN; 0.5, 3.0],
-        dmatrix![4.0, -1.0; 0.5, f64::NAN],
-        dmatrix![4.0, f64::INFINITY; 0.5, 3.0],
-        dmatrix![0.0, -1.0; 0.5, 3.0],
-        dmatrix![4.0, -1.0; 0.5, -3.0],
-    ] {
-        assert!(!is_h_plus(&bad).is_yes());
-        assert!(!is_m(&bad).is_yes());
-        for [a, b] in [[&bad, &good], [&good, &bad]] {
-            let (zero, q) = ([0.0; 2], [1.0, -1.0]);
-            assert_eq!(certify(a, b, &q, &zero, &zero).unwrap().ok(), None);
-            let problem = Hlcp::new(a, b, Omega::Each(vec![0.9, 1.1])).unwrap();
-            assert!(!theorem_1(&problem, &steps).applies());
-            assert!(!theorem_2(&problem, &steps).applies());
-            assert!(!relaxed_theorem(&problem, &steps).is_yes());
-            assert!(matches!(convergence(&problem, &steps), Convergence::NotProved(_)));
-        }
-    }
     let problem = Hlcp::new(good.clone(), good, Omega::Each(vec![1.0, 1.0])).unwrap();
     assert!(matches!(convergence(&problem, &[]), Convergence::NotProved(_)));
     assert!(!theorem_1(&problem, &[]).applies());
 
     let one = Hlcp::new(dmatrix![2.0], dmatrix![3.0], Omega::Uniform(0.7)).unwrap();
-    let Convergence::Proved(_, contraction) = convergence(&one, &steps) else { panic!("order 1") };
+    let proved = convergence(&one, &[Aor::gauss_seidel()]);
+    let Convergence::Proved(_, contraction) = proved else { panic!("order 1") };
     // |BΩ − A|/(A + BΩ) = 0.1/4.1
     assert_abs_diff_eq!(contraction.factor, 0.1 / 4.1, epsilon = 1e-14);
     let certificate = certify(one.a(), one.b(), &[-4.0], &[2.5], &[0.0]).unwrap().unwrap();
