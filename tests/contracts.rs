@@ -8,7 +8,9 @@ mod counting;
 
 use std::{fmt, sync::Arc};
 
-use common::{Disguised, Lists, from, named, names};
+use common::{
+    Disguised, Lists, assembled, from, largest_difference, named, names, parts, planted_q,
+};
 
 use hlcp_core::{
     Aor, Coefficients, Csr, Error, FivePoint, FivePointView, Hlcp, Identity, Jacobi, Omega, Rhs,
@@ -18,7 +20,7 @@ use hlcp_methods::{
     AdaptiveSor, Anderson, BoxedMethod, Clock, Limits, Method, Mms, Newton, Norm, Options, Outcome,
     Renumbered, Solver, Ssor, Tmms, Tolerance, TridiagonalPart, Work,
 };
-use nalgebra_sparse::{CooMatrix, CsrMatrix};
+use nalgebra_sparse::CsrMatrix;
 
 /// The rows beside the library's names, each with an arm in [`method`]: parameters and mixtures
 /// that no name has. A row whose method checks no pivots, since it knows no rows, has "closure" in
@@ -105,33 +107,14 @@ fn stencil<T: Scalar>(coefficients: [f64; 5]) -> FivePoint<T> {
     FivePoint::new(NX, N / NX, coefficients.map(|c| T::of(c))).unwrap()
 }
 
-fn assembled<T: Scalar + nalgebra::Scalar>(operator: &impl Rows<T>) -> CsrMatrix<T> {
-    let n = operator.order();
-    let mut coo = CooMatrix::new(n, n);
-    for i in 0..n {
-        operator.visit_row(i, &mut |j, a| coo.push(i, j, a));
-    }
-    CsrMatrix::from(&coo)
-}
-
 fn omega<T: Scalar>() -> Omega<T> {
     Omega::Each((0..N).map(|i| T::of(1.3 + 0.2 * f64::cos(i as f64))).collect())
 }
 
 /// A planted solution of mixed signs, neither 0 nor 1 nor equal.
-fn signed<T: Scalar>() -> Vec<T> {
-    (0..N).map(|i| T::of(1.5 * f64::sin(2.1 * i as f64 + 0.4))).collect()
-}
-
-/// B r* − A z*, walked row by row in double precision.
-fn planted_q<T: Scalar>(a: &impl Rows<T>, b: &impl Rows<T>) -> Vec<T> {
-    let (signed, mut q) = (signed::<T>(), vec![0.0; N]);
-    for (i, q) in q.iter_mut().enumerate() {
-        let (z, r) = (|j: usize| signed[j].max(T::zero()), |j: usize| (-signed[j]).max(T::zero()));
-        a.visit_row(i, &mut |j, a| *q -= a.wide() * z(j).wide());
-        b.visit_row(i, &mut |j, b| *q += b.wide() * r(j).wide());
-    }
-    q.into_iter().map(|q| T::of(q)).collect()
+fn solution<T: Scalar>() -> [Vec<T>; 2] {
+    let signed = |i| T::of(1.5 * f64::sin(2.1 * i as f64 + 0.4));
+    parts(&(0..N).map(signed).collect::<Vec<T>>())
 }
 
 /// A method on the planted problem with one kind of operators.
@@ -159,7 +142,8 @@ where
     B: Rows<T> + Clone + 'static,
 {
     fn new(row: &str, kind: &'static str, a: A, b: B) -> Self {
-        let (q, start) = (planted_q(&a, &b), vec![T::of(0.6); N]);
+        let [z, r] = solution();
+        let (q, start) = (planted_q(&a, &b, [&z, &r]), vec![T::of(0.6); N]);
         let limits = Limits { norm: Norm::LInf, ..Limits::absolute(1e-10) };
         Self { row: row.to_owned(), kind, a, b, q, start, limits }
     }
@@ -197,14 +181,12 @@ where
         assert!(outcome.converged(), "{self}: {outcome}");
         let rounding = 60.0 * T::epsilon().wide();
         let off = 1.5 / 0.2 * (outcome.residual.linf + rounding);
-        for (i, signed) in signed::<T>().into_iter().enumerate() {
-            let [z, r] = [solver.z()[i], solver.r()[i]];
-            for (found, planted) in [(z, signed), (r, -signed)] {
-                let distance = (found - planted.max(T::zero())).abs().wide();
-                assert!(distance <= off && found >= T::zero(), "{self}, in row {i}");
-            }
-            assert_eq!(z * r, T::zero(), "{self}, in row {i}");
+        let [z, r] = [solver.z(), solver.r()];
+        for (found, planted) in [z, r].into_iter().zip(solution()) {
+            assert!(largest_difference(found, &planted) <= off, "{self}");
+            assert!(found.iter().all(|&entry| entry >= T::zero()), "{self}");
         }
+        assert!(z.iter().zip(r).all(|(&z, &r)| z * r == T::zero()), "{self}");
         [solver.z(), solver.r()].concat()
     }
 
@@ -332,15 +314,14 @@ fn one_answer<T: Scalar>(row: &str, answers: &[Vec<T>]) {
     }
 }
 
-fn table<T: Scalar + nalgebra::Scalar>() {
+fn table<T: Scalar>() {
     let (a, b) = (stencil::<T>(A), stencil::<T>(B));
     let shared = |operator: FivePoint<T>| -> Arc<dyn Rows<T>> { Arc::new(operator) };
     let arrays =
         |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> { Arc::new(Csr::from_rows(operator)) };
+    let sparse = |operator: FivePoint<T>| CsrMatrix::from(&assembled(&operator));
     let dense = |operator: &dyn Rows<T>| -> Arc<dyn Rows<T>> {
-        let mut entries = vec![T::zero(); N * N];
-        (0..N).for_each(|i| operator.visit_row(i, &mut |j, entry| entries[i * N + j] = entry));
-        Arc::new(RowMajor::new(N, entries).unwrap())
+        Arc::new(RowMajor::new(N, assembled(&operator).transpose().as_slice().to_vec()).unwrap())
     };
     // The same solution is planted; the rows reach across the grid's edge.
     let [cylinder, torus] = [a.periodic([true, false]), b.periodic([true, true])];
@@ -363,7 +344,7 @@ fn table<T: Scalar + nalgebra::Scalar>() {
         let lists: Arc<dyn Rows<T>> = Arc::new(Lists::of(&a));
         let answers = [
             Case::new(row, "stencils", a, b).keeps_all(),
-            Case::new(row, "assembled matrices", assembled(&a), assembled(&b)).keeps_all(),
+            Case::new(row, "assembled matrices", sparse(a), sparse(b)).keeps_all(),
             Case::new(row, "a user's operators", Lists::of(&a), Lists::of(&b)).keeps_all(),
             Case::new(row, "shared operators", lists, shared(b)).keeps_all(),
             Case::new(row, "rows in arrays", arrays(&a), arrays(&b)).keeps_all(),
@@ -535,7 +516,8 @@ fn sweeps_are_counted_as_the_splittings_say() {
     let boxed: Box<dyn Splitting<f64>> = Box::new(Thrice(26.0));
     let step: Box<dyn Step<f64, FivePoint<f64>, FivePoint<f64>>> = Box::new(SplittingStep(boxed));
     let mut tmms = Tmms::new(problem(), step, Aor::gauss_seidel()).unwrap();
-    let q = planted_q(&a, &b);
+    let [z, r] = solution();
+    let q = planted_q(&a, &b, [&z, &r]);
     let seven = |method: &mut dyn Method<f64, A = FivePoint<f64>, B = FivePoint<f64>>| {
         let [mut x, mut y, mut spare] = [[0.6; N], [0.0; N], [0.0; N]].map(Vec::from);
         for _ in 0..7 {

@@ -32,7 +32,7 @@ pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, DMatrix<f64>, DMatrix<f64>> {
 }
 
 /// The matrix of an operator, from its rows.
-pub(crate) fn assembled(operator: &impl Rows<f64>) -> DMatrix<f64> {
+pub(crate) fn assembled<T: Scalar>(operator: &impl Rows<T>) -> DMatrix<T> {
     let n = operator.order();
     let mut matrix = DMatrix::zeros(n, n);
     for i in 0..n {
@@ -105,22 +105,24 @@ pub(crate) fn largest_difference<T: Scalar>(u: &[T], v: &[T]) -> f64 {
         .fold(0.0, |max, distance| if distance > max || distance.is_nan() { distance } else { max })
 }
 
-/// `q = B r − A z`, for which z and r are a solution.
-pub(crate) fn planted_q(
-    a: &impl LinearOperator<f64>,
-    b: &impl LinearOperator<f64>,
-    [z, r]: [&[f64]; 2],
-) -> Vec<f64> {
-    let (mut q, mut az) = (vec![0.0; z.len()], vec![0.0; z.len()]);
-    b.apply(r, &mut q);
-    a.apply(z, &mut az);
-    q.iter_mut().zip(az).for_each(|(q, az)| *q -= az);
-    q
+/// `q = B r − A z`, for which z and r are a solution, row by row in double precision.
+pub(crate) fn planted_q<T: Scalar>(
+    a: &impl Rows<T>,
+    b: &impl Rows<T>,
+    [z, r]: [&[T]; 2],
+) -> Vec<T> {
+    let row = |i| {
+        let mut q = 0.0;
+        a.visit_row(i, &mut |j, a| q -= a.wide() * z[j].wide());
+        b.visit_row(i, &mut |j, b| q += b.wide() * r[j].wide());
+        T::of(q)
+    };
+    (0..z.len()).map(row).collect()
 }
 
 /// The positive and the negative parts of numbers: a z and an r that are complementary.
-pub(crate) fn parts(signed: &[f64]) -> [Vec<f64>; 2] {
-    [1.0, -1.0].map(|sign| signed.iter().map(|s| (sign * s).max(0.0)).collect())
+pub(crate) fn parts<T: Scalar>(signed: &[T]) -> [Vec<T>; 2] {
+    [T::one(), -T::one()].map(|sign| signed.iter().map(|&s| (sign * s).max(T::zero())).collect())
 }
 
 /// Entries in 0..1 without pattern, others for every seed.

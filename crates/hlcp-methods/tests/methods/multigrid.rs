@@ -7,8 +7,7 @@ use crate::common::{
 use approx::assert_relative_eq;
 use hlcp_core::{
     Entries::{Each, Uniform},
-    Error, FivePoint, Hlcp, Identity, LinearOperator, Norms, Omega, Rhs, Rows, Scalar, Tridiagonal,
-    Varying,
+    Error, FivePoint, Hlcp, Identity, Norms, Omega, Rhs, Rows, Scalar, Tridiagonal, Varying,
 };
 use hlcp_methods::{Clock, Cycle, FullMultigrid, Limits, Method, Multigrid, Options, Solver};
 use hlcp_verify::{Disc, Example, Obstacle, Posed};
@@ -70,7 +69,7 @@ fn f_cycles_that_do_not_halve_the_defect_give_way_to_w_cycles() {
 }
 
 /// Contact on a disc in a rectangle, posed around its solution with any pair of operators.
-fn planted_disc<A: LinearOperator<f64>, B: LinearOperator<f64>>(
+fn planted_disc<A: Rows<f64>, B: Rows<f64>>(
     [nx, ny]: [usize; 2],
     a: A,
     b: B,

@@ -47,7 +47,7 @@ fn each_lcp_is_its_time_step() {
     let put = AmericanPut { rate: 0.07, volatility: 0.5, maturity: 0.8, m: 3, steps: 5 };
     let (a, b) = put.pose::<f64>().unwrap();
     let n = a.order();
-    assert_eq!(assembled(&b), DMatrix::identity(n, n));
+    assert_eq!(assembled::<f64>(&b), DMatrix::identity(n, n));
     let (k, s) = (2.0 * 0.07 / 0.25_f64, 0.5 * 0.8_f64.sqrt());
     let h = s / 3.0;
     let step = s * s / 2.0 / 5.0;

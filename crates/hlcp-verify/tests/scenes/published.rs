@@ -56,7 +56,7 @@ fn the_journal_bearing_is_its_elements() {
     let (scale, q) = (stiffness.amax(), DVector::from_vec(q));
     assert!((assembled(&a) - &stiffness).amax() <= 8.0 * f64::EPSILON * scale);
     assert!((&q + &load).amax() <= 8.0 * f64::EPSILON * load.amax());
-    assert_eq!(assembled(&b), DMatrix::identity(35, 35));
+    assert_eq!(assembled::<f64>(&b), DMatrix::identity(35, 35));
     let z = DVector::from_vec(scattered(35, 12.9898));
     let objective = 0.5 * z.dot(&(&stiffness * &z)) - load.dot(&z);
     // 35 points with five terms each, none larger than the scale.
@@ -83,7 +83,7 @@ fn the_obstacle_problem_is_its_stencil() {
     let m = 7;
     let scene = Obstacle { m };
     let (a, b, q) = scene.pose::<f64>().unwrap();
-    assert_eq!(assembled(&b), DMatrix::identity(25, 25));
+    assert_eq!(assembled::<f64>(&b), DMatrix::identity(25, 25));
     let z = scattered(25, 12.9898);
     let place = |i: usize| i as f64 * 4.0 / 6.0 - 2.0;
     let membrane = DMatrix::from_fn(m, m, |i, j| {
@@ -166,7 +166,7 @@ fn a_membrane_is_free_or_on_its_obstacle() {
             [4.0, -1.0].get(far).copied().unwrap_or(0.0)
         });
         assert_eq!(assembled(&a), dense);
-        assert_eq!(assembled(&b), DMatrix::identity(n, n));
+        assert_eq!(assembled::<f64>(&b), DMatrix::identity(n, n));
         proved(&a, &b, &[Aor::gauss_seidel()]);
 
         let [z, r] = solved((a, b, q), "AMGS", 1e-12);
