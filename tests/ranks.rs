@@ -273,7 +273,7 @@ fn a_panic_on_one_rank_ends_all() {
     assert!(ended.is_err());
 }
 
-/// Every method agrees with one process, which is tested above, or refuses.
+/// Of those that do not, a name of each kind agrees with one process above.
 #[test]
 fn methods_that_work_on_one_rank_say_so_on_all() {
     for name in ["NEWTON", "AMG", "PIVOTING"] {
