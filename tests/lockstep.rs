@@ -2,39 +2,17 @@
 
 mod common;
 
-use common::{permuted, planted, posed, red_black};
+use common::{permuted, planted, posed, red_black, textbook};
 use hlcp_core::{Aor, Jacobi, Rhs, Step};
 use hlcp_methods::{Clock, Method, Mms, Tmms};
-use hlcp_verify::{
-    Planted,
-    oracle::{Dense, Iteration},
-};
+use hlcp_verify::{Planted, oracle::Iteration};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 
 const ITERATIONS: usize = 12;
 
-/// Parameters of one AOR splitting of a pair.
-#[derive(Debug, Clone, Copy)]
-struct Parameters {
-    a: [f64; 2],
-    b: [f64; 2],
-    backward: bool,
-}
-
-impl Parameters {
-    fn library(self) -> Aor<f64> {
-        let aor = Aor::with_pairs(self.a, self.b).expect("generators make valid parameters");
-        if self.backward { aor.backward() } else { aor }
-    }
-
-    fn textbook(self, dense: &Dense) -> Iteration {
-        dense.mms(self.a, self.b, self.backward)
-    }
-}
-
 /// Jacobi, Gauss–Seidel, SOR, AOR, and AOR with own parameters for A and B, in both directions.
-fn parameters() -> impl Strategy<Value = Parameters> {
+fn parameters() -> impl Strategy<Value = Aor<f64>> {
     let alpha = || 0.5..1.6;
     let beta = || -0.3..1.8;
     let pair = prop_oneof![
@@ -44,7 +22,16 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         (alpha(), beta()).prop_map(|(alpha, beta)| [[alpha, beta]; 2]),
         (alpha(), beta(), alpha(), beta()).prop_map(|(a, b, c, d)| [[a, b], [c, d]]),
     ];
-    (pair, any::<bool>()).prop_map(|([a, b], backward)| Parameters { a, b, backward })
+    (pair, any::<bool>()).prop_map(|([a, b], backward)| {
+        let aor = Aor::with_pairs(a, b).expect("generators make valid parameters");
+        let aor = if backward { aor.backward() } else { aor };
+        for (step, is_fast) in [(aor, false), (aor.accelerated(), true)] {
+            // By these the textbook knows a step.
+            let known = (step.pairs(), step.precedes(1, 0), step.is_accelerated());
+            assert_eq!(known, ([a, b], backward, is_fast));
+        }
+        aor
+    })
 }
 
 /// A problem with a start.
@@ -119,12 +106,12 @@ proptest! {
     /// By rows, and Jacobi by the diagonal.
     #[test]
     fn mms_is_method_1((p, start) in begun(), aor in parameters()) {
-        let textbook = [aor.textbook(&p.dense)];
-        let mut mms = Mms::new(posed(&p.dense), aor.library()).unwrap();
-        lockstep(&natural(&start), &mut mms, &textbook, &p.dense.q, &start)?;
-        let textbook = [p.dense.mms([1.0, 0.0], [1.0, 0.0], false)];
+        let book = [textbook(&p.dense, &aor)];
+        let mut mms = Mms::new(posed(&p.dense), aor).unwrap();
+        lockstep(&natural(&start), &mut mms, &book, &p.dense.q, &start)?;
+        let book = [p.dense.mms([1.0, 0.0], [1.0, 0.0], false)];
         let mut mms = Mms::new(posed(&p.dense), Jacobi).unwrap();
-        lockstep(&natural(&start), &mut mms, &textbook, &p.dense.q, &start)?;
+        lockstep(&natural(&start), &mut mms, &book, &p.dense.q, &start)?;
     }
 
     #[test]
@@ -133,16 +120,16 @@ proptest! {
         first in parameters(),
         second in parameters(),
     ) {
-        let textbook = [first.textbook(&p.dense), second.textbook(&p.dense)];
-        let mut tmms = Tmms::new(posed(&p.dense), first.library(), second.library()).unwrap();
-        lockstep(&natural(&start), &mut tmms, &textbook, &p.dense.q, &start)?;
+        let book = [first, second].map(|step| textbook(&p.dense, &step));
+        let mut tmms = Tmms::new(posed(&p.dense), first, second).unwrap();
+        lockstep(&natural(&start), &mut tmms, &book, &p.dense.q, &start)?;
     }
 
     #[test]
     fn amms_is_the_accelerated_method_of_section_4((p, start) in begun(), aor in parameters()) {
-        let textbook = [p.dense.amms(aor.a, aor.b, aor.backward)];
-        let mut amms = Mms::new(posed(&p.dense), aor.library().accelerated()).unwrap();
-        lockstep(&natural(&start), &mut amms, &textbook, &p.dense.q, &start)?;
+        let book = [textbook(&p.dense, &aor.accelerated())];
+        let mut amms = Mms::new(posed(&p.dense), aor.accelerated()).unwrap();
+        lockstep(&natural(&start), &mut amms, &book, &p.dense.q, &start)?;
     }
 
     /// In red–black order the methods are the textbook's on permuted matrices, whatever couples the
@@ -155,12 +142,10 @@ proptest! {
     ) {
         let order = red_black(p.dense.q.len(), nx);
         let sorted = permuted(&p.dense, &order);
-        let library = aor.library().red_black(nx).unwrap();
-        let mut mms = Mms::new(posed(&p.dense), library).unwrap();
-        lockstep(&order, &mut mms, &[aor.textbook(&sorted)], &p.dense.q, &start)?;
-        let mut amms = Mms::new(posed(&p.dense), library.accelerated()).unwrap();
-        let textbook = [sorted.amms(aor.a, aor.b, aor.backward)];
-        lockstep(&order, &mut amms, &textbook, &p.dense.q, &start)?;
+        for step in [aor, aor.accelerated()] {
+            let mut method = Mms::new(posed(&p.dense), step.red_black(nx).unwrap()).unwrap();
+            lockstep(&order, &mut method, &[textbook(&sorted, &step)], &p.dense.q, &start)?;
+        }
     }
 
     /// The norms a step returns are those of A z − B r + q at its input, by the paper's
@@ -175,8 +160,8 @@ proptest! {
 
         let (problem, q) = (posed(&p.dense), Rhs::new(p.dense.q.as_slice()).unwrap());
         let (mut y, mut scratch) = (vec![f64::NAN; x.len()], vec![]);
-        let (plain, accelerated) = (aor.library(), aor.library().accelerated());
-        let steps: [&dyn Step<f64, DMatrix<f64>, DMatrix<f64>>; 3] = [&plain, &accelerated, &Jacobi];
+        let accelerated = aor.accelerated();
+        let steps: [&dyn Step<f64, DMatrix<f64>, DMatrix<f64>>; 3] = [&aor, &accelerated, &Jacobi];
         let mut all = steps.map(|s| s.step(&problem, &q, x.as_slice(), &mut y, &mut scratch)).to_vec();
         all.push(problem.residual(&q, z.as_slice(), r.as_slice(), &mut scratch));
         for norms in all {

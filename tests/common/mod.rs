@@ -13,7 +13,10 @@ use hlcp_core::{
 use hlcp_methods::{
     Clock, DynRows, Limits, Method, Named, Options, Outcome, Parameters, Solver, Tmms,
 };
-use hlcp_verify::{Planted, oracle::Dense};
+use hlcp_verify::{
+    Planted,
+    oracle::{Dense, Iteration},
+};
 use nalgebra::{DMatrix, DVector};
 use proptest::{collection::vec, prelude::*};
 
@@ -29,6 +32,16 @@ pub(crate) fn posed(dense: &Dense) -> Hlcp<f64, DMatrix<f64>, DMatrix<f64>> {
     Hlcp::new(dense.a.clone(), dense.b.clone(), omega)
         .and_then(|problem| problem.with_gamma(dense.gamma))
         .expect("generators make valid problems")
+}
+
+/// The step as the paper writes it.
+pub(crate) fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
+    let ([of_a, of_b], backward) = (step.pairs(), step.precedes(1, 0));
+    if step.is_accelerated() {
+        dense.amms(of_a, of_b, backward)
+    } else {
+        dense.mms(of_a, of_b, backward)
+    }
 }
 
 /// The matrix of an operator, from its rows.

@@ -16,12 +16,9 @@ mod tight;
 mod time;
 mod uniqueness;
 
-use common::asked;
+use common::{asked, textbook};
 use hlcp_core::Aor;
-use hlcp_verify::{
-    Planted,
-    oracle::{Dense, Iteration},
-};
+use hlcp_verify::{Planted, oracle::Iteration};
 use nalgebra::{DMatrix, DVector};
 use proptest::{prelude::*, strategy::ValueTree, test_runner::TestRunner};
 
@@ -53,16 +50,6 @@ fn powers_vanish(p: &DMatrix<f64>) -> bool {
         power = &power * &power;
         power.sum() < 1.0
     })
-}
-
-/// The step as the paper writes it.
-fn textbook(dense: &Dense, step: &Aor<f64>) -> Iteration {
-    let ([of_a, of_b], backward) = (step.pairs(), step.precedes(1, 0));
-    if step.is_accelerated() {
-        dense.amms(of_a, of_b, backward)
-    } else {
-        dense.mms(of_a, of_b, backward)
-    }
 }
 
 /// Any pair with positive diagonals, dominant or not.
