@@ -264,33 +264,16 @@ class BearingResult(FilmResult):
         if not self.success:
             raise ValueError(f"the film has no derivatives, because it is not solved:"
                              f" {self.message}")
-        film = self._walled["film"]
-        is_journal, is_held = self._walled["journal"] is not None, self._carries is None or position
-        named: dict[str, tuple[str, int, Any]] = {
-            "speed": ("speed", 0, None), "upper_speed": ("speed", 1, None),
-            "viscosity": ("viscosity", 0, None)}
-        if is_journal:
-            named["clearance"] = "clearance", 0, None
-        if is_journal and is_held:
-            named["ecc"] = "ecc", 0, None
-        elif is_held:
-            named |= {name: ("position", k, None)
-                      for k, name in enumerate(("rise", "slope_x", "slope_y"))}
-        named |= {"ambient": ("ambient", 0, None), "cavitation": ("cavitation", 0, None)}
-        named |= {name: ("side", k, None)
-                  for k, name in enumerate(("west", "east", "south", "north"))
-                  if film["sides"][k][0] in ("pressure", "starved")}
-        named |= {f"supplies[{k}]": ("supply", k, None) for k in range(len(film["supplies"]))}
-        named |= {name: ("gap", 0, gap) for name, gap in _depths(self._shape)}
+        grid, patterns = self.pressure.shape, [*_depths(self._shape)]
         for name, gap in (gaps or {}).items():
             array = real(f"gaps[{name!r}]", gap)
-            if array.shape != film["grid"]:
+            if array.shape != grid:
                 raise ValueError(f"gaps[{name!r}] has the shape {array.shape}, but the film has"
-                                 f" {film['grid']}")
-            named[name] = "gap", 0, vector(f"gaps[{name!r}]", array, np.float64)
+                                 f" {grid}")
+            patterns.append((name, vector(f"gaps[{name!r}]", array, np.float64)))
         carries = None if position else self._carries
-        found = _hlcp.bearing_sensitivities(self._stored(), carries, list(named.values()))
-        return {name: Sensitivity(*slopes) for name, slopes in zip(named, found)}
+        found = _hlcp.bearing_sensitivities(self._stored(), carries, patterns)
+        return {name: Sensitivity(*slopes) for name, slopes in found}
 
     def _stored(self) -> tuple[Any, Any, Any]:
         """Return the film, z and r, as the compiled half takes them."""

@@ -547,53 +547,41 @@ pub(crate) fn bearing_threshold(
     })
 }
 
-/// A kind of parameter, which one of these, and of a gap its pattern.
-type Named<'py> = (String, usize, Option<PyReadonlyArray1<'py, f64>>);
-
-fn parameter((kind, which, pattern): &Named<'_>) -> PyResult<Parameter> {
-    Ok(match (kind.as_str(), pattern) {
-        (_, Some(pattern)) => Parameter::Gap(pattern.as_slice()?.to_vec()),
-        ("speed", _) => Parameter::Speed(*which),
-        ("viscosity", _) => Parameter::Viscosity,
-        ("clearance", _) => Parameter::Clearance,
-        ("ecc", _) => Parameter::Eccentricity,
-        ("position", _) => Parameter::Position(*which),
-        ("ambient", _) => Parameter::Ambient,
-        ("cavitation", _) => Parameter::Cavitation,
-        ("side", _) => Parameter::Side(*which),
-        ("supply", _) => Parameter::Supply(*which),
-        _ => return Err(wrong(format!("there is no parameter {kind}"))),
-    })
-}
-
-/// Returns the derivatives of the figures of a film that is solved by parameters, under a load if
-/// there is one.
+/// Returns the names of the numbers that a bearing depends on and the derivatives of the figures of
+/// its film, which is solved, by them: in its position or under a load, and by gaps beside.
 #[pyfunction]
 pub(crate) fn bearing_sensitivities(
     py: Python<'_>,
     stored_film: Py<PyAny>,
     carries: Option<Carries>,
-    parameters: Py<PyAny>,
-) -> PyResult<Vec<Py<PyAny>>> {
+    gaps: Py<PyAny>,
+) -> PyResult<Vec<(String, Py<PyAny>)>> {
     apart(py, move |py, _| {
         let (bearing, solved) = stored(&stored_film.bind(py).extract()?)?;
-        let parameters: Vec<Named<'_>> = parameters.bind(py).extract()?;
-        let parameters = parameters.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
+        let gaps: Vec<(String, PyReadonlyArray1<'_, f64>)> = gaps.bind(py).extract()?;
+        let known = bearing.parameters(carries.is_none()).into_iter();
+        let (mut names, mut parameters): (Vec<_>, Vec<_>) =
+            known.map(|(name, _, parameter)| (name, parameter)).unzip();
+        for (name, gap) in gaps {
+            names.push(name);
+            parameters.push(Parameter::Gap(gap.as_slice()?.to_vec()));
+        }
         let found = released(py, || {
             refuse_dry(&bearing, &solved.film, "changes with nothing")?;
             let load = carries.map(|carries| load(&bearing, carries));
             bearing.sensitivities(&solved, &parameters, load.as_ref()).map_err(wrong)
         })?;
         // In the order of Python's class.
-        let told =
-            |Sensitivity { forces, slopes: of, position, ecc, attitude, .. }: Sensitivity| {
-                let (drag, full, sides, supplies) =
-                    (of.friction, of.full_friction, of.sides, of.supplies);
-                let (load, power, peak) = (of.load, of.power, of.peak);
-                (forces, load, drag, full, power, sides, supplies, peak, position, ecc, attitude)
-                    .into_py_any(py)
-            };
-        found.into_iter().map(told).collect()
+        let told = |(name, found): (String, Sensitivity)| {
+            let Sensitivity { forces, slopes: of, position, ecc, attitude, .. } = found;
+            let (drag, full, sides, supplies) =
+                (of.friction, of.full_friction, of.sides, of.supplies);
+            let (load, power, peak) = (of.load, of.power, of.peak);
+            let slopes =
+                (forces, load, drag, full, power, sides, supplies, peak, position, ecc, attitude);
+            Ok((name, slopes.into_py_any(py)?))
+        };
+        names.into_iter().zip(found).map(told).collect()
     })
 }
 

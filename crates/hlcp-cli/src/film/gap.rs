@@ -286,38 +286,16 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
 pub(super) fn parameters(
     bearing: &Bearing,
     arguments: &Arguments,
-) -> Vec<((String, &'static str), Parameter)> {
-    let is_journal = bearing.journal.is_some();
+) -> Vec<(String, &'static str, Parameter)> {
     // Under a load the position is no parameter.
-    let is_held = arguments.load.is_none();
-    let usual = [
-        (true, "speed", "m/s", Parameter::Speed(0)),
-        (true, "upper_speed", "m/s", Parameter::Speed(1)),
-        (true, "viscosity", "Pa s", Parameter::Viscosity),
-        (is_journal, "clearance", "m", Parameter::Clearance),
-        (is_held && is_journal, "ecc", "", Parameter::Eccentricity),
-        (is_held && !is_journal, "rise", "m", Parameter::Position(0)),
-        (is_held && !is_journal, "slope_x", "", Parameter::Position(1)),
-        (is_held && !is_journal, "slope_y", "", Parameter::Position(2)),
-        (true, "ambient", "Pa", Parameter::Ambient),
-        (true, "cavitation", "Pa", Parameter::Cavitation),
-    ];
-    let sides = bearing.film.sides.iter().enumerate().map(|(k, side)| {
-        let is_open = matches!(side, Side::Pressure(_) | Side::Starved(_));
-        let unit = if matches!(side, Side::Starved(_)) { "" } else { "Pa" };
-        (is_open, SIDES[k], unit, Parameter::Side(k))
-    });
-    let there = usual.into_iter().chain(sides).filter(|(is_there, ..)| *is_there);
-    let mut all: Vec<_> = there.map(|(_, name, unit, of)| ((name.to_owned(), unit), of)).collect();
-    let supply = |k| ((format!("supplies[{k}]"), "Pa"), Parameter::Supply(k));
-    all.extend((0..bearing.film.supplies.len()).map(supply));
+    let mut all = bearing.parameters(arguments.load.is_none());
     let blank = Film { gap: vec![0.0; bearing.film.gap.len()], ..bearing.film.clone() };
     let deeper = |name: String, pockets: &mut dyn Iterator<Item = Pocket>| {
         let mut film = blank.clone();
         for pocket in pockets {
             Pocket { depth: 1.0, ..pocket }.dig(&mut film);
         }
-        ((name, "m"), Parameter::Gap(film.gap))
+        (name, "m", Parameter::Gap(film.gap))
     };
     for (k, (_, pocket)) in pockets(bearing, arguments).into_iter().flatten().enumerate() {
         all.push(deeper(format!("pockets[{k}]"), &mut [pocket].into_iter()));

@@ -172,8 +172,9 @@ fn sensitivities(
     solved: &Solved,
     arguments: &Arguments,
 ) -> Result<Vec<Slopes>, Box<dyn Error>> {
+    let named = gap::parameters(bearing, arguments).into_iter();
     let (names, parameters): (Vec<_>, Vec<_>) =
-        gap::parameters(bearing, arguments).into_iter().unzip();
+        named.map(|(name, unit, parameter)| ((name, unit), parameter)).unzip();
     let load = balance::load(bearing, arguments)?;
     let found = bearing.sensitivities(solved, &parameters, load.as_ref())?;
     Ok(names.into_iter().zip(found).map(|((name, unit), found)| (name, unit, found)).collect())

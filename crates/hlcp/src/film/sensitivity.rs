@@ -1,4 +1,4 @@
-use hlcp_verify::{FilmChange, FilmSlopes};
+use hlcp_verify::{FilmChange, FilmSlopes, Side};
 use nalgebra::{DMatrix, DVector};
 
 use super::{
@@ -85,6 +85,45 @@ impl Sensitivity {
 }
 
 impl Bearing {
+    /// Returns the numbers that figures have derivatives by, each with its name and its unit: those
+    /// of walls, oil, sides and supplies, and of the position if that is held.
+    ///
+    /// ```
+    /// use hlcp::film::{Bearing, Journal, Parameter};
+    ///
+    /// let bearing = Bearing::journal(Journal::round(0.1, 0.05, 1e-4), [36, 6]);
+    /// let held = bearing.parameters(true);
+    /// assert_eq!(held[4], ("ecc".to_owned(), "", Parameter::Eccentricity));
+    /// // Under a load the position is none of them.
+    /// let names: Vec<_> = bearing.parameters(false).into_iter().map(|(name, ..)| name).collect();
+    /// assert_eq!(names[3..], ["clearance", "ambient", "cavitation", "south", "north"]);
+    /// ```
+    pub fn parameters(&self, is_held: bool) -> Vec<(String, &'static str, Parameter)> {
+        let (film, is_journal) = (&self.film, self.journal.is_some());
+        let usual = [
+            (true, "speed", "m/s", Parameter::Speed(0)),
+            (true, "upper_speed", "m/s", Parameter::Speed(1)),
+            (true, "viscosity", "Pa s", Parameter::Viscosity),
+            (is_journal, "clearance", "m", Parameter::Clearance),
+            (is_held && is_journal, "ecc", "", Parameter::Eccentricity),
+            (is_held && !is_journal, "rise", "m", Parameter::Position(0)),
+            (is_held && !is_journal, "slope_x", "", Parameter::Position(1)),
+            (is_held && !is_journal, "slope_y", "", Parameter::Position(2)),
+            (true, "ambient", "Pa", Parameter::Ambient),
+            (true, "cavitation", "Pa", Parameter::Cavitation),
+        ];
+        let names = ["west", "east", "south", "north"].into_iter().enumerate();
+        let sides = names.zip(film.sides).map(|((k, name), side)| {
+            let is_open = matches!(side, Side::Pressure(_) | Side::Starved(_));
+            let unit = if matches!(side, Side::Starved(_)) { "" } else { "Pa" };
+            (is_open, name, unit, Parameter::Side(k))
+        });
+        let there = usual.into_iter().chain(sides).filter(|(is_there, ..)| *is_there);
+        let there = there.map(|(_, name, unit, of)| (name.to_owned(), unit, of));
+        let supply = |k| (format!("supplies[{k}]"), "Pa", Parameter::Supply(k));
+        there.chain((0..film.supplies.len()).map(supply)).collect()
+    }
+
     /// Computes the derivatives of what a solved film does by parameters: in its position, or,
     /// with a load that the position carries, where the wall goes to carry it.
     ///
@@ -172,7 +211,7 @@ impl Bearing {
             Parameter::Ambient => {
                 ambient = 1.0;
                 for (side, change) in film.sides.iter().zip(&mut change.sides) {
-                    *change = f64::from(*side == super::Side::Pressure(self.ambient));
+                    *change = f64::from(*side == Side::Pressure(self.ambient));
                 }
                 for (supply, change) in film.supplies.iter().zip(&mut change.supplies) {
                     *change = f64::from(supply.pressure == self.ambient);
