@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from hlcp import _hlcp
 from hlcp._film import (FilmResult, Side, Supply, _is, _number, _numbers, _side, _sides_agree,
                         _supply)
-from hlcp._operators import count, number, rank, real, vector
+from hlcp._operators import count, rank, real, vector
 from hlcp._plot import plot
 from hlcp._solve import Result, Status
 
@@ -447,11 +447,11 @@ class _Bearing:
                roughness: Any, pockets: Any, dimples: Any, ambient: Any, cavitation: Any,
                oil: Any) -> None:
         self._oil = _numbers("oil", oil, 2)
-        if not all(0.0 < number < math.inf for number in self._oil):
+        if min(self._oil) <= 0.0:
             raise ValueError(f"oil is {oil!r}, but it must be a density in kg/m^3 and a specific"
                              " heat in J/(kg K), both positive")
         self._ambient, cavitation = _number("ambient", ambient), _number("cavitation", cavitation)
-        if not self._ambient >= cavitation:
+        if self._ambient < cavitation:
             raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
         self._shape = {
             "journal": None, "plane": None, "taper": None, "parabola": None, "map": None, **shape,
@@ -479,6 +479,8 @@ class _Bearing:
 
     def _walled(self, speeds: list[float], viscosity: Any, position: list[float]
                 ) -> dict[str, Any]:
+        if viscosity is None:
+            raise ValueError("viscosity is missing; it is in Pa s")
         thickness = real("viscosity", viscosity)
         if thickness.shape not in [(), self._grid]:
             raise ValueError(f"viscosity has the shape {thickness.shape}, but the film has"
@@ -499,7 +501,7 @@ class _Bearing:
                 method: Any, threads: Any, certify: bool, tolerance: Any) -> BearingResult:
         """Solve for a film; nothing is warned of."""
         how = _how(method, threads)
-        part = None if tolerance is None else _number("tolerance", tolerance)
+        part = _optional("tolerance", tolerance)
         if part is not None and not 0.0 <= part <= 0.5:
             raise ValueError(f"tolerance is {part}, but it must be a part from 0 to 0.5; 1e-3 is a"
                              " thousandth")
@@ -924,16 +926,10 @@ class Journal(_Bearing):
              guess: Floats | None = None, threads: Any = 1, certify: bool = False,
              tolerance: Any = None) -> BearingResult:
         given = {name: options.get(name) for name in self._of_film}
-        force, ecc, attitude = (number(name, given[name]) for name in ("load", "ecc", "attitude"))
-        if given["viscosity"] is None:
-            raise ValueError("viscosity is missing; it is in Pa s")
+        force, ecc = _force(given["load"]), _eccentricity(given["ecc"])
+        attitude = _optional("attitude", given["attitude"])
         if force is None and ecc is None:
             raise ValueError("a journal needs its position: give ecc, from 0 to below 1, or load")
-        if ecc is not None and not 0.0 <= ecc < 1.0:
-            raise ValueError(f"ecc is {ecc}, but an eccentricity over the clearance is at least 0"
-                             " and below 1")
-        if force is not None and not 0.0 < force < math.inf:
-            raise ValueError(f"load is {force} N, but it must be positive")
         assert self._of_journal is not None
         clearance, turn = self._of_journal[2], math.radians(attitude or 0.0)
         speeds = self._speeds(given["rpm"], given["speed"])
@@ -961,7 +957,7 @@ class Journal(_Bearing):
         if speed is not None:
             raise ValueError("give rpm or speed, not both")
         assert self._of_journal is not None
-        return [math.pi * self._of_journal[0] * _finite("rpm", rpm) / 60.0, 0.0]
+        return [math.pi * self._of_journal[0] * _number("rpm", rpm) / 60.0, 0.0]
 
     def coefficients(
         self,
@@ -1064,13 +1060,10 @@ class Journal(_Bearing):
         A film that a wall carries and something feeds has settled before; another one begins full.
         """
         rows, weight = _driven(positions, loads, mass, real("times", times).shape, 2)
-        begin = number("ecc", ecc)
+        begin = _eccentricity(ecc)
         if weight is None and begin is not None:
             raise ValueError("ecc is where the journal is, but positions say that at every time;"
                              " leave it out, or give loads and mass")
-        if begin is not None and not 0.0 <= begin < 1.0:
-            raise ValueError(f"ecc is {begin}, but an eccentricity over the clearance is at least 0"
-                             " and below 1")
         turn, force = _number("attitude", attitude), _begun(load, weight)
         if begin is None:
             begin = 0.0 if force is None else self._half()
@@ -1230,11 +1223,7 @@ class Pad(_Bearing):
              guess: Floats | None = None, threads: Any = 1, certify: bool = False,
              tolerance: Any = None) -> BearingResult:
         given = {name: options.get(name) for name in self._of_film}
-        if given["viscosity"] is None:
-            raise ValueError("viscosity is missing; it is in Pa s")
-        force, at = number("load", given["load"]), given["at"]
-        if force is not None and not 0.0 < force < math.inf:
-            raise ValueError(f"load is {force} N, but it must be positive")
+        force, at = _force(given["load"]), given["at"]
         if at is not None:
             if force is None:
                 raise ValueError("at is where a load acts, but there is no load")
@@ -1402,10 +1391,10 @@ def _driven(positions: Any, loads: Any, mass: Any, shape: tuple[int, ...],
     """Return a row for each time, and the mass where they are loads."""
     if (positions is None) == (loads is None):
         raise ValueError("a motion has positions, or loads and a mass")
-    weight = number("mass", mass)
+    weight = _optional("mass", mass)
     if (weight is None) != (loads is None):
         raise ValueError("loads move a wall with a mass, in kg, or 0; positions without one")
-    if weight is not None and not 0.0 <= weight < math.inf:
+    if weight is not None and weight < 0.0:
         raise ValueError(f"mass is {mass}, but it must be a number of kilogrammes, 0 or more")
     name = "loads" if positions is None else "positions"
     rows = real(name, loads if positions is None else positions)
@@ -1422,14 +1411,10 @@ def _driven(positions: Any, loads: Any, mass: Any, shape: tuple[int, ...],
 
 def _begun(load: Any, mass: float | None) -> float | None:
     """Return the load that is carried where a motion begins."""
-    force = number("load", load)
-    if force is None:
-        return None
-    if mass is None:
+    force = _force(load)
+    if force is not None and mass is None:
         raise ValueError("load is where a free motion begins, but positions say where the wall is;"
                          " leave it out, or give loads and mass")
-    if not 0.0 < force < math.inf:
-        raise ValueError(f"load is {force} N, but it must be positive")
     return force
 
 
@@ -1437,9 +1422,7 @@ def _how(method: Any, threads: Any) -> dict[str, Any]:
     method = "AMG" if method is None else method
     if not isinstance(method, str) or not method.isascii():
         raise ValueError(f"method is {method!r}, but it must be one of hlcp.methods()")
-    threads = count("threads", threads, 1)
-    if threads > 1024:
-        raise ValueError(f"threads is {threads}, but it must be at most 1024")
+    threads = count("threads", threads, 1, 1024)
     # The usual method is left for another one where it does not converge.
     return {"method": None if method.upper() == "AMG" else method, "threads": threads}
 
@@ -1460,22 +1443,34 @@ def _cells(ny: Any, nx: Any) -> tuple[int, int]:
     return of_y, of_x
 
 
-def _finite(name: str, value: Any) -> float:
-    given = _number(name, value)
-    if not math.isfinite(given):
-        raise ValueError(f"{name} is {given}, but it must be finite")
+def _optional(name: str, value: Any) -> float | None:
+    return None if value is None else _number(name, value)
+
+
+def _force(load: Any) -> float | None:
+    force = _optional("load", load)
+    if force is not None and force <= 0.0:
+        raise ValueError(f"load is {force} N, but it must be positive")
+    return force
+
+
+def _eccentricity(ecc: Any) -> float | None:
+    given = _optional("ecc", ecc)
+    if given is not None and not 0.0 <= given < 1.0:
+        raise ValueError(f"ecc is {given}, but an eccentricity over the clearance is at least 0 and"
+                         " below 1")
     return given
 
 
 def _walls(speed: Any) -> list[float]:
     """Return the speeds of the lower and the upper wall."""
     if speed is None or rank(speed) == 0:
-        return [0.0 if speed is None else _finite("speed", speed), 0.0]
-    return [_finite("speed", wall) for wall in _numbers("speed", speed, 2)]
+        return [0.0 if speed is None else _number("speed", speed), 0.0]
+    return _numbers("speed", speed, 2)
 
 
 def _frequency(value: Any) -> float:
-    ratio = _finite("frequency", value)
+    ratio = _number("frequency", value)
     if ratio < 0.0:
         raise ValueError(f"frequency is {ratio}, but over the running speed it must be 0 or more")
     return ratio
@@ -1483,7 +1478,7 @@ def _frequency(value: Any) -> float:
 
 def _positive(name: str, value: Any) -> float:
     given = _number(name, value)
-    if not 0.0 < given < math.inf:
+    if given <= 0.0:
         raise ValueError(f"{name} is {given}, but it must be positive, in m")
     return given
 
@@ -1505,7 +1500,7 @@ def _groove(name: str, groove: Any, ambient: Any, whole: float
     if not 0.0 <= width < 360.0 or not 0.0 < length <= whole * (1.0 + 1e-9):
         raise ValueError(f"{name} has a width of {width} degrees and a length of {length} m, but it"
                          f" is below 360 degrees wide, and no longer than the bearing, {whole} m")
-    return _finite(name, angle), pressure, width, length
+    return angle, pressure, width, length
 
 
 def _dam(name: str, dam: Any) -> tuple[float, float, float, float]:
@@ -1517,7 +1512,7 @@ def _dam(name: str, dam: Any) -> tuple[float, float, float, float]:
     if not start < end < start + 360.0:
         raise ValueError(f"{name} is from {start} to {end} degrees, but it ends less than a turn"
                          " beyond where it begins")
-    return start, end, _positive(f"{name}: the length", length), _finite(name, depth)
+    return start, end, _positive(f"{name}: the length", length), _number(name, depth)
 
 
 def _lobes(lobes: Any) -> tuple[int, float, float, float] | None:
@@ -1527,7 +1522,7 @@ def _lobes(lobes: Any) -> tuple[int, float, float, float] | None:
         raise ValueError(f"lobes is {lobes!r}, but it must be (count, preload, offset, degrees), or"
                          " the first two or three of these")
     preload, offset, middle = [
-        _finite("lobes", number) for number in (*lobes[1:], *(0.5, 0.0)[len(lobes) - 2:])]
+        _number("lobes", number) for number in (*lobes[1:], *(0.5, 0.0)[len(lobes) - 2:])]
     return count("lobes: the count", lobes[0], 1), preload, offset, math.radians(middle)
 
 
@@ -1540,7 +1535,7 @@ def _outline(name: str, given: Any, wanted: str) -> tuple[Any, list[float], floa
                          ) from None
     extents = [_positive(f"{name}: the size", length) for length in
                _numbers(f"{name}: the size", size, 2)]
-    return first, extents, _finite(f"{name}: the depth", depth), is_ellipse
+    return first, extents, _number(f"{name}: the depth", depth), is_ellipse
 
 
 def _pocket(name: str, pocket: Any) -> tuple[list[float], list[float], float, bool]:
@@ -1552,7 +1547,5 @@ def _dimples(name: str, array: Any) -> tuple[list[int], list[float], float, bool
     counts, size, depth, is_ellipse = _outline(name, array, "((kx, ky), (lx, ly), depth)")
     if rank(counts) != 1 or len(counts) != 2:
         raise ValueError(f"{name}: the numbers are {counts!r}, but they must be (kx, ky)")
-    many = [count(f"{name}: the number", k, 1) for k in counts]
-    if max(many) > 10_000:
-        raise ValueError(f"{name}: the numbers are {counts!r}, but they must be at most 10000")
+    many = [count(f"{name}: the number", k, 1, 10_000) for k in counts]
     return many, size, depth, is_ellipse

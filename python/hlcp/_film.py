@@ -1,5 +1,6 @@
 """Lubricating films."""
 
+import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -331,14 +332,12 @@ def profile(
                                      ("ambient", ambient, False),
                                      ("cavitation", cavitation, False)):
         conditions.append(_number(name, value))
-        if is_positive and not 0.0 < conditions[-1] < np.inf:
+        if is_positive and conditions[-1] <= 0.0:
             way = "; turn the profile round" if name == "speed" else ""
             raise ValueError(f"{name} is {value}, but it must be positive{way}")
-    if not conditions[2] >= conditions[3]:
+    if conditions[2] < conditions[3]:
         raise ValueError(f"ambient is {ambient} Pa, below cavitation, {cavitation} Pa")
-    pieces = None if refine is None else count("refine", refine, 1)
-    if pieces is not None and pieces > 65535:
-        raise ValueError(f"refine is {refine}, but it must be at most 65535")
+    pieces = None if refine is None else count("refine", refine, 1, 65535)
     if pieces == 1 and len(places) == 2:
         raise ValueError("there is no point between the ends to solve for; refine by 2 or more")
     arrays, figures, told = _hlcp.film_line(places, gaps, conditions, pieces)
@@ -348,9 +347,12 @@ def profile(
 
 
 def _number(name: str, value: Any) -> float:
+    """Return a finite number."""
     given = number(name, value)
     if given is None:
         raise ValueError(f"{name} is None, but it must be a real number")
+    if not math.isfinite(given):
+        raise ValueError(f"{name} is {given}, but it must be finite")
     return given
 
 

@@ -62,14 +62,17 @@ def exact(name: str, value: Any) -> NDArray[Any]:
     return wide
 
 
-def count(name: str, value: Any, least: int) -> int:
-    """Return a whole number of at least `least`; the machine's largest for a larger one."""
+def count(name: str, value: Any, least: int, most: int | None = None) -> int:
+    """Return a whole number from `least` to `most`; without that the machine's largest for a larger
+    one."""
     try:
         number = operator.index(value)
     except TypeError:
         raise ValueError(f"{name} is {value!r}, but it must be a whole number") from None
     if number < least:
         raise ValueError(f"{name} is {number}, but it must be at least {least}")
+    if most is not None and number > most:
+        raise ValueError(f"{name} is {number}, but it must be at most {most}")
     return min(number, sys.maxsize)
 
 

@@ -301,11 +301,9 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
         "maxiter": count("maxiter", maxiter, 0),
         # Thirty years are no limit, and more may be too much for a clock.
         "maxtime": None if (settings["maxtime"] or 0.0) >= 1e9 else settings["maxtime"],
-        "threads": count("threads", threads, 1),
+        "threads": count("threads", threads, 1, 1024),
         "callback": None if callback is None else watch,
     }
-    if settings["threads"] > 1024:
-        raise ValueError(f"threads is {threads}, but it must be at most 1024")
     # Python's own functions run where the caller is, as far as they can.
     runs_python = callback is not None or maps or any(
         isinstance(given, tuple) and callable(given[-1]) for given in (A, B))

@@ -536,7 +536,11 @@ def test_doubts_are_warned_of():
     ("it carries nothing instead of 100 N: nothing feeds", lambda: journal(grooves=[]).film(
         **OIL, load=100)),
     ("no method 'MGX'", lambda: pad().film(**SLIDES, method="MGX")),
-    ("threads is 0", lambda: pad().film(**SLIDES, threads=0)),
+    ("threads is 1025, but it must be at most 1024", lambda: pad().film(**SLIDES, threads=1025)),
+    ("attitude is inf, but it must be finite", lambda: journal().film(
+        **OIL, ecc=0.5, attitude=math.inf)),
+    ("attitude is nan, but it must be finite", lambda: journal().motion(
+        [0, 1], **OIL, positions=np.zeros((2, 2)), attitude=math.nan)),
     ("tolerance is 2.0, but it must be a part", lambda: pad().film(**SLIDES, tolerance=2.0)),
     ("at is where a load acts, but there is no load", lambda: pad().film(**SLIDES, at=(0, 0))),
     ("at: y is 0.04 m, outside the film", lambda: pad().film(**SLIDES, load=9, at=(0.01, 0.04))),

@@ -198,7 +198,7 @@ def test_a_profile_is_that_of_the_command():
     ("speed is -2, but it must be positive; turn the profile round", {"speed": -2}),
     ("ambient is -1 Pa, below cavitation", {"ambient": -1}),
     ("no point between the ends", {"refine": 1}),
-    ("refine is 0, but it must be at least 1", {"refine": 0}),
+    ("refine is 65536, but it must be at most 65535", {"refine": 65536}),
 ])
 def test_a_wrong_profile_is_a_value_error(sentence, options):
     with pytest.raises(ValueError, match=sentence):
