@@ -260,13 +260,11 @@ def test_motions_are_those_of_the_command(name, command, tmp_path):
     assert motion.imbalance == pytest.approx(last["mass_imbalance_m3_s"], abs=1e-25)
 
 
-def test_a_motion_keeps_its_oil_and_starts_a_film():
+def test_a_motion_may_be_a_rise_alone_and_its_load_one_number():
     times = np.linspace(0.0, 0.01, 6)
     motion = pad().motion(times, viscosity=0.04, positions=-1e-4 * times)
-    out = np.diff(times) @ motion.sides.sum(axis=1)
-    full = np.sum(pad().gap) * 0.05 * 0.03 / 800
-    assert full - motion.oil[-1] == pytest.approx(out, rel=1e-9) and motion.power.min() > 0
     assert motion.film.success and motion.film.position == pytest.approx([-1e-6, 0, 0])
+    assert np.array_equal(motion.film.sides, motion.sides[-1])
     constant = journal().motion(times, **OIL, loads=1000, mass=5)
     assert constant.position.shape == (5, 2)
 
@@ -564,17 +562,6 @@ def test_leakage_is_one_figure_everywhere():
     assert film.leakage > film.sides[3] - film.supplies[0]
     [record] = bearing.sweep(**OIL, ecc=[0.5])
     assert record["leakage"] == film.leakage and record["supplied"] == film.supplies[0]
-
-
-def test_flows_of_a_motion_are_what_its_oil_gains():
-    times = np.cumsum([0, 3, 1, 1, 3, 1, 1]) * 1e-4
-    turn = 2 * np.pi * times / times[-1]
-    positions = 3e-5 * np.column_stack([np.cos(turn), np.sin(turn)])
-    motion = journal().motion(times, **OIL, positions=positions)
-    gained = np.diff(motion.oil) / np.diff(times)[1:]
-    flows = motion.supplied - motion.sides.sum(axis=1)
-    assert np.allclose(gained, flows[1:], rtol=0.0, atol=1e-9 * abs(motion.supplied).max())
-    assert np.array_equal(motion.film.sides, motion.sides[-1])
 
 
 def test_an_unknown_option_is_a_type_error():
