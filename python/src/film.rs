@@ -252,7 +252,7 @@ fn dig(bearing: &mut Bearing, pocket: Pocket, what: &str) -> PyResult<()> {
     let [lx, ly] = pocket.size;
     Err(wrong(format!(
         "{what} of {lx} m by {ly} m is lost in cells of {dx} m by {dy} m; check its size, or take \
-         more cells by nx and ny"
+         more cells by nx and ny, or by a finer map"
     )))
 }
 

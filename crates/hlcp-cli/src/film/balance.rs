@@ -4,7 +4,7 @@ use std::error::Error;
 
 use hlcp::film::{Bearing, Load, Settings, Solved};
 
-use super::{Arguments, NAMED, Numbers};
+use super::{Arguments, NAMED, Numbers, gap::by_cells};
 
 /// The load that is asked for, in SI units.
 pub(super) fn load(bearing: &Bearing, arguments: &Arguments) -> Result<Option<Load>, String> {
@@ -56,9 +56,9 @@ pub(super) fn equilibrium(
     let way_out = NAMED.sizes(thin, &carried.solved.film.lengths, 0.0, 0.0).unwrap_or_else(|| {
         let journal = bearing.journal.is_some();
         let begin = if journal { "--ecc" } else { "gaps nearer to the right ones" };
-        let cells = if arguments.map.is_some() { "a finer --map" } else { "--nx and --ny" };
+        let cells = by_cells(arguments, "finer");
         format!(
-            "give --load in N, check the units of the film, resolve where it is narrow, by {cells}, \
+            "give --load in N, check the units of the film, resolve where it is narrow, {cells}, \
              or begin elsewhere, by {begin}"
         )
     });

@@ -135,7 +135,20 @@ fn pockets(bearing: &Bearing, arguments: &Arguments) -> Result<Vec<Asked>, Strin
     Ok(all)
 }
 
-fn dig(bearing: &mut Bearing, (option, pocket): Asked, x_unit: f64) -> Result<(), String> {
+/// What says how many cells there are: a map that is finer or coarser, or options.
+pub(super) fn by_cells(arguments: &Arguments, other: &str) -> String {
+    match arguments.map {
+        Some(_) => format!("by a {other} --map"),
+        None => "by --nx and --ny".into(),
+    }
+}
+
+fn dig(
+    bearing: &mut Bearing,
+    (option, pocket): Asked,
+    arguments: &Arguments,
+) -> Result<(), String> {
+    let x_unit = arguments.x_unit;
     is_inside(option, pocket.corner, pocket.size, bearing, x_unit)?;
     let film = &mut bearing.film;
     if pocket.dig(film) {
@@ -145,7 +158,8 @@ fn dig(bearing: &mut Bearing, (option, pocket): Asked, x_unit: f64) -> Result<()
     let [[lx, ly], [dx, dy]] = [pocket.size, cell].map(|pair| pair.map(|v| number(v / x_unit)));
     Err(format!(
         "--{option} of {lx} by {ly} is lost in cells of {dx} by {dy}, in units of \
-         --x-unit; check its size, or take more cells by --nx and --ny"
+         --x-unit; check its size, or take more cells {}",
+        by_cells(arguments, "finer")
     ))
 }
 
@@ -163,8 +177,10 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         return Err(format!("--nx is {nx}, but a journal takes 3 cells or more around it").into());
     }
     let cells = nx.checked_mul(ny).filter(|&cells| cells <= 1 << 28);
-    let cells = cells.ok_or("--nx times --ny is more than 268 million cells")?;
-    memory::check(cells, BYTES, "take fewer cells by --nx and --ny")?;
+    let fewer = format!("take fewer {}", by_cells(arguments, "coarser"));
+    let cells =
+        cells.ok_or_else(|| format!("the film has more than 268 million cells; {fewer}"))?;
+    memory::check(cells, BYTES, &fewer)?;
     let tilt = arguments.tilt.as_ref().map_or(Ok([0.0; 2]), |tilt| tilt.exactly("tilt", "A,B"))?;
     let sizes = (arguments.diameter, arguments.length, arguments.lx, arguments.ly);
     let lobes = arguments.lobes.as_ref().map(lobed).transpose()?;
@@ -216,7 +232,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         gaps.for_each(|(h, rough)| *h += rough * h_unit);
     }
     for pocket in pockets(&bearing, arguments)? {
-        dig(&mut bearing, pocket, x_unit)?;
+        dig(&mut bearing, pocket, arguments)?;
     }
     for (counts, one) in &arguments.dimples {
         let one = in_si(one, arguments);
@@ -226,7 +242,7 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
             return Err(format!("--dimples overlap; the film has {lx} by {ly} for each").into());
         }
         let mut all = one.repeated(*counts, lengths);
-        all.try_for_each(|pocket| dig(&mut bearing, ("dimples", pocket), x_unit))?;
+        all.try_for_each(|pocket| dig(&mut bearing, ("dimples", pocket), arguments))?;
     }
 
     let film = &mut bearing.film;

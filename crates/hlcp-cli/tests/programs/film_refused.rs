@@ -152,6 +152,7 @@ fn wrong_films_are_refused_in_one_line() {
         ("--pocket 1,2,3", "a pocket is x,y,lx,ly,depth"),
         ("--pocket 0,0,1e-5,1e-5,1e-6",
          "--pocket of 0.00001 by 0.00001 is lost in cells of 0.00333"),
+        ("--dimples 1,1,1e-5,1e-5,1e-6", "check its size, or take more cells by a finer --map"),
         ("--dimples 2,2,1e-3,1e-3,1e-6,circle", "dimples are kx,ky,lx,ly,depth in"),
         ("--dimples 2,2,0.006,0.001,1e-6", "--dimples overlap"),
         ("--supply 0.009,0,0.002,0.001,1e5", "--supply from x = 0.009 to 0.011 is outside"),
