@@ -92,18 +92,14 @@ pub(super) fn sided(text: &str) -> Result<Sided, String> {
 }
 
 fn lobed(numbers: &Numbers) -> Result<Lobes, String> {
-    let [count, preload, ref rest @ ..] = numbers.0[..] else {
-        return Err("--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]]".into());
-    };
-    if rest.len() > 2 || !(1.0..=1e3).contains(&count) || count.fract() != 0.0 {
+    let takes = "COUNT,PRELOAD[,OFFSET[,DEGREES]]";
+    let [count, preload, offset, degrees] = numbers.filled("lobes", takes, &[0.5, 0.0])?;
+    if !(1.0..=1e3).contains(&count) || count.fract() != 0.0 {
         return Err(format!(
-            "--lobes takes COUNT,PRELOAD[,OFFSET[,DEGREES]], with a whole COUNT from 1 to 1000, \
-             not {count}"
+            "--lobes takes {takes}, with a whole COUNT from 1 to 1000, not {count}"
         ));
     }
-    let other = |k: usize, usual| rest.get(k).copied().unwrap_or(usual);
-    let (offset, middle) = (other(0, 0.5), other(1, 0.0).to_radians());
-    let lobes = Lobes { count: count as usize, preload, offset, middle };
+    let lobes = Lobes { count: count as usize, preload, offset, middle: degrees.to_radians() };
     lobes.check().map_err(|error| format!("--lobes: {error}"))?;
     Ok(lobes)
 }

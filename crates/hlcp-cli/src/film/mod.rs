@@ -357,10 +357,20 @@ impl FromStr for Numbers {
 impl Numbers {
     /// So many numbers, or an error that names the option and what it takes.
     fn exactly<const N: usize>(&self, option: &str, wanted: &str) -> Result<[f64; N], String> {
-        let wrong = |found: Vec<f64>| {
-            format!("--{option} has {} numbers, but it takes {wanted}", found.len())
-        };
-        self.0.clone().try_into().map_err(wrong)
+        self.filled(option, wanted, &[])
+    }
+
+    /// The same, of which the last ones may be missing, and are the usual ones then.
+    fn filled<const N: usize>(
+        &self,
+        option: &str,
+        wanted: &str,
+        usual: &[f64],
+    ) -> Result<[f64; N], String> {
+        let found = self.0.len();
+        let rest = (found + usual.len()).checked_sub(N).and_then(|from| usual.get(from..));
+        let all = [&self.0[..], rest.unwrap_or_default()].concat();
+        all.try_into().map_err(|_| format!("--{option} has {found} numbers, but it takes {wanted}"))
     }
 }
 
