@@ -1498,8 +1498,9 @@ def _groove(name: str, groove: Any, ambient: Any, whole: float
     angle, pressure, width, length = [
         _number(name, number) for number in (*given, *(ambient, 0.0, whole)[len(given) - 1:])]
     if not 0.0 <= width < 360.0 or not 0.0 < length <= whole * (1.0 + 1e-9):
-        raise ValueError(f"{name} has a width of {width} degrees and a length of {length} m, but it"
-                         f" is below 360 degrees wide, and no longer than the bearing, {whole} m")
+        raise ValueError(f"{name} has a width of {width} degrees and a length of {length} m, but"
+                         " the width must be 0 or more and below 360 degrees, and the length"
+                         f" positive and at most that of the bearing, {whole} m")
     return angle, pressure, width, length
 
 

@@ -271,23 +271,20 @@ pub(super) fn posed(arguments: &Arguments) -> Fallible<Bearing> {
         bearing.film.supplies.push(Supply { corner, size, pressure: pressure * p_unit });
     }
     for (groove, journal) in arguments.groove.iter().zip(bearing.journal.iter().cycle()) {
-        let numbers = &groove.0;
-        if numbers.len() > 4 {
-            return Err("--groove takes DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]".into());
-        }
-        let number = |k: usize, unit, usual| numbers.get(k).map_or(usual, |v| v * unit);
-        let (width, length) = (number(2, 1.0, 0.0), number(3, x_unit, journal.length));
-        if !(0.0..360.0).contains(&width) || length <= 0.0 || length > journal.length * (1.0 + 1e-9)
-        {
+        let usual = [arguments.ambient, 0.0, arguments.length.unwrap_or_default()];
+        let [degrees, pressure, width, length] =
+            groove.filled("groove", "DEGREES[,PRESSURE[,WIDTH[,LENGTH]]]", &usual)?;
+        let (length, whole) = (length * x_unit, journal.length);
+        if !(0.0..360.0).contains(&width) || length <= 0.0 || length > whole * (1.0 + 1e-9) {
             return Err(format!(
-                "--groove: a width of {width} degrees and a length of {length} m, but it is below \
-                 360 degrees wide, and no longer than the bearing, {} m",
-                journal.length
+                "--groove: a width of {width} degrees and a length of {length} m, but the width \
+                 must be 0 or more and below 360 degrees, and the length positive and at most that \
+                 of the bearing, {whole} m"
             )
             .into());
         }
-        let pressure = number(1, p_unit, ambient);
-        bearing.film.supplies.push(journal.groove(numbers[0], [width, length], pressure));
+        let supply = journal.groove(degrees, [width, length], pressure * p_unit);
+        bearing.film.supplies.push(supply);
     }
     bearing.ambient = ambient;
     check(&bearing, arguments)?;
