@@ -299,8 +299,7 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
         "window": None if window is None else count("window", window, 0),
         "linf": largest,
         "maxiter": count("maxiter", maxiter, 0),
-        # Thirty years are no limit, and more may be too much for a clock.
-        "maxtime": None if (settings["maxtime"] or 0.0) >= 1e9 else settings["maxtime"],
+        "maxtime": _seconds(settings["maxtime"]),
         "threads": count("threads", threads, 1, 1024),
         "callback": None if callback is None else watch,
     }
@@ -315,6 +314,12 @@ def _solve(pair: _Pair, q: ArrayLike, *, method: Any, base: Any, splitting: Any,
         z=z.reshape(shape), r=r.reshape(shape), x=x.reshape(shape),
         success=status is Status.CONVERGED, status=status, message=message, nit=nit, sweeps=sweeps,
         residual=residual[largest], relative=relative[largest], elapsed=elapsed)
+
+
+def _seconds(maxtime: Any) -> float | None:
+    """Return the longest time; thirty years are no limit, and more may be too much for a clock."""
+    seconds = number("maxtime", maxtime)
+    return None if (seconds or 0.0) >= 1e9 else seconds
 
 
 class Solver:
@@ -490,10 +495,9 @@ def certify(A: Any, B: Any, q: ArrayLike, z: ArrayLike, r: ArrayLike, *,
     of_b = described("B", B, np.float64, np.shape(A)[0], is_proof=True)
     entries = [vector(name, exact(name, given), np.float64)
                for name, given in (("q", q), ("z", z), ("r", r))]
-    limit = None if maxtime == np.inf else maxtime
     wanted = [_coefficients(f"functionals[{k}]", pair, len(entries[0]))
               for k, pair in enumerate(functionals)]
-    proof = _hlcp.certify([of_a, of_b], entries, wanted, limit)
+    proof = _hlcp.certify([of_a, of_b], entries, wanted, _seconds(maxtime))
     if isinstance(proof, str):
         nothing = np.full(shape, np.inf)
         open_sides = np.zeros(shape, np.int8)

@@ -264,7 +264,9 @@ def test_a_wrong_option_is_a_value_error_that_names_it(sentence, options):
 
 @pytest.mark.parametrize("maxtime", [1e8, 1e19, 1e308, np.inf, np.float32(1e30), np.array(5)])
 def test_a_long_time_is_a_time(maxtime):
-    assert hlcp.solve(EYE, None, [-1.0, -2.0, 3.0], maxtime=maxtime).success
+    q = [-1.0, -2.0, 3.0]
+    assert hlcp.solve(EYE, None, q, maxtime=maxtime).success
+    assert hlcp.certify(EYE, None, q, [1.0, 2.0, 0.0], [0.0, 0.0, 3.0], maxtime=maxtime)
 
 
 @pytest.mark.parametrize("sentence, grid, coefficients", [

@@ -250,8 +250,9 @@ def test_a_certificate_has_its_time():
     late = hlcp.certify(*given, maxtime=0)
     assert not late and str(late) == "not proved: the time limit was reached"
     assert hlcp.certify(*given, maxtime=np.inf).error < 1.1e-6
-    with pytest.raises(ValueError, match="maxtime is -1"):
-        hlcp.certify(*given, maxtime=-1)
+    for wrong in (-1, "soon"):
+        with pytest.raises(ValueError, match=f"maxtime is {wrong!r}, but it must be"):
+            hlcp.certify(*given, maxtime=wrong)
 
 
 def test_a_certificate_is_of_the_numbers_as_they_are_given():
