@@ -891,7 +891,7 @@ class Journal(_Bearing):
         start : BearingResult
             The answer of a similar bearing on as many cells.
         method : str
-            One of `methods`.
+            One of `methods` that needs no parameters.
         threads : int
             How many threads share the sweeps.
         certify : bool

@@ -209,7 +209,7 @@ pub(crate) struct Arguments {
     /// of the film]
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..), conflicts_with = "plane")]
     refine: Option<u16>,
-    /// Any method of `hlcp solve` [default: AMG]
+    /// Any method of `hlcp solve` that needs no parameters [default: AMG]
     #[arg(long, help_heading = OUTPUT, group = "in_plane")]
     method: Option<String>,
     /// How many threads share the sweeps

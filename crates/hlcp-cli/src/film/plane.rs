@@ -18,7 +18,7 @@ use crate::progress::Way;
 pub(super) fn solve(arguments: &Arguments) -> Result<Done, Box<dyn Error>> {
     let begun = Instant::now();
     if let Some(name) = &arguments.method {
-        Named::parse(name, Parameters::default())?;
+        Named::parse(name, Parameters::default()).map_err(FilmError::from)?;
     }
     let way = RefCell::new(None);
     let watch = |name: &str, limits: &Limits, goal: f64, progress: &Progress<'_, f64>| {

@@ -175,6 +175,7 @@ fn wrong_films_are_refused_in_one_line() {
          "but a motion has two rows or more, each with the time and the load"),
         ("--ambient -1", "--ambient is below --cavitation"),
         ("--method FOO", "there is no method 'FOO'"),
+        ("--method MSOR", "; films take methods that need no parameters, as AMG or AUTO"),
         ("--nx 4", "cannot be used with"),
         ("--tilt 1", "--tilt has 1 numbers, but it takes A,B"),
         ("--bogus", "unexpected argument '--bogus'"),

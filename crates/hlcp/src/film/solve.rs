@@ -23,8 +23,8 @@ pub enum FilmError {
     /// Numbers that are no film.
     #[error(transparent)]
     Input(#[from] hlcp_core::Error),
-    /// A name of no method.
-    #[error(transparent)]
+    /// A name of no method, or of one that needs parameters.
+    #[error("{0}{out}", out = way_out(.0))]
     Method(#[from] NameError),
     /// A line with sizes that are not numbers, or too large or small for numbers.
     #[error(
@@ -63,6 +63,14 @@ pub enum FilmError {
     /// A step in time after which film, load and inertia are not in balance.
     #[error("the step did not settle; take shorter steps")]
     Unsettled,
+}
+
+/// The rest of the answer to a name that films do not take.
+fn way_out(error: &NameError) -> &'static str {
+    match error {
+        NameError::Missing { .. } => "; films take methods that need no parameters, as AMG or AUTO",
+        _ => "",
+    }
 }
 
 /// Is shown each iterate, with the name of the method, its limits and the norm that ends it, and
