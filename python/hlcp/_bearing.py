@@ -17,7 +17,7 @@ from hlcp import _hlcp
 from hlcp._film import (FilmResult, Side, Supply, _is, _number, _numbers, _side, _sides_agree,
                         _supply)
 from hlcp._operators import count, rank, real, vector
-from hlcp._plot import plot
+from hlcp._plot import axes, plot
 from hlcp._solve import Result, Status
 
 Speed = float | tuple[float, float]
@@ -365,10 +365,7 @@ class MotionResult:
         -------
         matplotlib.axes.Axes
         """
-        import matplotlib.pyplot as plt
-
-        if ax is None:
-            ax = plt.figure(layout="constrained").add_subplot()
+        ax = axes(ax)
         journal = self.film._walled["journal"]
         if journal is None:
             ax.plot(self.times, 1e6 * self.position[:, 0])

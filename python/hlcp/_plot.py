@@ -6,6 +6,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 
+def axes(ax: Any) -> Any:
+    """Return these axes, or without any new ones."""
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError("a picture needs matplotlib: pip install matplotlib") from error
+    return plt.figure(layout="constrained").add_subplot() if ax is None else ax
+
+
 def plot(z: ArrayLike, r: ArrayLike | None = None, *, ax: Any = None,
          extent: tuple[float, float, float, float] | None = None,
          labels: tuple[str, str] = ("z", "r")) -> Any:
@@ -43,17 +52,12 @@ def plot(z: ArrayLike, r: ArrayLike | None = None, *, ax: Any = None,
     >>> result = hlcp.solve(A, B, q)
     >>> hlcp.plot(result.z, result.r).figure.savefig("film.png")  # doctest: +SKIP
     """
-    try:
-        import matplotlib.pyplot as plt
-    except ImportError as error:
-        raise ImportError("hlcp.plot needs matplotlib: pip install matplotlib") from error
     z = np.asarray(z)
     r = None if r is None else np.asarray(r)
     if z.ndim not in (1, 2) or r is not None and r.shape != z.shape:
         raise ValueError(f"z has the shape {z.shape} and r {None if r is None else r.shape}, but"
                          " they must be (n,) or (ny, nx), and the same")
-    if ax is None:
-        ax = plt.figure(layout="constrained").add_subplot()
+    ax = axes(ax)
     if z.ndim == 1:
         left, right = (0.0, len(z) - 1.0) if extent is None else extent[:2]
         along = np.linspace(left, right, len(z))

@@ -448,7 +448,7 @@ def test_ctrl_c_ends_a_search_and_threads_change_nothing():
     assert np.array_equal(one.pressure, two.pressure)
 
 
-def test_pictures_are_drawn():
+def test_pictures_are_drawn(monkeypatch):
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     ax = journal().film(**OIL, ecc=0.7).plot()
@@ -460,6 +460,9 @@ def test_pictures_are_drawn():
     assert np.allclose(orbit.get_xdata(), 1e4 * motion.position[:, 1])
     assert np.allclose(orbit.get_ydata(), -1e4 * motion.position[:, 0])
     assert pad().motion(times, viscosity=0.04, positions=-1e-3 * times).plot().get_ylabel()
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(ImportError, match="pip install matplotlib"):
+        motion.plot()
 
 
 @pytest.mark.filterwarnings("ignore:nothing feeds")
