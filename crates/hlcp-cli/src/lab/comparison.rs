@@ -1,4 +1,4 @@
-//! `hlcp comparison`: every method on every scene over a ladder of grids: iterations, sweeps,
+//! `hlcp comparison`: methods on every scene but `film` over a ladder of grids: iterations, sweeps,
 //! seconds, true error and certified bound.
 //!
 //! Draws seconds against n on logarithmic axes, on one scene as `cost` and on all as `comparison`,
@@ -35,7 +35,7 @@ Examples:
   hlcp comparison --quick
   hlcp comparison --out target/charts --tables target/results";
 
-/// Compare every method on every scene over a ladder of grids
+/// Compare methods on every scene but film over a ladder of grids
 #[derive(Args)]
 #[command(after_help = EXAMPLES)]
 pub(crate) struct Arguments {
@@ -99,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> Fallible<()> {
     Ok(())
 }
 
-/// Measures every method on every scene, and writes the data and the tables.
+/// Measures every method on every ladder, and writes the data and the tables.
 fn measure_all(
     quick: bool,
     repeats: usize,
@@ -124,7 +124,7 @@ fn measure_all(
     let flags = if quick { " --quick" } else { "" };
     let command = format!("cargo run --release -- comparison{flags}");
     let mut text = format!(
-        "# Every method on every scene\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules} –: longer than {} s.\n\
+        "# Methods on every scene but film\n\nWritten by `{command}` ({}); [../results.md](../results.md#cost-against-n) reads it.\n{rules} –: longer than {} s.\n\
          Slope: the exponent of n, by least squares over the upper half of the sizes, three at the least. The error is the largest of a component of (z, r), against the\n\
          planted solution or one at the floor of rounding; ≤ what `hlcp_verify::certify` proves of it, up to n = 70,000.\n",
         machine(),
