@@ -166,10 +166,9 @@ impl Run<'_> {
         given: &'p Problem<T>,
     ) -> Result<(Posable<'p, T>, Vec<T>), Box<dyn Error>> {
         let arguments = self.arguments;
-        let to = |value: f64| T::from(value).ok_or("a number does not fit the precision");
-        let posed =
-            given.hlcp(to(arguments.tau)?).map_err(|error| arguments.files.explained(error))?;
-        let mut problem = posed.with_gamma(to(arguments.gamma)?)?;
+        let posed = given.hlcp(T::of(arguments.tau));
+        let posed = posed.map_err(|error| arguments.files.explained(error))?;
+        let mut problem = posed.with_gamma(T::of(arguments.gamma))?;
         if let Some(strip) = &self.strip {
             problem = problem.shared_by(strip)?;
         }
