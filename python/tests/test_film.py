@@ -94,7 +94,7 @@ def test_a_ring_and_a_supply():
     dry = hlcp.film(gap, **PAD, **ring)
     assert dry.success and dry.content.max() <= 1e-15 and dry.load == 0
     # Before a closed side the last column stays full.
-    sides = {"west": ("starved", 0.0), "east": "closed", "south": "closed", "north": "closed"}
+    sides = {"west": ["starved", 0.0], "east": "closed", "south": "closed", "north": "closed"}
     dry = hlcp.film(STEP, **PAD, **sides, ambient=1e5)
     assert dry.success and np.allclose(dry.content, np.arange(STEP.shape[1]) == STEP.shape[1] - 1)
     area = PAD["size"][0] * PAD["size"][1]
